@@ -494,10 +494,11 @@ def _computed(
     solve = partial(_solved, first, second, orbits, setups, settings, options)
     solution, used, engine = solve()
     interval = max(first.interval, second.interval)
-    outcome = partial(outcome_of, base=reference, interval=interval, air=settings.atmosphere)
+    outcome = partial(outcome_of, base=reference, air=settings.atmosphere)
     whole = outcome(solution, used)
     if whole is None:
         raise _no_baseline(first, second, reference)
+    noise = whole.noise(interval, air=settings.atmosphere)
     pieces: list[tuple[RunOutcome, int]] = []
     for k, (start, end) in enumerate(spans):
         progress("pieces of the session", k, len(spans))
@@ -514,9 +515,15 @@ def _computed(
         *doubts_of_orbits(orbits, whole.satellites_used, length),
     ]
     baseline = _baseline(
-        (first, second), reference, whole, settings, (used, systems, engine), len(times), warnings
+        (first, second),
+        reference,
+        (whole, noise),
+        settings,
+        (used, systems, engine),
+        len(times),
+        warnings,
     )
-    baseline = checked_by_pieces(baseline, whole, pieces, len(spans), settings)
+    baseline = checked_by_pieces(baseline, (whole, noise), pieces, len(spans), settings)
     far: list[str] = []
     if settings.atmosphere:
         far = doubts_of_length(
@@ -635,7 +642,7 @@ def _no_baseline(
 def _baseline(
     files: tuple[RinexObservations, RinexObservations],
     reference: Array,
-    whole: RunOutcome,
+    outcome: tuple[RunOutcome, PhaseNoise | None],
     settings: Processing,
     run: tuple[SatelliteUse | None, str, EngineName],
     common: int,
@@ -644,9 +651,10 @@ def _baseline(
     """The baseline of an outcome, before its pieces are looked at."""
     first, second = files
     used, systems, engine = run
+    whole, noise = outcome
     interval = max(first.interval, second.interval)
     if settings.factor is None:
-        factor, source = stated_factor(whole.noise, interval, whole.epochs, air=settings.atmosphere)
+        factor, source = stated_factor(noise, interval, whole.epochs)
         covariance = whole.covariance(factor) + whole.unsure
     else:
         factor, source = settings.factor, "given"
@@ -673,7 +681,7 @@ def _baseline(
         systems=systems if used is None else used.systems,
         residual=whole.residual,
         engine=engine,
-        noise=whole.noise if settings.factor is None else None,
+        noise=noise if settings.factor is None else None,
         names=(first.marker or first.path.stem, second.marker or second.path.stem),
         files=(first.path.name, second.path.name),
         warnings=tuple(warnings),
@@ -683,7 +691,7 @@ def _baseline(
 
 def checked_by_pieces(
     baseline: Baseline,
-    whole: RunOutcome,
+    outcome: tuple[RunOutcome, PhaseNoise | None],
     pieces: Sequence[tuple[RunOutcome, int]],
     cut: int,
     settings: Processing,
@@ -694,8 +702,8 @@ def checked_by_pieces(
     ----------
     baseline
         Of the whole session.
-    whole
-        What it is made of.
+    outcome
+        What it is made of, and the noise of its phases.
     pieces
         RunOutcome of each piece that has one, and its common epochs.
     cut
@@ -703,6 +711,7 @@ def checked_by_pieces(
     settings
         A factor that is given stays as it is.
     """
+    whole, noise = outcome
     # a piece that solved half of its epochs, and whose ambiguities are of the same kind
     alike = [
         piece
@@ -713,12 +722,15 @@ def checked_by_pieces(
     for piece in alike:
         factor = settings.factor
         if factor is None:
-            factor, _ = stated_factor(
-                whole.noise, baseline.interval, piece.epochs, air=settings.atmosphere
-            )
+            factor, _ = stated_factor(noise, baseline.interval, piece.epochs)
         blocks.append(piece.covariance(factor))
     floating = sum(not piece.final.fixed for piece in alike)
-    scatter = piece_scatter([piece.place for piece in alike], blocks, cut, floating)
+    correlation = None
+    if noise is not None and noise.learned and alike and not floating:
+        starts = [round((piece.start - whole.start) / baseline.interval) for piece in alike]
+        correlation = noise.alike(starts, [piece.epochs for piece in alike])
+    places = [piece.place for piece in alike]
+    scatter = piece_scatter(places, blocks, cut, floating, correlation)
     if scatter is None:
         return baseline
     if scatter.agree:

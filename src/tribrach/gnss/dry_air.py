@@ -18,7 +18,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
-from tribrach.gnss.phase_noise import phase_variance, sight_lines, signal_groups
+from tribrach.gnss.fixed_phases import phase_variance, sight_lines, signal_groups
 from tribrach.io.gnss.solution_file import PhaseResiduals
 
 __all__ = ["UNSURE", "delay_differences", "displacement"]

@@ -1,277 +1,300 @@
 """How noisy the phases of a session are, and for how long they stay alike: from their residuals.
 
 The engine weights a phase by ``sigma^2 = a^2 + (a / sin e)^2`` with a = 3 mm and takes epochs for
-independent. Its residuals say how it really is. Double differences v, related to the final
-coordinates and divided by their standard deviation, have the mean square ``s^2`` (1 where the
-engine is right) and the correlation ``r_k`` over k epochs, pooled over all pairs of satellites. The
-variance of a mean of n epochs is that which the engine states times
+independent. Phases are made of three parts instead: noise of the receiver, new at every epoch;
+multipath and turbulence, alike for a time T of seconds to minutes; and what stays for some twenty
+minutes. Over a time t the correlation of a phase is
 
-    s^2 f^2,        f^2 = 1 + 2 sum_k (1 - k/n) r_k
+    r(t) = a [t = 0] + b exp(-t/T) + c exp(-t/1200 s),        a + b + c = 1
 
-The sum ends where pairs of correlations turn negative, and pairs never grow (initial monotone
-sequence, Geyer 1992, Stat. Sci. 7:473): beyond that an estimated correlation is noise. Three
-coordinates are taken out of the residuals, so ``s^2`` is divided by ``1 - 3/(m n/f^2)`` with m
-double differences at an epoch and n/f^2 epochs that count. Correlation from residuals: El-Rabbany
-and Kleusberg (2003), J. Surv. Eng. 129; Howind, Kutterer and Heck (1999), J. Geod. 73:246. Method
-section 2.7.
+The restricted likelihood of a session's phases, from which clocks and three coordinates are taken
+out, weights all laws (a, b, c, T) of a grid, each with its best variance; what is stated is the
+mean over the laws. A long session tells its law, a short one leaves many possible, and they count
+with what they would do to its coordinates. Sources: Patterson and Thompson (1971), Biometrika 58;
+El-Rabbany and Kleusberg (2003), J. Surv. Eng. 129; Howind, Kutterer and Heck (1999), J. Geod.
+73:246. Method section 7.2.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import fft
 
 from tribrach._types import Array
-from tribrach.geodesy.site import EllipsoidSite
-from tribrach.io.gnss.solution_file import PhaseResiduals, Solution
+from tribrach.gnss.fixed_phases import ClockFreePhases
+from tribrach.instruments.gnss_solutions import CORRELATION_TIME
 
-__all__ = [
-    "FEWEST",
-    "DoubleDifferences",
-    "PhaseNoise",
-    "double_differences",
-    "phase_noise",
-    "phase_variance",
-    "sight_lines",
-    "signal_groups",
-]
+__all__ = ["FEWEST", "PhaseNoise", "phase_noise", "usual_noise"]
 
-#: the engine's standard deviation of a phase in zenith, and of what grows towards the horizon [m]
-PHASE_SIGMA = 0.003
-#: fewer independent double differences than this do not show their noise
+#: fewer degrees of freedom than this do not show their noise
 FEWEST = 10.0
-#: sine of the lowest elevation
-LOWEST = 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class DoubleDifferences:
-    """n double differences of phases, reference satellite minus the other.
-
-    Attributes
-    ----------
-    times : (n,)
-        Seconds since 1980-01-06.
-    pairs : (n,)
-        Number of the pair of satellites, and frequency.
-    residuals : (n,)
-        Observed minus computed [m].
-    sigma : (n,)
-        Standard deviation that the engine gives them [m].
-    """
-
-    times: Array
-    pairs: NDArray[np.int64]
-    residuals: Array
-    sigma: Array
+#: the noise that the engine assumes counts as much as so many independent phases
+ASSUMED = 5.0
+#: shortest and longest time over which multipath and turbulence stay alike, and steps between [s]
+SHORTEST, LONGEST, STEPS = 15.0, 600.0, 7
+#: the slow part stays alike so long [s]
+SLOW = 1200.0
+#: shares are the Chebyshev nodes of so many, which are dense where one part is all or nothing
+SHARES = 10
+#: more rows than this are thinned by leaving out epochs
+ROWS = 5000
+#: a law that is less likely than this against the best takes no part
+UNLIKELY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class PhaseNoise:
-    """Noise of the phases of a session.
+    """Noise of the phases of a session, as g laws with their weights.
 
     Attributes
     ----------
-    scale
-        Of the phases against what the engine assumes, s.
-    correlation : (k,)
-        Over 1 to k epochs.
+    weights : (g,)
+        Of the laws, sum 1.
+    variance : (g,)
+        Of one phase against what the engine assumes.
+    shares : (g, 3)
+        Of it: new at every epoch, alike over the first time, alike over the second.
+    times : (g, 2)
+        Over which the second and third part stay alike [s].
     interval
         Time between epochs [s].
     epochs
         Of the session.
-    independent
-        How many independent double differences tell it.
+    learned
+        False where the law is the usual one, and only its variance is the session's.
     """
 
-    scale: float
-    correlation: Array
+    weights: Array
+    variance: Array
+    shares: Array
+    times: Array
     interval: float
     epochs: int
-    independent: float
+    learned: bool = True
 
-    def inflation(self, epochs: int) -> float:
-        """Factor f on the standard deviation of a mean of so many epochs."""
-        lags = np.arange(1, min(len(self.correlation), max(epochs - 1, 0)) + 1)
-        r = self.correlation[: len(lags)]
-        return float(np.sqrt(1 + 2 * np.sum((1 - lags / max(epochs, 1)) * r)))
+    def means(self, starts: Sequence[int], counts: Sequence[int]) -> Array:
+        """Covariance (k, k) of means over spans of epochs, in variances that the engine assumes.
+
+        Parameters
+        ----------
+        starts : (k,)
+            Epochs at which spans start, ascending; they do not overlap.
+        counts : (k,)
+            How many epochs they have.
+        """
+        q = np.exp(-self.interval / self.times)
+        part = self.shares[:, 1:]
+        weight = self.weights * self.variance
+        out = np.zeros((len(starts), len(starts)))
+        for i, (start, n) in enumerate(zip(starts, counts, strict=True)):
+            own = (1 + q) / (1 - q) - 2 * q * (1 - q**n) / (n * (1 - q) ** 2)
+            out[i, i] = weight @ (self.shares[:, 0] + (part * own).sum(axis=1)) / n
+            for j in range(i + 1, len(starts)):
+                m = counts[j]
+                apart = max(starts[j] - start - n, 0) + 1
+                shared = q**apart * (1 - q**n) * (1 - q**m) / (1 - q) ** 2 / (n * m)
+                out[i, j] = out[j, i] = weight @ (part * shared).sum(axis=1)
+        return out
+
+    def alike(self, starts: Sequence[int], counts: Sequence[int]) -> Array:
+        """Correlation (k, k) of means over spans of epochs; parameters as those of ``means``."""
+        covariance = self.means(starts, counts)
+        root = np.sqrt(np.diag(covariance))
+        out: Array = covariance / np.outer(root, root)
+        return out
 
     def factor(self, epochs: int) -> float:
-        """Factor s f on the formal standard deviation of a session of so many epochs."""
-        return self.scale * self.inflation(epochs)
+        """Factor on the formal standard deviation of a session of so many epochs."""
+        return float(np.sqrt(max(epochs, 1) * self.means([0], [max(epochs, 1)])[0, 0]))
+
+    @property
+    def scale(self) -> float:
+        """Standard deviation of the phases against what the engine assumes."""
+        return float(np.sqrt(self.weights @ self.variance))
 
     @property
     def duration(self) -> float:
         """Time over which phases stay alike [s]: that between two independent epochs."""
-        return self.interval * self.inflation(self.epochs) ** 2
+        return self.interval * (self.factor(self.epochs) / self.scale) ** 2
 
     def sentence(self) -> str:
         """What was found."""
-        return (
+        words = (
             f"phases scatter {self.scale:.2f} times as much as the engine assumes, and one epoch "
             f"in {self.duration:.0f} s is independent"
         )
+        if not self.learned:
+            return (
+                f"{words} (float ambiguities take up what stays alike, so that the usual "
+                f"{CORRELATION_TIME:.0f} s are taken)"
+            )
+        weight = self.weights * self.variance
+        white, fast, slow = 100 * (weight @ self.shares) / weight.sum()
+        part = weight * self.shares[:, 1]
+        time = np.exp(part @ np.log(self.times[:, 0]) / part.sum())
+        return (
+            f"{words} ({white:.0f} % of the variance are new at every epoch, {fast:.0f} % stay "
+            f"alike over {time:.0f} s, {slow:.0f} % over {SLOW:.0f} s)"
+        )
 
 
-def sight_lines(phases: PhaseResiduals, place: Array) -> Array:
-    """Unit vectors (n, 3) from a place (3,) [m] to the satellites, ECEF."""
-    level = np.cos(phases.elevation)
-    local = np.stack(
-        [
-            level * np.sin(phases.azimuth),
-            level * np.cos(phases.azimuth),
-            np.sin(phases.elevation),
-        ],
-        axis=-1,
-    )
-    ecef: Array = local @ EllipsoidSite.centred(place[None]).w_from_ecef
-    return ecef
+@cache
+def _laws() -> tuple[Array, Array]:
+    """Shares (g, 3) and times (g, 2) [s] of all laws; each is as probable as any other before."""
+    nodes = np.sin(np.pi * (np.arange(SHARES) + 0.5) / (2 * SHARES)) ** 2
+    times = np.geomspace(SHORTEST, LONGEST, STEPS)
+    slow, new, fast = (a.ravel() for a in np.meshgrid(nodes, nodes, times, indexing="ij"))
+    shares = np.stack([new * (1 - slow), (1 - new) * (1 - slow), slow], axis=1)
+    return shares, np.stack([fast, np.full(len(fast), SLOW)], axis=1)
 
 
-def phase_variance(elevation: Array) -> Array:
-    """Variance [m^2] that the engine gives the difference of a phase between two receivers.
-
-    Parameters
-    ----------
-    elevation : (n,)
-        Of the satellite [rad].
-    """
-    sine = np.maximum(np.sin(elevation), LOWEST)
-    variance: Array = 2 * PHASE_SIGMA**2 * (1 + 1 / sine**2)
-    return variance
-
-
-def signal_groups(phases: PhaseResiduals) -> NDArray[np.int64]:
-    """Numbers (n,) of the groups of phases that share a reference satellite.
-
-    One for each epoch, satellite system and frequency.
-    """
-    keys = [
-        np.unique(column, return_inverse=True)[1].ravel().astype(np.int64)
-        for column in (phases.times, phases.satellites.astype("U1"), phases.frequencies)
-    ]
-    number = (keys[0] * (keys[1].max() + 1) + keys[1]) * (keys[2].max() + 1) + keys[2]
-    return np.unique(number, return_inverse=True)[1].ravel().astype(np.int64)
-
-
-def double_differences(
-    phases: PhaseResiduals,
-    solution: Solution,
-    chosen: NDArray[np.int64],
-    place: Array | None,
-    delay: Array | None = None,
-) -> DoubleDifferences:
-    """Double differences of some epochs, related to one place of the rover.
+def phase_noise(
+    phases: ClockFreePhases, interval: float, epochs: int, *, assumed: float = ASSUMED
+) -> PhaseNoise | None:
+    """Noise of the phases of a session with integer ambiguities.
 
     Parameters
     ----------
     phases
-        Residuals as the engine wrote them, each against the place of its own epoch.
-    solution
-        All epochs, in ECEF.
-    chosen : (k,)
-        Epochs of the solution.
-    place : (3,)
-        ECEF coordinates of the rover [m] that the residuals are to belong to; None leaves each
-        with its own epoch, as it must be where ambiguities move as well.
-    delay : (n,)
-        That the engine computed with each phase, rover minus base, and should not have [m].
-    """
-    times = solution.times[chosen]
-    at = np.clip(np.searchsorted(times, phases.times - 1e-3), 0, len(times) - 1)
-    own = np.abs(times[at] - phases.times) < 1e-3
-    toward = sight_lines(phases, solution.values[chosen[-1]] if place is None else place)
-    group = signal_groups(phases)
-    # the reference is the highest one, and the only one that has no residual by definition
-    rank = np.lexsort((phases.elevation, phases.residuals == 0, group))
-    last = np.searchsorted(group[rank], np.arange(group.max() + 1), side="right") - 1
-    reference = rank[last][group]
-    use = own & (reference != np.arange(len(group)))
-    numbers = np.unique(phases.satellites, return_inverse=True)[1].ravel()
-    keys = np.stack([numbers[reference], numbers, phases.frequencies], axis=1)
-    pairs = np.unique(keys, axis=0, return_inverse=True)[1].ravel()
-    variance = phase_variance(phases.elevation)
-    residuals = phases.residuals
-    if place is not None:
-        moved = place - solution.values[chosen][at]
-        residuals = residuals - np.einsum("ni,ni->n", toward - toward[reference], moved)
-    if delay is not None:
-        residuals = residuals + delay[reference] - delay
-    return DoubleDifferences(
-        phases.times[use],
-        pairs[use].astype(np.int64),
-        residuals[use],
-        np.sqrt(variance + variance[reference])[use],
-    )
-
-
-def phase_noise(differences: DoubleDifferences, interval: float) -> PhaseNoise | None:
-    """Noise and correlation of double differences.
-
-    Parameters
-    ----------
-    differences
         Of one session.
     interval
         Time between its epochs [s].
+    epochs
+        How many there are.
+    assumed
+        What the engine assumes counts as much as so many independent phases.
 
     Returns
     -------
     PhaseNoise or None
-        None where too few of them are independent.
+        None where there are too few.
     """
-    n = len(differences.residuals)
-    if n < FEWEST or interval <= 0:
+    time, table, satellite, freedom = phases.over_frequencies()
+    if interval <= 0:
         return None
-    u = differences.residuals / differences.sigma
-    step = np.rint((differences.times - differences.times.min()) / interval).astype(np.int64)
-    epochs = int(step.max()) + 1
-    products, counts = np.zeros(epochs), np.zeros(epochs)
-    order = np.argsort(differences.pairs, kind="stable")
-    for rows in np.split(order, np.flatnonzero(np.diff(differences.pairs[order])) + 1):
-        first = step[rows].min()
-        length = int(step[rows].max() - first) + 1
-        series, there = np.zeros(length), np.zeros(length)
-        series[step[rows] - first], there[step[rows] - first] = u[rows], 1.0
-        products[:length] += _lagged(series)
-        counts[:length] += np.rint(_lagged(there))
-    power = products[0] / counts[0]
-    if not power > 0:
+    step = np.rint((time - time.min()) / interval).astype(np.int64)
+    thin = step % -(-len(step) // ROWS) == 0
+    step, table, satellite, freedom = step[thin], table[thin], satellite[thin], freedom[thin]
+    dof = float(freedom.sum()) - 3
+    if dof < FEWEST:
         return None
-    with np.errstate(invalid="ignore", divide="ignore"):
-        r = np.where(counts > 0, products / np.maximum(counts, 1) / power, 0.0)
-    noise = PhaseNoise(1.0, _initial_monotone(r), interval, epochs, float(n))
-    independent = n / noise.inflation(epochs) ** 2
-    if independent < FEWEST:
+    shares, times = _laws()
+    squares, determinant = _filtered(table, satellite, step, freedom, shares, times, interval)
+    design = squares[:, 1:, 1:]
+    cross = squares[:, 1:, 0]
+    fit = np.einsum("gi,gi->g", cross, np.linalg.solve(design, cross[..., None])[..., 0])
+    rest = assumed + np.maximum(squares[:, 0, 0] - fit, 0.0)
+    if not rest.min() > 0:
         return None
-    scale = float(np.sqrt(power / (1 - 3 / independent)))
-    return PhaseNoise(scale, noise.correlation, interval, epochs, independent)
+    likelihood = -0.5 * (
+        determinant + np.linalg.slogdet(design)[1] + (assumed + dof) * np.log(rest)
+    )
+    weight = np.exp(likelihood - likelihood.max())
+    keep = weight > UNLIKELY
+    return PhaseNoise(
+        weight[keep] / weight[keep].sum(),
+        # mean of the inverse gamma distribution: what few phases tell is uncertain upwards
+        rest[keep] / (assumed + dof - 2),
+        shares[keep],
+        times[keep],
+        interval,
+        epochs,
+    )
 
 
-def _lagged(values: Array) -> Array:
-    """Sums (n,) of the products of values (n,) with those 0, 1, ... places later."""
-    size = fft.next_fast_len(2 * len(values) - 1, real=True)
-    products: Array = fft.irfft(np.abs(fft.rfft(values, size)) ** 2, size)
-    return products[: len(values)]
-
-
-def _initial_monotone(r: Array) -> Array:
-    """Correlations from lag 1 on (k,) up to where pairs, made to fall, turn negative (Geyer 1992).
+def _filtered(
+    table: Array,
+    satellite: Array,
+    step: Array,
+    freedom: Array,
+    shares: Array,
+    times: Array,
+    interval: float,
+) -> tuple[Array, Array]:
+    """``Y^T R^-1 Y`` (g, c, c) and ``log |R|`` (g,) for g laws, by a Kalman filter of two states.
 
     Parameters
     ----------
-    r : (n,)
-        Estimated correlations from lag 0 on.
+    table : (n, c)
+        Y, ascending in time for each satellite; satellites are independent.
+    satellite, step, freedom : (n,)
+        Satellite, number of the epoch, weight in the determinant.
+    shares, times : (g, 3), (g, 2)
+        The laws.
+    interval
+        Of the epochs [s].
     """
-    pairs = r[: len(r) // 2 * 2].reshape(-1, 2).sum(axis=1)
-    negative = np.flatnonzero(pairs <= 0)
-    end = int(negative[0]) if len(negative) else len(pairs)
-    if end == 0:
-        return np.zeros(0)
-    kept = pairs[:end]
-    lower = np.minimum.accumulate(kept)
-    shrunk: Array = (r[: 2 * end].reshape(-1, 2) * (lower / kept)[:, None]).ravel()
-    return shrunk[1:]
+    white, first, second = shares.T
+    columns = table.shape[1]
+    upper = np.triu_indices(columns)
+    total = np.zeros((len(shares), len(upper[0])))
+    determinant = np.zeros(len(shares))
+    rate = np.exp(-interval / times)
+    decays: dict[int, tuple[Array, Array]] = {}
+    state = np.zeros((2, len(shares), columns))
+    a, b, c = first, second, np.zeros(len(shares))
+    for row in range(len(table)):
+        if row == 0 or satellite[row] != satellite[row - 1]:
+            state[:] = 0
+            a, b, c = first, second, np.zeros(len(shares))
+        else:
+            gap = int(step[row] - step[row - 1])
+            if gap not in decays:
+                u, v = (rate**gap).T
+                decays[gap] = (u, v)
+            u, v = decays[gap]
+            state[0] *= u[:, None]
+            state[1] *= v[:, None]
+            a, b, c = first + u * u * (a - first), second + v * v * (b - second), u * v * c
+        one, two = a + c, b + c
+        variance = one + two + white
+        news = table[row] - state[0] - state[1]
+        state[0] += (one / variance)[:, None] * news
+        state[1] += (two / variance)[:, None] * news
+        a, b, c = a - one * one / variance, b - two * two / variance, c - one * two / variance
+        determinant += freedom[row] * np.log(variance)
+        total += news[:, upper[0]] * news[:, upper[1]] / variance[:, None]
+    squares = np.zeros((len(shares), columns, columns))
+    squares[:, upper[0], upper[1]] = total
+    squares[:, upper[1], upper[0]] = total
+    return squares, determinant
+
+
+def usual_noise(phases: ClockFreePhases, interval: float, epochs: int) -> PhaseNoise | None:
+    """Noise of phases whose ambiguities are float: their variance with the usual correlation.
+
+    Float ambiguities take up whatever stays alike, and residuals do not show it. With few
+    independent ones the variance is at least what the engine assumes.
+
+    Parameters
+    ----------
+    phases
+        Of one session.
+    interval
+        Time between its epochs [s].
+    epochs
+        How many there are.
+    """
+    _, table, _, freedom = phases.over_frequencies()
+    total = float(freedom.sum())
+    if total < FEWEST or interval <= 0:
+        return None
+    power = float(np.square(table[:, 0]).sum()) / total
+    usual = PhaseNoise(
+        np.ones(1),
+        np.ones(1),
+        np.array([[0.0, 0.0, 1.0]]),
+        np.array([[CORRELATION_TIME, CORRELATION_TIME]]),
+        interval,
+        epochs,
+        learned=False,
+    )
+    count = total / usual.factor(epochs) ** 2
+    enough = count >= FEWEST
+    variance = (ASSUMED + count * power) / (ASSUMED + count) if enough else max(power, 1.0)
+    return PhaseNoise(
+        usual.weights, np.array([variance]), usual.shares, usual.times, interval, epochs, False
+    )

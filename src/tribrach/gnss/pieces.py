@@ -1,19 +1,22 @@
 """Sigma of a baseline, checked by splitting its session.
 
 The session is cut into four to ten pieces in time, each is computed by itself, and the scatter of
-their coordinates is compared with what their covariances state: the sum
+their coordinates is compared with what their covariance states: the sum
 
-    q = sum (x_k - x)^T C_k^-1 (x_k - x),        x = (sum C_k^-1)^-1 sum C_k^-1 x_k
+    q = (x - A m)^T C^-1 (x - A m),        m = (A^T C^-1 A)^-1 A^T C^-1 x
 
-is chi-square distributed with 3 (k - 1) degrees of freedom where the covariances hold, and
-``sqrt(q/(3 (k - 1)))`` is the scatter over what is stated. Beyond the 95 % limit all sigmas of the
+over the coordinates x of all pieces (A repeats the identity) is chi-square distributed with
+3 (k - 1) degrees of freedom where the covariance holds. Neighbours share what stays alike longer
+than the step from one to the next: blocks of C are ``C_i^(1/2) r_ij C_j^(1/2)`` with the
+correlation r of their means. ``sqrt(q/(3 (k - 1)))`` is the scatter over what is stated, with a
+standard deviation of ``1/sqrt(6 (k - 1))`` of its own. Beyond the 95 % limit all sigmas of the
 baseline are widened by this ratio; a small scatter narrows nothing, because pieces do not see all,
 but below the 2.5 % limit sigmas are said to be larger than the pieces need.
 
 They see what differs between them: noise, multipath and air that change in minutes, wrong
 integers. They do not see what stays for the whole session or returns in each of them: offsets and
 heights of antennas, phase centres, the coordinates of the base, orbits, the frame. Method section
-2.7.
+7.2.
 """
 
 from __future__ import annotations
@@ -83,6 +86,11 @@ class PieceScatter:
         return float(np.sqrt(self.statistic / self.dof))
 
     @property
+    def ratio_sigma(self) -> float:
+        """Standard deviation of the ratio where it is one."""
+        return float(1 / np.sqrt(2 * self.dof))
+
+    @property
     def agree(self) -> bool:
         """True if the pieces scatter no more than their covariances let expect."""
         return self.statistic <= self.limit
@@ -109,8 +117,9 @@ class PieceScatter:
             count = f"{self.pieces} of {self.cut} pieces of the session (the others solve less)"
         return (
             f"{count} scatter by {1e3 * self.scatter:.1f} mm in space (standard deviation), "
-            f"{self.ratio:.2f} times what they state (chi-square {self.statistic:.1f} with "
-            f"{self.dof} degrees of freedom, limit {self.limit:.1f})"
+            f"{self.ratio:.2f} +- {self.ratio_sigma:.2f} times what they state "
+            f"(chi-square {self.statistic:.1f} with {self.dof} degrees of freedom, "
+            f"limit {self.limit:.1f})"
         )
 
     def sentence(self) -> str:
@@ -176,8 +185,9 @@ def piece_scatter(
     covariance: Sequence[Array],
     cut: int | None = None,
     floating: int = 0,
+    correlation: Array | None = None,
 ) -> PieceScatter | None:
-    """The scatter of pieces against their covariances.
+    """The scatter of pieces against their covariance.
 
     Parameters
     ----------
@@ -189,6 +199,8 @@ def piece_scatter(
         How many pieces there were, k if not given.
     floating
         How many of them have float ambiguities.
+    correlation : (k, k)
+        Between pieces, None for none.
 
     Returns
     -------
@@ -201,10 +213,19 @@ def piece_scatter(
     # around their mean, for the sake of the digits
     x, c = np.asarray(values, dtype=float), np.asarray(covariance, dtype=float)
     x = x - x.mean(axis=0)
-    weights = np.linalg.inv(c)
-    mean = np.linalg.solve(weights.sum(axis=0), np.einsum("kij,kj->i", weights, x))
+    size, axes = np.linalg.eigh(c)
+    roots = (axes * np.sqrt(size)[:, None, :]) @ axes.transpose(0, 2, 1)
+    # whitened by the roots of the blocks, what is left of the covariance is the correlation
+    white = np.linalg.inv(roots)
+    values_white = np.einsum("kij,kj->ki", white, x)
+    between = np.eye(k) if correlation is None else correlation
+    weight = np.kron(np.linalg.inv(between), np.eye(3))
+    design = white.reshape(3 * k, 3)
+    y = values_white.ravel()
+    mean = np.linalg.solve(design.T @ weight @ design, design.T @ weight @ y)
+    rest = y - design @ mean
+    statistic = float(rest @ weight @ rest)
     apart = x - mean
-    statistic = float(np.einsum("ki,kij,kj->", apart, weights, apart))
     dof = 3 * (k - 1)
     return PieceScatter(
         k,

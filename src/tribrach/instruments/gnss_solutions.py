@@ -12,7 +12,8 @@ some twenty minutes (the same paper), after which the exponential of T = 300 s h
 turbulence of the air alone has 125 to 175 s (Kermarrec and Schön 2014, J. Geod. 88:1061), multipath
 more. One hour at 30 s gives f = 4.3, within the 3 to 10 that repeated sessions show. Errors that
 stay the same for the whole session (residual troposphere, phase centres and others) are not
-included.
+included. Where phases of a session show their own correlation it takes the place of this one
+(:mod:`tribrach.gnss.phase_noise`).
 """
 
 from __future__ import annotations
