@@ -71,6 +71,8 @@ def too_large(value: ArrayLike) -> bool:
     value
         Any shape, in any unit that files have.
     """
+    if isinstance(value, float):
+        return abs(value) >= LARGEST
     return bool((np.abs(np.asarray(value, dtype=float)) >= LARGEST).any())
 
 
@@ -83,6 +85,11 @@ def beyond_circle(angle: ArrayLike) -> NDArray[np.bool_]:
         Any shape; NaN is no angle and not beyond the circle.
     """
     return np.asarray(np.abs(np.asarray(angle, dtype=float)) > _CIRCLE)
+
+
+def circle_passed(angle: float) -> bool:
+    """As :func:`beyond_circle`, of one angle [rad]."""
+    return abs(angle) > _CIRCLE
 
 
 def check_circle(angle: float, turns: int = 1) -> float:

@@ -32,8 +32,9 @@ _LENGTH = {"0": 1e-3, "1": 1e-3 * UNITS["ft"], "6": 1e-4, "7": 1e-4 * UNITS["ft"
 _ANGLE = {"2": GON * 1e-5, "3": math.pi / 180 * 1e-5, "5": math.pi / 3200 * 1e-4}
 _ANGLES = ("21", "22", "25")
 _LENGTHS = ("31", "32", "33", "81", "82", "83", "84", "85", "86", "87", "88")
-#: known words that carry no reading
+#: known words that carry no reading, and those that are read otherwise
 _SILENT = (
+    "11", "51", "58", "59",
     "12", "13", "14", "15", "16", "17", "18", "19", "32", "33", "35", "36", "37", "52", "53", "54",
     "57", "71", "72", "73", "74", "75", "76", "77", "78", "79", "25",
 )  # fmt: skip
@@ -41,7 +42,7 @@ _SILENT = (
 _HEIGHTS = range(100, 3001)
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Word:
     """A word of a block.
 
@@ -79,7 +80,7 @@ class Word:
         digits, unit = self.data.strip(), self.information[3]
         if not digits.strip("-") or digits.endswith("-"):
             return math.nan
-        if not re.fullmatch(r"\d+", digits):
+        if not digits.isdecimal():
             raise ValueError(f"word {self.index} has {digits!r} for a number")
         sign = -1.0 if self.sign == "-" else 1.0
         if self.index in _ANGLES:
@@ -197,7 +198,7 @@ class _Reader:
         by_index = {word.index: word for word in words}
         values = {i: w.value for i, w in by_index.items() if i in _LENGTHS or i in _ANGLES}
         for index in by_index:
-            if index not in values and index not in (*_SILENT, "11", "51", "58", "59"):
+            if index not in values and index not in _SILENT:
                 self.recorder.unknown[f"word {index}"] += 1
         self._constants(by_index)
         name = by_index["11"].text

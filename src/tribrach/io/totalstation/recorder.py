@@ -12,7 +12,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups, StoredPoints
-from tribrach.units import GON, beyond_circle, check_circle, too_large
+from tribrach.units import GON, check_circle, circle_passed, too_large
 
 __all__ = ["Recorder"]
 
@@ -71,7 +71,7 @@ class Recorder:
         self._shots: list[tuple[Any, ...]] = []
         self._points: list[tuple[str, tuple[float, float, float], bool, int]] = []
         self._problems: list[Problem] = []
-        self._notes: list[str] = []
+        self._notes: dict[str, None] = {}
 
     def setup(
         self,
@@ -210,10 +210,10 @@ class Recorder:
             raise ValueError(f"the zenith angle is {math.degrees(zenith):g} deg")
         if not abs(self.temperature_c) < HOTTEST and not math.isnan(self.temperature_c):
             raise ValueError(f"the temperature is {self.temperature_c:g} C")
-        if too_large((self.prism, self.ppm, self.temperature_c, self.pressure_hpa)):
+        if any(map(too_large, (self.prism, self.ppm, self.temperature_c, self.pressure_hpa))):
             raise ValueError("prism constant, correction or air is beyond any measurement")
         check_circle(direction, turns=2)
-        if beyond_circle(direction):
+        if circle_passed(direction):
             gon = direction / GON
             self.note(
                 f"line {line}: the direction of {gon:.6g} gon is more than a circle and counts as "
@@ -261,8 +261,7 @@ class Recorder:
 
     def note(self, sentence: str) -> None:
         """Note an assumption, once."""
-        if sentence not in self._notes:
-            self._notes.append(sentence)
+        self._notes[sentence] = None
 
     @property
     def current(self) -> int:

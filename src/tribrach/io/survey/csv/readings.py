@@ -19,6 +19,10 @@ from tribrach.io.totalstation.records import RawFile
 __all__ = ["ReadingsReader"]
 
 _CORRECTIONS = ("prism_constant", "atmosphere_ppm", "pressure_hpa")
+#: columns that are read row by row, with what is to be applied to a distance
+_READ = (
+    "direction", "zenith", "slope_distance", *_CORRECTIONS, "temperature_c", "humidity_percent",
+)  # fmt: skip
 
 
 class ReadingsReader(Reader):
@@ -48,22 +52,29 @@ class ReadingsReader(Reader):
         corrected = np.all([np.isnan(table.number(name)) for name in _CORRECTIONS], axis=0)
         before: tuple[str, str, float] | None = None
         heights = np.nan_to_num(table.number("height_instrument"))
+        codes = table.words.get("code", [""] * len(table))
+        number = {name: table.number(name).tolist() for name in _READ}
+        raised = np.nan_to_num(table.number("height_target")).tolist()
         for row in range(len(table)):
             key = (stations[row], setups[row], float(heights[row]))
             if key != before:
                 recorder.setup(table.lines[row], stations[row], height=key[2])
                 before = key
-            self._corrections(recorder, row)
+            recorder.prism = number["prism_constant"][row]
+            recorder.ppm = number["atmosphere_ppm"][row]
+            recorder.temperature_c = number["temperature_c"][row]
+            recorder.pressure_hpa = number["pressure_hpa"][row]
+            recorder.humidity_percent = number["humidity_percent"][row]
             try:
                 recorder.shot(
                     table.lines[row],
                     targets[row],
-                    direction=float(table.number("direction")[row]),
-                    zenith=float(table.number("zenith")[row]),
-                    distance=float(table.number("slope_distance")[row]),
+                    direction=number["direction"][row],
+                    zenith=number["zenith"][row],
+                    distance=number["slope_distance"][row],
                     face=int(faces[row]),
-                    height=float(np.nan_to_num(table.number("height_target")[row])),
-                    code=table.words.get("code", [""] * len(table))[row],
+                    height=raised[row],
+                    code=codes[row],
                     applied=bool(corrected[row]),
                     series=int(sets[row]),
                     off=str(self.reason[row]) if self.use[row] else "",
@@ -72,15 +83,6 @@ class ReadingsReader(Reader):
                 raise table.error(row, str(error)) from error
             recorder.understood["sight"] += 1
         return replace(recorder.finish(), label=table.label)
-
-    def _corrections(self, recorder: Recorder, row: int) -> None:
-        """What is to be applied to the distance of a row."""
-        number = self.table.number
-        recorder.prism = float(number("prism_constant")[row])
-        recorder.ppm = float(number("atmosphere_ppm")[row])
-        recorder.temperature_c = float(number("temperature_c")[row])
-        recorder.pressure_hpa = float(number("pressure_hpa")[row])
-        recorder.humidity_percent = float(number("humidity_percent")[row])
 
     def _faces(self) -> np.ndarray[tuple[int, ...], np.dtype[np.int64]]:
         """Face of each row (n,), 0 where it follows from the zenith angle."""

@@ -10,7 +10,6 @@ of it, as they refer to the grid and to heights over a geoid of one height.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Literal
 
 import numpy as np
@@ -133,7 +132,7 @@ def _side_shots(
         else:
             key = f"{shot.name} ({shot.source})"
             names[key], sources[key] = shot.name, shot.source
-            sights += [replace(sight, to=key) for sight in shot.sights]
+            sights += [sight._replace(to=key) for sight in shot.sights]
     own = StarnetRecords(records.kind, sights=sights)
     builder = _Builder(own, settings, places, refused, "all")
     builder.observations()
@@ -242,7 +241,7 @@ class _Builder:
             return sight
         if sight.quantity is Quantity.ZENITH:
             plan, up = np.sin(sight.value), np.cos(sight.value)
-            return replace(sight, value=float(np.arctan2(sight.scale * plan, up)))
+            return sight._replace(value=float(np.arctan2(sight.scale * plan, up)))
         rise = sight.rise
         if sight.rise == 0 and sight.length == sight.value:
             # the line has no zenith angle: the coordinates tell how steep it is
@@ -256,7 +255,7 @@ class _Builder:
                 cure="give its zenith angle in the same line, or coordinates of its ends",
             )
         plan = np.sqrt(sight.value**2 - rise**2)
-        return replace(sight, value=float(np.hypot(sight.scale * plan, rise)))
+        return sight._replace(value=float(np.hypot(sight.scale * plan, rise)))
 
     def _add_sights(self, quantity: Quantity, sights: list[Sight]) -> None:
         """All sights of one quantity: weighted ones, conditions, check values."""
@@ -450,7 +449,7 @@ def _covariance(vector: Vector, length: float) -> Array:
 
 def _levelled(sight: Sight) -> Sight:
     """A slope distance with its zenith angle as horizontal distance."""
-    return replace(sight, quantity=Quantity.LEVEL_DISTANCE, value=sight.length)
+    return sight._replace(quantity=Quantity.LEVEL_DISTANCE, value=sight.length)
 
 
 def _with_place(sight: Sight, line: Array) -> Sight:
@@ -468,4 +467,4 @@ def _with_place(sight: Sight, line: Array) -> Sight:
         Quantity.ZENITH: float(np.arctan2(length, rise)),
         Quantity.RISE: rise,
     }.get(sight.quantity, 1.0)
-    return replace(sight, value=value, length=length, rise=rise)
+    return sight._replace(value=value, length=length, rise=rise)

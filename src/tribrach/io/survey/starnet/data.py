@@ -229,10 +229,9 @@ class DataReader:
         name = f"the {quantity.value}"
         if quantity is Quantity.BEARING:
             turned = azimuth_of(word, name, line, gon=options.gon) + options.rotation
-            return float(np.remainder(turned, 2 * math.pi))
+            return turned % (2 * math.pi)
         if quantity in (Quantity.DIRECTION, Quantity.ANGLE):
-            turn = 2 * math.pi
-            return float(np.remainder(angle_of(word, name, line, gon=options.gon), turn))
+            return angle_of(word, name, line, gon=options.gon) % (2 * math.pi)
         if quantity is Quantity.ZENITH:
             value = angle_of(word, name, line, gon=options.gon)
             if not 0 < value < 2 * math.pi or value == math.pi:
@@ -530,9 +529,9 @@ class DataReader:
             return sights
         value, to = sights[0].value, sights[0].to
         first = self._set.read.setdefault(to, value)
-        apart = abs(float(np.remainder(value - first, 2 * math.pi)) - math.pi)
+        apart = abs((value - first) % (2 * math.pi) - math.pi)
         if self._options.normalize and apart < _FACES_APART:
-            turned = float(np.remainder(value - math.pi, 2 * math.pi))
+            turned = (value - math.pi) % (2 * math.pi)
             sights[0] = _with_value(sights[0], turned)
         return sights
 
@@ -897,11 +896,11 @@ def _is_value(word: str) -> bool:
 
 
 def _with_value(sight: Sight, value: float) -> Sight:
-    return replace(sight, value=value)
+    return sight._replace(value=value)
 
 
 def _as_bearing(sight: Sight, value: float) -> Sight:
-    return replace(sight, quantity=Quantity.BEARING, value=value)
+    return sight._replace(quantity=Quantity.BEARING, value=value)
 
 
 def _without_centring(errors: StandardErrors) -> StandardErrors:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import NamedTuple
 
 from tribrach.io.survey.starnet.settings import StandardErrors
 
@@ -78,8 +79,7 @@ class Given:
     source: str
 
 
-@dataclass(frozen=True)
-class Sight:
+class Sight(NamedTuple):
     """One observation of an instrument.
 
     Attributes

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
-from tribrach.units import GON, LARGEST, SEC, UNITS, beyond_circle, too_large
+from tribrach.units import GON, LARGEST, SEC, UNITS, circle_passed, too_large
 
 __all__ = [
     "LINEAR_UNITS",
@@ -165,7 +165,7 @@ def angle_of(word: str, what: str, line: DataLine, *, gon: bool = False) -> floa
         Malformed, 60 minutes or seconds and more, or beyond the circle.
     """
     value = number_of(word, what, line) * GON if gon else _degrees(word, what, line)
-    if beyond_circle(value):
+    if circle_passed(value):
         raise line.error(f"{what} is {word}, beyond the circle", "check the angle and its unit")
     return value
 
