@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 from tests.network.networks import scanner_network, trilateration
 from tribrach.errors import InputError, RankDefect, UnknownName
@@ -39,6 +40,15 @@ def assert_same_cofactor(adjustment: Adjustment) -> None:
     assert np.abs(error).max() < 1e-6
     solved = adjustment.cofactor.solve(np.eye(len(truth)))
     assert np.allclose(solved, truth, atol=1e-9 * truth.max())
+    # forms of sparse rows, block by block, by entries and without them
+    rng = np.random.default_rng(0)
+    rows = np.where(rng.random((12, len(truth))) < 0.3, rng.normal(size=(12, len(truth))), 0.0)
+    rows /= np.sqrt(np.einsum("ij,jk,ik->i", rows, truth, rows) + (rows == 0).all(axis=1))[:, None]
+    block = rng.permutation(12).reshape(4, 3)
+    form = rows[block] @ truth @ rows[block].swapaxes(1, 2)
+    assert np.abs(adjustment.cofactor.row_blocks(sp.csr_array(rows), block) - form).max() < 1e-6
+    columns = sp.csc_array(rows[block.ravel()].T)
+    assert np.abs(adjustment.cofactor.forms(columns, 3) - form).max() < 1e-6
 
 
 def test_free_trilateration_of_strang_and_borre() -> None:

@@ -30,6 +30,15 @@ def pairs(size: int) -> tuple[np.ndarray, np.ndarray]:
     return i.ravel(), j.ravel()
 
 
+def factor_of(way: str, normal: sp.csc_array, point_of: np.ndarray) -> linear.Factor:
+    scale = 1 / np.sqrt(normal.diagonal())
+    return {
+        "dense": lambda: linear.DenseFactor(normal.toarray(), scale),
+        "schur": lambda: linear.SchurFactor(normal, scale, point_of >= 0, point_of),
+        "sparse": lambda: linear.SparseFactor(normal, scale),
+    }[way]()
+
+
 @pytest.mark.parametrize("way", ["dense", "schur", "sparse"])
 def test_solutions_and_entries_are_those_of_the_inverse(way: str) -> None:
     rng = np.random.default_rng(1)
@@ -38,12 +47,7 @@ def test_solutions_and_entries_are_those_of_the_inverse(way: str) -> None:
     units = 10.0 ** rng.uniform(-4, 4, normal.shape[0])
     normal = sp.csc_array(sp.diags_array(units) @ normal @ sp.diags_array(units))
     truth = np.linalg.inv(normal.toarray() / units[:, None] / units) / units[:, None] / units
-    scale = 1 / np.sqrt(normal.diagonal())
-    factor = {
-        "dense": lambda: linear.DenseFactor(normal.toarray(), scale),
-        "schur": lambda: linear.SchurFactor(normal, scale, point_of >= 0, point_of),
-        "sparse": lambda: linear.SparseFactor(normal, scale),
-    }[way]()
+    factor = factor_of(way, normal, point_of)
     i, j = pairs(len(truth))
     size = np.sqrt(np.diag(truth))
     error = (factor.entries(i, j) - truth[i, j]) / size[i] / size[j]
@@ -51,6 +55,41 @@ def test_solutions_and_entries_are_those_of_the_inverse(way: str) -> None:
     b = rng.normal(size=(len(truth), 3)) * units[:, None]
     assert np.abs((factor.solve(b) - truth @ b) / size[:, None]).max() < 1e-8
     assert np.allclose(factor.solve(b[:, 0]), factor.solve(b)[:, 0])
+
+
+@pytest.mark.parametrize("way", ["dense", "schur", "sparse"])
+@pytest.mark.parametrize("width", [1, 3, 12])
+def test_forms_are_those_of_the_inverse(way: str, width: int) -> None:
+    """Groups of sparse columns whose rows nothing observes together, and all columns as one."""
+    rng = np.random.default_rng(4)
+    normal, point_of = scanner_like(30, 7, rng)
+    units = 10.0 ** rng.uniform(-4, 4, normal.shape[0])
+    normal = sp.csc_array(sp.diags_array(units) @ normal @ sp.diags_array(units))
+    truth = np.linalg.inv(normal.toarray() / units[:, None] / units) / units[:, None] / units
+    factor = factor_of(way, normal, point_of)
+    dense = np.where(rng.random((len(units), 12)) < 0.1, rng.normal(size=(len(units), 12)), 0.0)
+    columns = dense * units[:, None]
+    expected = [columns[:, k : k + width] for k in range(0, 12, width)]
+    got = factor.forms(sp.csc_array(columns), width)
+    assert got.shape == (12 // width, width, width)
+    for form, b in zip(got, expected, strict=True):
+        assert np.allclose(form, b.T @ truth @ b, rtol=1e-9, atol=1e-9)
+    assert factor.forms(sp.csc_array((len(units), 0)), width).shape == (0, width, width)
+
+
+@pytest.mark.parametrize("kept", [4, 4000])
+def test_unknowns_without_any_connection_have_no_common_entry(kept: int, monkeypatch) -> None:
+    """Two networks in one matrix; few and many half solutions are kept at a time."""
+    monkeypatch.setattr(linear, "_SPARSE", kept)
+    rng = np.random.default_rng(5)
+    one, other = scanner_like(12, 4, rng)[0], scanner_like(9, 3, rng)[0]
+    normal = sp.csc_array(sp.block_diag([one, other]))
+    factor = linear.SparseFactor(normal, 1 / np.sqrt(normal.diagonal()))
+    i, j = pairs(normal.shape[0])
+    truth = np.linalg.inv(normal.toarray())
+    assert np.abs(factor.entries(i, j) - truth[i, j]).max() < 1e-10
+    apart = (i < one.shape[0]) != (j < one.shape[0])
+    assert (factor.entries(i[apart], j[apart]) == 0).all()
 
 
 def test_points_with_fixed_coordinates_are_eliminated_as_smaller_blocks() -> None:

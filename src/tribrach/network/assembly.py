@@ -59,6 +59,9 @@ def inverse_cholesky(covariance: Array) -> Array:
     if covariance.shape[1] == 1:
         return 1 / np.sqrt(covariance)
     lower = np.linalg.cholesky(covariance)
+    if len(lower) == 1:
+        unit = np.eye(lower.shape[1])
+        return scipy.linalg.solve_triangular(lower[0], unit, lower=True)[None]
     inverse: Array = np.linalg.inv(lower)
     return np.tril(inverse)
 
@@ -78,30 +81,40 @@ class Assembly:
         self._white = self._whiteners()
 
     @cached_property
-    def joint_places(self) -> list[Index]:
-        """Row number of each value of the joint covariances, -1 for values that take no part."""
+    def _row_numbers(self) -> tuple[Index, Index, Index]:
+        """First value of each table, values of an observation of each, row number of each value."""
         first = np.cumsum([0] + [o.values.size for o in self.network.observations])
-        width = np.array([o.rows for o in self.network.observations])
+        width = np.array([o.rows for o in self.network.observations], dtype=np.int64)
         number = np.full(first[-1], -1, dtype=np.int64)
         rows = self.rows
         number[first[rows.table] + rows.item * width[rows.table] + rows.row] = np.arange(len(rows))
+        return first, width, number
+
+    def row_numbers(self, table: Index | int, item: Index, row: Index | int) -> Index:
+        """Row numbers (k,) of values by table, item and row; -1 for values that take no part."""
+        first, width, number = self._row_numbers
+        found: Index = number[first[table] + item * width[table] + row]
+        return found
+
+    @cached_property
+    def joint_places(self) -> list[Index]:
+        """Row number of each value of the joint covariances, -1 for values that take no part."""
         return [
-            number[first[joint.table] + joint.item * width[joint.table] + joint.row]
-            for joint in self.network.joint
+            self.row_numbers(joint.table, joint.item, joint.row) for joint in self.network.joint
         ]
 
     def _joint_rows(self, joint: tuple[JointCovariance, ...]) -> list[tuple[Index, Array]]:
         """Row numbers and inverse Cholesky factor of each joint covariance, active rows only."""
-        if not joint:
-            return []
-        out = []
-        for group, place in zip(joint, self.joint_places, strict=True):
+        by_size: dict[int, list[tuple[Index, Array]]] = {}
+        for group, place in zip(joint, self.joint_places if joint else (), strict=True):
             active = place >= 0
             if active.any():
                 block = group.covariance[np.ix_(active, active)]
-                lower = scipy.linalg.cholesky(block, lower=True)
-                inverse = scipy.linalg.solve_triangular(lower, np.eye(len(block)), lower=True)
-                out.append((place[active], inverse))
+                by_size.setdefault(len(block), []).append((place[active], block))
+        out = []
+        for same in by_size.values():
+            inverses = inverse_cholesky(np.stack([block for _, block in same]))
+            out += [(place, one) for (place, _), one in zip(same, inverses, strict=True)]
         return out
 
     def _whiteners(self) -> list[Array]:

@@ -360,8 +360,64 @@ class Cofactor:
         out[good] = self.entries(i[good], j[good])
         return out.reshape(-1, m, m)
 
+    def forms(self, columns: sp.csc_array, width: int) -> Array:
+        """``B_g^T Q B_g`` (k, width, width) of sparse columns (u, k * width), group by group.
+
+        For groups whose unknowns need not be observed together: no entry of Q is asked for.
+        """
+        out = self.factor.forms(columns, width)
+
+        def grouped(basis: Array) -> Array:
+            """``X^T B_g`` (k, d, width)."""
+            product = np.asarray(columns.T @ basis)
+            return product.reshape(len(out), width, basis.shape[1]).swapaxes(1, 2)
+
+        if self._v.shape[1]:
+            v = grouped(self._v)
+            out -= v.swapaxes(1, 2) @ v
+        if self.motions.shape[1]:
+            g, y = grouped(self.motions), grouped(self._y)
+            mixed = g.swapaxes(1, 2) @ y
+            out -= mixed + mixed.swapaxes(1, 2)
+            out += g.swapaxes(1, 2) @ self._t @ g
+        return out
+
+    def row_blocks(self, rows: sp.csr_array, block: Index) -> Array:
+        """``M_b Q M_b^T`` (b, m, m) of blocks (b, m) of sparse rows M (n, u).
+
+        The columns of a block are those of values that are observed together.
+        """
+        count, m = block.shape
+        length = np.diff(rows.indptr)[block.ravel()]
+        place = np.repeat(rows.indptr[block.ravel()], length) + _counted(length)
+        line = np.repeat(np.arange(count * m), length)
+        # a stored zero asks for nothing
+        place, line = (a[rows.data[place] != 0] for a in (place, line))
+        keys = line // m * rows.shape[1] + rows.indices[place]
+        each, which = np.unique(keys, return_inverse=True)
+        owner, column = np.divmod(each, rows.shape[1])
+        width = np.bincount(owner, minlength=count)
+        first = np.cumsum(width) - width
+        out = np.zeros((count, m, m))
+        for k in np.unique(width[width > 0]):
+            chosen = np.flatnonzero(width == k)
+            for part in np.array_split(chosen, max(1, len(chosen) * int(k) ** 2 // 4_000_000)):
+                number = np.full(count, -1)
+                number[part] = np.arange(len(part))
+                inside = np.flatnonzero(number[line // m] >= 0)
+                dense = np.zeros((len(part), m, k))
+                at = line[inside]
+                into = number[at // m], at % m, which.ravel()[inside] - first[at // m]
+                np.add.at(dense, into, rows.data[place[inside]])
+                q = self.blocks(column[first[part][:, None] + np.arange(k)])
+                out[part] = dense @ q @ dense.swapaxes(1, 2)
+        return out
+
     def row_forms(self, rows: sp.csr_array) -> Array:
         """``diag(M Q M^T)`` (n,) for sparse rows M (n, u) over columns observed together."""
+        if not rows.data.all():  # a stored zero asks for nothing
+            rows = rows.copy()
+            rows.eliminate_zeros()
         count = np.diff(rows.indptr)
         out = np.zeros(rows.shape[0])
         for width in np.unique(count[count > 0]):
@@ -399,3 +455,10 @@ class Cofactor:
         if self.motions.shape[1]:
             x = x - self.motions @ (self._m @ (self._b.T @ (x + moved)))
         return x
+
+
+def _counted(length: Index) -> Index:
+    """``0, 1, ... n - 1`` for each length n, one after the other."""
+    total = int(length.sum())
+    numbers: Index = np.arange(total) - np.repeat(np.cumsum(length) - length, length)
+    return numbers

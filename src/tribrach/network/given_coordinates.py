@@ -45,7 +45,6 @@ AXES = "ENU"
 #: most given coordinates that are tested, those first that residuals pull at most
 _MOST = 1500
 #: right-hand sides that are solved for at once
-_BATCH = 200
 #: share of a bias that must be left in the residuals to be tested at all
 UNCONTROLLED = 1e-7
 
@@ -243,12 +242,8 @@ def _columns(adjustment: Adjustment, items: list[GivenCoordinate]) -> sp.csc_arr
     free[held] = True
     wide = Assembly(replace(adjustment.network, free=free))
     parts = [-sp.csc_array(wide.design(adjustment.state))[:, wide.reduced[held]]]
-    rows = adjustment.rows
-    place = {
-        (int(t), int(i), int(r)): k
-        for k, (t, i, r) in enumerate(zip(rows.table, rows.item, rows.row, strict=True))
-    } if len(held) < len(items) else {}  # fmt: skip
-    own = np.array([place[g.table, g.item, g.row] for g in items if not g.held], dtype=np.int64)
+    at = np.array([(g.table, g.item, g.row) for g in items if not g.held], dtype=np.int64)
+    own = adjustment.assembly.row_numbers(*at.reshape(-1, 3).T)
     parts.append(sp.csc_array(adjustment.whitener)[:, own])
     return sp.csc_array(sp.hstack(parts))
 
@@ -257,9 +252,8 @@ def _left(adjustment: Adjustment, columns: sp.csc_array) -> Array:
     """``Z^T Z - Z^T A Q A^T Z`` (k, k)."""
     out: Array = (columns.T @ columns).toarray()
     seen = sp.csc_array(adjustment.design.T @ columns)
-    for first in range(0, columns.shape[1], _BATCH):
-        part = slice(first, first + _BATCH)
-        out[:, part] -= seen.T @ adjustment.cofactor.solve(seen[:, part].toarray())
+    if columns.shape[1]:
+        out -= adjustment.cofactor.forms(seen, columns.shape[1])[0]
     return out
 
 

@@ -23,17 +23,30 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from tribrach._types import Array, Index
+from tribrach._types import Array, Index, Mask
 from tribrach.kernels import njit
 from tribrach.network.selected_inverse import look_up, selected_inverse
+from tribrach.network.sparse_solution import column_products, half_solutions, roots, solutions
 
-__all__ = ["DenseFactor", "Factor", "SchurFactor", "SingularMatrix", "SparseFactor", "factorise"]
+AnyIndex = NDArray[np.integer]
+
+__all__ = [
+    "DenseFactor",
+    "Factor",
+    "SchurFactor",
+    "SingularMatrix",
+    "SparseFactor",
+    "factorise",
+    "group_products",
+]
 
 
 #: below this many unknowns the whole inverse is cheaper than any bookkeeping
 DENSE_LIMIT = 900
 #: largest remainder that is factored densely after the points are eliminated
 REDUCED_LIMIT = 4000
+#: right-hand sides that pass a sparse factor together, and half solutions that are kept at a time
+_TOGETHER, _SPARSE = 32, 4000
 #: pivots of the unit-diagonal matrix below this ask for a rank analysis
 PIVOT_LIMIT = 1e-11
 
@@ -54,6 +67,13 @@ class Factor(Protocol):
 
     def entries(self, i: Index, j: Index) -> Array:
         """Elements (k,) of the inverse at index pairs."""
+        ...
+
+    def forms(self, columns: sp.csc_array, width: int) -> Array:
+        """``B_g^T N^-1 B_g`` (k, width, width) of sparse columns (u, k * width), group by group.
+
+        Without any entry of the inverse: for groups whose rows are not observed together.
+        """
         ...
 
 
@@ -138,6 +158,15 @@ class DenseFactor:
         """Elements of the inverse."""
         return self.inverse[i, j]
 
+    def forms(self, columns: sp.csc_array, width: int) -> Array:
+        """Forms of groups of columns."""
+        out = np.empty((columns.shape[1] // width, width, width))
+        for part in _batches(columns.shape, width):
+            dense = columns[:, part.start * width : part.stop * width].toarray()
+            half = _forward(self._lower, dense * self.scale[:, None])
+            out[part] = _squares(half, width)
+        return out
+
 
 class SchurFactor:
     """Independent points eliminated as blocks; the rest dense.
@@ -162,6 +191,7 @@ class SchurFactor:
         )
         coupling = sp.csr_array(unit[self.point][:, self.rest])
         self.y = sp.csr_array(self.p_inverse @ coupling)
+        self.y.sort_indices()
         reduced = unit[self.rest][:, self.rest].toarray() - (coupling.T @ self.y).toarray()
         try:
             lower = scipy.linalg.cholesky(reduced, lower=True)
@@ -188,23 +218,54 @@ class SchurFactor:
         out *= self.scale[:, None]
         return out if b.ndim == 2 else out[:, 0]
 
+    @cached_property
+    def _seen(self) -> tuple[Array, Array]:
+        """Cofactors of points with what they are seen from, as ``Y``, and of each point itself."""
+        y, p = self.y, self.p_inverse
+        return _selected_rows(y.indptr, y.indices, y.data, self.q_rest, p.indptr, p.indices, p.data)  # type: ignore[no-any-return]
+
     def entries(self, i: Index, j: Index) -> Array:
-        """Elements of the inverse, from the sparse ``Y`` and the dense ``Q_ss``."""
+        """Elements of the inverse: looked up for what is observed together, else computed."""
         i, j = np.asarray(i), np.asarray(j)
         a, b = self.place[i], self.place[j]
         pi, pj = self.is_point[i], self.is_point[j]
         out = np.empty(len(i))
-        both_rest = ~pi & ~pj
-        out[both_rest] = self.q_rest[a[both_rest], b[both_rest]]
-        for first, second, mixed in ((a, b, pi & ~pj), (b, a, ~pi & pj)):
-            out[mixed] = -_row_times(
-                self.y.indptr, self.y.indices, self.y.data, self.q_rest, first[mixed], second[mixed]
-            )
-        both = pi & pj
+        rest = ~pi & ~pj
+        out[rest] = self.q_rest[a[rest], b[rest]]
         y, p = self.y, self.p_inverse
-        out[both] = _row_form(y.indptr, y.indices, y.data, self.q_rest, a[both], b[both])
-        out[both] += np.asarray(p[a[both], b[both]]).ravel() if both.any() else 0.0
+        for first, second, mixed in ((a, b, pi & ~pj), (b, a, ~pi & pj)):
+            if mixed.any():
+                one, two = first[mixed], second[mixed]
+                out[mixed] = _within_rows(y.indptr, y.indices, self._seen[0], one, two)
+        both = pi & pj
+        if both.any():
+            out[both] = _within_rows(p.indptr, p.indices, self._seen[1], a[both], b[both])
+        far = np.flatnonzero(np.isnan(out))
+        if len(far):
+            out[far] = self._far(a[far], b[far], pi[far], pj[far])
         return out * self.scale[i] * self.scale[j]
+
+    def _far(self, a: Index, b: Index, a_point: Mask, b_point: Mask) -> Array:
+        """Scaled elements between points and what does not see them."""
+        y, out = self.y, np.empty(len(a))
+        for first, second, mixed in ((a, b, a_point & ~b_point), (b, a, ~a_point & b_point)):
+            out[mixed] = -_row_times(
+                y.indptr, y.indices, y.data, self.q_rest, first[mixed], second[mixed]
+            )
+        both = a_point & b_point
+        out[both] = _row_form(y.indptr, y.indices, y.data, self.q_rest, a[both], b[both])
+        return out
+
+    def forms(self, columns: sp.csc_array, width: int) -> Array:
+        """Forms of groups of columns: of the points for themselves, and of what remains."""
+        unit = sp.csr_array(sp.diags_array(self.scale) @ columns)
+        points = unit[self.point]
+        out = group_products(sp.csc_array(points), sp.csc_array(self.p_inverse @ points), width)
+        rest = sp.csc_array(unit[self.rest] - self.y.T @ points)
+        for part in _batches(rest.shape, width):
+            dense = rest[:, part.start * width : part.stop * width].toarray()
+            out[part] += _squares(_forward(self._lower, dense), width)
+        return out
 
 
 def _block_inverse(blocks: sp.csr_array, point_of: Index) -> tuple[sp.csr_array, float]:
@@ -229,13 +290,117 @@ def _block_inverse(blocks: sp.csr_array, point_of: Index) -> tuple[sp.csr_array,
         except np.linalg.LinAlgError as error:
             raise SingularMatrix(str(error)) from error
         pivot = min(pivot, float(np.einsum("nii->ni", lower).min() ** 2))
-        inverse = np.linalg.inv(dense)
+        block = np.linalg.inv(dense)
         index = order[first[chosen][:, None] + np.arange(width)]
-        rows.append(np.broadcast_to(index[:, :, None], inverse.shape).ravel())
-        columns.append(np.broadcast_to(index[:, None, :], inverse.shape).ravel())
-        values.append(((inverse + inverse.transpose(0, 2, 1)) / 2).ravel())
+        rows.append(np.broadcast_to(index[:, :, None], block.shape).ravel())
+        columns.append(np.broadcast_to(index[:, None, :], block.shape).ravel())
+        values.append(((block + block.transpose(0, 2, 1)) / 2).ravel())
     triple = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return sp.csr_array(triple, shape=blocks.shape), pivot
+    inverse = sp.csr_array(triple, shape=blocks.shape)
+    inverse.sort_indices()
+    return inverse, pivot
+
+
+#: numbers in a dense batch of columns
+_BATCH = 4_000_000
+
+
+def _batches(shape: tuple[int, ...], width: int) -> list[slice]:
+    """Groups of columns that make dense batches of some size."""
+    groups = shape[1] // width
+    step = max(1, _BATCH // max(1, shape[0] * width))
+    return [slice(first, min(first + step, groups)) for first in range(0, groups, step)]
+
+
+def _forward(lower: Array, columns: Array) -> Array:
+    """``L^-1 B``."""
+    out: Array = scipy.linalg.solve_triangular(lower, columns, lower=True, overwrite_b=True)
+    return out
+
+
+def _squares(half: Array, width: int) -> Array:
+    """``Y_g^T Y_g`` (k, width, width) of dense columns (u, k * width)."""
+    groups = half.reshape(len(half), half.shape[1] // width, width).transpose(1, 2, 0)
+    out: Array = groups @ groups.transpose(0, 2, 1)
+    return out
+
+
+def group_products(one: sp.csc_array, two: sp.csc_array, width: int) -> Array:
+    """Products of groups of columns that are known to be symmetric.
+
+    Parameters
+    ----------
+    one, two : sparse array (u, k * width)
+        X and Y.
+    width
+        Columns of a group.
+
+    Returns
+    -------
+    array (k, width, width)
+        ``X_g^T Y_g``.
+    """
+    groups = one.shape[1] // width
+    out = np.empty((groups, width, width))
+    if width > groups:
+        for g in range(groups):
+            chosen = slice(g * width, (g + 1) * width)
+            out[g] = (one[:, chosen].T @ two[:, chosen]).toarray()
+        return out
+    for a in range(width):
+        for b in range(a, width):
+            both = one[:, a::width].multiply(two[:, b::width])
+            out[:, a, b] = out[:, b, a] = np.asarray(both.sum(axis=0)).ravel()
+    return out
+
+
+@njit(cache=True)
+def _selected_rows(  # type: ignore[no-untyped-def]
+    y_first, y_index, y_data, q_rest, p_first, p_index, p_data
+):
+    """``-Y Q_ss`` in the places of Y, and ``P^-1 + Y Q_ss Y^T`` in those of ``P^-1``."""
+    mixed = np.zeros(len(y_data))
+    own = p_data.copy()
+    for a in range(len(y_first) - 1):
+        first, last = y_first[a], y_first[a + 1]
+        for k in range(first, last):
+            row, factor = q_rest[y_index[k]], y_data[k]
+            for m in range(first, last):
+                mixed[m] -= factor * row[y_index[m]]
+    place = np.full(q_rest.shape[0], -1, dtype=np.int64)
+    for a in range(len(y_first) - 1):
+        first, last = y_first[a], y_first[a + 1]
+        for k in range(first, last):
+            place[y_index[k]] = k
+        for at in range(p_first[a], p_first[a + 1]):
+            b = p_index[at]
+            for k in range(y_first[b], y_first[b + 1]):
+                column = y_index[k]
+                if place[column] >= 0:
+                    own[at] -= mixed[place[column]] * y_data[k]
+                    continue
+                for m in range(first, last):  # an entry that the other row of the point lacks
+                    own[at] += y_data[m] * q_rest[y_index[m], column] * y_data[k]
+        for k in range(first, last):
+            place[y_index[k]] = -1
+    return mixed, own
+
+
+@njit(cache=True)
+def _within_rows(indptr, indices, data, i, j):  # type: ignore[no-untyped-def]
+    """Elements of compressed rows, their columns in order; NaN where none is stored."""
+    out = np.empty(len(i))
+    for k in range(len(i)):
+        a, b = indptr[i[k]], indptr[i[k] + 1]
+        while a < b:
+            middle = (a + b) // 2
+            if indices[middle] < j[k]:
+                a = middle + 1
+            else:
+                b = middle
+        inside = a < indptr[i[k] + 1] and indices[a] == j[k]
+        out[k] = data[a] if inside else np.nan
+    return out
 
 
 @njit(cache=True)
@@ -280,36 +445,77 @@ class SparseFactor:
         self._inverse: tuple[Array, Array] | None = None
 
     def solve(self, b: Array) -> Array:
-        """``N^-1 b``, column by column."""
+        """``N^-1 b``; several columns pass the factor together."""
         if b.ndim == 1:
             solution: Array = self._solver.solve(b * self.scale) * self.scale
             return solution
-        return np.stack([self.solve(column) for column in b.T], axis=1)
+        low, scaled = self._lower, np.empty(b.shape)
+        scaled[self._place] = b * self.scale[:, None]
+        for first in range(0, b.shape[1], _TOGETHER):
+            part = np.ascontiguousarray(scaled[:, first : first + _TOGETHER])
+            solutions(low.indptr, low.indices, low.data, self._d, part)
+            scaled[:, first : first + _TOGETHER] = part
+        out: Array = scaled[self._place] * self.scale[:, None]
+        return out
+
+    def forms(self, columns: sp.csc_array, width: int) -> Array:
+        """Forms of groups of columns, each along its ways through the elimination tree."""
+        unit = sp.csc_array(sp.diags_array(self.scale) @ columns)
+        out = np.empty((columns.shape[1] // width, width, width))
+        step = max(1, _SPARSE // width)
+        for first in range(0, len(out), step):
+            part = unit[:, first * width : (first + step) * width]
+            half = self._halves(part.indptr, self._place[part.indices], part.data)
+            out[first : first + step] = group_products(half, half, width)
+        return out
 
     def entries(self, i: Index, j: Index) -> Array:
-        """Elements of the inverse: from the selected inverse, by solving where outside it."""
+        """Elements of the inverse: from the selected inverse, by half solutions outside it."""
+        i, j = np.asarray(i), np.asarray(j)
         if self._inverse is None:
             low = self._lower
             self._inverse = selected_inverse(low.indptr, low.indices, low.data, self._d)
-        a, b = self._place[np.asarray(i)], self._place[np.asarray(j)]
+        a, b = self._place[i], self._place[j]
         low = self._lower
         value, diagonal = self._inverse
         row, column = np.maximum(a, b), np.minimum(a, b)
         out: Array = look_up(low.indptr, low.indices, value, diagonal, row, column)
         out *= self.scale[i] * self.scale[j]
-        outside = np.isnan(out)
-        if outside.any():
-            out[outside] = self._by_solving(np.asarray(i)[outside], np.asarray(j)[outside])
+        outside = np.flatnonzero(np.isnan(out))
+        if len(outside):
+            out[outside] = self._outside(row[outside], column[outside])
+            out[outside] *= self.scale[i[outside]] * self.scale[j[outside]]
         return out
 
-    def _by_solving(self, i: Index, j: Index) -> Array:
-        """Elements outside the pattern of the factor, one solve per distinct column."""
-        out = np.empty(len(i))
-        columns, which = np.unique(j, return_inverse=True)
-        unit = np.zeros(len(self.scale))
-        for k, column in enumerate(columns):
-            unit[column] = 1.0
-            same = which == k
-            out[same] = self.solve(unit)[i[same]]
-            unit[column] = 0.0
+    def _outside(self, row: Index, column: Index) -> Array:
+        """Scaled elements outside the pattern of the factor, by half a solution for each column."""
+        out = np.zeros(len(row))
+        # unknowns without any connection have none
+        tied = np.flatnonzero(self._root[row] == self._root[column])
+        waiting = [tied[np.lexsort((row[tied], column[tied]))]] if len(tied) else []
+        while waiting:
+            pairs = waiting.pop()
+            each, which = np.unique(
+                np.concatenate([row[pairs], column[pairs]]), return_inverse=True
+            )
+            if len(each) > _SPARSE < len(pairs):
+                waiting += np.array_split(pairs, 2)
+                continue
+            first, second = which.ravel().reshape(2, -1)
+            half = self._halves(np.arange(len(each) + 1), each, np.ones(len(each)))
+            out[pairs] = column_products(half.indptr, half.indices, half.data, first, second)
         return out
+
+    @cached_property
+    def _root(self) -> AnyIndex:
+        """Last place (u,) that each place is connected with: one for each part of the network."""
+        return roots(self._lower.indptr, self._lower.indices)
+
+    def _halves(self, first: AnyIndex, places: AnyIndex, values: Array) -> sp.csc_array:
+        """``D^-1/2 L^-1 B`` of sparse columns, by places in the order of elimination."""
+        low = self._lower
+        given = first.astype(np.int64), places.astype(np.int64), values
+        y = half_solutions(low.indptr, low.indices, low.data, self._d, *given)
+        half = sp.csc_array(y, shape=(len(self.scale), len(first) - 1))
+        half.sort_indices()
+        return half

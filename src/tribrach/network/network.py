@@ -464,7 +464,7 @@ class Network:
     @staticmethod
     def describe(observations: Observations, item: int, state: State) -> str:
         """An observation in words: ``direction S1 -> T3 (net.gkf:17)``."""
-        start, end = observations.ends(state.layout)[item]
+        start, end = (names[item] for names in observations.end_names(state.layout))
         source = observations.source[item]
         arrow = f" {start} -> {end}" if end else f" {start}"
         return f"{observations.facts.title}{arrow}" + (f" ({source})" if source else "")

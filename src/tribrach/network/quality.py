@@ -29,6 +29,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.network.linear import group_products
 from tribrach.network.reliability import (
     WeightedResiduals,
     external_reliability,
@@ -150,6 +151,10 @@ class BlockTests:
     def scaled(self, factor: float, critical: Array) -> BlockTests:
         """The same with statistics divided by a variance factor, against other limits (b,)."""
         return replace(self, statistic=self.statistic / factor, critical=critical)
+
+    def chosen(self, which: Index) -> BlockTests:
+        """Some of the blocks, in the order of their numbers (k,)."""
+        return BlockTests(**{name: getattr(self, name)[which] for name in self.__annotations__})
 
     @classmethod
     def join(cls, parts: list[BlockTests]) -> BlockTests:
@@ -415,15 +420,20 @@ def joint_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float =
         One block for each joint covariance of at most LARGEST_JOINT values.
     """
     adjustment = system.adjustment
-    tables, places = adjustment.network.observations, adjustment.assembly.joint_places
+    tables, joint = adjustment.network.observations, adjustment.network.joint
+    active = [place[place >= 0] for place in adjustment.assembly.joint_places]
+    size = np.array([len(members) for members in active], dtype=np.int64)
+    metric = [
+        {tables[t].units[r] for t, r in zip(one.table, one.row, strict=True)} == {"m"}
+        for one in joint
+    ]
     parts = []
-    for k, (joint, place) in enumerate(zip(adjustment.network.joint, places, strict=True)):
-        members = place[place >= 0]
-        if 0 < len(members) <= LARGEST_JOINT:
-            units = {tables[t].units[r] for t, r in zip(joint.table, joint.row, strict=True)}
-            table, item = np.array([-1]), np.array([k])
-            parts.append(_tests(system, members[None], table, item, units == {"m"}, alpha0, power))
-    return BlockTests.join(parts)
+    for m in np.unique(size[(size > 0) & (size <= LARGEST_JOINT)]):
+        item = np.flatnonzero(size == m)
+        block, whole = np.stack([active[k] for k in item]), np.array([metric[k] for k in item])
+        parts.append(_tests(system, block, np.full(len(item), -1), item, whole, alpha0, power))
+    tests = BlockTests.join(parts)
+    return tests.chosen(np.argsort(tests.item, kind="stable"))
 
 
 def _tests(
@@ -431,7 +441,7 @@ def _tests(
     block: Index,
     table: Index,
     item: Index,
-    metric: bool,
+    metric: bool | NDArray[np.bool_],
     alpha0: float,
     power: float,
 ) -> BlockTests:
@@ -472,27 +482,9 @@ def _longest(s: Array, whole: NDArray[np.bool_], delta0: float) -> Array:
 
 def _gram(system: WeightedResiduals, block: Index) -> tuple[Array, Array]:
     """``E^T P E`` and ``E^T P Q_vv P E`` (b, m, m) of blocks of rows (b, m)."""
-    b, m = block.shape
-    whitener = sp.csc_array(system.adjustment.whitener)
-    p, form = np.empty((b, m, m)), np.empty((b, m, m))
-    if b == 1:
-        one = system.rows[block[0]]
-        p[0] = (whitener[:, block[0]].T @ whitener[:, block[0]]).toarray()
-        form[0] = one @ system.adjustment.cofactor.solve(one.toarray().T)
-        return p, p - form
-    forms = system.adjustment.cofactor.row_forms
-    single = [system.weight[block[:, k]] - system.s[block[:, k]] for k in range(m)]
-    for i in range(m):
-        for j in range(i, m):
-            one, other = whitener[:, block[:, i]], whitener[:, block[:, j]]
-            p[:, i, j] = p[:, j, i] = np.asarray(one.multiply(other).sum(axis=0)).ravel()
-            if i == j:
-                form[:, i, i] = single[i]
-                continue
-            both = sp.csr_array(system.rows[block[:, i]] + system.rows[block[:, j]])
-            cross = (forms(both) - single[i] - single[j]) / 2
-            form[:, i, j] = form[:, j, i] = cross
-    return p, p - form
+    columns = sp.csc_array(system.adjustment.whitener)[:, block.ravel()]
+    p = group_products(columns, columns, block.shape[1])
+    return p, p - system.adjustment.cofactor.row_blocks(system.rows, block)
 
 
 def check_tests(adjustment: SolvedSystem, alpha0: float = 0.001) -> BlockTests:
@@ -581,14 +573,8 @@ def check_covariances(adjustment: SolvedSystem, o: Observations, items: Index) -
     own = o.covariance[items]
     if len(items) == 0:
         return own
-    design = _design(adjustment, o, items)
-    out = own.copy()
-    n, rows = len(items), o.rows
-    for part in np.array_split(np.arange(n), max(1, n // 200)):
-        derivatives = design[(part[:, None] * rows + np.arange(rows)).ravel()]
-        form = derivatives @ adjustment.cofactor.solve(derivatives.toarray().T)
-        local = np.arange(len(part) * rows).reshape(-1, rows)
-        out[part] += form[local[:, :, None], local[:, None, :]]
+    design = sp.csc_array(_design(adjustment, o, items).T)
+    out: Array = own + adjustment.cofactor.forms(design, o.rows)
     return out
 
 

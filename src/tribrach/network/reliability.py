@@ -85,11 +85,15 @@ class WeightedResiduals:
 
 def weigh(adjustment: SolvedSystem) -> WeightedResiduals:
     """Weighted residuals of an adjustment."""
-    whitener = adjustment.whitener
-    rows = sp.csr_array(whitener.T @ adjustment.design)
-    pull = whitener.T @ adjustment.whitened_residuals
-    weight = np.asarray(whitener.multiply(whitener).sum(axis=0)).ravel()
-    s = weight - adjustment.cofactor.row_forms(rows)
+
+    def parts() -> tuple[sp.csr_array, Array, Array, Array]:
+        whitener = adjustment.whitener
+        rows = sp.csr_array(whitener.T @ adjustment.design)
+        pull = whitener.T @ adjustment.whitened_residuals
+        weight = np.asarray(whitener.multiply(whitener).sum(axis=0)).ravel()
+        return rows, pull, weight, weight - adjustment.cofactor.row_forms(rows)
+
+    rows, pull, weight, s = adjustment.once(weigh, parts)
     return WeightedResiduals(adjustment, rows, pull, weight, s, s > UNCONTROLLED * weight)
 
 
@@ -99,15 +103,13 @@ def redundancy_numbers(system: WeightedResiduals) -> Array:
     plain = adjustment.assembly.joint_whitener is None and all(
         o.rows == 1 for o in adjustment.network.observations
     )
-    forms = adjustment.cofactor.row_forms
     if plain:
-        return 1 - forms(adjustment.design)
-    # bilinear forms by polarisation, both rows brought to the same size
-    root = np.sqrt(system.weight)
-    raw = sp.diags_array(root) @ adjustment.assembly.design(adjustment.state, whitened=False)
-    other = sp.diags_array(1 / root) @ system.rows
-    total, difference = sp.csr_array(raw + other), sp.csr_array(raw - other)
-    return 1 - (forms(total) - forms(difference)) / 4
+        return 1 - adjustment.cofactor.row_forms(adjustment.design)
+    raw = adjustment.assembly.design(adjustment.state, whitened=False)
+    n = len(system.s)
+    both = np.arange(2 * n).reshape(2, n).T
+    forms = adjustment.cofactor.row_blocks(sp.csr_array(sp.vstack([raw, system.rows])), both)
+    return 1 - forms[:, 0, 1]
 
 
 def correlations_of_tests(system: WeightedResiduals, chosen: Index) -> Array:

@@ -5,9 +5,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +21,8 @@ from tribrach.network.network import Network
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 
 __all__ = ["Scale", "SolvedSystem"]
+
+_Kept = TypeVar("_Kept")
 
 #: what covariances are scaled by
 Scale = Literal["a priori", "a posteriori"]
@@ -168,6 +171,21 @@ class SolvedSystem:
             ``v^T P v / r`` if covariances are ``scaled``, else 1.
         """
         return self.posterior_factor if self.scaled(posterior=posterior) else 1.0
+
+    def once(self, key: Hashable, make: Callable[[], _Kept]) -> _Kept:
+        """What several ask for, computed for the first of them.
+
+        Parameters
+        ----------
+        key
+            Tells what it is.
+        make
+            Computes it; what it returns must not refer to this system.
+        """
+        kept = self.__dict__.setdefault("_kept", {})
+        if key not in kept:
+            kept[key] = make()
+        return kept[key]  # type: ignore[no-any-return]
 
     @cached_property
     def whitener(self) -> sp.csr_array:
