@@ -1,6 +1,7 @@
 """The command line: results for good input, one sentence and status 2 for bad input."""
 
 import json
+import runpy
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -279,4 +280,23 @@ def test_no_command_loads_what_only_some_runs_need() -> None:
         "print([n for n in ('matplotlib', 'scipy.stats', 'polars', 'laspy') if n in sys.modules])"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "[]"
+
+
+def test_a_small_network_loads_nothing_that_it_does_not_use(tmp_path: Path) -> None:
+    """Loading is most of the time of ten observations: what is asked for is loaded, and no more."""
+    benchmark = Path(__file__).parents[1] / "benchmarks" / "start_up.py"
+    (tmp_path / "ten.gkf").write_text(runpy.run_path(str(benchmark))["TEN"])
+    code = (
+        "import sys; from typer.testing import CliRunner; from tribrach.cli import app\n"
+        "command = ['adjust', 'ten.gkf', '--json', 'a.json', '--text', 'a.txt']\n"
+        "said = CliRunner().invoke(app, command); assert said.exit_code == 0, said.output\n"
+        "theirs = 'numba llvmlite polars matplotlib laspy jinja2 rich.progress'.split()\n"
+        "theirs += ['scipy.' + n for n in 'stats optimize spatial interpolate'.split()]\n"
+        "ours = 'pipeline scan targets comparison cloud gnss io.scans io.clouds report.html'\n"
+        "ours = ['tribrach.' + n for n in (ours + ' project.model').split()]\n"
+        "print([n for n in ours + theirs if n in sys.modules])"
+    )
+    command = [sys.executable, "-c", code]
+    out = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "[]"

@@ -20,7 +20,7 @@ __all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
 #: by name in the order of a job: the module in this package that has a function or a group of
 #: that name, and what it does, in the words of its first line
 COMMANDS: dict[str, tuple[str, str]] = {
-    "run": ("network", "Run a project: adjust, check, report."),
+    "run": ("run", "Run a project: adjust, check, report."),
     "demo": (
         "demo",
         "Simulate a survey of two facades, run it, and compare everything with the truth.",

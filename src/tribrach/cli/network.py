@@ -1,35 +1,38 @@
-"""Commands on networks and projects: adjust, run."""
+"""The command adjust: files of networks, or a project without scans.
+
+What only projects, pages and JSON need is loaded for them, since loading all of it takes several
+times as long as adjusting a network of some points.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from tribrach import pipeline
 from tribrach.cli.shell import (
     Overwrite,
-    Scheduler,
-    Workers,
     claim,
     fail,
     guarded,
     say,
     shown,
-    working,
 )
 from tribrach.io.outputs import Content, write_texts
 from tribrach.io.survey.formats import read_files
-from tribrach.job.opened import open_job
 from tribrach.network.observed_part import observed_part
-from tribrach.project import Project, parse_datum
-from tribrach.report import html, json_result, text
+from tribrach.report import text
 from tribrach.report.content import Report
+from tribrach.solution import AdjustmentSettings, adjust_network
 
-__all__ = ["adjust", "finish", "project_of", "run"]
+if TYPE_CHECKING:
+    from tribrach.network.network import Datum
+    from tribrach.project import Project
+
+__all__ = ["adjust", "finish", "project_of"]
 
 Robust = Literal["none", "huber", "danish", "igg3"]
 
@@ -85,26 +88,56 @@ def adjust(
 
     def work() -> None:
         claim(files, (json_file, html_file, text_file), overwrite=overwrite)
-        other = None if datum is None else parse_datum(datum)
+        other = None if datum is None else _datum(datum)
         project = project_of(files)
         if project is not None:
-            settings = replace(pipeline.AdjustmentSettings.of(project), **given)
-            with shown(quiet) as progress:
-                job = open_job(project, progress)
-            content = pipeline.adjust_job(job, settings, other)
+            content = _of_project(project, given, other, quiet)
         else:
             network = observed_part(read_files(files)).network()
             network = network if other is None else network.with_datum(other)
-            content = pipeline.adjust_network(network, pipeline.AdjustmentSettings(**given))
+            content = adjust_network(network, AdjustmentSettings(**given))
         outputs: list[tuple[Path | None, Callable[[Report], Content]]] = [
-            (json_file, json_result.pieces),
-            (html_file, html.render),
+            (json_file, _json),
+            (html_file, _html),
             (text_file, text.render),
         ]
         write_texts({path: render(content) for path, render in outputs if path is not None})
         finish(content, quiet)
 
     guarded(work)
+
+
+def _datum(words: str) -> Datum:
+    """The datum that an option names."""
+    from tribrach.project import parse_datum
+
+    return parse_datum(words)
+
+
+def _of_project(
+    project: Project, given: dict[str, Any], datum: Datum | None, quiet: bool
+) -> Report:
+    """The report of a project without scans."""
+    from tribrach.job.opened import open_job
+    from tribrach.pipeline import adjust_job
+
+    with shown(quiet) as progress:
+        job = open_job(project, progress)
+    return adjust_job(job, replace(AdjustmentSettings.of(project), **given), datum)
+
+
+def _json(content: Report) -> Content:
+    """The result for other programs; its models are built for it alone."""
+    from tribrach.report.json_result import pieces
+
+    return pieces(content)
+
+
+def _html(content: Report) -> Content:
+    """The page, whose templates are loaded for it alone."""
+    from tribrach.report.html import render
+
+    return render(content)
 
 
 def project_of(files: list[Path]) -> Project | None:
@@ -117,29 +150,12 @@ def project_of(files: list[Path]) -> Project | None:
     """
     if len(files) != 1 or files[0].suffix.lower() != ".toml":
         return None
+    from tribrach.pipeline import refuse_scans
+    from tribrach.project import Project
+
     project = Project.load(files[0])
-    pipeline.refuse_scans(project)
+    refuse_scans(project)
     return project
-
-
-def run(
-    project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
-    out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
-) -> None:
-    """Run a project: adjust, check, report."""
-
-    def work() -> None:
-        with shown(quiet) as progress, working(workers, scheduler) as engine:
-            job = Project.load(project)
-            folder = job.results if out is None else out
-            content = pipeline.run(job, folder, progress, overwrite=overwrite, engine=engine)
-        finish(content, quiet, folder)
-
-    guarded(work)
 
 
 def finish(content: Report, quiet: bool, folder: Path | None = None) -> None:

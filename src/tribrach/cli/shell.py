@@ -12,21 +12,10 @@ from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
 import typer
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    SpinnerColumn,
-    TaskID,
-    TextColumn,
-    TimeElapsedColumn,
-)
 
 from tribrach.errors import InputError, TribrachError
 from tribrach.io.keeping import keep, keeping, refuse_loss
 from tribrach.io.outputs import special
-from tribrach.project import Project
 from tribrach.report.characters import visible
 from tribrach.tasks.engine import HERE, Engine
 
@@ -111,6 +100,9 @@ def claim(
     for path in inputs:
         keep([path])
         if path.suffix.lower() == ".toml":
+            # the model of project files takes its time, which files of networks should not spend
+            from tribrach.project import Project
+
             with suppress(InputError):  # what is wrong with it is said by who reads it
                 keep(Project.load(path).inputs())
     taken = set[Path]()
@@ -182,6 +174,18 @@ def shown(quiet: bool) -> Iterator[Callable[[str, int, int | None], None]]:
     if quiet or not sys.stderr.isatty():
         yield lambda what, done, total: None
         return
+    # a display is loaded for somebody who looks at it
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        SpinnerColumn,
+        TaskID,
+        TextColumn,
+        TimeElapsedColumn,
+    )
+
     columns = (
         SpinnerColumn(),
         TextColumn("{task.description}"),

@@ -6,10 +6,15 @@ rotation vectors ``d``: ``R <- exp(d) @ R``. All functions take any leading shap
 
 from __future__ import annotations
 
+from functools import cache
+from typing import TYPE_CHECKING
+
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from tribrach._types import Array
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 __all__ = ["exp", "log", "right_jacobian_inverse", "skew"]
 
@@ -23,12 +28,20 @@ def skew(a: Array) -> Array:
     return out
 
 
+@cache
+def _rotation() -> type[Rotation]:
+    """The class of scipy, which networks without rotations need not wait for."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation
+
+
 def exp(vector: Array) -> Array:
     """Rotation matrices (..., 3, 3) of rotation vectors (..., 3) in radians (Rodrigues)."""
     flat = np.asarray(vector, dtype=float).reshape(-1, 3)
     if len(flat) == 0:
         return np.zeros((*np.shape(vector), 3))
-    return Rotation.from_rotvec(flat).as_matrix().reshape(*np.shape(vector), 3)
+    return _rotation().from_rotvec(flat).as_matrix().reshape(*np.shape(vector), 3)
 
 
 def log(matrix: Array) -> Array:
@@ -36,7 +49,7 @@ def log(matrix: Array) -> Array:
     flat = np.asarray(matrix, dtype=float).reshape(-1, 3, 3)
     if len(flat) == 0:
         return np.zeros(np.shape(matrix)[:-1])
-    return Rotation.from_matrix(flat).as_rotvec().reshape(np.shape(matrix)[:-1])
+    return _rotation().from_matrix(flat).as_rotvec().reshape(np.shape(matrix)[:-1])
 
 
 def right_jacobian_inverse(r: Array) -> Array:

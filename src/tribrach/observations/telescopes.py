@@ -19,7 +19,6 @@ from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
@@ -195,6 +194,9 @@ class TelescopeTargets(Observations):
 
         def fit(heading: float) -> tuple[float, Array]:
             return _linear_fit(local, body, azimuth + heading, elevation)
+
+        # few networks have telescopes, and all would wait for the optimizers of scipy
+        from scipy.optimize import minimize_scalar
 
         step = 2 * np.pi / _HEADINGS
         best = min((step * k for k in range(_HEADINGS)), key=lambda h: fit(h)[0])

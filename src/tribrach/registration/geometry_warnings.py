@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
@@ -204,6 +203,9 @@ def extrapolation_factor(
     float
         Factor in plan about the hull's centre; up to 1 the points lie inside.
     """
+    # networks without scanners ask for no hull, and would wait for scipy.spatial
+    from scipy.spatial import ConvexHull, QhullError
+
     corners = np.concatenate([targets[:, :2], station[None, :2]])
     # targets have a breadth, so that those on one line have a hull too
     around = _BREADTH * np.array([[1, 0], [0, 1], [-1, 0], [0, -1]])
