@@ -131,7 +131,7 @@ def test_nobody_else_reaches_the_workers(workers: Engine) -> None:
     ]
     assert doors
     assert {door.ip for door in doors} == {"127.0.0.1"}
-    scheduler = workers._known.scheduler.address
+    scheduler = workers.client().scheduler.address
     assert scheduler.startswith("tls://127.0.0.1:")
     silent = "no scheduler of Dask answers at tcp"
     other = remote_workers(scheduler.replace("tls", "tcp"))

@@ -262,15 +262,19 @@ class _Cluster:
         self._connect, self._where = connect, where
         self._known: Client | None = None
 
+    def client(self) -> Client:
+        """The client of the scheduler, connected when it is first asked for."""
+        if self._known is None:
+            self._known = self._connect()
+        return self._known
+
     def completed(
         self, task: Callable[..., R], calls: Sequence[Call], progress: Progress
     ) -> Iterator[tuple[int, R]]:
         """Do a task for each call; results as they come."""
         if not calls:
             return
-        if self._known is None:
-            self._known = self._connect()
-        work = _Work(self._known, task, calls, progress, self._where)
+        work = _Work(self.client(), task, calls, progress, self._where)
         try:
             yield from work.results()
         finally:
