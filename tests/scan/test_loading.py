@@ -1,16 +1,23 @@
 import tracemalloc
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import laspy
 import numpy as np
 import pytest
 
+from tests.scan.in_memory import in_memory
 from tribrach.errors import InputError
+from tribrach.instruments.calibration import find_model
+from tribrach.instruments.correction import Correction
 from tribrach.io.scans.formats import read_scans
 from tribrach.scan import loading
-from tribrach.scan.loading import load
-from tribrach.scan.scan import Chunk, Scan
+from tribrach.scan.face import HeadTurn, ScanFace
+from tribrach.scan.loading import hold, laid_out, load
+from tribrach.scan.no_return import find_no_return
+from tribrach.scan.prepared import seen_from
+from tribrach.scan.scan import CHUNK, Chunk, NoReturn, Scan
+from tribrach.scan.surface_sample import surface_sample
 
 
 @dataclass(frozen=True)
@@ -83,3 +90,82 @@ def test_a_header_of_too_many_points_is_enough(tmp_path):
     (tmp_path / "five.las").unlink()
     with pytest.raises(InputError, match="more than 4 points"):
         load(scan, limit=4)
+
+
+def two_faces(rng, n=1_200):
+    """Points about a scanner, those of a column on both sides of the standing axis."""
+    column = np.arange(n) // 40
+    ahead = 0.1 + np.pi * column / (n // 40)
+    h = ahead + np.pi * (np.arange(n) % 2)
+    v = rng.uniform(0.5, 2.5, n)
+    far = np.where(rng.random(n) < 0.3, 7.0, rng.uniform(4, 6, n))
+    flat = far * np.sin(v)
+    xyz = np.stack([flat * np.cos(h), flat * np.sin(h), far * np.cos(v)], axis=1)
+    light = rng.uniform(0, 255, n).astype(np.float32)
+    return in_memory(xyz, intensity=light, row=np.arange(n) % 40, column=column)
+
+
+SHELL = NoReturn(shell=(6.9999, 7.0001), at_scanner=True, zeros=1, in_shell=9, total=1200)
+
+
+def as_the_project_knows(scan):
+    turn = HeadTurn(0.1, np.pi / 30, 30)
+    model = find_model("nist")
+    values = np.full(len(model.parameters), 1e-4)
+    shifted = seen_from(scan, (0.5, -0.2, 0.1))
+    return {
+        "as stored": scan,
+        "shifted": shifted,
+        "one face": replace(scan, face=ScanFace(turn, -1.0)),
+        "corrected": replace(shifted, correction=Correction(model, values, "front")),
+        "all": replace(
+            shifted, face=ScanFace(turn, 1.0), correction=Correction(model, values, "front")
+        ),
+    }
+
+
+@pytest.mark.parametrize("way", ["as stored", "shifted", "one face", "corrected", "all"])
+@pytest.mark.parametrize("beams", [None, SHELL])
+@pytest.mark.parametrize("stored", [True, False])
+def test_what_is_held_is_what_is_read(way, beams, stored):
+    scan = as_the_project_knows(two_faces(np.random.default_rng(4)))[way]
+    known = replace(scan, no_return=beams)
+    held = hold(scan, stored=True).without(beams) if stored else hold(known)
+    same_chunks(held.chunks(), known.chunks(CHUNK))
+    same_chunks(held.stored(), known.stored(CHUNK))
+    # blocks from elsewhere
+    for size, start in ((100, 0), (200, 350), (500, 1100)):
+        same_chunks(held.chunks(size, start), known.chunks(size, start))
+    cloud, image = laid_out(held)
+    direct = np.concatenate([c.xyz for c in known.chunks()])
+    np.testing.assert_array_equal(cloud.xyz, direct)
+    assert laid_out(held)[1] is image
+    np.testing.assert_array_equal(image.index, laid_out(known)[1].index)
+
+
+def same_chunks(some, others):
+    for one, other in zip(some, others, strict=True):
+        np.testing.assert_array_equal(one.xyz, other.xyz)
+        assert one.dropped == other.dropped
+        for name, values in one.values.items():
+            if name in ("intensity", "row", "column"):
+                np.testing.assert_array_equal(values, other.values[name])
+
+
+def test_a_las_file_is_decoded_once(tmp_path):
+    file = laspy.LasData(laspy.LasHeader(point_format=0))
+    rng = np.random.default_rng(3)
+    file.x, file.y, file.z = rng.uniform(-9, 9, (3, 3_000))
+    file.intensity = rng.integers(0, 1000, 3_000)
+    file.write(tmp_path / "some.laz")
+    (scan,) = read_scans(tmp_path / "some.laz")
+    held = hold(scan, stored=True)
+    direct = surface_sample(scan), find_no_return(scan)
+    blocks = list(scan.chunks(700, 600))
+    (tmp_path / "some.laz").unlink()
+    again = surface_sample(held), find_no_return(held)
+    np.testing.assert_array_equal(direct[0].xyz, again[0].xyz)
+    np.testing.assert_array_equal(direct[0].normals, again[0].normals)
+    np.testing.assert_array_equal(direct[0].intensity, again[0].intensity)
+    assert direct[1] == again[1]
+    same_chunks(held.without(None).chunks(700, 600), blocks)

@@ -1,8 +1,14 @@
-"""A whole scan in memory, for work that needs every neighbour at once (targets, planes)."""
+"""A whole scan in memory, for work that needs every neighbour at once (targets, planes).
+
+What is held (:func:`hold`) is decoded once for everything that is made of it: whoever reads its
+chunks, loads it or lays it out gets what is in memory, in the very chunks of the file.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,9 +16,10 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.scan.scan import Chunk, Scan
+from tribrach.scan.range_image import RangeImage, organise
+from tribrach.scan.scan import CHUNK, Chunk, NoReturn, Scan
 
-__all__ = ["LIMIT", "Loaded", "load"]
+__all__ = ["LIMIT", "HeldScan", "Loaded", "hold", "laid_out", "load"]
 
 #: scans with more points than this are refused; 2.4 GB of coordinates
 LIMIT = 100_000_000
@@ -64,16 +71,168 @@ def load(scan: Scan, limit: int = LIMIT) -> Loaded:
     InputError
         More than ``limit`` points, none at all, or a damaged file.
     """
+    held = scan if isinstance(scan, HeldScan) else hold(scan, limit)
+    if not len(held.points.xyz):
+        raise InputError("the scan has no valid points", file=scan.path, record=scan.name)
+    return held.points
+
+
+def laid_out(scan: Scan) -> tuple[Loaded, RangeImage]:
+    """Load a scan and lay it out as a range image; one that is held is laid out once.
+
+    Parameters
+    ----------
+    scan
+        The scan.
+
+    Returns
+    -------
+    Loaded
+        Its points.
+    RangeImage
+        The image of them.
+
+    Raises
+    ------
+    InputError
+        As :func:`load` and :func:`tribrach.scan.range_image.organise`.
+    """
+    held = scan if isinstance(scan, HeldScan) else hold(scan)
+    return load(held), held.image
+
+
+def hold(scan: Scan, limit: int = LIMIT, *, stored: bool = False) -> HeldScan:
+    """Read the points of a scan once, to be read from memory from then on.
+
+    Parameters
+    ----------
+    scan
+        The scan.
+    limit
+        Points at most.
+    stored
+        Points are held as the file has them, not yet as the project knows better; see
+        :meth:`HeldScan.without`.
+
+    Returns
+    -------
+    HeldScan
+        The same scan.
+
+    Raises
+    ------
+    InputError
+        More than ``limit`` points, or a damaged file.
+    """
     if scan.certain_points > limit:
         raise _too_many(scan, limit)
     rows = _Rows(scan.records)
-    for chunk in scan.chunks():
+    for chunk in scan.stored() if stored else scan.chunks():
         if rows.total + len(chunk) > limit:
             raise _too_many(scan, limit)
         rows.add(chunk)
-    if rows.total == 0:
-        raise InputError("the scan has no valid points", file=scan.path, record=scan.name)
-    return rows.loaded()
+    known = {field.name: getattr(scan, field.name) for field in fields(Scan)}
+    ends, dropped = tuple(rows.ends), tuple(rows.dropped)
+    return HeldScan(
+        **known, file=scan, points=rows.loaded(), ends=ends, dropped=dropped, raw=stored
+    )
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class HeldScan(Scan):
+    """A scan whose points are in memory, in the chunks of its file.
+
+    Chunks have the fields of :class:`Loaded` alone. Blocks of other sizes or from other places are
+    read from memory where every record is a point, else from the file, whose readers know where
+    records without a point are.
+
+    Attributes
+    ----------
+    file
+        The scan that was read.
+    points
+        Its points.
+    ends
+        Number of the points up to the end of each chunk.
+    dropped
+        Records of each chunk that hold no point.
+    raw
+        True if the points are those of the file (:meth:`stored`), not those that count
+        (:meth:`chunks`).
+    """
+
+    file: Scan
+    points: Loaded
+    ends: tuple[int, ...]
+    dropped: tuple[int, ...]
+    raw: bool = False
+
+    def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """Read the points as the file has them, from memory if they are held so."""
+        return self._kept(size, start) if self.raw else self.file.stored(size, start)
+
+    def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """Read the points, from memory unless a block of them is not to be found there."""
+        return super().chunks(size, start) if self.raw else self._kept(size, start)
+
+    def _kept(self, size: int, start: int) -> Iterator[Chunk]:
+        if (size, start) == (CHUNK, 0):
+            bounds = zip((0, *self.ends), self.ends, self.dropped, strict=False)
+        elif len(self.points.xyz) == self.records and self.file.certain_points == self.records:
+            last = len(self.points.xyz)
+            bounds = ((k, min(k + size, last), 0) for k in range(start, last, size))
+        else:
+            yield from self.file.stored(size, start) if self.raw else self.file.chunks(size, start)
+            return
+        named = {name: getattr(self.points, name) for name in _FIELDS}
+        known = {name: values for name, values in named.items() if values is not None}
+        for first, end, dropped in bounds:
+            values = {name: array[first:end] for name, array in known.items()}
+            yield Chunk(self.points.xyz[first:end], values, dropped)
+
+    def without(self, no_return: NoReturn | None) -> HeldScan:
+        """Do to points that are held as the file has them what the project knows better.
+
+        The arrays are used again; what held them before must not be read any more.
+
+        Parameters
+        ----------
+        no_return
+            The beams without return, which are left out; None if there are none.
+
+        Returns
+        -------
+        HeldScan
+            The points that count.
+        """
+        file = replace(self.file, no_return=no_return)
+        if file.as_stored and no_return is None:
+            return replace(self, file=file, no_return=None, raw=False)
+        arrays = [a for a in (self.points.xyz, *self._values()) if a is not None]
+        known, ends, dropped, end = replace(self, no_return=no_return), [], [], 0
+        for chunk in known.chunks():
+            first, end = end, end + len(chunk)
+            for array, new in zip(arrays, _columns(chunk), strict=True):
+                array[first:end] = new
+            ends.append(end)
+            dropped.append(chunk.dropped)
+        kept = [None if a is None else a[:end] for a in self._values()]
+        points = Loaded(self.points.xyz[:end], *kept)
+        return replace(
+            known, file=file, points=points, ends=tuple(ends), dropped=tuple(dropped), raw=False
+        )
+
+    def _values(self) -> tuple[NDArray[Any] | None, ...]:
+        return tuple(getattr(self.points, name) for name in _FIELDS)
+
+    @cached_property
+    def image(self) -> RangeImage:
+        """The range image of the points."""
+        return organise(self.points.xyz, self.points.row, self.points.column)
+
+
+def _columns(chunk: Chunk) -> list[NDArray[Any]]:
+    return [chunk.xyz, *(chunk.values[name] for name in _FIELDS if name in chunk.values)]
 
 
 def _too_many(scan: Scan, limit: int) -> InputError:
@@ -90,6 +249,8 @@ class _Rows:
 
     def __init__(self, records: int | None) -> None:
         self.total = 0
+        self.ends: list[int] = []
+        self.dropped: list[int] = []
         self._most = records
         self._xyz: Array = np.empty((0, 3))
         self._values: dict[str, NDArray[Any]] | None = None
@@ -108,6 +269,8 @@ class _Rows:
             # numbers beyond the type are taken as astype takes them
             values[here] = np.asarray(chunk.values[name]).astype(values.dtype, copy=False)
         self._values, self.total = kept, end
+        self.ends.append(end)
+        self.dropped.append(chunk.dropped)
 
     def loaded(self) -> Loaded:
         """The arrays without what was laid out in vain."""
