@@ -11,8 +11,9 @@ from tests.scan.in_memory import shell
 from tribrach.cli import app
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.opened import open_job
-from tribrach.job.scans import open_scans
+from tribrach.job.scans import StationScan, open_scans
 from tribrach.job.state import Remembered
+from tribrach.job.visits import visit
 
 BEAMS = 60
 PROJECT = """\
@@ -70,12 +71,18 @@ def test_they_are_counted_and_in_no_cloud(tmp_path: Path) -> None:
     assert "Beams without return" in (tmp_path / "out" / "report.html").read_text()
 
 
+def opened(project: Path, state: Remembered) -> list[StationScan]:
+    """The scans of a project, screened, and nothing else done."""
+    scans = open_scans(open_job(project), state)
+    return visit(scans, lambda _: (), lambda _: (), state=state, progress=lambda *_: None)
+
+
 def test_they_are_sought_once_and_kept_on_wish(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     state = Remembered(tmp_path / "out")
-    (first,) = open_scans(open_job(written(tmp_path)), state)
+    (first,) = opened(written(tmp_path), state)
     monkeypatch.setattr(type(first.scan), "stored", lambda *_: pytest.fail("the scan is read"))
-    (again,) = open_scans(open_job(tmp_path / "p.toml"), state)
+    (again,) = opened(tmp_path / "p.toml", state)
     assert again.scan.no_return == first.scan.no_return
     assert first.scan.no_return is not None
-    (kept,) = open_scans(open_job(written(tmp_path, 'no_return = "keep"\n')), state)
+    (kept,) = opened(written(tmp_path, 'no_return = "keep"\n'), state)
     assert kept.scan.no_return is None

@@ -22,7 +22,7 @@ from tribrach.io.outputs import take_over
 from tribrach.job.state import Remembered
 from tribrach.tasks.engine import Call
 
-__all__ = ["Item", "each", "facts_alone"]
+__all__ = ["Item", "Made", "each", "facts_alone", "make"]
 
 R = TypeVar("R")
 
@@ -127,7 +127,7 @@ def each(
             values = (task, item.values, (state.folder, mark, item.file))
         calls.append(Call(item.what, values, item.source, item.cost))
     try:
-        for k, (facts, path) in state.engine.completed(_make, calls, progress):
+        for k, (facts, path) in state.engine.completed(make, calls, progress):
             number = missing[k]
             item = items[number]
             if item.file is not None and path is not None:
@@ -140,14 +140,33 @@ def each(
     return [products[number] for number in range(len(items))]
 
 
-def _make(
+#: facts of an item, and the file that was written for it
+Made = tuple[dict[str, Any], Path | None]
+
+
+def make(
     task: Callable[..., dict[str, Any]],
     values: tuple[Any, ...],
     place: tuple[Path, str, Path] | None,
     *,
     progress: Progress,
-) -> tuple[dict[str, Any], Path | None]:
-    """The facts of an item, and its file under a name that nobody else gives."""
+) -> Made:
+    """Do the task of an item.
+
+    Parameters
+    ----------
+    task, values
+        What is done, with what.
+    place
+        Folder, mark and file of the product, None where it has none.
+    progress
+        Told of what is done.
+
+    Returns
+    -------
+    tuple of dict and Path
+        The facts of the item, and its file under a name that nobody else gives.
+    """
     if place is None:
         return task(*values, progress=progress), None
     folder, mark, file = place

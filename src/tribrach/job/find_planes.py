@@ -15,13 +15,13 @@ from tribrach.io.outputs import write_bytes
 from tribrach.job.each import Item, each
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
+from tribrach.job.visits import Wish
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.views import StationView, Surroundings, merged_view, view_of
-from tribrach.scan.loading import load
-from tribrach.scan.range_image import organise
+from tribrach.scan.loading import laid_out
 from tribrach.targets.planes import find_planes
 
-__all__ = ["surroundings"]
+__all__ = ["plane_wish", "surroundings"]
 
 
 def surroundings(
@@ -70,29 +70,30 @@ def _planes_and_views(
     progress: Progress,
 ) -> dict[str, tuple[PlaneSet, StationView]]:
     """Planes and views by the names of the scans, from the last run if nothing changed."""
-    items = []
-    for scan in scans:
-        plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
-        items.append(
-            Item(
-                f"planes-{scan.name}",
-                f"planes of {scan.name}",
-                (scan.measured, least_area, floor),
-                source=scan.scan.path,
-                cost=scan.scan.records or 0,
-                file=state.folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz",
-            )
-        )
+    items = [plane_wish(scan, least_area, floor, state.folder).item for scan in scans]
     found = each(_of_scan, items, _read, state=state, progress=progress)
     return {scan.name: seen for scan, seen in zip(scans, found, strict=True)}
+
+
+def plane_wish(scan: StationScan, least_area: float, floor: float, folder: Path) -> Wish:
+    """The planes and the view of a scan as a product with a file in a folder."""
+    plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
+    item = Item(
+        f"planes-{scan.name}",
+        f"planes of {scan.name}",
+        (scan.measured, least_area, floor),
+        source=scan.scan.path,
+        cost=scan.scan.records or 0,
+        file=folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz",
+    )
+    return Wish(_of_scan, item)
 
 
 def _of_scan(
     scan: MeasuredScan, least_area: float, floor: float, *, path: Path, progress: Progress
 ) -> dict[str, Any]:
     """Write planes and view of one scan into a file."""
-    cloud = load(scan.scan)
-    image = organise(cloud.xyz, cloud.row, cloud.column)
+    cloud, image = laid_out(scan.scan)
     shared = None if scan.noise is None else scan.noise.estimated_shared
     found, _ = find_planes(
         cloud.xyz,

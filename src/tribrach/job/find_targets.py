@@ -16,9 +16,9 @@ from tribrach.job.each import Item, each
 from tribrach.job.panorama import Panorama, panorama
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
+from tribrach.job.visits import Wish
 from tribrach.project.sections import TargetSection
-from tribrach.scan.loading import load
-from tribrach.scan.range_image import organise
+from tribrach.scan.loading import laid_out
 from tribrach.targets.checkerboards.search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.discs.search import find_discs
@@ -27,7 +27,7 @@ from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
 from tribrach.targets.spheres.grid_search import find_spheres
 from tribrach.units import MM
 
-__all__ = ["Findings", "blind", "extract", "find_targets", "merged"]
+__all__ = ["Findings", "blind", "extract", "find_targets", "merged", "target_wish"]
 
 
 #: two detections of a station this near to each other are one target, however small it is [m]
@@ -67,17 +67,20 @@ def extract(
     scans: Sequence[StationScan], wanted: TargetSection, state: Remembered, progress: Progress
 ) -> list[Findings]:
     """Targets of every scan; those of unchanged scans come from the last run."""
-    items = [
-        Item(
-            f"targets-{scan.name}",
-            f"targets of {scan.name}",
-            (scan.measured, wanted),
-            scan.scan.path,
-            scan.scan.records or 0,
-        )
-        for scan in scans
-    ]
+    items = [target_wish(scan, wanted).item for scan in scans]
     return each(_facts, items, _from_facts, state=state, progress=progress)
+
+
+def target_wish(scan: StationScan, wanted: TargetSection) -> Wish:
+    """The targets of a scan as a product."""
+    item = Item(
+        f"targets-{scan.name}",
+        f"targets of {scan.name}",
+        (scan.measured, wanted),
+        scan.scan.path,
+        scan.scan.records or 0,
+    )
+    return Wish(_facts, item)
 
 
 def _facts(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> dict[str, Any]:
@@ -92,8 +95,7 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
     found.
     """
     unseen = blind(scan, wanted)
-    cloud = load(scan.scan)
-    image = organise(cloud.xyz, cloud.row, cloud.column)
+    cloud, image = laid_out(scan.scan)
     noise, floor = scan.fit_sigmas, wanted.print_floor_mm * MM
     stated = (wanted.floor_mm or 0.0) * MM
     results = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -158,6 +158,8 @@ class StationScan(MeasuredScan):
         Which face measured a point.
     common
         What all points of the station have in common besides, None where nothing is said.
+    unscreened
+        Beams without return are to be left out, and it is not known yet which these are.
     """
 
     levelled: bool
@@ -165,6 +167,11 @@ class StationScan(MeasuredScan):
     known: Calibration | None = None
     faces: Faces = "front"
     common: CommonErrors | None = None
+    unscreened: bool = False
+
+    def screened(self, facts: Mapping[str, Any]) -> StationScan:
+        """Leave out beams without return, as they were found in the file."""
+        return replace(self, scan=_without(self.scan, facts), unscreened=False)
 
     @property
     def measured(self) -> MeasuredScan:
@@ -173,7 +180,10 @@ class StationScan(MeasuredScan):
 
 
 def open_scans(job: Job, state: Remembered) -> list[StationScan]:
-    """The headers of all scans of a job, in its order, and what they have for beams without return.
+    """The headers of all scans of a job, in its order.
+
+    Points are read only where the faces of a scan are to be told from them; beams without return
+    are not looked for in other scans.
 
     Parameters
     ----------
@@ -236,8 +246,10 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
     members = []
     for scan in (_from_origin(entry, scan) for scan in scans):
         station = entry.station or scan.name
-        if entry.no_return == "leave out":
-            scan = _screened(scan, state)
+        unscreened = entry.no_return == "leave out"
+        if unscreened and entry.face == "order":
+            # the faces are told from the points
+            scan, unscreened = _screened(scan, state), False
         if entry.instrument is not None:
             job.instruments.learn([station], entry.instrument, ("scans", k, "instrument"))
         if entry.face != "order":
@@ -246,7 +258,8 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
         else:
             faces, parts = ("front", "back"), sides(scan)
         for part, face in zip(parts, faces, strict=True):
-            members.append(_at_station(job, entry, part, station, face))
+            member = _at_station(job, entry, part, station, face)
+            members.append(replace(member, unscreened=unscreened))
     return members
 
 
@@ -257,9 +270,14 @@ def _screened(scan: Scan, state: Remembered) -> Scan:
     if facts is None:
         facts = asdict(find_no_return(scan))
         state.remember(product, key, facts)
+    return _without(scan, facts)
+
+
+def _without(scan: Scan, facts: Mapping[str, Any]) -> Scan:
+    """A scan without its beams without return, from what was found of them."""
     found = NoReturn(
-        **facts
-        | {
+        **{
+            **facts,
             "shell": None if facts["shell"] is None else tuple(facts["shell"]),
             "places": tuple(tuple(place) for place in facts["places"]),
         }

@@ -20,7 +20,8 @@ from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.job.budget import BudgetRow, error_budget, reach_sentences
 from tribrach.job.clouds import Product, write_clouds
-from tribrach.job.find_targets import Findings, extract
+from tribrach.job.find_planes import plane_wish
+from tribrach.job.find_targets import Findings, extract, target_wish
 from tribrach.job.grouping import groups, refuse_impossible
 from tribrach.job.name_targets import Named
 from tribrach.job.nothing_found import refuse_unplaced
@@ -35,11 +36,14 @@ from tribrach.job.station_comparison import (
     compare_stations,
     requested_comparisons,
 )
-from tribrach.job.tie import Registered, register
+from tribrach.job.surface_samples import sample_wish
+from tribrach.job.tie import Registered, known_poses, register
 from tribrach.job.truth import TruthRow, against_truth, read_truth
+from tribrach.job.visits import Wish, Wishes, visit
 from tribrach.network.adjustment import Adjustment
 from tribrach.project.sections import TargetSection
 from tribrach.tasks.engine import HERE, Engine
+from tribrach.units import MM
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
@@ -97,14 +101,7 @@ class ScanWork:
         """The same with scans corrected by the adjusted calibration of their scanners."""
         scans = as_adjusted(self.scans, adjustment)
         new = {scan.name: scan for scan in scans}
-        comparisons = [
-            replace(
-                request,
-                a=tuple(new[scan.name] for scan in request.a),
-                b=tuple(new[scan.name] for scan in request.b),
-            )
-            for request in self.comparisons
-        ]
+        comparisons = [request.of(new) for request in self.comparisons]
         return replace(self, scans=scans, comparisons=comparisons)
 
     @property
@@ -162,7 +159,9 @@ class PlacedScans:
 
 
 def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> FoundInScans:
-    """Open the scans and find their targets; the engine does this and all later work on scans.
+    """Open the scans, find their targets and planes; an engine does this and later work on scans.
+
+    All other files are checked before the first scan is read, and each scan is decoded once.
 
     Raises
     ------
@@ -174,10 +173,53 @@ def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> F
     scans = open_scans(job, state)
     refuse_impossible(project, scans)
     requests = requested_comparisons(project, scans)
+    _check_inputs(job, scans, folder)
+    scans = visit(scans, _wanted(project, state), _besides, state=state, progress=progress)
+    members = {scan.name: scan for scan in scans}
+    requests = [request.of(members) for request in requests]
     findings: Sequence[Findings] = ()
     if project.targets.wanted:
         findings = extract(scans, project.targets, state, progress)
     return FoundInScans(scans, findings, project.targets, state, requests)
+
+
+def _check_inputs(job: Job, scans: Sequence[StationScan], folder: Path) -> None:
+    """Read all other files of a project before the first scan, which may be hours of work.
+
+    Raises
+    ------
+    InputError : what they say wrong, what no section explains, a cloud that would take the place
+        of another file.
+    """
+    project = job.project
+    # put together once and kept
+    _ = job.survey
+    if project.truth is not None:
+        read_truth(project.folder / project.truth)
+    if "clouds" in project.registration.by:
+        known_poses(job, scans)
+    if project.cloud.write:
+        for group in groups(scans, project.cloud):
+            refuse_loss(folder / "clouds" / group.file)
+
+
+def _wanted(project: Project, state: Remembered) -> Wishes:
+    """What the scans of a project are read for."""
+    settings = project.registration
+    area, floor = settings.plane_area_m2, settings.plane_floor_mm * MM
+
+    def wanted(scan: StationScan) -> list[Wish]:
+        wishes = [target_wish(scan, project.targets)] if project.targets.wanted else []
+        if "planes" in settings.by and scan.origin_known:
+            wishes.append(plane_wish(scan, area, floor, state.folder))
+        return wishes
+
+    return wanted
+
+
+def _besides(scan: StationScan) -> list[Wish]:
+    """What is taken of a scan while it is in memory: for the error budget, where there is one."""
+    return [sample_wish(scan)] if scan.noise is not None else []
 
 
 def name_and_tie(job: Job, found: FoundInScans, progress: Progress) -> ScanWork:

@@ -11,10 +11,11 @@ from tribrach._types import Progress
 from tribrach.job.each import Item, each
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
+from tribrach.job.visits import Wish
 from tribrach.scan.scan import Scan
 from tribrach.scan.surface_sample import SurfaceSample, surface_sample
 
-__all__ = ["samples_of"]
+__all__ = ["sample_wish", "samples_of"]
 
 
 def samples_of(
@@ -41,18 +42,21 @@ def samples_of(
     InputError
         The points of a scan cannot be read.
     """
-    items = [
-        Item(
-            f"surface-{scan.name}",
-            f"sample of {scan.name}",
-            (scan.scan,),
-            source=scan.scan.path,
-            cost=scan.scan.records or 0,
-        )
-        for scan in scans
-    ]
+    items = [sample_wish(scan).item for scan in scans]
     taken = each(_facts, items, _from_facts, state=state, progress=progress)
     return {scan.name: sample for scan, sample in zip(scans, taken, strict=True)}
+
+
+def sample_wish(scan: StationScan) -> Wish:
+    """Some points of a scan as a product."""
+    item = Item(
+        f"surface-{scan.name}",
+        f"sample of {scan.name}",
+        (scan.scan,),
+        source=scan.scan.path,
+        cost=scan.scan.records or 0,
+    )
+    return Wish(_facts, item)
 
 
 def _from_facts(item: Item, facts: dict[str, Any]) -> SurfaceSample:

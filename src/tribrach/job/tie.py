@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.project import Project
 
-__all__ = ["Registered", "Tying", "register"]
+__all__ = ["Registered", "Tying", "known_poses", "register"]
 
 #: adjusted poses may be wrong by this where planes are tied between groups [m]; chosen by hand on
 #: the simulated yards, no source
@@ -194,7 +194,7 @@ def register(
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
     clouds = None
     if "clouds" in by:
-        known = _approximate(job, scans)
+        known = known_poses(job, scans)
         clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs)
     joined = register_by_planes(
         around,
@@ -225,8 +225,13 @@ def register(
     return Registered(survey, named, around, ties if "planes" in by else None, poses, sentences)
 
 
-def _approximate(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
-    """Approximate poses of the stations, as the project says where from."""
+def known_poses(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
+    """Approximate poses of the stations, as the project says where from.
+
+    Raises
+    ------
+    InputError : a file of poses that is not there, or cannot be read.
+    """
     settings = job.project.registration
     if not settings.approximate and not settings.poses:
         return NO_POSES

@@ -6,7 +6,7 @@ chunks, loads it or lays it out gets what is in memory, in the very chunks of th
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
@@ -143,7 +143,7 @@ class HeldScan(Scan):
     """A scan whose points are in memory, in the chunks of its file.
 
     Chunks have the fields of :class:`Loaded` alone. Blocks of other sizes or from other places are
-    read from memory where every record is a point, else from the file, whose readers know where
+    read from memory where every record is a point, else from the file, whose reader knows where
     records without a point are.
 
     Attributes
@@ -176,9 +176,10 @@ class HeldScan(Scan):
         return super().chunks(size, start) if self.raw else self._kept(size, start)
 
     def _kept(self, size: int, start: int) -> Iterator[Chunk]:
+        bounds: Iterable[tuple[int, int, int]]
         if (size, start) == (CHUNK, 0):
             bounds = zip((0, *self.ends), self.ends, self.dropped, strict=False)
-        elif len(self.points.xyz) == self.records and self.file.certain_points == self.records:
+        elif len(self.points.xyz) == self.records and self.file.even_chunks:
             last = len(self.points.xyz)
             bounds = ((k, min(k + size, last), 0) for k in range(start, last, size))
         else:

@@ -239,6 +239,9 @@ class Scan(ABC):
     correction: Correction | None = None
     no_return: NoReturn | None = None
 
+    #: chunks hold as many records as are asked for, wherever they begin, the last one excepted
+    even_chunks: ClassVar[bool] = True
+
     @abstractmethod
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points as the file has them, in its order.

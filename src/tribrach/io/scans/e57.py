@@ -516,6 +516,8 @@ class E57Scan(Scan):
     state: str | None = None
     columns: tuple[FieldColumn, ...] = ()
 
+    even_chunks = False
+
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points in the file's order.
 
