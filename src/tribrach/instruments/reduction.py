@@ -557,15 +557,13 @@ def reduce(readings: TelescopeReadings) -> Reduction:
     """
     number = np.zeros(len(readings.setup), dtype=np.int64)
     closing = np.zeros(len(readings.setup), dtype=bool)
-    for setup in np.unique(readings.setup):
-        rows = np.flatnonzero(readings.setup == setup)
+    for rows in _by_setup(readings.setup):
         sets = find_sets(readings.target[rows], readings.face[rows], readings.series[rows])
         number[rows], closing[rows] = sets.number, sets.closing
     folded, zenith = fold(readings.direction, readings.zenith, readings.face)
     cells, axes = _cells(readings, number, folded, zenith)
     setups, circles = [], np.zeros(len(cells.setup), dtype=np.int64)
-    for setup in np.unique(cells.setup):
-        rows = np.flatnonzero(cells.setup == setup)
+    for rows in _by_setup(cells.setup):
         reduced, table = _rounds(cells, rows)
         setups.append(reduced)
         moved = _circles(table)
@@ -581,6 +579,12 @@ def reduce(readings: TelescopeReadings) -> Reduction:
             cells, circles * 0, cells.distance, cells.distances, np.zeros_like(cells.far_zenith)
         ),
     )
+
+
+def _by_setup(setup: Index) -> list[Index]:
+    """Rows of each set-up, in their order."""
+    order = np.argsort(setup, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(setup[order])) + 1) if len(order) else []
 
 
 def _mean(values: Array, group: Index, size: int, *, turn: bool = False) -> tuple[Array, Index]:
@@ -721,7 +725,8 @@ def _closures(
     """Closing readings against the first ones of the same target, set and face."""
     last = np.flatnonzero(closing & np.isfinite(folded))
     keys = np.stack([readings.setup, number, readings.target, readings.face], axis=1)
-    first = np.array([np.flatnonzero((keys == keys[i]).all(axis=1))[0] for i in last], dtype=int)
+    _, begin, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    first = begin[group.ravel()[last]]
     difference = wrapped(folded[last] - folded[first]) if len(last) else np.empty(0)
     return Closures(
         readings.setup[last], number[last], readings.target[last], readings.face[last], difference

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -78,6 +79,12 @@ class _Node:
         for child in _children(self.element):
             yield _Node(child, RecordPlace(self.place.file, line_of(child)))
 
+    @cached_property
+    def _texts(self) -> dict[str, str]:
+        """Text of the first child of each name."""
+        # the last one that is put in stays
+        return {child.tag: child.text or "" for child in self.element.iterchildren(reversed=True)}
+
     def text(self, tag: str, default: str | None = None) -> str:
         """Text of a child.
 
@@ -86,7 +93,7 @@ class _Node:
         InputError
             There is none and no default.
         """
-        text = self.element.findtext(tag)
+        text = self._texts.get(tag)
         if text is None and default is None:
             raise self.place.error(f"<{self.element.tag}> has no <{tag}>")
         return (text or "").strip() or (default or "")

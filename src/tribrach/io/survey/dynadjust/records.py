@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import pi
+from math import isfinite, pi
 
 import numpy as np
 
@@ -326,7 +326,7 @@ def number(text: str, what: str, place: RecordPlace) -> float:
         value = float(text)
     except ValueError:
         value = float("nan")
-    if not np.isfinite(value):
+    if not isfinite(value):
         raise place.error(f"{what} is {text.strip()!r}, not a number")
     if too_large(value):
         raise place.error(f"{what} is {text.strip()}, beyond any measurement")
