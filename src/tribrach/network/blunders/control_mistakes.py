@@ -189,7 +189,7 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
         None if the network fits, or if no given coordinate explains why not.
     """
     trial, rounds = adjustment, _ROUNDS if adjustment.n_unknowns <= _LARGE else 1
-    for _ in range(rounds):
+    for turn in range(rounds):
         suspects = find_suspects(weigh(trial))
         if trial.dof < 2 or (global_test(trial).passed and not suspects):
             return None
@@ -197,7 +197,7 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
         if found is not None and _explains(found.after):
             break
         measured = [s for s in suspects if not _is_given(trial, s)]
-        if not measured:
+        if not measured or turn + 1 == rounds:
             return None
         # a reading that is wrong as well must not hide the coordinate
         less = switch(trial.network, *measured[0].key, Use.OFF, "tried without it")
@@ -205,8 +205,6 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
             trial = adjust(restart(less, trial))
         except TribrachError:
             return None
-    else:
-        return None
     if trial is not adjustment and _one_reading(adjustment):
         return None
     # exchanged names put two targets off that each alone could be a coordinate's error
