@@ -47,3 +47,8 @@ def threads(_: int, *, progress: Progress) -> dict[str, Any]:
     import numba
 
     return {"compiled": numba.config.NUMBA_NUM_THREADS, "sums": os.environ["OPENBLAS_NUM_THREADS"]}
+
+
+def deaf(_: int, *, progress: Progress) -> bool:
+    """True if Ctrl-C does not reach this process."""
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])

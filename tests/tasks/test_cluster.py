@@ -1,6 +1,7 @@
 """Tasks on workers: the results of this process, whatever happens to the workers."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -118,6 +119,12 @@ def test_a_worker_that_does_not_see_the_folder_is_refused(
 def test_workers_share_the_processors(workers: Engine) -> None:
     own = max(1, cluster._processors() // 2)
     assert done(workers, errands.threads, 0) == {0: {"compiled": own, "sums": "1"}}
+
+
+def test_ctrl_c_is_for_the_command_alone(workers: Engine) -> None:
+    """A terminal sends it to workers as well, which would say a hundred lines each."""
+    assert done(workers, errands.deaf, 0) == {0: True}
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == set()
 
 
 def test_nobody_else_reaches_the_workers(workers: Engine) -> None:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import logging
 import os
 import platform
+import signal
 import sys
 import time
 import uuid
@@ -23,6 +24,7 @@ from concurrent.futures import CancelledError
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from importlib import metadata
+from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -132,6 +134,7 @@ def _local(count: int, threads: int) -> Iterator[Client]:
     """A client of processes of this machine."""
     import dask
     from distributed import Client, LocalCluster, Security
+    from distributed.gc import disable_gc_diagnosis
 
     quiet = {"distributed": "critical", "distributed.worker": "critical", "tornado": "critical"}
     settings = {
@@ -147,25 +150,43 @@ def _local(count: int, threads: int) -> Iterator[Client]:
         "distributed.worker.memory.pause": False,
         "distributed.nanny.pre-spawn-environ": dict.fromkeys(_SUMS, "1"),
     }
-    with (
-        scratch_folder() as folder,
-        dask.config.set(settings),
-        _silent(),
-        LocalCluster(
-            n_workers=count,
-            threads_per_worker=1,
-            processes=True,
-            host="127.0.0.1",
-            dashboard_address="127.0.0.1:0",
-            worker_dashboard_address="127.0.0.1:0",
-            security=Security.temporary(),
-            local_directory=str(folder),
-            silence_logs=logging.CRITICAL,
-            env=dict.fromkeys(_COMPILED, str(threads)),
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+    with scratch_folder() as folder, dask.config.set(settings), _silent():
+        with _no_interruptions():
+            cluster = LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                host="127.0.0.1",
+                dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0",
+                security=Security.temporary(),
+                local_directory=str(folder),
+                silence_logs=logging.CRITICAL,
+                env=dict.fromkeys(_COMPILED, str(threads)),
+            )
+        # an interruption that comes while it looks at collected garbage would be lost
+        disable_gc_diagnosis()
+        with cluster, Client(cluster) as client:
+            yield client
+
+
+@contextmanager
+def _no_interruptions() -> Iterator[None]:
+    """A block whose threads, and the processes that they start, are deaf to Ctrl-C.
+
+    It is for this process, which then ends the others; in this thread it is heard when the block
+    ends.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # it would let them hear again where it is started by the first process
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
