@@ -1,29 +1,27 @@
 """Nearest-neighbour distances between two clouds, against the cKDTree of scipy; tiles on disk.
 
 Two stations in one hall, points in scan order. Each way runs in a process of its own, on all
-processors, so that the peak memory is its. The tiled mode takes clouds from files in chunks. The
-mode of commands runs ``tribrach compare`` of two LAZ files, distances and M3C2, for clouds of
-several sizes, and says how its processor time grows.
-Run: ``python benchmarks/cloud_distances.py [millions of points, 1] [repeats, 3]``, or
-``python benchmarks/cloud_distances.py tiles [millions of points, 100]``, or
-``python benchmarks/cloud_distances.py compare [millions of points, 3 10]``.
+processors, so that the peak memory is its. In tiles, clouds are taken from files in chunks, as by
+``tribrach compare``, which is timed as a whole process as well.
 """
 
+import json
 import os
-import resource
-import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+
+from benchmarks.figures import Cost, Figure, Growth, alone, cost_of, run, whole_process
 
 HALL = np.array([[-20.0, -15.0, -2.0], [20.0, 15.0, 8.0]])
 PLACES = np.array([[3.0, 2.0, 0.0], [-6.0, -3.0, 0.1]])
 CHUNK = 1_000_000
 LIMIT = 0.2
+REPEATS = 3
 
 
 def station(points: int, number: int) -> Iterator[np.ndarray]:
@@ -54,60 +52,57 @@ def ours(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return nearest(a, b)[0]
 
 
-def tiled(points: int, folder: Path) -> None:
-    """Clouds of any size from files, in parts of bounded memory."""
+def tiled(millions: float) -> Iterator[Figure]:
+    """Clouds of any size from files in parts of bounded memory, against one read of them."""
     from tribrach.comparison.nearest import Neighbours
     from tribrach.comparison.streams import Spool
     from tribrach.comparison.tiles import tiles
 
-    files = Spool(folder, 2)
-    for number in (0, 1):
-        for chunk in station(points, number):
-            files.add(number, chunk)
-    start, count, total, largest = time.perf_counter(), 0, 0.0, 0
-    with tiles(files.stream(0), files.stream(1), LIMIT) as cut:
-        for tile in cut:
-            reference = tile.reference(LIMIT)
-            largest = max(largest, len(reference))
-            tree = Neighbours(reference)
-            for queries in tile.queries():
-                distances = tree.query(queries, LIMIT)[0]
-                near = distances[np.isfinite(distances)]
-                count, total = count + len(near), total + near.sum()
-    took = time.perf_counter() - start
-    print(
-        f"{points / 1e6:g} against {points / 1e6:g} million points in tiles: {took:.1f} s, "
-        f"{points / took / 1e6:.2f} million points/s, at most {largest / 1e6:.1f} million of the "
-        f"reference in memory, peak {peak():.0f} MB; mean of {count} distances "
-        f"{1e3 * total / count:.4f} mm"
+    points = int(millions * 1e6)
+    with tempfile.TemporaryDirectory() as folder:
+        files = Spool(Path(folder), 2)
+        for number in (0, 1):
+            for chunk in station(points, number):
+                files.add(number, chunk)
+
+        def distances() -> tuple[int, float, int]:
+            count, total, largest = 0, 0.0, 0
+            with tiles(files.stream(0), files.stream(1), LIMIT) as cut:
+                for tile in cut:
+                    reference = tile.reference(LIMIT)
+                    largest = max(largest, len(reference))
+                    tree = Neighbours(reference)
+                    for queries in tile.queries():
+                        apart = tree.query(queries, LIMIT)[0]
+                        near = apart[np.isfinite(apart)]
+                        count, total = count + len(near), total + near.sum()
+            return count, total, largest
+
+        (count, total, largest), cost = cost_of(distances)
+        _, reading = cost_of(lambda: [sum(map(len, files.stream(k)())) for k in (0, 1)])
+    told = (
+        f"at most {largest / 1e6:.1f} million points of the reference in memory; mean of {count} "
     )
+    told += f"distances {1e3 * total / count:.4f} mm"
+    size = f"{millions:g} against {millions:g} million points"
+    peer = "reading both once"
+    yield Figure("nearest points in tiles on disk", size, cost, peer, reading, told)
 
 
-def commands(millions: list[float]) -> None:
-    """``tribrach compare`` as a whole process, the second of two runs, and its growth."""
-    runs = []
-    for size in millions:
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            for number, letter in enumerate("ab"):
-                write(folder / f"{letter}.laz", int(size * 1e6), number)
-            command = [sys.executable, "-m", "tribrach", "compare", "a.laz", "b.laz"]
-            for _ in range(1 if runs else 2):  # the first compiles
-                before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-                child = [sys.executable, __file__, "run", *command]
-                out = subprocess.run(child, cwd=folder, check=True, capture_output=True, text=True)
-                wall = time.perf_counter() - start
-                after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        runs.append((size, cpu))
-        print(
-            f"compare of {size:g} with {size:g} million points: {cpu:.1f} s of the processors, "
-            f"{wall:.1f} s, peak {float(out.stdout.split()[-1]):.0f} MB"
-        )
-    if len(runs) > 1:
-        (small, first), (large, last) = runs[0], runs[-1]
-        growth = np.log(last / first) / np.log(large / small)
-        print(f"growth with the number of points: exponent {growth:.2f}")
+def by_command(millions: float) -> Figure:
+    """``tribrach compare`` of two LAZ files, distances and M3C2; the peer decodes both with laspy."""
+    with tempfile.TemporaryDirectory() as name:
+        files = [Path(name) / f"{letter}.laz" for letter in "ab"]
+        for number, file in enumerate(files):
+            write(file, int(millions * 1e6), number)
+        words = ["compare", *map(str, files), "--out", f"{name}/out", "--quiet"]
+        cost = whole_process([sys.executable, "-m", "tribrach", *words])
+        decode = "import sys, laspy\nfor name in sys.argv[1:]:\n"
+        decode += "    with laspy.open(name) as f:\n"
+        decode += "        for c in f.chunk_iterator(1_000_000): c.x, c.y, c.z"
+        limit = whole_process([sys.executable, "-c", decode, *map(str, files)])
+    size = f"{millions:g} with {millions:g} million points"
+    return Figure("tribrach compare A B", size, cost, "laspy decoding both", limit)
 
 
 def write(path: Path, points: int, number: int) -> None:
@@ -123,68 +118,45 @@ def write(path: Path, points: int, number: int) -> None:
             file.write_points(record)
 
 
-def peak() -> float:
-    """Peak memory [MB] of this process."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-
-
-def alone(way: str, folder: str) -> list[float]:
-    """Wall and processor seconds and peak memory [MB] of one way in a process of its own."""
-    command = [sys.executable, __file__, way, folder]
-    out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    return [float(word) for word in out.split()]
-
-
 def worker(way: str, folder: Path) -> None:
     """Run one way on the stored clouds; its distances go into the folder."""
     a, b = np.load(folder / "a.npy"), np.load(folder / "b.npy")
     function = {"scipy": scipy, "ours": ours}[way]
     function(a[:20_000], b[:20_000])  # libraries and compiled code are loaded
-    start = time.perf_counter(), time.process_time()
-    distances = function(a, b)
-    print(time.perf_counter() - start[0], time.process_time() - start[1], peak())
+    distances, cost = cost_of(lambda: function(a, b), REPEATS)
     np.save(folder / f"{way}.npy", distances)
+    print(json.dumps(asdict(cost)))
 
 
-def compared(millions: float, repeats: int) -> None:
-    """Both ways by turns, the best of each."""
-    runs: dict[str, list[list[float]]] = {"scipy": [], "ours": []}
+def compared(millions: float) -> Iterator[Figure]:
+    """Both ways, each in a process of its own."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for letter, number in (("a", 0), ("b", 1)):
             points = np.concatenate(list(station(int(millions * 1e6), number)))
             np.save(folder / f"{letter}.npy", points)
-        for _ in range(repeats):
-            for way, figures in runs.items():
-                figures.append(alone(way, name))
-        difference = np.abs(np.load(folder / "scipy.npy") - np.load(folder / "ours.npy")).max()
-    best = {way: np.min(figures, axis=0) for way, figures in runs.items()}
-    for way, (wall, cpu, memory) in best.items():
-        print(f"{way}: {wall:.2f} s ({cpu:.2f} s of the processors), peak {memory:.0f} MB")
-    ratio = best["scipy"] / best["ours"]
-    print(f"scipy over ours: {ratio[0]:.2f} ({ratio[1]:.2f} of the processors)")
-    print(f"largest difference of a distance: {difference:.1e} m")
+        costs = {way: Cost(**alone("cloud_distances", way, name)) for way in ("scipy", "ours")}
+        apart = np.abs(np.load(folder / "scipy.npy") - np.load(folder / "ours.npy")).max()
+    size = f"{millions:g} against {millions:g} million points"
+    told = f"distances apart by {apart:.1e} m at most"
+    peer = "cKDTree of scipy, all processors"
+    yield Figure("nearest points", size, costs["ours"], peer, costs["scipy"], told)
 
 
-def main() -> None:
-    arguments = sys.argv[1:]
-    if arguments[:1] == ["tiles"]:
-        with tempfile.TemporaryDirectory() as folder:
-            tiled(int(float((arguments[1:] or ["100"])[0]) * 1e6), Path(folder))
-        return
-    if arguments[:1] == ["compare"]:
-        commands([float(size) for size in arguments[1:] or ["3", "10"]])
-        return
-    if arguments[:1] == ["run"]:  # a command in a process of its own, and its peak memory
-        subprocess.run(arguments[1:], check=True, stdout=subprocess.DEVNULL)
-        print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024)
-        return
-    millions = float(arguments[0]) if arguments else 1.0
-    compared(millions, int(arguments[1]) if len(arguments) > 1 else 3)
+def measure(millions: float, in_tiles: float, *commands: float) -> Iterator[Figure | Growth]:
+    """In memory against scipy, in tiles on disk, and the whole command with its growth."""
+    yield from compared(millions)
+    yield from tiled(in_tiles)
+    by_command(0.01)  # compiled code is kept
+    figures = [by_command(size) for size in commands]
+    yield from figures
+    if len(figures) > 1:
+        seconds = tuple(figure.ours.processor for figure in figures)
+        yield Growth(figures[0].what, "points", tuple(1e6 * size for size in commands), seconds)
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 2 and sys.argv[1] in ("scipy", "ours"):
+    if sys.argv[1:2] in (["scipy"], ["ours"]):
         worker(sys.argv[1], Path(sys.argv[2]))
     else:
-        main()
+        run(measure, full=(1, 30, 3, 10, 30), small=(0.1, 0.3, 0.3))

@@ -2,20 +2,22 @@
 
 Ours also drops invalid points, gives fields their types and colours their range, and never holds
 more than a chunk. Each way runs in a process of its own, so that the peak memory is its.
-Run: ``python benchmarks/e57_reading.py [millions of points, 5]``.
 """
 
-import resource
-import subprocess
+import json
 import sys
 import tempfile
-import time
+from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pye57
 
-REPEATS = 8
+from benchmarks.figures import Cost, Figure, alone, cost_of, least, run
+
+#: processes of each way
+TURNS = 4
 
 
 def make(path: Path, points: int) -> None:
@@ -49,46 +51,32 @@ def ours(path: str) -> int:
     return sum(len(chunk) + chunk.dropped for chunk in scan.chunks())
 
 
-def timed(way: str, path: Path) -> list[float]:
-    """Wall and processor seconds, best of three, and peak memory [MB], in its own process."""
-    return [float(word) for word in alone(way, str(path)).split()]
-
-
-def alone(*arguments: str) -> str:
-    """What this program prints in a process of its own."""
-    command = [sys.executable, __file__, *arguments]
-    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
-
-
-def main() -> None:
-    millions = float(sys.argv[1]) if len(sys.argv) > 1 else 5.0
+def measure(millions: float) -> Iterator[Figure]:
+    """Both by turns, each in a process of its own; the least of each."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scan.e57"
-        alone("make", str(path), str(int(millions * 1e6)))
-        runs: dict[str, list[list[float]]] = {"raw": [], "ours": []}
-        for _ in range(REPEATS):
-            for way, figures in runs.items():
-                figures.append(timed(way, path))
-    best = {way: np.min(figures, axis=0) for way, figures in runs.items()}
-    for way, (wall, cpu, peak) in best.items():
-        print(
-            f"{way}: {wall:.2f} s ({cpu:.2f} s of the processor), "
-            f"{millions / wall:.1f} million points/s, peak {peak:.0f} MB"
-        )
-    ratio = best["ours"] / best["raw"]
-    print(f"ratio: {ratio[0]:.2f} ({ratio[1]:.2f} of the processor)")
+        alone("e57_reading", "make", path, int(millions * 1e6))
+        runs: dict[str, list[Cost]] = {"raw": [], "ours": []}
+        for _ in range(TURNS):
+            for way, costs in runs.items():
+                costs.append(Cost(**alone("e57_reading", way, path)))
+    best = {way: least(costs) for way, costs in runs.items()}
+    told = f"{millions / best['ours'].wall:.1f} million points a second"
+    size = f"{millions:g} million points"
+    peer = "read_scan_raw of pye57, the scan at once"
+    yield Figure(
+        "E57 read in chunks, typed and checked", size, best["ours"], peer, best["raw"], told
+    )
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 3:
-        make(Path(sys.argv[2]), int(sys.argv[3]))
-    elif len(sys.argv) > 2:
-        function, times = {"raw": raw, "ours": ours}[sys.argv[1]], []
-        for _ in range(3):  # the first also loads libraries and compiled code
-            start = time.perf_counter(), time.process_time()
-            function(sys.argv[2])
-            times.append((time.perf_counter() - start[0], time.process_time() - start[1]))
-        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
-        print(*np.min(times, axis=0), peak)
-    else:
-        main()
+    match sys.argv[1:]:
+        case ["make", file, points]:
+            make(Path(file), int(points))
+            print("{}")
+        case ["raw" | "ours" as way, file]:
+            # the first also loads libraries and compiled code
+            _, cost = cost_of(lambda: {"raw": raw, "ours": ours}[way](file), 3)
+            print(json.dumps(asdict(cost)))
+        case _:
+            run(measure, full=(5,), small=(0.5,))

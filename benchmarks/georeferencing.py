@@ -3,18 +3,19 @@
 The bare loop reads chunks with laspy, rotates and shifts them with numpy and writes chunks with
 laspy; it knows no uncertainty. Each runs in a process of its own, so that the peak memory is its;
 once with everything loaded before, and once as a whole, from the start of Python to its end.
-Run: ``python benchmarks/georeferencing.py [millions of points, 10]``.
 """
 
-import resource
-import subprocess
+import json
 import sys
 import tempfile
-import time
+from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 
 import laspy
 import numpy as np
+
+from benchmarks.figures import Cost, Figure, alone, cost_of, least, run, whole_process
 
 FIELDS = ("intensity", "gps_time", "return_number", "number_of_returns")
 CHUNK = 1_000_000
@@ -80,55 +81,43 @@ def ours(source: str, destination: str) -> None:
     cloud.write(Path(destination), lambda what, done, total: None)
 
 
-def timed(way: str, source: Path, destination: Path) -> tuple[float, float, float]:
-    """Seconds and peak memory [MB] of one way in its own process; seconds of one that starts."""
-    command = [sys.executable, __file__, way, str(source), str(destination)]
-    out = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
-    destination.unlink()
-    start = time.perf_counter()
-    subprocess.run([*command, "cold"], check=True)
-    whole = time.perf_counter() - start
-    destination.unlink()
-    return float(out[0]), float(out[1]), whole
-
-
-def main() -> None:
-    millions = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
-    with tempfile.TemporaryDirectory() as folder:
-        source, destination = Path(folder) / "scan.laz", Path(folder) / "out.laz"
-        make(source, int(millions * 1e6))
-        make(Path(folder) / "few.laz", 10_000)
-        seconds: dict[str, list[float]] = {"bare": [], "ours": []}
-        wholes: dict[str, list[float]] = {"bare": [], "ours": []}
-        peak = {}
+def measure(millions: float) -> Iterator[Figure]:
+    """With everything loaded, and as whole processes."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        make(folder / "scan.laz", int(millions * 1e6))
+        make(folder / "few.laz", 10_000)
+        warm: dict[str, list[Cost]] = {"bare": [], "ours": []}
+        cold: dict[str, list[Cost]] = {"bare": [], "ours": []}
         for _ in range(3 if millions <= 20 else 1):
-            for way in seconds:
-                took, peak[way], whole = timed(way, source, destination)
-                seconds[way].append(took)
-                wholes[way].append(whole)
-    best = {way: min(times) for way, times in seconds.items()}
-    process = {way: min(times) for way, times in wholes.items()}
-    for way in seconds:
-        print(
-            f"{way}: {best[way]:.2f} s, {millions / best[way]:.2f} million points/s, "
-            f"peak {peak[way]:.0f} MB; a process of its own {process[way]:.2f} s"
-        )
-    print(
-        f"ratio: {best['ours'] / best['bare']:.2f}; of whole processes "
-        f"{process['ours'] / process['bare']:.2f}"
-    )
+            for way in warm:
+                warm[way].append(Cost(**alone("georeferencing", way, folder)))
+                words = [sys.executable, "-m", "benchmarks.georeferencing", way, name, "once"]
+                cold[way].append(whole_process(words))
+    size = f"{millions:g} million points"
+    peer = "the bare loop of laspy and numpy, without sigmas"
+    for what, costs in (("libraries loaded", warm), ("whole process", cold)):
+        own = least(costs["ours"])
+        told = f"{millions / own.wall:.2f} million points a second"
+        what = f"LAZ to LAZ with three sigmas, {what}"
+        yield Figure(what, size, own, peer, least(costs["bare"]), told)
+
+
+def work(way: str, folder: Path, *, once: bool) -> None:
+    """One way; with few points before, so that libraries and kernels are loaded, unless once."""
+    function = {"bare": bare, "ours": ours}[way]
+    target = folder / f"{way}.laz"
+    if not once:
+        function(str(folder / "few.laz"), str(target))
+        target.unlink()
+    _, cost = cost_of(lambda: function(str(folder / "scan.laz"), str(target)))
+    target.unlink()
+    print(json.dumps(asdict(cost)))
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 3:
-        work = {"bare": bare, "ours": ours}[sys.argv[1]]
-        if sys.argv[4:] == ["cold"]:
-            work(sys.argv[2], sys.argv[3])
-            sys.exit()
-        work(sys.argv[2].replace("scan.laz", "few.laz"), sys.argv[3])
-        start = time.perf_counter()
-        work(sys.argv[2], sys.argv[3])
-        took = time.perf_counter() - start
-        print(took, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-    else:
-        main()
+    match sys.argv[1:]:
+        case ["bare" | "ours" as way, place, *rest]:
+            work(way, Path(place), once=rest == ["once"])
+        case _:
+            run(measure, full=(10,), small=(0.5,))

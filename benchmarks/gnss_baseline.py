@@ -2,17 +2,16 @@
 
 Both run the same engine with the same options; the ratio is what checking, staging and the
 process of the wheel cost. Needs files of your own and rnx2rtkp on the path.
-Run: ``python benchmarks/gnss_baseline.py BASE.obs ROVER.obs NAV ... --base-xyz X,Y,Z``.
+Run: ``python -m benchmarks.gnss_baseline BASE.obs ROVER.obs NAV ... --base-xyz X,Y,Z``.
 """
 
 import argparse
 import tempfile
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.figures import Figure, cost_of, in_words
 from tribrach.gnss.baseline import Processing, compute_baseline
 from tribrach.gnss.engine import engines, run_engine
 from tribrach.io.gnss.rinex_file import read_rinex
@@ -20,18 +19,8 @@ from tribrach.io.gnss.rinex_file import read_rinex
 REPEATS = 5
 
 
-def fastest(work: Callable[[], object]) -> float:
-    """Least seconds of some runs."""
-    seconds = []
-    for _ in range(REPEATS):
-        start = time.perf_counter()
-        work()
-        seconds.append(time.perf_counter() - start)
-    return min(seconds)
-
-
 def main() -> None:
-    """Print seconds of each engine and ratios to the program alone."""
+    """Each engine against the program alone."""
     parser = argparse.ArgumentParser()
     parser.add_argument("files", nargs="+", type=Path)
     parser.add_argument("--base-xyz", required=True)
@@ -49,12 +38,19 @@ def main() -> None:
             plain[-1].write_bytes(read_rinex(path))
         if "rnx2rtkp" not in engines():
             raise SystemExit("rnx2rtkp is not on the path")
-        bare = fastest(lambda: run_engine(options, plain, folder, engine="rnx2rtkp"))
-    print(f"rnx2rtkp alone: {bare:.3f} s")
+
+        def alone() -> object:
+            return run_engine(options, plain, folder, engine="rnx2rtkp")
+
+        bare = cost_of(alone, REPEATS)[1]
     for engine in engines():
         wish = Processing(engine=engine)
-        seconds = fastest(lambda wish=wish: compute_baseline(base, rover, orbits, place, wish))
-        print(f"with {engine}: {seconds:.3f} s, ratio {seconds / bare:.2f}")
+
+        def ours(wish: Processing = wish) -> object:
+            return compute_baseline(base, rover, orbits, place, wish)
+
+        cost = cost_of(ours, REPEATS)[1]
+        print(in_words(Figure(f"baseline by {engine}", base.name, cost, "rnx2rtkp alone", bare)))
 
 
 if __name__ == "__main__":

@@ -5,20 +5,23 @@ programs start from arrays in memory, build their own search structure, find the
 distances, with two threads each; they take turns, and the best of each counts. The depth is an odd
 number of radii: py4dgeo cuts its cylinders into pieces of a radius, and for an even number counts a
 core point that is itself in the cloud twice, or not at all, where two pieces meet.
-Run: ``pip install tribrach[peers]``, ``python benchmarks/m3c2.py [MILLIONS]``.
 """
 
 import logging
 import os
-import sys
-import time
+from collections.abc import Iterator
 
 import numba
 import numpy as np
-import py4dgeo
 
+from benchmarks.figures import Cost, Figure, cost_of, least, run
 from tribrach.comparison.cloud_parts import whole
 from tribrach.comparison.m3c2 import M3C2Settings, m3c2
+
+try:
+    import py4dgeo
+except ModuleNotFoundError:
+    py4dgeo = None
 
 CORES, REPEATS, THREADS = 100_000, 3, 2
 SCALE, DIAMETER, DEPTH = 0.2, 0.1, 0.15
@@ -53,32 +56,36 @@ def theirs(a, b, core):
     return distance, uncertainty["lodetection"], uncertainty["num_samples1"]
 
 
-def main() -> None:
+def measure(millions: float) -> Iterator[Figure]:
+    """Both by turns; the least of each."""
+    rng = np.random.default_rng(1)
+    points = int(millions * 1e6)
+    a, b = facade(rng, points, 0.0), facade(rng, points, 0.01)
+    core = a[np.sort(rng.choice(len(a), min(CORES, len(a) // 4), replace=False))]
+    size = f"{len(a) / 1e6:.1f} million points twice, {len(core)} core points"
+    peer, told, spent = "py4dgeo", "", None
+    numba.set_num_threads(THREADS)
+    ours(a[:5000], b[:5000], core[:200])
+    if py4dgeo is None:
+        _, cost = cost_of(lambda: ours(a, b, core), REPEATS)
+        yield Figure("M3C2 with normals", size, cost, peer, spent)
+        return
     py4dgeo.set_py4dgeo_logfile(os.devnull)
     logging.getLogger("py4dgeo").setLevel(logging.WARNING)
-    numba.set_num_threads(THREADS)
     py4dgeo.set_num_threads(THREADS)
-    rng = np.random.default_rng(1)
-    points = int(float(sys.argv[1]) * 1e6) if len(sys.argv) > 1 else 2_000_000
-    a, b = facade(rng, points, 0.0), facade(rng, points, 0.01)
-    core = a[np.sort(rng.choice(len(a), CORES, replace=False))]
-    ours(a[:5000], b[:5000], core[:200])
-    times: dict[str, list[float]] = {"ours": [], "theirs": []}
+    costs: dict[str, list[Cost]] = {"ours": [], "theirs": []}
     found = {}
     for _ in range(REPEATS):
-        for name, run in (("ours", ours), ("theirs", theirs)):
-            start = time.perf_counter()
-            found[name] = run(a, b, core)
-            times[name].append(time.perf_counter() - start)
-    best = {name: min(values) for name, values in times.items()}
-    print(f"{len(a)} and {len(b)} points, {CORES} core points, {THREADS} threads each")
-    print(f"ours {best['ours']:.2f} s, py4dgeo {best['theirs']:.2f} s")
-    print(f"ours over py4dgeo: {best['ours'] / best['theirs']:.2f} x")
-    same = np.array_equal(found["ours"][2], found["theirs"][2])
+        for name, way in (("ours", ours), ("theirs", theirs)):
+            found[name], cost = cost_of(lambda way=way: way(a, b, core))
+            costs[name].append(cost)
     apart = [np.nanmax(np.abs(x - y)) for x, y in zip(found["ours"], found["theirs"], strict=True)]
-    print(f"distances differ by at most {apart[0]:.1e} m, levels of detection by {apart[1]:.1e} m")
-    print(f"points in every cylinder of the first cloud: {'the same' if same else 'not the same'}")
+    told = f"distances apart by {apart[0]:.1e} m, levels of detection by {apart[1]:.1e} m at most; "
+    same = np.array_equal(found["ours"][2], found["theirs"][2])
+    told += f"points of every cylinder {'the same' if same else 'not the same'}"
+    own, peers = least(costs["ours"]), least(costs["theirs"])
+    yield Figure("M3C2 with normals", size, own, peer, peers, told)
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(2,), small=(0.2,))

@@ -2,51 +2,28 @@
 
 Sweeps every 5 m along a simulated street (that of the tests), so that the pairs that matter are
 those of neighbours. In one run, on the same surfels: the pairs of neighbours alone, the proposed
-pairs with the comparison of plans, and with ``all`` every pair.
-Run: ``python benchmarks/many_scans.py [sweeps, 16] [all]``.
+pairs with the comparison of plans, and with a second size of 1 every pair.
 """
 
-import sys
-import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from itertools import pairwise as neighbours
-from pathlib import Path
 
 import numpy as np
-
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
 from tests.registration.clouds.streets import sweeps
 
-from tribrach.registration.clouds.pair import CloudPair, register_pair
+from benchmarks.figures import Figure, cost_of, run
+from tribrach.registration.clouds.pair import register_pair
 from tribrach.registration.clouds.together import pairwise, settled
 
 SEED = 32
 
 
-def timed(what: str, work: Callable[[], list[CloudPair]]) -> tuple[list[CloudPair], float]:
-    """Pairs and their seconds of the processor."""
-    start = time.process_time()
-    pairs = work()
-    spent = time.process_time() - start
-    taken = sum(p.fit is not None for p in pairs)
-    print(f"{what}: {len(pairs)} pairs tried, {taken} registered, {spent:.1f} s")
-    return pairs, spent
-
-
-def main() -> None:
-    """Everything, from the arguments."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 16
-    start = time.process_time()
-    scans, poses = sweeps(count, SEED)
-    print(f"{count} sweeps simulated and prepared in {time.process_time() - start:.1f} s")
+def measure(count: float, every: float) -> Iterator[Figure]:
+    """So many sweeps; all pairs besides where ``every`` is not zero."""
+    scans, poses = sweeps(int(count), SEED)
     register_pair(scans[0], scans[1])  # compiled functions are loaded
-    _, least = timed("neighbours", lambda: [register_pair(a, b) for a, b in neighbours(scans)])
-    pairs, proposed = timed("proposed", lambda: pairwise(scans))
-    print(f"proposed over neighbours {proposed / least:.2f}")
-    if "all" in sys.argv:
-        _, every = timed("all", lambda: pairwise(scans, choice="all"))
-        print(f"all over neighbours {every / least:.2f}")
+    near, least = cost_of(lambda: [register_pair(a, b) for a, b in neighbours(scans)])
+    pairs, proposed = cost_of(lambda: pairwise(scans))
     found = settled(scans, pairs)
     loops, group = found.consistency.loops, found.groups[0]
     first = poses[int(group.stations[0])]
@@ -54,11 +31,18 @@ def main() -> None:
         np.linalg.norm(pose.translation - (first.inverse @ poses[int(name)]).translation)
         for name, pose in group.poses.items()
     ]
-    print(
-        f"{len(group.stations)} of {count} joined, {sum(loop.closes for loop in loops)} of "
-        f"{len(loops)} loops close, largest error {1e3 * max(off):.2f} mm"
+    told = (
+        f"{len(pairs)} pairs tried, {len(group.stations)} of {count:.0f} joined, "
+        f"{sum(loop.closes for loop in loops)} of {len(loops)} loops close, largest error "
+        f"{1e3 * max(off):.2f} mm"
     )
+    peer = f"the {len(near)} pairs of neighbours alone"
+    size = f"{count:.0f} sweeps"
+    yield Figure("registering by proposed pairs", size, proposed, peer, least, told)
+    if every:
+        _, cost = cost_of(lambda: pairwise(scans, choice="all"))
+        yield Figure("registering by all pairs", size, cost, peer, least)
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(16, 0), small=(4, 0))

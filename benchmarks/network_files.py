@@ -1,12 +1,12 @@
 """Writes large simulated networks to files that ``tribrach adjust`` and other programs read.
 
-    python benchmarks/network_files.py grid SIDE FILE      (.gkf, .dat for STAR*NET, .xml for DynaML)
-    python benchmarks/network_files.py scanner STATIONS TARGETS FOLDER
+    python -m benchmarks.network_files grid SIDE FILE
+    python -m benchmarks.network_files scanner STATIONS TARGETS FOLDER
 
-The grid is that of ``grid_network.py``: SIDE x SIDE set-ups that sight their neighbours, some of
-them with GNSS. The hall has scanner stations that see the 60 nearest of its targets each, as polar
-readings without any approximate values: ``polar.csv``, and ``control.csv`` with the coordinates of
-some targets.
+The grid has SIDE x SIDE set-ups that sight their neighbours, some of them with GNSS; its file is
+that of Gama (.gkf), STAR*NET (.dat) or DynAdjust (.xml). The hall has scanner stations that see
+the 60 nearest of its targets each, as polar readings without any approximate values:
+``polar.csv``, and ``control.csv`` with the coordinates of some targets.
 """
 
 from __future__ import annotations
@@ -17,13 +17,61 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from grid_network import grid
 from tribrach.io.survey.exported import export
+from tribrach.network.network import Network
+from tribrach.network.survey import Survey
+from tribrach.observations.gnss import GnssPositions
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 
 #: formats of a grid by the suffix of its file
 FORMATS = {".gkf": "gkf", ".dat": "starnet", ".xml": "dynaml"}
 #: targets that a scanner station sees
 SEEN = 60
+
+
+def grid(side: int, seed: int = 0) -> Network:
+    """A grid of side x side set-ups 100 m apart; every set-up sights its four neighbours."""
+    rng = np.random.default_rng(seed)
+    count = side * side
+    e, n = (a.ravel() * 100.0 for a in np.meshgrid(np.arange(side), np.arange(side)))
+    truth = np.c_[e, n, 10 * np.sin(e / 300) * np.cos(n / 200)] + rng.normal(0, 3, (count, 3))
+    index = np.arange(count).reshape(side, side)
+    pairs = [(index[:, :-1], index[:, 1:]), (index[:-1], index[1:])]
+    one = np.concatenate([np.c_[a.ravel(), b.ravel()] for a, b in pairs])
+    both = np.concatenate([one, one[:, ::-1]])
+    names = np.array([f"P{i}" for i in range(count)], dtype=object)
+    circles = np.array([f"orientation {name}" for name in names], dtype=object)
+
+    survey = Survey()
+    for name, x in zip(names, truth + rng.normal(0, 0.05, truth.shape), strict=True):
+        survey.point(name, x)
+
+    def sights(pair: np.ndarray) -> dict[str, np.ndarray]:
+        return {"start": names[pair[:, 0]], "end": names[pair[:, 1]]}
+
+    chord = truth[both[:, 1]] - truth[both[:, 0]]
+    azimuth = np.arctan2(chord[:, 0], chord[:, 1]) - rng.uniform(-3, 3, count)[both[:, 0]]
+    survey.add(
+        Directions,
+        values=azimuth + rng.normal(0, 5e-6, len(both)),
+        sigma=5e-6,
+        orientation=circles[both[:, 0]],
+        **sights(both),
+    )
+    chord = truth[one[:, 1]] - truth[one[:, 0]]
+    zenith = np.arctan2(np.hypot(chord[:, 0], chord[:, 1]), chord[:, 2])
+    noise = rng.normal(0, 1, (2, len(one)))
+    survey.add(ZenithAngles, values=zenith + 1e-5 * noise[0], sigma=1e-5, **sights(one))
+    length = np.linalg.norm(chord, axis=1)
+    survey.add(SlopeDistances, values=length + 0.002 * noise[1], sigma=0.002, **sights(one))
+    antenna = np.arange(0, count, max(1, count // 100))
+    survey.add(
+        GnssPositions,
+        values=truth[antenna] + rng.normal(0, 0.01, (len(antenna), 3)),
+        sigma=0.01,
+        position=names[antenna],
+    )
+    return survey.network()
 
 
 def write_grid(side: int, file: Path) -> int:

@@ -3,17 +3,17 @@
 Scanner stations in a hall see targets in two faces, with calibration unknowns and inner
 constraints; places of one more target are judged by the largest sigma of all points. The peer
 linearises and factors the network with each candidate in it, once, and takes the same covariances
-from it; reading and naming are not counted. Seconds are those of the processor.
+from it; reading and naming are not counted.
 """
 
 from __future__ import annotations
 
-import sys
-import time
+from collections.abc import Iterator
 
 import numpy as np
 import scipy.sparse as sp
 
+from benchmarks.figures import Cost, Figure, cost_of, run
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.instruments.calibration import NIST
 from tribrach.network.assembly import Assembly
@@ -32,6 +32,7 @@ from tribrach.planning.prediction import (
     with_parameters,
     with_predicted_values,
 )
+from tribrach.planning.prospect import Prospect
 
 MODEL = NIST.select(["x10", "x2", "x3", "x4", "x6"])
 SIGMA = np.array([1.2e-3, 4e-5, 4e-5])
@@ -93,48 +94,43 @@ def by_factor(network: Network, criterion: Criterion) -> float:
     return float(largest_sigma(cofactor.blocks(assembly.reduced[columns])).max())
 
 
-def main() -> None:
-    """Compare both on the sizes given, or 4 stations, 60 targets and 5000 candidates."""
-    sizes = [int(a) for a in sys.argv[1:]]
-    stations, targets, count = sizes if len(sizes) == 3 else (4, 60, 5000)
+def measure(stations: float, targets: float, places: float) -> Iterator[Figure]:
+    """Judge so many places."""
+    stations, targets, count = int(stations), int(targets), int(places)
     survey, at = hall(stations, targets)
     criterion = Criterion("sigma", tuple(f"T{k}" for k in range(targets)))
     base = predict(survey.network())
     rng = np.random.default_rng(1)
-    places = rng.uniform(0, 1, (count, 3)) * [60, 40, 8] + [0, 0, 1.5]
+    where = rng.uniform(0, 1, (count, 3)) * [60, 40, 8] + [0, 0, 1.5]
 
     bare = Survey()
     for k, place in enumerate(at):
         bare.station(f"S{k}", translation=place, rotation=np.eye(3))
-    further = candidates(bare, at, places).network()
+    further = candidates(bare, at, where).network()
     groups = {f"C{k}": k for k in range(count)}
-    start = time.process_time()
-    now = prospect_for(base, criterion, [further])
-    blocks: Blocks = join(coming(base, now, further, groups))
-    prepared = time.process_time() - start
-    start = time.process_time()
-    values = now.judge(blocks).value
-    judged = time.process_time() - start
 
-    apart, refactored = 0.0, 0.0
+    def prepare() -> tuple[Prospect, Blocks]:
+        now = prospect_for(base, criterion, [further])
+        return now, join(coming(base, now, further, groups))
+
+    (now, blocks), prepared = cost_of(prepare)
+    values, judged = cost_of(lambda: now.judge(blocks).value)
+    apart, wall, processor = 0.0, 0.0, 0.0
     for k in range(PEER):
-        wide = candidates(hall(stations, targets)[0], at, places[k : k + 1]).network()
+        wide = candidates(hall(stations, targets)[0], at, where[k : k + 1]).network()
         wide = with_predicted_values(with_parameters(wide))
-        start = time.process_time()
-        exact = by_factor(wide, criterion)
-        refactored += time.process_time() - start
+        exact, cost = cost_of(lambda wide=wide: by_factor(wide, criterion))
+        wall, processor = wall + cost.wall, processor + cost.processor
         mine = values[blocks.number.tolist().index(k)]
         apart = max(apart, abs(mine - exact) / exact)
-    ours, theirs = count / judged, PEER / refactored
-    whole = count / (judged + prepared)
-    print(
-        f"{stations} stations, {targets} targets, {base.n_unknowns} unknowns, "
-        f"{base.n_observations} values: {count} places judged in {judged:.2f} s "
-        f"({ours:,.0f} per second; {whole:,.0f} with preparation), refactoring "
-        f"{theirs:.1f} per second; ratio {ours / theirs:,.0f} ({whole / theirs:,.0f} with "
-        f"preparation); figures apart by at most {apart:.1e}"
-    )
+    theirs = Cost(wall * count / PEER, processor * count / PEER)
+    size = f"{stations} stations, {targets} targets, {count} places"
+    peer = f"a new factor for each, from {PEER} of them"
+    told = f"figures apart by {apart:.1e} at most"
+    yield Figure("places of a target judged", size, judged, peer, theirs, told)
+    whole = Cost(prepared.wall + judged.wall, prepared.processor + judged.processor)
+    yield Figure("the same with preparation", size, whole, peer, theirs)
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(4, 60, 5000), small=(4, 40, 500))

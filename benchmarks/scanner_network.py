@@ -1,19 +1,21 @@
-"""Scanner stations and targets: the adjustment against scipy's sparse least squares.
+"""Scanner stations and targets: the adjustment against scipy's sparse least squares and gtsam.
 
-Both start from the same values and use the same analytic Jacobian. The peer gives the optimum
-only; the adjustment gives every station and target covariance as well.
+All start from the same values. scipy has our analytic Jacobian and gives the optimum only. gtsam
+has factors of its own, a bearing and a range with the sigma of the centre, and gives the
+covariance of every target and station as we do.
 """
 
 from __future__ import annotations
 
-import sys
-import time
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.optimize import least_squares
 from scipy.spatial import cKDTree
 
+from benchmarks.figures import Figure, cost_of, run
 from tribrach.geometry import rotation
 from tribrach.network.adjustment import adjust
 from tribrach.network.assembly import Assembly
@@ -22,9 +24,45 @@ from tribrach.network.survey import Survey
 from tribrach.observations.scanner import TargetCentres
 from tribrach.observations.unknowns import State
 
+#: sigma of a centre and of control [m]
+CENTRE, CONTROL = 0.002, 0.001
 
-def building(stations: int, targets: int, seed: int = 0) -> Network:
+
+@dataclass(frozen=True)
+class Hall:
     """Targets in a hall, each seen from the eight nearest stations; four targets are control."""
+
+    station: np.ndarray
+    target: np.ndarray
+    seen: np.ndarray
+    control: np.ndarray
+    #: approximate values, and those of the control targets
+    points: np.ndarray
+    places: np.ndarray
+    turns: np.ndarray
+
+    def network(self) -> Network:
+        """The same as a network."""
+        target_names = np.array([f"T{i}" for i in range(len(self.points))], dtype=object)
+        station_names = np.array([f"S{i}" for i in range(len(self.places))], dtype=object)
+        survey = Survey()
+        for i, name in enumerate(target_names):
+            given = {"covariance": np.eye(3) * CONTROL**2} if i in self.control else {}
+            survey.point(name, self.points[i], **given)
+        for i, name in enumerate(station_names):
+            survey.station(name, translation=self.places[i], rotation=self.turns[i])
+        survey.add(
+            TargetCentres,
+            values=self.seen,
+            sigma=CENTRE,
+            station=station_names[self.station],
+            target=target_names[self.target],
+        )
+        return survey.network()
+
+
+def hall(stations: int, targets: int, seed: int = 0) -> Hall:
+    """Simulate it."""
     rng = np.random.default_rng(seed)
     x = rng.uniform(0, 1, (targets, 3)) * [300, 300, 20]
     t = rng.uniform(0, 1, (stations, 3)) * [300, 300, 2]
@@ -32,28 +70,22 @@ def building(stations: int, targets: int, seed: int = 0) -> Network:
     _, near = cKDTree(t).query(x, k=8)
     target, station = np.repeat(np.arange(targets), 8), near.ravel()
     seen = np.einsum("nji,nj->ni", r[station], x[target] - t[station])
-    target_names = np.array([f"T{i}" for i in range(targets)], dtype=object)
-    station_names = np.array([f"S{i}" for i in range(stations)], dtype=object)
-    survey = Survey()
     control = np.linspace(0, targets - 1, 4).astype(int)
-    for i, name in enumerate(target_names):
-        given = {"covariance": np.eye(3) * 1e-6} if i in control else {}
-        survey.point(name, x[i] if i in control else x[i] + rng.normal(0, 0.05, 3), **given)
-    turned = rotation.exp(rng.normal(0, 0.01, (stations, 3))) @ r
-    for i, name in enumerate(station_names):
-        survey.station(name, translation=t[i] + rng.normal(0, 0.05, 3), rotation=turned[i])
-    survey.add(
-        TargetCentres,
-        values=seen + rng.normal(0, 0.002, seen.shape),
-        sigma=0.002,
-        station=station_names[station],
-        target=target_names[target],
+    near_by = x + rng.normal(0, 0.05, x.shape)
+    near_by[control] = x[control]
+    return Hall(
+        station,
+        target,
+        seen + rng.normal(0, CENTRE, seen.shape),
+        control,
+        near_by,
+        t + rng.normal(0, 0.05, t.shape),
+        rotation.exp(rng.normal(0, 0.01, (stations, 3))) @ r,
     )
-    return survey.network()
 
 
-def by_scipy(network: Network) -> tuple[State, float]:
-    """The optimum of ``least_squares(trf, lsmr)`` with our Jacobian, and its seconds."""
+def by_scipy(network: Network) -> State:
+    """The optimum of ``least_squares(trf, lsmr)`` with our Jacobian."""
     assembly = Assembly(network)
     start = network.start
 
@@ -70,7 +102,6 @@ def by_scipy(network: Network) -> tuple[State, float]:
         return assembly.design(state(p)) @ chart(assembly, p)
 
     sparsity = (assembly.design(start) != 0).astype(int)
-    begin = time.perf_counter()
     result = least_squares(
         residual,
         np.zeros(len(assembly.free_columns)),
@@ -85,7 +116,7 @@ def by_scipy(network: Network) -> tuple[State, float]:
         gtol=1e-12,
         max_nfev=200,
     )
-    return state(result.x), time.perf_counter() - begin
+    return state(result.x)
 
 
 def chart(assembly: Assembly, p: np.ndarray) -> sp.csr_array:
@@ -104,25 +135,74 @@ def chart(assembly: Assembly, p: np.ndarray) -> sp.csr_array:
     return sp.csr_array(sp.diags_array(plain) + turns)
 
 
-def main() -> None:
-    """Compare both on the size given, or 300 stations and 3,000 targets."""
-    sizes = [int(a) for a in sys.argv[1:]] or [300, 3000]
-    adjust(building(20, 60))  # compiled code is loaded before anything is timed
-    network = building(*sizes)
-    begin = time.perf_counter()
-    adjustment = adjust(network)
-    targets = adjustment.family_covariances("point")
-    stations = adjustment.family_covariances("pose")
-    ours = time.perf_counter() - begin
-    state, theirs = by_scipy(network)
-    apart = np.abs(state.positions - adjustment.state.positions).max()
-    print(
-        f"{sizes[0]} stations, {sizes[1]} targets, {network.count()} observed values: "
-        f"{ours:.2f} s with {len(targets)} target and {len(stations)} station covariances; "
-        f"scipy {theirs:.2f} s without; ratio {theirs / ours:.1f}; "
-        f"optima apart by at most {apart:.1e} m"
-    )
+def by_gtsam(scene: Hall) -> tuple[np.ndarray, np.ndarray]:
+    """Targets (n, 3) and their covariances (n, 3, 3), those of all stations besides."""
+    import gtsam
+
+    def station(i: int) -> int:
+        return int(gtsam.symbol("s", i))
+
+    def target(i: int) -> int:
+        return int(gtsam.symbol("t", i))
+
+    graph, start = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    length = np.linalg.norm(scene.seen, axis=1)
+    for i, j, u, r in zip(scene.station, scene.target, scene.seen, length, strict=True):
+        noise = gtsam.noiseModel.Diagonal.Sigmas([CENTRE / r, CENTRE / r, CENTRE])
+        bearing = gtsam.Unit3(u / r)
+        graph.add(gtsam.BearingRangeFactor3D(station(i), target(j), bearing, r, noise))
+    known = gtsam.noiseModel.Isotropic.Sigma(3, CONTROL)
+    for j in scene.control:
+        graph.add(gtsam.PriorFactorPoint3(target(j), scene.points[j], known))
+    for j, xyz in enumerate(scene.points):
+        start.insert(target(j), xyz)
+    for i, (turn, place) in enumerate(zip(scene.turns, scene.places, strict=True)):
+        start.insert(station(i), gtsam.Pose3(gtsam.Rot3(turn), place))
+    wanted = gtsam.GaussNewtonParams()
+    wanted.setRelativeErrorTol(1e-12)
+    wanted.setAbsoluteErrorTol(1e-12)
+    found = gtsam.GaussNewtonOptimizer(graph, start, wanted).optimize()
+    marginals = gtsam.Marginals(graph, found)
+    for i in range(len(scene.places)):
+        marginals.marginalCovariance(station(i))
+    count = range(len(scene.points))
+    covariances = np.array([marginals.marginalCovariance(target(j)) for j in count])
+    return np.array([found.atPoint3(target(j)) for j in count]), covariances
+
+
+def measure(stations: float, targets: float) -> Iterator[Figure]:
+    """Against scipy without, and against gtsam with all covariances."""
+    adjust(hall(20, 60).network())  # compiled code is loaded before anything is timed
+    scene = hall(int(stations), int(targets))
+    network = scene.network()
+
+    def ours() -> tuple[State, np.ndarray]:
+        adjustment = adjust(network)
+        adjustment.family_covariances("pose")
+        return adjustment.state, adjustment.family_covariances("point")
+
+    (state, covariances), cost = cost_of(ours)
+    size = f"{stations:.0f} stations, {targets:.0f} targets, {network.count()} values"
+    other, theirs = cost_of(lambda: by_scipy(network))
+    apart = np.abs(other.positions - state.positions).max()
+    peer = "least_squares of scipy with our Jacobian, no covariances"
+    told = f"optima apart by {apart:.1e} m at most"
+    yield Figure("adjustment with all covariances", size, cost, peer, theirs, told)
+    told, spent = "", None
+    try:
+        (points, their_own), spent = cost_of(lambda: by_gtsam(scene))
+    except ModuleNotFoundError:
+        pass
+    else:
+        apart = np.abs(points - state.points).max()
+        sigma, their_sigma = (
+            np.sqrt(np.trace(c, axis1=1, axis2=2)) for c in (covariances, their_own)
+        )
+        wide = np.abs(sigma / their_sigma - 1).max()
+        told = f"targets apart by {apart:.1e} m, sigmas by {100 * wide:.1e} % at most"
+    peer = "gtsam: Gauss-Newton and the marginals of all"
+    yield Figure("adjustment with all covariances, again", size, cost, peer, spent, told)
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(300, 3000), small=(60, 600))

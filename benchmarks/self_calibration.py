@@ -1,25 +1,21 @@
 """Self-calibration of many stations: time split, memory, growth with the number of stations.
 
-``python benchmarks/self_calibration.py [STATIONS TARGETS]``: every station sees every target on one
-of two faces; the ten parameters of the high-end model, inner constraints, no start values. Each
-size runs in a process of its own, so that its peak memory is its own. The time of an adjustment is
-compared with that of one linearisation (design and normal matrix), which no method can avoid.
-Seconds are of the processor, so that other work on the machine does not count.
+Every station sees every target on one of two faces; the ten parameters of the high-end model, inner
+constraints, no start values. Each size runs in a process of its own, so that its peak memory is its
+own. Every step is compared with one linearisation (design and normal matrix), which no method can
+avoid.
 """
 
 from __future__ import annotations
 
-import itertools
 import multiprocessing
-import resource
-import sys
-import time
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
 
+from benchmarks.figures import Cost, Figure, Growth, cost_of, run
 from tribrach.calibration.calibrated import StationModel, calibrate_survey
 from tribrach.calibration.correlations import calibration_correlations
 from tribrach.calibration.datum_effects import datum_effects
@@ -41,6 +37,9 @@ TRUTH = np.array(
     [1.1e-3, 4e-4, -1e-4, 2.5e-4, -5 * SEC, 6 * SEC, 1e-4, 14 * SEC, 4 * SEC, -6 * SEC]
 )
 MODEL = NIST.select(HIGH_END)
+LIMIT = "one linearisation"
+
+Result = TypeVar("Result")
 
 
 def hall(stations: int, targets: int, seed: int = 0) -> Network:
@@ -75,70 +74,60 @@ def hall(stations: int, targets: int, seed: int = 0) -> Network:
     return survey.network()
 
 
-def run(stations: int, targets: int) -> dict[str, Any]:
-    """Seconds of every step and peak memory [MB]."""
-    seconds: dict[str, float] = {}
+def taken(stations: int, targets: int) -> dict[str, Any]:
+    """Cost of every step."""
+    costs: dict[str, Cost] = {}
 
-    def timed(what: str, work: Callable[[], Any]) -> Any:
-        begin = time.process_time()
-        out = work()
-        seconds[what] = time.process_time() - begin
-        return out
+    def step(what: str, work: Callable[[], Result]) -> Result:
+        result, costs[what] = cost_of(work)
+        return result
 
-    network = timed("(simulating)", lambda: hall(stations, targets))
+    network = hall(stations, targets)
     names = calibration_names(network)
-    state = timed("start values", lambda: find_start(network))
+    state = step("start values", lambda: find_start(network))
     network = network.with_start(state)
 
     def linearised() -> None:
         design = Assembly(network).design(state)
         sp.csc_array(sp.csr_array(design.T) @ design)
 
-    timed("(one linearisation)", linearised)
-    timed("open combinations", lambda: estimability(network, state))
-    timed("proposal of parameters", lambda: propose(network, state, names))
-    adjustment = timed("adjustment", lambda: adjust(network))
-    timed("tests of other parameters", lambda: omitted_parameters(adjustment, NIST))
-    timed("correlations", lambda: calibration_correlations(adjustment, names))
-    timed("other datums", lambda: datum_effects(adjustment, names))
+    step(LIMIT, linearised)
+    step("open combinations", lambda: estimability(network, state))
+    step("proposal of parameters", lambda: propose(network, state, names))
+    adjustment = step("adjustment", lambda: adjust(network))
+    step("tests of other parameters", lambda: omitted_parameters(adjustment, NIST))
+    step("correlations", lambda: calibration_correlations(adjustment, names))
+    step("other datums", lambda: datum_effects(adjustment, names))
     sigma = np.sqrt([adjustment.covariance(name)[0, 0] for name in names])
     errors = (adjustment.state.scalars - TRUTH) / sigma
     return {
         "values": adjustment.n_observations,
-        "unknowns": adjustment.n_unknowns,
-        "iterations": adjustment.iterations,
-        "seconds": seconds,
+        "costs": costs,
         "worst": float(np.abs(errors).max()),
-        "megabytes": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
     }
 
 
-def main() -> None:
-    stations = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    targets = int(sys.argv[2]) if len(sys.argv) > 2 else 1000
+def measure(stations: float, targets: float) -> Iterator[Figure | Growth]:
+    """A quarter, half and all of the stations."""
     pool = multiprocessing.get_context("spawn")
     with pool.Pool(1, maxtasksperchild=1) as one:
-        one.apply(run, (4, 60))  # compiles and fills the cache
-    results = []
-    for count in (max(2, stations // 4), max(3, stations // 2), stations):
+        one.apply(taken, (4, 60))  # compiles and fills the cache
+    counts = [max(2, int(stations) // 4), max(3, int(stations) // 2), int(stations)]
+    seconds, values = [], []
+    for count in counts:
         with pool.Pool(1, maxtasksperchild=1) as one:
-            results.append((count, one.apply(run, (count, targets))))
-    for count, found in results:
-        print(
-            f"{count} stations, {targets} targets: {found['values']} values, {found['unknowns']} "
-            f"unknowns, {found['iterations']} iterations, peak memory {found['megabytes']:.0f} MB, "
-            f"worst parameter {found['worst']:.1f} sigma from the truth"
-        )
-        total = sum(s for what, s in found["seconds"].items() if not what.startswith("("))
-        unit = found["seconds"]["(one linearisation)"]
-        for what, s in found["seconds"].items():
-            share = "" if what.startswith("(") else f"{100 * s / total:5.1f} %"
-            print(f"  {what:<28} {s:8.2f} s {share:>8}  {s / unit:7.1f} linearisations")
-    print("growth of the adjustment, against that of the observations:")
-    for (a, one), (b, two) in itertools.pairwise(results):
-        ratio = two["seconds"]["adjustment"] / one["seconds"]["adjustment"]
-        print(f"  {a} -> {b} stations: {ratio:.2f} times, observations {b / a:.2f} times")
+            found = one.apply(taken, (count, int(targets)))
+        costs: dict[str, Cost] = found["costs"]
+        seconds.append(costs["adjustment"].processor)
+        values.append(found["values"])
+        size = f"{count} stations, {targets:.0f} targets, {found['values']} values"
+        told = f"worst parameter {found['worst']:.1f} sigma from the truth"
+        limit = costs.pop(LIMIT)
+        for what, cost in costs.items():
+            yield Figure(f"self-calibration: {what}", size, cost, LIMIT, limit, told)
+            told = ""
+    yield Growth("self-calibration: adjustment", "values", tuple(values), tuple(seconds))
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(100, 1000), small=(12, 150))

@@ -1,24 +1,20 @@
 """How long commands take before they begin: processes as they are called from a shell.
 
-``start_up.py`` compares the list of commands and the adjustment of ten observations with a Python
-that imports numpy and the sparse matrices of scipy, which any adjustment needs. ``start_up.py demo
-[THOUSANDS]`` runs the demo (of its own size, or with so many thousand points at a station) with no
-compiled loops yet and then with them, by the clock and of the processor. Seconds are the least of
-several turns.
+The list of commands and the adjustment of ten observations are compared with a Python that imports
+numpy and the sparse matrices of scipy, which any adjustment needs; the demo with no compiled loops
+yet with the demo that follows it.
 """
 
 from __future__ import annotations
 
-import os
-import resource
-import subprocess
 import sys
 import tempfile
-import time
+from collections.abc import Iterator
 from pathlib import Path
 
-#: turns of each command, in alternation
-TURNS = 7
+from benchmarks.figures import Cost, Figure, least, run, whole_process
+
+PEER = "import numpy, scipy.sparse"
 #: ten observations, one point from three
 TEN = """\
 <?xml version="1.0" ?>
@@ -45,69 +41,54 @@ TEN = """\
 """
 
 
-def seconds(code: list[str], folder: Path, **environment: str) -> tuple[float, float]:
-    """Seconds of the processor and by the clock of one Python with these arguments."""
-    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-    subprocess.run(
-        [sys.executable, *code],
-        cwd=folder,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1", **environment},
-        stdout=subprocess.DEVNULL,
-        check=True,
-    )
-    wall, after = time.perf_counter() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
-    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return used, wall
-
-
-def starts(folder: Path) -> None:
-    """Compare the start of commands with that of what they compute with."""
-    (folder / "ten.gkf").write_text(TEN)
+def starts(turns: int, folder: Path) -> Iterator[Figure]:
+    """Commands in alternation with the start of what they compute with; the least of each."""
+    (folder / "ten.gkf").write_text(TEN, encoding="utf-8")
     # byte code of all of it is in a folder of its own, as an installer leaves it beside the sources
-    kept = {"PYTHONPYCACHEPREFIX": str(folder / "bytecode"), "PYTHONDONTWRITEBYTECODE": ""}
+    kept = {
+        "PYTHONPYCACHEPREFIX": str(folder / "bytecode"),
+        "PYTHONDONTWRITEBYTECODE": "",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+    adjust = ["-m", "tribrach", "adjust", str(folder / "ten.gkf")]
     commands = {
-        "import numpy, scipy.sparse": ["-c", "import numpy, scipy.sparse"],
+        PEER: ["-c", PEER],
         "tribrach --help": ["-m", "tribrach", "--help"],
-        "tribrach adjust, 10 observations": ["-m", "tribrach", "adjust", "ten.gkf"],
-        "the same with --json": ["-m", "tribrach", "adjust", "ten.gkf", "-q", "--json", "a.json"],
+        "tribrach adjust FILE": adjust,
+        "tribrach adjust FILE --json": [*adjust, "-q", "--json", str(folder / "a.json")],
     }
-    measured: dict[str, list[tuple[float, float]]] = {name: [] for name in commands}
-    for turn in range(TURNS + 1):
+    costs: dict[str, list[Cost]] = {name: [] for name in commands}
+    for turn in range(turns + 1):
         for name, code in commands.items():
-            found = seconds(code, folder, **kept)
+            cost = whole_process([sys.executable, *code], **kept)
             if turn:
-                measured[name].append(found)
-    least = {
-        name: [min(figures) for figures in zip(*m, strict=True)] for name, m in measured.items()
-    }
-    unit = least["import numpy, scipy.sparse"][0]
-    for name, (used, wall) in least.items():
-        print(
-            f"{name:34s} {used:6.2f} s of the processor = {used / unit:4.2f} x   {wall:6.2f} s wall"
-        )
+                costs[name].append(cost)
+    peer = least(costs.pop(PEER))
+    for name, found in costs.items():
+        size = "ten observations" if "adjust" in name else "no data"
+        yield Figure(name, size, least(found), PEER, peer)
 
 
-def demo(folder: Path, points: list[str]) -> None:
-    """Run the demo without compiled loops and then with them."""
-    kept = {"NUMBA_CACHE_DIR": str(folder / "kernels")}
-    figures = []
-    for name in ("first", "second"):
-        code = ["-m", "tribrach", "demo", "--quiet", "--out", name, *points]
-        figures.append(seconds(code, folder, **kept))
-        used, wall = figures[-1]
-        print(f"{name:8s} demo: {wall:7.1f} s wall, {used:7.1f} s of the processor", flush=True)
-    (used, wall), (used_again, wall_again) = figures
-    print(f"first / second: {wall / wall_again:.2f} wall, {used / used_again:.2f} of the processor")
+def demo(thousands: float, folder: Path) -> Figure:
+    """The demo without compiled loops and then with them."""
+    kept = {"NUMBA_CACHE_DIR": str(folder / "kernels"), "OPENBLAS_NUM_THREADS": "1"}
+    words = [sys.executable, "-m", "tribrach", "demo", "--quiet"]
+    words += [f"--points={1000 * thousands:.0f}"] if thousands else []
+    first, second = (
+        whole_process([*words, "--out", str(folder / name)], **kept) for name in ("one", "two")
+    )
+    size = f"{1000 * thousands:,.0f} points a station" if thousands else "its own size"
+    return Figure("tribrach demo, nothing compiled yet", size, first, "the second time", second)
 
 
-def main() -> None:
-    """Measure starts, or the demo."""
+def measure(turns: float, *demos: float) -> Iterator[Figure]:
+    """So many turns of small commands; demos of so many thousand points, 0 for its own size."""
     with tempfile.TemporaryDirectory() as name:
-        if sys.argv[1:2] == ["demo"]:
-            demo(Path(name), [f"--points={1000 * int(n)}" for n in sys.argv[2:3]])
-        else:
-            starts(Path(name))
+        yield from starts(int(turns), Path(name))
+    for thousands in demos:
+        with tempfile.TemporaryDirectory() as name:
+            yield demo(thousands, Path(name))
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(7, 0), small=(3,))

@@ -1,15 +1,15 @@
 """Start values with nothing known but a little control.
 
-Prints seconds, the ratio to one linearisation (design matrix) of the same network, and the
-largest error of the start.
+The peer is one linearisation (the design matrix) of the same network, which no method avoids.
 """
 
 from __future__ import annotations
 
-import time
+from collections.abc import Iterator
 
 import numpy as np
 
+from benchmarks.figures import Figure, Growth, cost_of, run
 from tribrach.geometry import rotation
 from tribrach.network.assembly import Assembly
 from tribrach.network.start.start_values import find_start
@@ -72,21 +72,27 @@ def scanners(stations: int, targets: int, seen: int = 8) -> tuple[Survey, np.nda
     return survey, truth
 
 
-def measure(name: str, survey: Survey, truth: np.ndarray) -> None:
-    """Find start values and print a line."""
+def found(name: str, survey: Survey, truth: np.ndarray) -> Figure:
+    """Find start values of a network."""
     network = survey.network()
-    begin = time.perf_counter()
-    state = find_start(network)
-    found = time.perf_counter() - begin
+    state, cost = cost_of(lambda: find_start(network))
     assembly = Assembly(network.with_start(state))
-    begin = time.perf_counter()
-    assembly.design(state)
-    design = time.perf_counter() - begin
+    _, design = cost_of(lambda: assembly.design(state))
     error = np.linalg.norm(state.points - truth, axis=1).max()
-    print(f"{name}: {found:.2f} s, {found / design:.1f} linearisations, error {error:.3f} m")
+    told = f"errors up to {error:.3f} m"
+    return Figure("start values from nothing", name, cost, "one linearisation", design, told)
+
+
+def measure(*sides: float) -> Iterator[Figure | Growth]:
+    """Grids of these sides, and scanners with as many targets as three thousand to a hundred."""
+    grids = [found(f"grid {side:.0f} x {side:.0f}", *grid(int(side))) for side in sides]
+    yield from grids
+    seconds = tuple(figure.ours.processor for figure in grids)
+    yield Growth("start values of grids", "points", tuple(side**2 for side in sides), seconds)
+    stations = int(3 * sides[-1])
+    name = f"{stations} scanners, {10 * stations} targets"
+    yield found(name, *scanners(stations, 10 * stations))
 
 
 if __name__ == "__main__":
-    for side in (25, 50, 100):
-        measure(f"grid {side} x {side}", *grid(side))
-    measure("300 scanners, 3000 targets", *scanners(300, 3000))
+    run(measure, full=(25, 50, 100), small=(10, 20))

@@ -2,18 +2,16 @@
 
 A hall is scanned by the simulator (footprints, mixed pixels, noise in range, angles and
 intensity). It holds twelve targets of each kind and things that are none: columns, balls of other
-sizes, striped panels, tiles, windows, plates and knobs. Compiling is timed apart from the search;
-the time of the processor says more than that of the clock where others use the machine as well.
-
-    python benchmarks/target_search.py [million points]
+sizes, striped panels, tiles, windows, plates and knobs. The limit is one look at every point: its
+range by numpy.
 """
 
-import sys
-import time
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
+from benchmarks.figures import Figure, cost_of, run
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.range_image import organise
@@ -124,52 +122,35 @@ def searches(xyz, intensity, image):
     }
 
 
-def timed(work):
-    """Result, seconds by the clock, seconds of the processor."""
-    wall, own = time.perf_counter(), time.process_time()
-    result = work()
-    return result, time.perf_counter() - wall, time.process_time() - own
-
-
-def report(name, columns, truth):
-    """Search once and print a line for each kind."""
+def searched(what, columns, truth, limit) -> Iterator[Figure]:
+    """Search once for each kind."""
     xyz, intensity, row, column = columns
-    image, *total = timed(lambda: organise(xyz, row, column))
-    print(f"{name}\n  image          {total[0]:6.2f} s, processor {total[1]:6.2f} s")
+    size = f"{len(xyz) / 1e6:.1f} million points, {what}"
+    peer = "the ranges of all points by numpy"
+    image, cost = cost_of(lambda: organise(xyz, row, column))
+    yield Figure("range image", size, cost, peer, limit)
     for kind, search in searches(xyz, intensity, image).items():
-        (found, rejected), wall, own = timed(search)
-        line = f"  {kind:14s} {wall:6.2f} s, processor {own:6.2f} s: {len(found)} found"
+        (found, rejected), cost = cost_of(search)
+        told = f"{len(found)} found, {len(rejected)} rejected"
         if kind in truth:
             gap = [np.linalg.norm(truth[kind] - d.center, axis=1) for d in found]
             right = {int(g.argmin()) for g in gap if g.min() < 0.01}
             worst = max((g.min() for g in gap if g.min() < 0.01), default=0.0)
-            line += f", {len(right)} of {len(truth[kind])} true, worst centre {1e3 * worst:.2f} mm"
-        print(f"{line}, {len(rejected)} rejected", flush=True)
-        if kind != "planes":
-            total = [total[0] + wall, total[1] + own]
-        if kind == "checkerboards":
-            print(f"  = {total[0]:.2f} s, processor {total[1]:.2f} s without the discs")
-    print(f"  = {total[0]:.2f} s, processor {total[1]:.2f} s for all targets")
+            told += f", {len(right)} of {len(truth[kind])} true, worst centre {1e3 * worst:.2f} mm"
+        yield Figure(f"finding {kind}", size, cost, peer, limit, told)
 
 
-def main() -> None:
-    points = round(1e6 * (float(sys.argv[1]) if len(sys.argv) > 1 else 10.5))
+def measure(millions: float) -> Iterator[Figure]:
+    """With the scanner's grid, and without."""
     small, _ = hall(300_000)
-
-    def compiled():
-        for grid in (small[2:], (None, None)):
-            for search in searches(*small[:2], organise(small[0], *grid)).values():
-                search()
-
-    first, again = timed(compiled), timed(compiled)
-    print(f"compiling or loading what is compiled: {first[1] - again[1]:.1f} s")
-    columns, truth = hall(points)
-    xyz = columns[0]
-    _, bare, _ = timed(lambda: np.linalg.norm(xyz, axis=1).sum())
-    print(f"{len(xyz) / 1e6:.1f} million points; their ranges by numpy: {bare:.2f} s")
-    report("with the scanner's grid", columns, truth)
-    report("without grid", [*columns[:2], None, None], truth)
+    for grid in (small[2:], (None, None)):
+        for search in searches(*small[:2], organise(small[0], *grid)).values():
+            search()  # compiled code is loaded
+    columns, truth = hall(round(1e6 * millions))
+    _, limit = cost_of(lambda: np.linalg.norm(columns[0], axis=1).sum(), 3)
+    yield from searched("with the scanner's grid", columns, truth, limit)
+    yield from searched("without its grid", [*columns[:2], None, None], truth, limit)
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(10.5,), small=(0.5,))

@@ -5,12 +5,10 @@ worker, two workers, as often as asked. The ratio by the clock says what a user 
 that does nothing else. The other one holds on a busy machine as well: seconds of the processor
 that the one worker takes, with those of the program itself, over those of the busier of the two
 workers, again with those of the program itself. Starting workers and the first task of each,
-which loads compiled code, are left out and told apart.
-Run: ``python benchmarks/workers.py [points of a scan, 300000] [turns, 3]``.
+which loads compiled code, are left out.
 """
 
 import hashlib
-import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
@@ -20,6 +18,7 @@ from typing import Any
 
 import psutil
 
+from benchmarks.figures import Cost, Figure, run
 from tribrach.io.twins import write_twin
 from tribrach.pipeline import run
 from tribrach.simulate.twins import build
@@ -93,38 +92,33 @@ def digest(folder: Path) -> str:
     return state.hexdigest()
 
 
-def main() -> None:
-    points = int(sys.argv[1]) if len(sys.argv) > 1 else 300_000
-    turns = int(sys.argv[2]) if len(sys.argv) > 2 else 3
+def measure(points: float, turns: float) -> Iterator[Figure]:
+    """Two workers against one, in turns; the least of each."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        small, project = (written(n, folder / str(n)) for n in (10_000, points))
+        small, project = (written(int(n), folder / str(n)) for n in (10_000, points))
         figures: dict[int, list[Seconds]] = {1: [], 2: []}
         digests = set()
         with local_workers(1, threads=1) as one, local_workers(2, threads=1) as two:
             for count, engine in ((1, one), (2, two)):
-                start = time.perf_counter()
                 # twice, so that each worker has done every kind of task
                 for again in "ab":
                     by_scan(small, folder / f"warm{count}{again}", engine)
-                print(f"{count} workers started and warm after {time.perf_counter() - start:.1f} s")
-            for turn in range(turns):
+            for turn in range(int(turns)):
                 for count, engine in ((1, one), (2, two)):
                     results = folder / f"{count}-{turn}"
                     figures[count].append(by_scan(project, results, engine))
                     digests.add(digest(results))
-        print(f"clouds are the same: {len(digests) == 1}")
-        single, double = figures[1], figures[2]
-        clock = min(t.clock for t in single) / min(t.clock for t in double)
-        alone, both = (min(t.busiest + t.own for t in some) for some in (single, double))
-        print(
-            f"one worker {min(t.all for t in single):.1f} s of the processor, two together "
-            f"{min(t.all for t in double):.1f} s, the busier one "
-            f"{min(t.busiest for t in double):.1f} s, the program itself meanwhile "
-            f"{min(t.own for t in double):.1f} s"
-        )
-        print(f"speed-up of processor seconds {alone / both:.2f}, by the clock {clock:.2f}")
+    alone, both = (
+        Cost(min(t.clock for t in some), min(t.busiest + t.own for t in some))
+        for some in figures.values()
+    )
+    together = [min(t.all for t in some) for some in figures.values()]
+    told = f"clouds {'the same' if len(digests) == 1 else 'NOT the same'}; seconds of all workers "
+    told += f"{together[1]:.1f}, of the one {together[0]:.1f}"
+    size = f"six stations of {points:,.0f} points"
+    yield Figure("work by scan on two workers", size, both, "one worker", alone, told)
 
 
 if __name__ == "__main__":
-    main()
+    run(measure, full=(300_000, 3), small=(20_000, 1))
