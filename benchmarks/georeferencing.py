@@ -68,17 +68,19 @@ def ours(source: str, destination: str) -> None:
     from tribrach.instruments.scan_noise import ScanNoise
     from tribrach.io.scans.formats import read_scans
     from tribrach.job.clouds import CloudProduct
-    from tribrach.job.scans import StationScan
+    from tribrach.job.scans import MeasuredScan
     from tribrach.project.sections import CloudSection
 
     rotation = np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]])
     pose = Pose(rotation, np.array([500000.0, 2331000.0, 20.0]))
     noise = ScanNoise(1.2e-3, 1e-5, 4e-5, 4e-5, 4e-3, 3e-4)
     a = np.random.default_rng(1).normal(size=(6, 6)) * 1e-4
-    scan = StationScan("S1", "S1", read_scans(Path(source))[0], noise, True, {})
+    scan = MeasuredScan("S1", "S1", read_scans(Path(source))[0], noise)
     where = Placement("S1", pose, a @ a.T, noise)
-    cloud = CloudProduct("S1", [scan], [where], OutputFrame(WorkFrame()), CloudSection())
-    cloud.write(Path(destination), lambda what, done, total: None)
+    frame, wish = OutputFrame(WorkFrame()), CloudSection()
+    file = Path(destination)
+    cloud = CloudProduct(file.name, "S1", [scan], [where], frame, wish, [1], "a priori")
+    cloud.write(file, lambda what, done, total: None)
 
 
 def measure(millions: float) -> Iterator[Figure]:

@@ -108,15 +108,13 @@ def hall(points):
 def searches(xyz, intensity, image):
     """What is looked for, by name, as functions without arguments."""
     noise = {"sigma_range": NOISE.range + 15 * NOISE.range_scale}
-    light = {
-        **noise,
-        "sigma_angle": NOISE.vertical,
-        "footprint": NOISE.beam,
-    }
+    # boards tell the noise of their ranges themselves
+    board = {"sigma_angle": NOISE.vertical, "footprint": NOISE.beam}
+    light = {**noise, **board}
     spot = float(np.hypot(NOISE.vertical, NOISE.beam_angle(np.array([15.0]))[0]))
     return {
         "spheres": partial(find_spheres, xyz, image, [SPHERE], **noise, sigma_angle=spot),
-        "checkerboards": partial(find_checkerboards, xyz, intensity, image, [SIDE], **light),
+        "checkerboards": partial(find_checkerboards, xyz, intensity, image, [SIDE], **board),
         "discs": partial(find_discs, xyz, intensity, image, [DISC], **light),
         "planes": partial(find_planes, xyz, image, **noise, sigma_angle=spot),
     }
