@@ -90,7 +90,7 @@ def tiled(millions: float) -> Iterator[Figure]:
 
 
 def by_command(millions: float) -> Figure:
-    """``tribrach compare`` of two LAZ files, distances and M3C2; the peer decodes both with laspy."""
+    """``tribrach compare`` of two LAZ files, distances and M3C2; laspy decodes both."""
     with tempfile.TemporaryDirectory() as name:
         files = [Path(name) / f"{letter}.laz" for letter in "ab"]
         for number, file in enumerate(files):

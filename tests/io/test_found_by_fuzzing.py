@@ -8,6 +8,7 @@ import warnings
 import zipfile
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
 
@@ -324,3 +325,23 @@ def test_a_horizontal_distance_along_the_vertical_axis(tmp_path: Path) -> None:
     )
     said = " ".join(map(str, read(path).warnings))
     assert "a sight along the vertical axis has a horizontal distance" in said
+
+
+def test_more_points_of_las_than_the_file_has_bytes_for(tmp_path: Path) -> None:
+    """A few wrong bytes would reserve 450 MB for the first chunk."""
+    path = tmp_path / "a.las"
+    header = laspy.LasHeader(point_format=3, version="1.2")
+    with laspy.open(path, "w", header=header) as file:
+        file.write_points(laspy.ScaleAwarePointRecord.zeros(4, header=header))
+    data = bytearray(path.read_bytes())
+    data[107:111] = b"\xff" * 4
+    path.write_bytes(data)
+    told = refused(path, read_scans)
+    assert "the header promises 4294967295 points of 34 bytes, and the file has 136 bytes" in told
+
+
+def test_a_negative_variance_of_an_adjusted_coordinate(tmp_path: Path) -> None:
+    path = seed("gama/b.xml", tmp_path, ("<flt>16.0</flt>", "<flt>-16.0</flt>"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "covariance matrix of the adjusted coordinates is singular" in refused(path)

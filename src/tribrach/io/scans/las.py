@@ -81,9 +81,13 @@ def check_header(path: Path) -> None:
             raise _refused(f"the header names {records} records, more than fit", path)
         if head[25] >= 4 and length >= _LONG == len(head):
             _check_extended(file, head, size, path)
-        if head[104] & _COMPRESSED:
+        width = struct.unpack_from("<H", head, 105)[0]
+        if not head[104] & _COMPRESSED:
+            if _points(head) * width > size - begin:
+                told = f"the header promises {_points(head)} points of {width} bytes, and the file"
+                raise _refused(f"{told} has {size - begin} bytes of points", path)
+        else:
             zipped = _laszip(file, length, records, begin, path)
-            width = struct.unpack_from("<H", head, 105)[0]
             zipped.check(width, size, path)
             end = _check_chunks(file, begin, size, zipped.chunks_of(_points(head)), path)
             if zipped.layered:

@@ -80,8 +80,9 @@ def _weighted(survey: Survey, axes: Axes, coordinates: Element) -> None:
     coordinates.refused.settle()
     matrix, element = _matrix(coordinates, len(names))
     matrix = matrix * np.outer(sign, sign) * MM**2
-    scale = np.sqrt(np.diag(matrix))
-    if not (scale > 0).all() or np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] < 1e-9:
+    positive = bool((np.diag(matrix) > 0).all())
+    scale = np.sqrt(np.diag(matrix)) if positive else np.ones(len(matrix))
+    if not positive or np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] < 1e-9:
         raise element.error(
             "the covariance matrix of the adjusted coordinates is singular, as that of a free "
             "network is: it holds in the datum of that network only",
