@@ -19,8 +19,8 @@ from typing import Any
 import psutil
 
 from benchmarks.figures import Cost, Figure, run
+from tribrach import pipeline
 from tribrach.io.twins import write_twin
-from tribrach.pipeline import run
 from tribrach.simulate.twins import build
 from tribrach.tasks.cluster import local_workers
 from tribrach.tasks.engine import Call, Engine
@@ -80,7 +80,7 @@ class Timed:
 def by_scan(project: Path, folder: Path, engine: Engine) -> Seconds:
     """Seconds of all tasks of a run."""
     timed = Timed(engine)
-    run(project, folder, engine=timed)
+    pipeline.run(project, folder, engine=timed)
     return timed.seconds
 
 

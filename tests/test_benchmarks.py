@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from benchmarks.__main__ import NAMES
 from benchmarks.figures import Cost, Figure, Growth, as_line, from_line
 from benchmarks.guard import grown
