@@ -17,7 +17,7 @@ WORKSHOP = {"dev", "docs", "peers", "fuzz"}
 INSTALLED = packages_distributions()
 #: calls that import a module by its name
 BY_NAME = {"import_module", "find_spec"}
-OURS = {"tribrach", "tests", "fuzz"}
+OURS = {"tribrach", "tests", "fuzz", "benchmarks"}
 
 
 def normal(name: str) -> str:
