@@ -593,7 +593,7 @@ def test_plain_sights_are_read_as_all_others(tmp_path, hand, monkeypatch):
     text = document(SIGHTS, f'axes-xy="ne" angles="{hand}"')
     plain = read(tmp_path, text)
     taken = [t.n for t in plain.tables()]
-    monkeypatch.setattr(observations, "_PLAIN_SIGHTS", ())
+    monkeypatch.setattr(observations, "_PLAIN_SIGHTS", {})
     other = read(tmp_path, text)
     assert plain.warnings == other.warnings
     assert taken == [t.n for t in other.tables()] == [6, 2, 2, 1]

@@ -16,10 +16,13 @@ from typing import Any, TypeVar
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.units import CC, LARGEST, SEC, parse_angle
 
-__all__ = ["Element", "checked", "local_name"]
+__all__ = ["NAMESPACE", "Element", "checked", "local_name"]
 
 T = TypeVar("T")
 
+
+#: older files leave it out
+NAMESPACE = "{http://www.gnu.org/software/gama/gama-local}"
 
 _SIGHT = "from to val stdev from_dh to_dh extern"
 
@@ -97,6 +100,13 @@ class Element:
         """
         for node in self.node:
             child = self.allowed(node, allowed)
+            if child is not None:
+                yield child
+
+    def named(self, name: str) -> Iterator[Element]:
+        """Child elements of one name, in any namespace."""
+        for node in self.node.iterchildren(f"{{*}}{name}"):
+            child = self.allowed(node, None)
             if child is not None:
                 yield child
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.survey.gama.axes import Axes
-from tribrach.io.survey.gama.element import Element, checked, local_name
+from tribrach.io.survey.gama.element import NAMESPACE, Element, checked
 from tribrach.network.survey import Survey
 from tribrach.network.survey_rows import SurveyRows
 from tribrach.observations.base import Observations, Use
@@ -53,7 +53,11 @@ SIGHTS: dict[str, tuple[type[Observations], Needs]] = {
     "z-angle": (ZenithAngles, (True, True, True)),
 }
 #: sights whose columns are filled at once where they have nothing special
-_PLAIN_SIGHTS = ("direction", "s-distance", "z-angle")
+_PLAIN_SIGHTS: dict[str, type[Observations]] = {
+    space + name: SIGHTS[name][0]
+    for space in ("", NAMESPACE)
+    for name in ("direction", "s-distance", "z-angle")
+}
 #: numbers of theirs above this are looked at
 _USUAL = 1e6
 _TURN = 2 * np.pi
@@ -136,7 +140,7 @@ class GamaCluster:
         InputError
             There are two.
         """
-        matrices = [node for node in self.element.node if local_name(node) == "cov-mat"]
+        matrices = list(self.element.node.iterchildren("{*}cov-mat"))
         if len(matrices) > 1:
             raise self.element.child(matrices[1]).error("a second covariance matrix", "keep one")
         return self.element.child(matrices[0]) if matrices else None
@@ -302,9 +306,11 @@ class ObservationReader:
 
         Those are most of a large file: their columns are filled without an object for each.
         """
-        tag = local_name(node)
+        kind = _PLAIN_SIGHTS.get(node.tag)
+        if kind is None:
+            return False
         given = node.attrib
-        if tag not in _PLAIN_SIGHTS or not _PLAIN.issuperset(given):
+        if not _PLAIN.issuperset(given):
             return False
         try:
             end = given["to"].strip()
@@ -316,7 +322,6 @@ class ObservationReader:
         small = max(abs(value), sigma, abs(own), abs(other)) < _USUAL and sigma > 0 and value > 0
         if not small or end == station or end not in self._whole:
             return False
-        kind, _ = SIGHTS[tag]
         columns: dict[str, Any] = {"start": station, "end": end}
         columns["height_instrument"], columns["height_target"] = own, other
         unit = MM

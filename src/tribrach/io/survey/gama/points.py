@@ -74,17 +74,14 @@ def read_points(sections: list[Element]) -> dict[str, GamaPoint]:
     """
     points: dict[str, GamaPoint] = {}
     for section in sections:
-        for element in section.children():
-            if element.tag == "point":
-                with element.refused.record():
-                    _define(points, element)
+        for element in section.named("point"):
+            with element.refused.record():
+                _define(points, element)
     for section in sections:
-        for element in section.children():
-            if element.tag == "coordinates":
-                for child in element.children(("point", "cov-mat")):
-                    if child.tag == "point":
-                        with child.refused.record():
-                            _with_observed(points, _record(child))
+        for element in section.named("coordinates"):
+            for child in element.named("point"):
+                with child.refused.record():
+                    _with_observed(points, _record(child))
     for record in points.values():
         with record.element.refused.record():
             _complete(record)

@@ -18,7 +18,7 @@ from tribrach.errors import RefusalCollector
 from tribrach.io import xml_file
 from tribrach.io.survey.gama.adjusted import read_adjusted
 from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
-from tribrach.io.survey.gama.element import Element, checked
+from tribrach.io.survey.gama.element import NAMESPACE, Element, checked
 from tribrach.io.survey.gama.observations import ObservationReader
 from tribrach.io.survey.gama.points import GamaPoint, read_points
 from tribrach.network.facts import Fact
@@ -26,9 +26,6 @@ from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 
 __all__ = ["GamaFacts", "read"]
-
-NAMESPACE = "{http://www.gnu.org/software/gama/gama-local}"
-
 
 #: older files leave the namespace out
 ROOTS = (NAMESPACE + "gama-local", "gama-local")

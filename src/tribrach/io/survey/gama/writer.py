@@ -24,7 +24,8 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.survey.exported import Exported, Place, Sieve, ValueCovariances
-from tribrach.io.survey.gama.reader import NAMESPACE, GamaFacts
+from tribrach.io.survey.gama.element import NAMESPACE
+from tribrach.io.survey.gama.reader import GamaFacts
 from tribrach.network.facts import facts_of
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations
