@@ -1,6 +1,7 @@
 """Errors against the truth: as stated, larger and smaller are told apart."""
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from scipy.stats import chi2
 from tests.project.test_lever_arms import ARM, write
 from tribrach.errors import InputError
 from tribrach.job.opened import open_job
+from tribrach.job.state import Remembered
 from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.network.adjustment import adjust
 from tribrach.simulate.twins import build
@@ -32,7 +34,7 @@ def rows_of(folder, seed, factor=1.0):
     points = {name: np.asarray(x).tolist() for name, x in twin.marks.items()}
     points |= {t.name: t.center.tolist() for t in twin.targets}
     truth = {"stations": {}, "points": points, "targets": {}}
-    return against_truth(truth, folder, adjustment, (), {}, None)
+    return against_truth(truth, folder, adjustment, (), {}, None, state=Remembered(Path()))
 
 
 def _of_marks(table):
@@ -99,11 +101,11 @@ def test_lever_arms_are_compared(tmp_path):
     adjustment = adjust(open_job(write(tmp_path, arm)).network())
     facts = {"lever_arm_m": ARM.tolist(), "lever_arms": {"S": "antenna"}}
     truth = {"stations": {}, "points": {}, "targets": {}, "facts": facts}
-    rows = against_truth(truth, tmp_path, adjustment, (), {}, None)
+    rows = against_truth(truth, tmp_path, adjustment, (), {}, None, state=Remembered(Path()))
     (row,) = [r for r in rows if r.what == "lever arm"]
     assert (row.name, row.dof) == ("antenna", 2)
     assert row.agrees
     facts["lever_arm_m"] = [0.112, -0.004, 0.331]
-    rows = against_truth(truth, tmp_path, adjustment, (), {}, None)
+    rows = against_truth(truth, tmp_path, adjustment, (), {}, None, state=Remembered(Path()))
     (row,) = [r for r in rows if r.what == "lever arm"]
     assert row.side == "above"

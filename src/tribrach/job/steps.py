@@ -320,7 +320,7 @@ def georeference(
         corrected=calibration_sentences(work.scans, adjustment),
         reach=reach_sentences(work.scans, placements, adjustment, work.state, progress),
         noise=stated_noise(work.scans, whose, project.instruments, work.state, progress),
-        truth=[] if loose else _truth(project, work, adjustment, placements),
+        truth=[] if loose else _truth(project, work, adjustment, placements, progress),
         loose=loose and project.truth is not None,
         shared=delivered,
     )
@@ -331,6 +331,7 @@ def _truth(
     work: ScanWork,
     adjustment: Adjustment,
     placements: Mapping[str, Placement],
+    progress: Progress,
 ) -> list[TruthRow]:
     """The comparison of a simulated project with its truth; none without a truth."""
     if project.truth is None:
@@ -344,6 +345,8 @@ def _truth(
         placements,
         work.named,
         project.cloud.incidence,
+        state=work.state,
+        progress=progress,
     )
 
 

@@ -5,18 +5,19 @@ them all passes in 99 % of all jobs; for all of them jointly on both sides, sinc
 than stated tell of overstated covariances; for each scan the mean squared normalised error of
 points whose true place is known, which is 1 if the stated covariance is right; and the bookkeeping
 of targets: visible, found, invented, wrongly named. Only simulated projects have a truth file.
+The errors of the points of a scan are remembered, so that a second run reads none.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from tribrach._types import Array
+from tribrach._types import Array, Progress
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
@@ -24,8 +25,10 @@ from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.io.arrays import read_named
 from tribrach.io.json_file import read_json
+from tribrach.job.each import Item, each
 from tribrach.job.name_targets import Named
-from tribrach.job.scans import StationScan
+from tribrach.job.scans import MeasuredScan, StationScan
+from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment
 from tribrach.registration.identify import is_tie_point
 from tribrach.scan.normals import incidence_cosines
@@ -184,6 +187,9 @@ def against_truth(
     placements: Mapping[str, Placement],
     named: Named | None,
     incidence: bool = False,
+    *,
+    state: Remembered,
+    progress: Progress = lambda what, done, total: None,
 ) -> list[TruthRow]:
     """All comparisons, one row each.
 
@@ -197,15 +203,20 @@ def against_truth(
         What is compared; placements by scan name.
     incidence
         True if the stated noise of ranges grows with the incidence angle, as in the clouds.
+    state, progress
+        Where the errors of points are remembered; told of scans that are read for them.
     """
     rows = [*_stations(truth, adjustment), *_points(truth, adjustment, named)]
     rows += _lever_arms(truth, adjustment)
+    items = []
     for scan in scans:
         file = folder / f"truth-{scan.name}.npz"
         where = placements[scan.name]
         if file.is_file() and where.noise is not None:
             matrix = np.array(truth["stations"][scan.station]["world_from_scanner"])
-            rows += _cloud(scan, where, Pose.from_matrix(matrix), file, incidence)
+            items.append(_item(scan, where, Pose.from_matrix(matrix), file, incidence))
+    for errors in each(_cloud_facts, items, _cloud, state=state, progress=progress):
+        rows += errors
     if named is not None:
         rows += [_counted(b) for b in bookkeeping(truth, named)]
     return rows
@@ -334,7 +345,7 @@ class CloudError:
 
 
 def cloud_error(
-    scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool = False
+    scan: MeasuredScan, where: Placement, true: Pose, file: Path, incidence: bool = False
 ) -> CloudError:
     """The errors of the points of a scan whose truth is in a file."""
     truth = read_named(file, "point", "xyz")
@@ -355,7 +366,8 @@ def cloud_error(
         square, part = _squares(xyz, where, place[a:b], cosine, light)
         whole, shared, used = whole + square, shared + part, used + b - a
     n = 3 * max(1, used)
-    return CloudError(used, noise / n, whole / n, _bounds(shared / n, where.covariance))
+    bounds = _bounds(shared / n, where.covariance)
+    return CloudError(int(used), float(noise / n), float(whole / n), bounds)
 
 
 def _squares(
@@ -385,11 +397,34 @@ def _bounds(shared: Array, covariance: Array) -> tuple[float, float]:
     return max(float(low) - 0.05, 0.0), float(high) + 0.05
 
 
-def _cloud(
-    scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool
-) -> list[TruthRow]:
+def _item(scan: StationScan, where: Placement, true: Pose, file: Path, incidence: bool) -> Item:
+    """The errors of the points of a scan as a product."""
+    return Item(
+        f"truth-{scan.name}",
+        f"truth of {scan.name}",
+        (scan.measured, where, true, file, incidence),
+        source=scan.scan.path,
+        cost=scan.scan.records or 0,
+    )
+
+
+def _cloud_facts(
+    scan: MeasuredScan,
+    where: Placement,
+    true: Pose,
+    file: Path,
+    incidence: bool,
+    *,
+    progress: Progress,
+) -> dict[str, Any]:
+    """The errors of the points of a scan as plain numbers."""
+    return asdict(cloud_error(scan, where, true, file, incidence))
+
+
+def _cloud(item: Item, facts: dict[str, Any]) -> list[TruthRow]:
     """The points' own errors, and the whole with the station's."""
-    error = cloud_error(scan, where, true, file, incidence)
+    scan: MeasuredScan = item.values[0]
+    error = CloudError(**{**facts, "whole_bounds": tuple(facts["whole_bounds"])})
     low, high = error.whole_bounds
     own = f"own noise: mean squared normalised error {error.noise:.3f} of {error.points} points"
     whole = (
