@@ -24,6 +24,7 @@ from benchmarks.page import write_page
 NAMES = (
     "grid_network",
     "scanner_network",
+    "network_reading",
     "start_values",
     "self_calibration",
     "planning",
