@@ -89,6 +89,27 @@ def test_a_task_whose_worker_dies_is_done_again(workers: Engine, tmp_path: Path)
     assert (tmp_path / "flag").exists()
 
 
+def test_a_result_that_dies_with_its_worker_is_made_again(
+    workers: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The task was done, and nobody had its result yet."""
+    monkeypatch.setattr(cluster, "_ANSWER", 0.5)
+    real, killed = cluster._Work._ended, []
+
+    def late(work: Any, number: int, future: Any) -> Iterator[tuple[int, Any]]:
+        if not killed:
+            killed.append(number)
+            done_by = workers.client().who_has([future])[future.key]
+            for address, pid in workers.client().run(os.getpid).items():
+                if address in done_by:
+                    os.kill(pid, signal.SIGKILL)
+        yield from real(work, number, future)
+
+    monkeypatch.setattr(cluster._Work, "_ended", late)
+    assert done(workers, errands.slept, 0.6, 0.6, 0.6) == {0: 0.6, 1: 0.6, 2: 0.6}
+    assert killed
+
+
 def test_a_task_that_always_kills_its_worker_is_named_and_no_other(workers: Engine) -> None:
     results: dict[int, float] = {}
     with pytest.raises(InputError) as refused:

@@ -8,18 +8,18 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say
+from tribrach.cli.shell import Overwrite, Scheduler, Workers, claim, guarded, say, shown, working
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.find_targets import Findings, blind, find_targets
+from tribrach.job.find_targets import Findings, blind, found_alone
 from tribrach.job.nothing_found import density_sentences, unit_sentences
 from tribrach.job.scans import StationScan
 from tribrach.project.sections import TargetSection
 from tribrach.report.found_targets import targets_document
 from tribrach.report.panoramas import panorama_file
-from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
+from tribrach.tasks.engine import Call
 
 __all__ = ["targets"]
 
@@ -46,6 +46,8 @@ def targets(
     png_file: Annotated[
         Path | None, typer.Option("--png", help="Write the panorama with the targets marked.")
     ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
@@ -62,14 +64,9 @@ def targets(
             raise typer.BadParameter(
                 "give --sphere, --checkerboard or --disc with a size in metres"
             )
-        findings: list[Findings] = []
-        empty: list[StationScan] = []
-        said: list[str] = []
-        beams: list[str] = []
+        stations = []
         for one in read_scans(scan):
-            seen = screened(one if origin is None else seen_from(one, origin))
-            if seen.no_return is not None:
-                beams.append(f"{one.name}: {seen.no_return.sentence}")
+            seen = one if origin is None else seen_from(one, origin)
             at_station = StationScan(one.name, one.name, seen, None, False, {})
             if not wanted.sphere_radius_m and blind(at_station, wanted):
                 raise InputError(
@@ -80,11 +77,24 @@ def targets(
                     cure="give its coordinates with --origin x y z, or --origin 0 0 0 if those of "
                     "the file are the scanner's own",
                 )
-            found = find_targets(at_station, wanted)
-            if not found.detections:
+            stations.append(at_station)
+        calls = [
+            Call(f"targets of {s.name}", (s, wanted), scan, s.scan.records or 0) for s in stations
+        ]
+        with shown(quiet) as progress, working(workers, scheduler) as engine:
+            found = dict(engine.completed(found_alone, calls, progress))
+        findings: list[Findings] = []
+        empty: list[StationScan] = []
+        said: list[str] = []
+        beams: list[str] = []
+        for number in range(len(calls)):
+            at_station, finding = found[number]
+            if at_station.scan.no_return is not None:
+                beams.append(f"{at_station.name}: {at_station.scan.no_return.sentence}")
+            if not finding.detections:
                 empty.append(at_station)
-                said += density_sentences(found, wanted)
-            findings.append(found.moved(seen.scanner))
+                said += density_sentences(finding, wanted)
+            findings.append(finding.moved(at_station.scan.scanner))
         _write(findings, json_file, png_file)
         if not quiet:
             for sentence in beams:

@@ -19,6 +19,7 @@ from tribrach.job.state import Remembered
 from tribrach.job.visits import Wish
 from tribrach.project.sections import TargetSection
 from tribrach.scan.loading import laid_out
+from tribrach.scan.no_return import screened
 from tribrach.targets.checkerboards.search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.discs.search import find_discs
@@ -27,7 +28,7 @@ from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
 from tribrach.targets.spheres.grid_search import find_spheres
 from tribrach.units import MM
 
-__all__ = ["Findings", "blind", "extract", "find_targets", "merged", "target_wish"]
+__all__ = ["Findings", "blind", "extract", "find_targets", "found_alone", "merged", "target_wish"]
 
 
 #: two detections of a station this near to each other are one target, however small it is [m]
@@ -86,6 +87,34 @@ def target_wish(scan: StationScan, wanted: TargetSection) -> Wish:
 def _facts(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> dict[str, Any]:
     """What a scan holds, as plain numbers."""
     return _to_facts(find_targets(scan, wanted))
+
+
+def found_alone(
+    scan: StationScan, wanted: TargetSection, *, progress: Progress
+) -> tuple[StationScan, Findings]:
+    """Find the targets of a scan that belongs to no project.
+
+    Parameters
+    ----------
+    scan : StationScan
+        As its file has it.
+    wanted : TargetSection
+        What is looked for.
+    progress : Progress
+        Told of what is done.
+
+    Returns
+    -------
+    tuple of StationScan and Findings
+        The scan without its beams without return, and what it holds, in the scanner frame.
+
+    Raises
+    ------
+    InputError
+        The scan cannot be read.
+    """
+    seen = replace(scan, scan=screened(scan.scan))
+    return seen, find_targets(seen, wanted)
 
 
 def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:

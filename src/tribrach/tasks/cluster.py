@@ -330,7 +330,7 @@ class _Work:
         order = sorted(range(len(calls)), key=lambda k: -calls[k].cost)
         self.waiting, self.alone = order, list[int]()
         self.begun: dict[int, Future[Any]] = {}
-        self.deaths = Counter[int]()
+        self.tries, self.deaths = Counter[int](), Counter[int]()
         self.failed: dict[int, BaseException] = {}
         self.done = 0
         # everything that other threads have to say comes through here
@@ -395,12 +395,13 @@ class _Work:
 
     def _submit(self, number: int) -> None:
         call = self.calls[number]
+        self.tries[number] += 1
         future = self.client.submit(
             _perform,
             self.task,
             call.values,
             self.context,
-            key=f"tribrach-{self.run}-{number}-{self.deaths[number]}",
+            key=f"tribrach-{self.run}-{number}-{self.tries[number]}",
             pure=False,
         )
         self.begun[number] = future
@@ -411,15 +412,24 @@ class _Work:
         """The result of a call if it has one; else what follows is noted."""
         from distributed.scheduler import KilledWorker
 
-        if future.status == "finished":
+        status = future.status
+        if status == "finished":
             try:
                 result = future.result(timeout=_ANSWER)
-            except (OSError, TimeoutError, CancelledError) as error:
+            except TimeoutError:
+                status = "lost"
+            except (OSError, CancelledError) as error:
                 raise self._lost() from error
-            self.done += 1
-            yield number, result
+            else:
+                self.done += 1
+                yield number, result
+                return
+        if status in ("lost", "pending") and self.client.status == "running":
+            # its worker died before anybody had the result, which is made again
+            self.client.cancel([future], force=True)
+            self.waiting.insert(0, number)
             return
-        if future.status != "error":
+        if status != "error":
             raise self._lost()
         failure = future.exception()
         if isinstance(failure, KilledWorker):
