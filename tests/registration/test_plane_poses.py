@@ -227,3 +227,28 @@ def test_a_network_with_too_few_planes_says_what_stays_open():
     with pytest.raises(RankDefect) as caught:
         adjust(survey.network())
     assert "E of station S2" in str(caught.value)
+
+
+def test_of_many_stations_the_pairs_that_promise_most_are_tried():
+    """The same poses as from all pairs, from fewer."""
+    places = [(x, y, 1.7) for x in (-9.0, -2.0, 4.5) for y in (-5.0, -1.0, 2.0)]
+    truth = {f"S{k + 1}": upright(0.7 * k, place) for k, place in enumerate(places)}
+    stations = [look(name, yard(), pose, step=0.02) for name, pose in truth.items()]
+    tried = {}
+    for choice in ("proposed", "all"):
+        asked = []
+
+        def pair(first, second, asked=asked):
+            asked.append((first.name, second.name))
+            return pair_poses(first, second)
+
+        found = register_by_planes(stations, choice=choice, pair=pair)
+        assert [len(group) for group in found.groups] == [9]
+        assert len(set(asked)) == len(asked) == len(found.pairs)
+        root, poses = next(iter(found.groups[0])), found.groups[0]
+        for name, pose in poses.items():
+            assert apart(poses[root].inverse @ pose, truth[root].inverse @ truth[name])[0] < 0.02
+        tried[choice] = set(asked)
+    assert len(tried["all"]) == 36
+    assert len(tried["proposed"]) < 24
+    assert tried["proposed"] < tried["all"]

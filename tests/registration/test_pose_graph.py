@@ -8,6 +8,7 @@ import pytest
 from tests.registration.plane_scenes import apart
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
+from tribrach.registration import pose_graph
 from tribrach.registration.pose_graph import Joint, join
 
 
@@ -89,3 +90,28 @@ def test_an_open_loop_costs_the_joint_that_cannot_stand_alone():
 def test_stations_without_joints_stay_alone():
     graph = join(["A", "B"], [])
     assert [list(g) for g in graph.groups] == [["A"], ["B"]]
+
+
+@pytest.mark.parametrize("share", [0.15, 0.4, 1.0])
+def test_triangles_are_those_of_all_triples(share):
+    """Found by neighbours, in the order in which triples of names come."""
+    truth, rng = poses(14), np.random.default_rng(7)
+    pairs = [pair for pair in combinations(truth, 2) if rng.random() < share]
+    joints = [joint(truth, *pair, rng) for pair in pairs]
+    ends = {j.ends for j in joints}
+    expected = [
+        three
+        for three in combinations(sorted({name for j in joints for name in j.ends}), 3)
+        if all(frozenset(side) in ends for side in combinations(three, 2))
+    ]
+    loops = pose_graph._loops(joints)
+    found = [
+        tuple(sorted({name for j in loop.joints for name in j.ends}))
+        for loop in loops
+        if len(loop.joints) == 3
+    ]
+    assert found[: len(expected)] == expected
+    # the others are closed by one joint over the strongest tree: one for each that is not in it
+    assert len(loops) - len(expected) <= max(len(joints) - 13, 0) + 13
+    for loop in loops:
+        assert loop.gap < 0.5

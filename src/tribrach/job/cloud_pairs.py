@@ -21,7 +21,7 @@ from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.registration.clouds.graph import CloudEdge, consistent
-from tribrach.registration.clouds.likeness import likeness
+from tribrach.registration.clouds.likeness import Walls, likeness
 from tribrach.registration.clouds.pair import ApproximateSigma, CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import (
@@ -226,7 +226,7 @@ def _plans(
     facts = state.recall("clouds-plans", key)
     if facts is None:
         made = [clouds[name] for name in names]
-        alike = likeness(made, progress)
+        alike = likeness([Walls.of(scan) for scan in made], progress)
         facts = {"alike": alike.tolist(), "radii": {cloud.name: cloud.radius for cloud in made}}
         state.remember("clouds-plans", key, facts)
     return np.array(facts["alike"]), facts["radii"]

@@ -21,6 +21,7 @@ from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, obse
 from tribrach.job.find_planes import surroundings
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named, name_targets
+from tribrach.job.plane_pairs import remembered_pairs
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.network.adjustment import adjust
@@ -193,14 +194,18 @@ def register(
     settings = project.registration
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
     clouds = None
+    known = known_poses(job, scans)
     if "clouds" in by:
-        known = known_poses(job, scans)
         clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs)
     joined = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
         () if clouds is None else clouds.joints,
         _by_targets(job, scans, findings) if with_targets else None,
+        approximate=known.poses,
+        sigma=known.sigma.shift,
+        choice=settings.cloud_pairs,
+        pair=remembered_pairs(state),
     )
     groups = [group for group in joined.groups if len(group) > 1]
     named = name_targets(job, scans, findings, groups, partial=True) if with_targets else None

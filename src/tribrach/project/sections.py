@@ -617,8 +617,8 @@ class RegistrationSection(Section):
     pose_sigma_m, pose_sigma_deg
         What approximate poses may be wrong by, one relative to another.
     cloud_pairs
-        Pairs of clouds that are registered: those ``proposed`` by what they promise and what loops
-        need, or ``all``.
+        Pairs of stations that are tried by their clouds and planes: those ``proposed`` by what they
+        promise and what loops need, or ``all``.
     """
 
     by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)

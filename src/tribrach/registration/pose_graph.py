@@ -8,9 +8,9 @@ the frame of the first station of their group until something ties the group to 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
 
@@ -137,13 +137,17 @@ def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:
             f"{joint.first} and {joint.second} fit together, but on too little to be believed "
             "without a third station that confirms it"
         )
-    kept = [j for j in kept if j not in weak]
-    tree = _tree(kept)
+    kept = [j for j in kept if id(j) in good or j.alone]
+    ways = _ways(_tree(kept))
+    strength: dict[str, float] = dict.fromkeys(stations, 0.0)
+    for joint in kept:
+        for name in joint.ends:
+            strength[name] += joint.strength
     groups = []
     left = list(stations)
     while left:
-        root = max(left, key=lambda name: sum(j.strength for j in kept if name in j.ends))
-        group = _spread(root, tree)
+        root = max(left, key=lambda name: strength[name])
+        group = _spread(root, ways)
         groups.append(group)
         left = [name for name in left if name not in group]
     groups.sort(key=lambda group: -len(group))
@@ -158,10 +162,8 @@ def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
         bad = [loop for loop in loops if not loop.closes]
         if not bad:
             return joints, sentences
-        confirmed = {
-            id(j): sum(any(j is k for k in loop.joints) for loop in loops if loop.closes)
-            for j in joints
-        }
+        closing = Counter(id(j) for loop in loops if loop.closes for j in loop.joints)
+        confirmed = {id(j): closing[id(j)] for j in joints}
         worst = max(bad, key=lambda loop: loop.gap)
         least = min(confirmed[id(j)] for j in worst.joints)
         doubtful = [j for j in worst.joints if confirmed[id(j)] == least]
@@ -170,7 +172,8 @@ def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
         if least > 0:
             doubtful = [min(doubtful, key=lambda j: j.strength)]
         sentences.append(_words(worst, doubtful))
-        joints = [j for j in joints if not any(j is d for d in doubtful)]
+        left_out = {id(j) for j in doubtful}
+        joints = [j for j in joints if id(j) not in left_out]
 
 
 def _words(loop: _Loop, doubtful: Sequence[Joint]) -> str:
@@ -194,19 +197,25 @@ def _around(joints: Sequence[Joint]) -> list[str]:
 
 def _loops(joints: Sequence[Joint]) -> list[_Loop]:
     """All triangles, and the loops that single joints close over the strongest tree."""
-    by_ends = {j.ends: j for j in joints}
-    names = sorted({name for j in joints for name in j.ends})
+    to: dict[str, dict[str, Joint]] = {}
+    for j in joints:
+        to.setdefault(j.first, {})[j.second] = j
+        to.setdefault(j.second, {})[j.first] = j
     out = []
-    for a, b, c in combinations(names, 3):
-        three = [by_ends.get(frozenset(pair)) for pair in ((a, b), (b, c), (a, c))]
-        sides = [j for j in three if j is not None]
-        if len(sides) == 3:
-            out.append(_closed(sides, a))
+    # each triangle once, from its first name: only stations with joints are looked at
+    for a in sorted(to):
+        beyond = sorted(name for name in to[a] if name > a)
+        for b in beyond:
+            for c in beyond:
+                if c > b and c in to[b]:
+                    out.append(_closed([to[a][b], to[b][c], to[a][c]], a))
     tree = _tree(joints)
+    members = {id(j) for j in tree}
+    ways = _ways(tree)
     for joint in joints:
-        if any(joint is j for j in tree):
+        if id(joint) in members:
             continue
-        path = _path(tree, joint.second, joint.first)
+        path = _path(ways, joint.second, joint.first)
         if len(path) > 2:
             out.append(_closed([joint, *path], joint.first))
     return out
@@ -241,17 +250,25 @@ def _tree(joints: Sequence[Joint]) -> list[Joint]:
     return out
 
 
-def _path(tree: Sequence[Joint], start: str, end: str) -> list[Joint]:
+def _ways(tree: Sequence[Joint]) -> dict[str, list[Joint]]:
+    """The joints of a tree at each station, in their order."""
+    out: dict[str, list[Joint]] = {}
+    for joint in tree:
+        for name in joint.ends:
+            out.setdefault(name, []).append(joint)
+    return out
+
+
+def _path(ways: Mapping[str, Sequence[Joint]], start: str, end: str) -> list[Joint]:
     """Joints of a tree from one station to another."""
     come: dict[str, Joint | None] = {start: None}
     queue = [start]
     for at in queue:
-        for joint in tree:
-            if at in joint.ends:
-                other = next(iter(joint.ends - {at}))
-                if other not in come:
-                    come[other] = joint
-                    queue.append(other)
+        for joint in ways.get(at, ()):
+            other = next(iter(joint.ends - {at}))
+            if other not in come:
+                come[other] = joint
+                queue.append(other)
     path: list[Joint] = []
     at = end
     while (step := come.get(at)) is not None:
@@ -260,15 +277,14 @@ def _path(tree: Sequence[Joint], start: str, end: str) -> list[Joint]:
     return path[::-1] if at == start else []
 
 
-def _spread(root: str, tree: Sequence[Joint]) -> dict[str, Pose]:
+def _spread(root: str, ways: Mapping[str, Sequence[Joint]]) -> dict[str, Pose]:
     """Poses of all stations that a tree joins to a root, in its frame."""
     poses = {root: Pose.identity()}
     queue = [root]
     for at in queue:
-        for joint in tree:
-            if at in joint.ends:
-                other = next(iter(joint.ends - {at}))
-                if other not in poses:
-                    poses[other] = poses[at] @ joint.from_to(at)
-                    queue.append(other)
+        for joint in ways.get(at, ()):
+            other = next(iter(joint.ends - {at}))
+            if other not in poses:
+                poses[other] = poses[at] @ joint.from_to(at)
+                queue.append(other)
     return poses

@@ -17,7 +17,7 @@ from tribrach.geometry.rotation import exp
 from tribrach.io.scans.formats import read_scans
 from tribrach.registration.clouds import proposals
 from tribrach.registration.clouds.graph import CloudEdge, consistent, groups
-from tribrach.registration.clouds.likeness import likeness
+from tribrach.registration.clouds.likeness import Walls, likeness
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import (
     Attempt,
@@ -201,7 +201,7 @@ def test_plans_of_neighbours_are_alike_however_they_are_turned() -> None:
     yard, _ = yard_scans()
     scene = street(7, 60.0)
     other, _ = scanned(scene, ((10.0, 0.0, 0.5), (15.0, 0.3, -2.0)), points=40_000, seed=4)
-    alike = likeness([*yard, *other])
+    alike = likeness([Walls.of(scan) for scan in (*yard, *other)])
     np.testing.assert_allclose(alike, alike.T)
     assert (np.diag(alike) == 0).all()
     same = [alike[0, 1], alike[0, 2], alike[1, 2], alike[3, 4]]

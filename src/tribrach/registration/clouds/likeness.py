@@ -16,9 +16,8 @@ from scipy import fft
 
 from tribrach._types import Array, Progress
 from tribrach.registration.clouds.prepared import PreparedScan
-from tribrach.registration.clouds.surfels import Surfels
 
-__all__ = ["likeness"]
+__all__ = ["Walls", "likeness"]
 
 
 @dataclass(frozen=True)
@@ -48,15 +47,39 @@ GATES = LikenessGates()
 _Plans = NDArray[np.complex64]
 
 
-def likeness(
-    scans: Sequence[PreparedScan], progress: Progress = lambda what, done, total: None
-) -> Array:
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """Pieces of surface that a plan is made of.
+
+    Attributes
+    ----------
+    center, normal : array (n, 3)
+        Their places [m] and unit normals, in the frame of their station.
+    area : array (n,)
+        Their areas [m^2].
+    radius : float
+        How far the station sees [m].
+    """
+
+    center: Array
+    normal: Array
+    area: Array
+    radius: float
+
+    @classmethod
+    def of(cls, scan: PreparedScan) -> Walls:
+        """The coarse surfels of a scan."""
+        s = scan.coarse.surfels
+        return cls(s.center, s.normal, s.area, scan.radius)
+
+
+def likeness(scans: Sequence[Walls], progress: Progress = lambda what, done, total: None) -> Array:
     """Compare the plans of all scans, each with each.
 
     Parameters
     ----------
-    scans : sequence of PreparedScan
-        The scans.
+    scans : sequence of Walls
+        What they are made of.
     progress : Progress
         Called with what is done, how many scans are compared, and how many there are.
 
@@ -81,9 +104,9 @@ def likeness(
     still: list[_Plans] = []
     for number, scan in enumerate(scans):
         progress("plans of scans", number, len(scans))
-        plan = _plan(scan.coarse.surfels, 0.0, cell)
+        plan = _plan(scan, 0.0, cell)
         if number:
-            turned = np.stack([_plan(scan.coarse.surfels, turn, cell) for turn in turns])
+            turned = np.stack([_plan(scan, turn, cell) for turn in turns])
             moved = fft.fft2(_normalised(turned))
             for other, base in enumerate(still):
                 best = float(fft.ifft2(moved * base).real.max())
@@ -93,7 +116,7 @@ def likeness(
     return out
 
 
-def _plan(s: Surfels, heading: float, cell: float) -> _Plans:
+def _plan(s: Walls, heading: float, cell: float) -> _Plans:
     """The plan (n, n) of walls turned by a heading: horizontal normals as complex numbers."""
     cells = GATES.cells
     wall = np.abs(s.normal[:, 2]) < GATES.wall_sine

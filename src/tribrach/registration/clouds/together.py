@@ -25,7 +25,7 @@ from tribrach.registration.clouds.graph import (
     groups,
     network_of,
 )
-from tribrach.registration.clouds.likeness import likeness
+from tribrach.registration.clouds.likeness import Walls, likeness
 from tribrach.registration.clouds.pair import (
     APPROXIMATE,
     ApproximateSigma,
@@ -312,7 +312,7 @@ def pairwise(
         try_all(names, attempt, progress)
     else:
         radii = {scan.name: scan.radius for scan in scans}
-        alike = likeness(scans, progress)
+        alike = likeness([Walls.of(scan) for scan in scans], progress)
         promise = promise_of(names, alike, radii, priors, sigma.shift)
         try_proposed(names, promise, radii, attempt, progress)
     return [out[key] for key in sorted(out)]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from pykdtree.kdtree import KDTree
+from scipy.spatial import cKDTree
 
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
@@ -146,9 +146,20 @@ class PlaneSet:
         return np.asarray(np.einsum("ki,ki->k", self.normal, self.center))
 
     @cached_property
-    def trees(self) -> tuple[KDTree, ...]:
-        """Search trees of the places that the planes cover."""
-        return tuple(KDTree(np.ascontiguousarray(sample)) for sample in self.samples)
+    def trees(self) -> tuple[cKDTree, ...]:
+        """Search trees of the places that the planes cover.
+
+        They are small and asked often: threads would wait for each other longer than they search.
+        """
+        return tuple(cKDTree(sample) for sample in self.samples)
+
+    @cached_property
+    def boxes(self) -> Array:
+        """Corners (k, 2, 3) of the places that each plane covers [m], NaN without any."""
+        blank = np.full((2, 3), np.nan)
+        return np.array(
+            [[s.min(axis=0), s.max(axis=0)] if len(s) else blank for s in self.samples]
+        ).reshape(-1, 2, 3)
 
     def largest(self, count: int) -> PlaneSet:
         """Keep the largest planes.
@@ -220,10 +231,9 @@ class PlaneSet:
             return False
         if abs(self.normal[other] @ (self.center[k] - self.center[other])) > GATES.offset_m:
             return False
-        here = np.ascontiguousarray(self.samples[k])
-        distance, _ = KDTree(np.ascontiguousarray(self.samples[other])).query(here, k=1)
-        spacing = max(self.spacing[k], self.spacing[other])
-        return bool(np.mean(distance < GATES.cell_widths * spacing) > GATES.overlap_share)
+        near = GATES.cell_widths * max(self.spacing[k], self.spacing[other])
+        distance, _ = self.trees[other].query(self.samples[k], distance_upper_bound=near)
+        return bool(np.mean(distance < near) > GATES.overlap_share)
 
 
 def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
@@ -245,10 +255,14 @@ def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second
     float
         Area [m^2].
     """
-    spacing = max(first.spacing[i], second.spacing[j])
+    near = GATES.cell_widths * max(first.spacing[i], second.spacing[j])
     there = first_from_second.inverse @ first.samples[i]
-    distance, _ = second.trees[j].query(np.ascontiguousarray(there), k=1)
-    return float(first.area[i] * np.mean(distance < GATES.cell_widths * spacing))
+    low, high = second.boxes[j]
+    inside = ((there >= low - near) & (there <= high + near)).all(axis=1)
+    if not inside.any():
+        return 0.0
+    distance, _ = second.trees[j].query(there[inside], distance_upper_bound=near)
+    return float(first.area[i] * ((distance < near).sum() / len(there)))
 
 
 def _in_basis(normal: Array, tangents: Array, covariance: Array) -> Array:

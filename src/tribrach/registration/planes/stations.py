@@ -15,6 +15,16 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
+from tribrach.registration.clouds.graph import CloudEdge
+from tribrach.registration.clouds.likeness import Walls, likeness
+from tribrach.registration.clouds.proposals import (
+    Choice,
+    all_pairs,
+    promise_of,
+    try_all,
+    try_proposed,
+)
+from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.planes.poses import (
     PairPoses,
     PlanePose,
@@ -51,9 +61,16 @@ class StationJoinGates:
     #: in words: a direction is the height above this cosine, level below that one
     height_cosine: float = 0.9
     level_cosine: float = 0.2
+    #: the reach of a station holds this share of what its planes cover
+    radius_quantile: float = 0.9
+    #: sigma of a pair by its planes over the gates of loops, where loops say which pair to try next
+    loop_share: float = 0.125
 
 
 GATES = StationJoinGates()
+
+#: covariance of a pair by its planes where loops say which pair is tried next
+_LOOSE = np.diag(np.square(GATES.loop_share * np.repeat([LOOP.gap_m, LOOP.turn_rad], 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +100,11 @@ def register_by_planes(
     progress: Callable[[int, int], None] = lambda done, total: None,
     further: Sequence[Joint] = (),
     known: Mapping[str, Pose] | None = None,
+    *,
+    approximate: Mapping[str, Pose] | None = None,
+    sigma: float = GATES.known_m,
+    choice: Choice = "proposed",
+    pair: Callable[[Surroundings, Surroundings], PairPoses] = pair_poses,
 ) -> PlaneRegistration:
     """Find the relative poses of all stations from their planes.
 
@@ -98,18 +120,30 @@ def register_by_planes(
     known : mapping of str to Pose or None
         Poses from elsewhere, of targets for instance: a joint that contradicts them needs a loop to
         be believed.
+    approximate : mapping of str to Pose or None
+        Approximate poses of stations in one frame, which say which pairs are near each other; the
+        known ones do if there are none.
+    sigma : float
+        Sigma of their relative shifts [m].
+    choice : Choice
+        ``proposed`` for the pairs that promise most, ``all`` for every pair; all of few stations.
+    pair : callable
+        Finds the possible poses of a pair, or recalls them.
 
     Returns
     -------
     PlaneRegistration
         Groups of stations, and why others are not joined.
+
+    Notes
+    -----
+    Pairs are tried as those of clouds are (:mod:`tribrach.registration.clouds.proposals`): more
+    until all stations are joined, or every pair across their groups was tried.
     """
-    chosen = list(combinations(stations, 2))
-    pairs: list[PairPoses] = []
-    for number, (a, b) in enumerate(chosen):
-        progress(number, len(chosen))
-        pairs.append(pair_poses(a, b))
     names = [s.name for s in stations]
+    pairs = _tried(
+        stations, pair, progress, {**(approximate or {}), **(known or {})}, sigma, choice
+    )
     joints, clashes = _united([_joint(p) for p in pairs if p.sure], further)
     joints = [_doubted(joint, known or {}) for joint in joints]
     graph = join(names, joints)
@@ -139,6 +173,49 @@ def register_by_planes(
     alone = [next(iter(group)) for group in graph.groups if len(group) == 1]
     obstacles = {name: _obstacle(by_name[name], pairs) for name in alone}
     return PlaneRegistration(graph.groups, tuple(pairs), tuple(sentences), obstacles)
+
+
+def _tried(
+    stations: Sequence[Surroundings],
+    pair: Callable[[Surroundings, Surroundings], PairPoses],
+    progress: Callable[[int, int], None],
+    priors: Mapping[str, Pose],
+    sigma: float,
+    choice: Choice,
+) -> list[PairPoses]:
+    """What the pairs that are needed say, in the order of the stations."""
+    number = {station.name: k for k, station in enumerate(stations)}
+    found: dict[tuple[int, int], PairPoses] = {}
+
+    def attempt(a: str, b: str) -> tuple[CloudEdge | None, int]:
+        i, j = sorted((number[a], number[b]))
+        tried = found[i, j] = pair(stations[i], stations[j])
+        if not tried.sure:
+            return None, 0
+        return CloudEdge(tried.first, tried.second, tried.poses[0].pose, _LOOSE), 6
+
+    def told(what: str, done: int, total: int | None) -> None:
+        progress(done, total or done)
+
+    names = list(number)
+    if all_pairs(len(names), choice):
+        try_all(names, attempt, told)
+    else:
+        walls = [_walls(station.planes) for station in stations]
+        radii = {name: w.radius for name, w in zip(names, walls, strict=True)}
+        promise = promise_of(names, likeness(walls), radii, priors, sigma)
+        try_proposed(names, promise, radii, attempt, told)
+    return [found[ends] for ends in sorted(found)]
+
+
+def _walls(planes: PlaneSet) -> Walls:
+    """What planes cover, as pieces of surface; the radius holds nine tenths of it."""
+    counts = [len(sample) for sample in planes.samples]
+    center = np.concatenate([np.zeros((0, 3)), *planes.samples])
+    area = np.repeat(planes.area / np.maximum(counts, 1), counts)
+    far = np.linalg.norm(center, axis=1)
+    radius = float(np.quantile(far, GATES.radius_quantile)) if len(far) else 0.0
+    return Walls(center, np.repeat(planes.normal, counts, axis=0), area, radius)
 
 
 def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
