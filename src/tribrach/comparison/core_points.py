@@ -256,13 +256,19 @@ def _moments(core, radii, cells, moments):  # type: ignore[no-untyped-def]
 def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untyped-def]
     """Normal, and scale, roughness, planarity and count, of the most planar scale."""
     for c in prange(len(moments)):
-        vectors[c], figures[c] = np.nan, np.nan
+        for i in range(3):
+            vectors[c, i] = np.nan
+        for i in range(4):
+            figures[c, i] = np.nan
         best = -1.0
         for s in range(len(scales)):
             total = moments[c, s]
             if total[0] < FEWEST:
                 continue
-            m = total / total[0]
+            # element by element: operations on rows compile much longer, for their error messages
+            m = np.empty(10)
+            for i in range(10):
+                m[i] = total[i] / total[0]
             spread = np.empty((3, 3))
             for i in range(3):
                 spread[i, i] = m[4 + i] - m[1 + i] * m[1 + i]
@@ -276,12 +282,12 @@ def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untype
             planarity = (values[1] - values[0]) / values[2]
             if planarity > best:
                 best = planarity
-                normal = axes[:, 0]
                 turned = 0.0
                 for i in range(3):
-                    turned += normal[i] * towards[c, i]
+                    turned += axes[i, 0] * towards[c, i]
                 sign = -1.0 if turned < 0.0 else 1.0
-                vectors[c] = sign * normal
+                for i in range(3):
+                    vectors[c, i] = sign * axes[i, 0]
                 figures[c, 0], figures[c, 2], figures[c, 3] = scales[s], planarity, total[0]
                 figures[c, 1] = np.sqrt(max(values[0], 0.0) * total[0] / (total[0] - 1))
         if best < 0.0:

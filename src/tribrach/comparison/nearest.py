@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import njit
 
 __all__ = ["Neighbours", "corners", "nearest"]
 
@@ -160,8 +160,7 @@ def corners(points: Array) -> Array:
     """
     if len(points) == 0:
         return np.array([[np.inf] * 3, [-np.inf] * 3])
-    # one layout is compiled once
-    return np.asarray(_bounds(np.ascontiguousarray(points, dtype=np.float64)), dtype=np.float64)
+    return _bounds(np.asarray(points, dtype=np.float64))
 
 
 def _checked_bounds(points: Array) -> Array:
@@ -169,7 +168,7 @@ def _checked_bounds(points: Array) -> Array:
     bounds = _bounds(np.asarray(points, dtype=np.float64))
     if not np.isfinite(bounds).all():
         raise ValueError("coordinates must be finite")
-    return np.asarray(bounds, dtype=np.float64)
+    return bounds
 
 
 def _order(points: Array, bounds: Array) -> NDArray[np.int64] | None:
@@ -186,31 +185,12 @@ def _order(points: Array, bounds: Array) -> NDArray[np.int64] | None:
     return np.argsort(_morton(points, bounds[0], scale), kind="stable")
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _bounds(points):  # type: ignore[no-untyped-def]
-    """Smallest and largest coordinates (2, 3), NaN if there is one among them."""
-    blocks = (len(points) + 99_999) // 100_000
-    extremes = np.empty((blocks, 2, 3))
-    for block in prange(blocks):
-        low, high = np.full(3, np.inf), np.full(3, -np.inf)
-        for n in range(block * 100_000, min((block + 1) * 100_000, len(points))):
-            for axis in range(3):
-                value = points[n, axis]
-                if not np.isfinite(value):
-                    low[axis], high[axis] = np.nan, np.nan
-                elif not np.isnan(low[axis]):
-                    low[axis], high[axis] = min(low[axis], value), max(high[axis], value)
-        extremes[block, 0], extremes[block, 1] = low, high
-    out = extremes[0]
-    for block in range(1, blocks):
-        for axis in range(3):
-            # NaN stays: it is neither below nor above
-            if np.isnan(extremes[block, 0, axis]):
-                out[0, axis] = np.nan
-            elif not np.isnan(out[0, axis]):
-                out[0, axis] = min(out[0, axis], extremes[block, 0, axis])
-                out[1, axis] = max(out[1, axis], extremes[block, 1, axis])
-    return out
+def _bounds(points: Array) -> Array:
+    """Smallest and largest coordinates (2, 3), NaN along an axis where one is not finite."""
+    # column by column numpy is as quick as a compiled loop, which takes seconds to compile
+    extremes = np.array([(column.min(), column.max()) for column in points.T]).T
+    extremes[:, ~np.isfinite(extremes).all(axis=0)] = np.nan
+    return extremes
 
 
 @njit(cache=True, nogil=True)

@@ -81,17 +81,24 @@ def incidence_cosines(
 def _normals(xyz, at, near, out):  # type: ignore[no-untyped-def]
     """Eigenvector of the smallest eigenvalue of the neighbourhood of each point ``at``."""
     count = near.shape[1]
+    # element by element: sums of rows compile twice as long, for their error messages
     for n in prange(len(at)):
-        mean = np.zeros(3)
+        mean, d, spread = np.zeros(3), np.empty(3), np.zeros((3, 3))
         for k in range(count):
-            mean += xyz[near[n, k]]
-        mean /= count
-        spread = np.zeros((3, 3))
+            for i in range(3):
+                mean[i] += xyz[near[n, k], i]
+        for i in range(3):
+            mean[i] /= count
         for k in range(count):
-            d = xyz[near[n, k]] - mean
+            for i in range(3):
+                d[i] = xyz[near[n, k], i] - mean[i]
             for i in range(3):
                 for j in range(3):
                     spread[i, j] += d[i] * d[j]
-        vector = np.linalg.eigh(spread)[1][:, 0]
-        sign = -1.0 if np.dot(vector, at[n]) > 0 else 1.0
-        out[n] = sign * vector
+        vectors = np.linalg.eigh(spread)[1]
+        along = 0.0
+        for i in range(3):
+            along += vectors[i, 0] * at[n, i]
+        sign = -1.0 if along > 0 else 1.0
+        for i in range(3):
+            out[n, i] = sign * vectors[i, 0]

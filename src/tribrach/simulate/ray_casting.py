@@ -235,9 +235,11 @@ class SceneView:
         out = (hits.range, hits.cosine, hits.reflectance, hits.primitive)
         rays = np.ascontiguousarray(directions)
         if only is None:
-            _cast(rays, *shapes, self._start, self._items, *out)
+            _cast(rays, *shapes, self._start, self._items, False, *out)
         else:
-            _again(rays, *shapes, only, *out)
+            # one kernel for both: the candidates of a ray instead of those of a cell
+            start = np.concatenate([[0], np.cumsum(only >= 0)])
+            _cast(rays, *shapes, start, only[only >= 0], True, *out)
         return hits
 
 
@@ -310,13 +312,16 @@ def _outside(corners, face, u0, v0, width):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, parallel=True, nogil=True)
-def _cast(rays, kind, axes, half, reflect, pattern, local, start, items, r, c, a, p):  # type: ignore[no-untyped-def]
+def _cast(rays, kind, axes, half, reflect, pattern, local, start, items, own, r, c, a, p):  # type: ignore[no-untyped-def]
+    """Nearest hits; candidates are those of the cell of a ray, or its ``own``."""
     for n in prange(len(rays)):
         x, y, z = rays[n, 0], rays[n, 1], rays[n, 2]
-        face, u, v = _face(x, y, z)
-        i = min(int((u + 1) * (_CELLS / 2)), _CELLS - 1)
-        j = min(int((v + 1) * (_CELLS / 2)), _CELLS - 1)
-        cell = (face * _CELLS + i) * _CELLS + j
+        cell = np.int64(n)
+        if not own:
+            face, u, v = _face(x, y, z)
+            i = min(int((u + 1) * (_CELLS / 2)), _CELLS - 1)
+            j = min(int((v + 1) * (_CELLS / 2)), _CELLS - 1)
+            cell = (face * _CELLS + i) * _CELLS + j
         best, cosine, number = FAR, 0.0, -1
         d = np.empty(3)
         for k in range(start[cell], start[cell + 1]):
@@ -328,19 +333,6 @@ def _cast(rays, kind, axes, half, reflect, pattern, local, start, items, r, c, a
         if number >= 0:
             r[n] = best
             a[n] = _reflectance(number, best, x, y, z, kind, axes, reflect, pattern, local)
-
-
-@njit(cache=True, parallel=True, nogil=True)
-def _again(rays, kind, axes, half, reflect, pattern, local, only, r, c, a, p):  # type: ignore[no-untyped-def]
-    for n in prange(len(rays)):
-        x, y, z, m = rays[n, 0], rays[n, 1], rays[n, 2], only[n]
-        r[n], c[n], p[n], a[n] = np.inf, 0.0, -1, 0.0
-        if m < 0:
-            continue
-        length, along = meet(kind[m], axes[m], half[m], local[m], x, y, z, np.empty(3))
-        if length < FAR:
-            r[n], c[n], p[n] = length, along, m
-            a[n] = _reflectance(m, length, x, y, z, kind, axes, reflect, pattern, local)
 
 
 @njit(cache=True, nogil=True, inline="always")
