@@ -9,20 +9,31 @@ from __future__ import annotations
 import base64
 import io
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from tribrach._types import Array
 from tribrach.report.characters import visible
 
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import Collection
     from matplotlib.colors import Colormap
     from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
 
-__all__ = ["Picture", "colour_scale", "colours", "new_figure", "picture"]
+__all__ = [
+    "Picture",
+    "colour_scale",
+    "colours",
+    "legend_patches",
+    "new_figure",
+    "picture",
+    "poly_collection",
+]
 
 
 #: no pixel differs from what was drawn; more effort takes twice the time for a tenth of the size
@@ -69,6 +80,19 @@ def colour_scale(low: float, high: float, name: str) -> ScalarMappable:
     range_ = import_module("matplotlib.colors").Normalize(low, high)
     scale: ScalarMappable = import_module("matplotlib.cm").ScalarMappable(range_, name)
     return scale
+
+
+def poly_collection(corners: Array, facecolors: Array) -> Collection:
+    """Filled polygons (n, corners, 2) with their colours (n, 4) as one thing to draw."""
+    kind = import_module("matplotlib.collections").PolyCollection
+    made: Collection = kind(corners, facecolors=facecolors, linewidths=0)
+    return made
+
+
+def legend_patches(labels: Sequence[str], shades: Array) -> list[Patch]:
+    """Entries of a legend: words with their colours (n, 4)."""
+    kind = import_module("matplotlib.patches").Patch
+    return [kind(color=shade, label=label) for label, shade in zip(labels, shades, strict=True)]
 
 
 def _webp(figure: Figure) -> bytes:

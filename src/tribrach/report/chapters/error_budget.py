@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach._types import Array
 from tribrach.report.columns import ColumnSet
-from tribrach.report.figures import Picture, colours, new_figure, picture
+from tribrach.report.figures import (
+    Picture,
+    colours,
+    legend_patches,
+    new_figure,
+    picture,
+    poly_collection,
+)
 from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, number_cell
 
 if TYPE_CHECKING:
@@ -18,6 +26,8 @@ if TYPE_CHECKING:
 
 __all__ = ["budget_charts", "budget_table"]
 
+#: width of a bar in steps from one to the next, and free space beside and above all of them
+_WIDTH, _MARGIN = 0.8, 0.05
 _ANGLES = ("horizontal angle", "vertical angle")
 _NOTE = (
     "Sigmas of points by what they come from; their squares add up to the square of "
@@ -84,10 +94,16 @@ def _chart(station: str, rows: Sequence[BudgetRow]) -> Picture:
     else:
         panels = [figure.subplots()]
         _stack(panels[0], rows, names, lambda r, k: r.parts[k].variance, "all directions")
-    handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    handles = legend_patches(names, _part_colours(len(names)))
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
     caption = f"Variances add up, so the bars do. {_largest(rows, known)}"
     return picture(f"budget-{station}", f"Error budget of {station}", figure, caption)
+
+
+def _part_colours(count: int) -> Array:
+    """Colours (count, 4) of the parts of a budget, pairs of like ones last."""
+    palette = np.asarray(colours("tab20")(np.linspace(0, 1, 20)))
+    return palette[[(2 * k) % 20 + k // 10 % 2 for k in range(count)]]
 
 
 def _stack(
@@ -97,14 +113,19 @@ def _stack(
     value: Callable[[BudgetRow, int], float | None],
     title: str,
 ) -> None:
-    """One bar per region."""
-    palette = colours("tab20")(np.linspace(0, 1, 20))
-    bottom = np.zeros(len(rows))
-    for k, name in enumerate(names):
-        height = 1e6 * np.array([value(row, k) or 0.0 for row in rows])
-        colour = palette[(2 * k) % 20 + k // 10]
-        panel.bar(np.arange(len(rows)), height, bottom=bottom, color=colour, label=name)
-        bottom += height
+    """One bar per region; all pieces of a panel are one thing to draw, which saves time."""
+    heights = 1e6 * np.array([[value(row, k) or 0.0 for row in rows] for k in range(len(names))])
+    tops = np.cumsum(heights, axis=0)
+    left = np.broadcast_to(np.arange(len(rows)) - _WIDTH / 2, tops.shape)
+    right, low = left + _WIDTH, tops - heights
+    corners = [(left, low), (right, low), (right, tops), (left, tops)]
+    pieces = np.stack([np.stack(corner, axis=-1) for corner in corners], axis=2)
+    colour = np.repeat(_part_colours(len(names)), len(rows), axis=0)
+    panel.add_collection(poly_collection(pieces.reshape(-1, 4, 2), facecolors=colour))
+    margin = _MARGIN * (len(rows) - 1 + _WIDTH)
+    panel.set_xlim(-_WIDTH / 2 - margin, len(rows) - 1 + _WIDTH / 2 + margin)
+    highest = float(tops[-1].max(initial=0.0))
+    panel.set_ylim(0.0, (1 + _MARGIN) * highest if highest > 0 else 1.0)
     panel.set_xticks(np.arange(len(rows)), [row.region for row in rows], rotation=40, ha="right")
     panel.tick_params(labelsize=8)
     panel.set(title=title, ylabel="variance [mm²]")
