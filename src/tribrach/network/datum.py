@@ -352,13 +352,20 @@ class Cofactor:
 
     def blocks(self, columns: Index) -> Array:
         """Blocks (n, m, m) of Q for groups of columns (n, m); zero where a column is negative."""
-        m = columns.shape[1]
-        i = np.repeat(columns, m, axis=1).ravel()
-        j = np.tile(columns, (1, m)).ravel()
-        good = (i >= 0) & (j >= 0)
-        out = np.zeros(len(i))
-        out[good] = self.entries(i[good], j[good])
-        return out.reshape(-1, m, m)
+        out = self.factor.blocks(np.ascontiguousarray(columns))
+
+        def of(basis: Array) -> Array:
+            """Its rows (n, m, d) by block."""
+            return np.where((columns >= 0)[:, :, None], basis[columns], 0.0)
+
+        if self._v.shape[1]:
+            v = of(self._v)
+            out -= v @ v.swapaxes(1, 2)
+        if self.motions.shape[1]:
+            g, mixed = of(self.motions), of(self.motions) @ of(self._y).swapaxes(1, 2)
+            out -= mixed + mixed.swapaxes(1, 2)
+            out += g @ self._t @ g.swapaxes(1, 2)
+        return out
 
     def forms(self, columns: sp.csc_array, width: int) -> Array:
         """``B_g^T Q B_g`` (k, width, width) of sparse columns (u, k * width), group by group.

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index, Mask
 from tribrach.kernels import njit
-from tribrach.network.selected_inverse import look_up, selected_inverse
+from tribrach.network.selected_inverse import look_up, look_up_blocks, selected_inverse
 from tribrach.network.sparse_solution import column_products, half_solutions, roots, solutions
 
 AnyIndex = NDArray[np.integer]
@@ -67,6 +67,10 @@ class Factor(Protocol):
 
     def entries(self, i: Index, j: Index) -> Array:
         """Elements (k,) of the inverse at index pairs."""
+        ...
+
+    def blocks(self, columns: Index) -> Array:
+        """Blocks (n, m, m) of the inverse for groups of unknowns (n, m), zero where negative."""
         ...
 
     def forms(self, columns: sp.csc_array, width: int) -> Array:
@@ -158,6 +162,12 @@ class DenseFactor:
         """Elements of the inverse."""
         return self.inverse[i, j]
 
+    def blocks(self, columns: Index) -> Array:
+        """Blocks of the inverse."""
+        out: Array = self.inverse[columns[:, :, None], columns[:, None, :]]
+        out[(columns[:, :, None] < 0) | (columns[:, None, :] < 0)] = 0.0
+        return out
+
     def forms(self, columns: sp.csc_array, width: int) -> Array:
         """Forms of groups of columns."""
         out = np.empty((columns.shape[1] // width, width, width))
@@ -245,6 +255,15 @@ class SchurFactor:
             out[far] = self._far(a[far], b[far], pi[far], pj[far])
         return out * self.scale[i] * self.scale[j]
 
+    def blocks(self, columns: Index) -> Array:
+        """Blocks of the inverse."""
+        y, p = self.y, self.p_inverse
+        out = _point_blocks(
+            y.indptr, y.indices, self._seen[0], p.indptr, p.indices, self._seen[1], self.q_rest,
+            self.place, self.is_point, self.scale, columns,
+        )  # fmt: skip
+        return _completed(self, columns, out)
+
     def _far(self, a: Index, b: Index, a_point: Mask, b_point: Mask) -> Array:
         """Scaled elements between points and what does not see them."""
         y, out = self.y, np.empty(len(a))
@@ -303,6 +322,14 @@ def _block_inverse(blocks: sp.csr_array, point_of: Index) -> tuple[sp.csr_array,
 
 #: numbers in a dense batch of columns
 _BATCH = 4_000_000
+
+
+def _completed(factor: Factor, columns: Index, blocks: Array) -> Array:
+    """Blocks (n, m, m) with what is NaN in them, since nothing observes it together, computed."""
+    k, a, b = np.nonzero(np.isnan(blocks))
+    if len(k):
+        blocks[k, a, b] = factor.entries(columns[k, a], columns[k, b])
+    return blocks
 
 
 def _batches(shape: tuple[int, ...], width: int) -> list[slice]:
@@ -387,20 +414,54 @@ def _selected_rows(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _point_blocks(  # type: ignore[no-untyped-def]
+    y_first, y_index, mixed, p_first, p_index, own, q_rest, place, is_point, scale, columns
+):
+    """Blocks of the inverse between points and the rest; NaN between what is not seen together."""
+    n, m = columns.shape
+    out = np.zeros((n, m, m))
+    for k in range(n):
+        for p in range(m):
+            i = columns[k, p]
+            for q in range(p, m):
+                j = columns[k, q]
+                if i < 0 or j < 0:
+                    continue
+                a, b = place[i], place[j]
+                if not is_point[i] and not is_point[j]:
+                    found = q_rest[a, b]
+                elif is_point[i] and is_point[j]:
+                    found = _within_row(p_first, p_index, own, a, b)
+                elif is_point[i]:
+                    found = _within_row(y_first, y_index, mixed, a, b)
+                else:
+                    found = _within_row(y_first, y_index, mixed, b, a)
+                out[k, p, q] = out[k, q, p] = found * scale[i] * scale[j]
+    return out
+
+
+@njit(cache=True)
 def _within_rows(indptr, indices, data, i, j):  # type: ignore[no-untyped-def]
     """Elements of compressed rows, their columns in order; NaN where none is stored."""
     out = np.empty(len(i))
     for k in range(len(i)):
-        a, b = indptr[i[k]], indptr[i[k] + 1]
-        while a < b:
-            middle = (a + b) // 2
-            if indices[middle] < j[k]:
-                a = middle + 1
-            else:
-                b = middle
-        inside = a < indptr[i[k] + 1] and indices[a] == j[k]
-        out[k] = data[a] if inside else np.nan
+        out[k] = _within_row(indptr, indices, data, i[k], j[k])
     return out
+
+
+@njit(cache=True)
+def _within_row(indptr, indices, data, i, j):  # type: ignore[no-untyped-def]
+    """Element of a compressed row by bisection."""
+    a, b = indptr[i], indptr[i + 1]
+    while a < b:
+        middle = (a + b) // 2
+        if indices[middle] < j:
+            a = middle + 1
+        else:
+            b = middle
+    if a < indptr[i + 1] and indices[a] == j:
+        return data[a]
+    return np.nan
 
 
 @njit(cache=True)
@@ -442,7 +503,6 @@ class SparseFactor:
             raise SingularMatrix("a pivot is not positive")
         self._place = np.empty(len(scale), dtype=np.int64)
         self._place[permutation] = np.arange(len(scale))
-        self._inverse: tuple[Array, Array] | None = None
 
     def solve(self, b: Array) -> Array:
         """``N^-1 b``; several columns pass the factor together."""
@@ -472,12 +532,9 @@ class SparseFactor:
     def entries(self, i: Index, j: Index) -> Array:
         """Elements of the inverse: from the selected inverse, by half solutions outside it."""
         i, j = np.asarray(i), np.asarray(j)
-        if self._inverse is None:
-            low = self._lower
-            self._inverse = selected_inverse(low.indptr, low.indices, low.data, self._d)
         a, b = self._place[i], self._place[j]
         low = self._lower
-        value, diagonal = self._inverse
+        value, diagonal = self._selected
         row, column = np.maximum(a, b), np.minimum(a, b)
         out: Array = look_up(low.indptr, low.indices, value, diagonal, row, column)
         out *= self.scale[i] * self.scale[j]
@@ -486,6 +543,21 @@ class SparseFactor:
             out[outside] = self._outside(row[outside], column[outside])
             out[outside] *= self.scale[i[outside]] * self.scale[j[outside]]
         return out
+
+    def blocks(self, columns: Index) -> Array:
+        """Blocks of the inverse."""
+        low = self._lower
+        value, diagonal = self._selected
+        out = look_up_blocks(
+            low.indptr, low.indices, value, diagonal, self._place, self.scale, columns
+        )
+        return _completed(self, columns, out)
+
+    @cached_property
+    def _selected(self) -> tuple[Array, Array]:
+        """Elements of the inverse in the places of L, and its diagonal."""
+        low = self._lower
+        return selected_inverse(low.indptr, low.indices, low.data, self._d)
 
     def _outside(self, row: Index, column: Index) -> Array:
         """Scaled elements outside the pattern of the factor, by half a solution for each column."""

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.kernels import njit
 
-__all__ = ["look_up", "selected_inverse"]
+__all__ = ["look_up", "look_up_blocks", "selected_inverse"]
 
 Index = NDArray[np.integer]
 
@@ -59,6 +59,36 @@ def look_up(
     """Entries (k,) at pairs of row >= column; NaN outside the pattern."""
     entries: Array = _look_up(indptr, indices, value, diagonal, row, column)
     return entries
+
+
+def look_up_blocks(
+    indptr: Index,
+    indices: Index,
+    value: Array,
+    diagonal: Array,
+    place: Index,
+    scale: Array,
+    columns: Index,
+) -> Array:
+    """Look blocks of a permuted and scaled inverse up.
+
+    Parameters
+    ----------
+    indptr, indices, value, diagonal
+        Entries of the inverse on the pattern of L.
+    place, scale : array (n,)
+        Place of each unknown in the order of elimination, and what multiplies its row and column.
+    columns : array (k, m)
+        Unknowns of each block, negative for none.
+
+    Returns
+    -------
+    array (k, m, m)
+        Zero where an unknown is none, NaN outside the pattern.
+    """
+    return _look_up_blocks(  # type: ignore[no-any-return]
+        indptr, indices, value, diagonal, place, scale, columns
+    )
 
 
 @njit(cache=True)
@@ -162,20 +192,45 @@ def _times_gathered(  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _look_up(indptr, indices, value, diagonal, row, column):  # type: ignore[no-untyped-def]
-    """Entries by bisection of the columns."""
+    """Entries one by one."""
     out = np.empty(len(row))
     for k in range(len(row)):
-        i, j = row[k], column[k]
-        if i == j:
-            out[k] = diagonal[i]
-            continue
-        a, b = indptr[j], indptr[j + 1]
-        while a < b:
-            middle = (a + b) // 2
-            if indices[middle] < i:
-                a = middle + 1
-            else:
-                b = middle
-        inside = a < indptr[j + 1] and indices[a] == i
-        out[k] = value[a] if inside else np.nan
+        out[k] = _look_up_one(indptr, indices, value, diagonal, row[k], column[k])
+    return out
+
+
+@njit(cache=True)
+def _look_up_one(indptr, indices, value, diagonal, i, j):  # type: ignore[no-untyped-def]
+    """An entry with row >= column by bisection of its column."""
+    if i == j:
+        return diagonal[i]
+    a, b = indptr[j], indptr[j + 1]
+    while a < b:
+        middle = (a + b) // 2
+        if indices[middle] < i:
+            a = middle + 1
+        else:
+            b = middle
+    if a < indptr[j + 1] and indices[a] == i:
+        return value[a]
+    return np.nan
+
+
+@njit(cache=True)
+def _look_up_blocks(  # type: ignore[no-untyped-def]
+    indptr, indices, value, diagonal, place, scale, columns
+):
+    """Each pair of a block once."""
+    n, m = columns.shape
+    out = np.zeros((n, m, m))
+    for k in range(n):
+        for p in range(m):
+            i = columns[k, p]
+            for q in range(p, m):
+                j = columns[k, q]
+                if i < 0 or j < 0:
+                    continue
+                a, b = max(place[i], place[j]), min(place[i], place[j])
+                found = _look_up_one(indptr, indices, value, diagonal, a, b)
+                out[k, p, q] = out[k, q, p] = found * scale[i] * scale[j]
     return out

@@ -205,6 +205,8 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
             trial = adjust(restart(less, trial))
         except TribrachError:
             return None
+    else:
+        return None
     if trial is not adjustment and _one_reading(adjustment):
         return None
     # exchanged names put two targets off that each alone could be a coordinate's error
