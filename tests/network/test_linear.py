@@ -171,3 +171,15 @@ def test_selected_entries_are_those_of_the_inverse(seed: int, widest: int) -> No
     stored = (i == j) | (lower.toarray()[i, j] != 0)
     assert np.isnan(found[~stored]).any()
     assert found[stored] == pytest.approx(truth[i, j][stored], abs=1e-13)
+
+
+@pytest.mark.parametrize("way", ["dense", "schur", "sparse"])
+def test_blocks_are_those_of_the_inverse(way: str) -> None:
+    """Unknowns that are observed together and others, and places without an unknown."""
+    rng = np.random.default_rng(6)
+    normal, point_of = scanner_like(20, 5, rng)
+    factor, truth = factor_of(way, normal, point_of), np.linalg.inv(normal.toarray())
+    columns = rng.integers(-1, len(truth), (40, 5))
+    expected = truth[columns[:, :, None], columns[:, None, :]]
+    expected[(columns[:, :, None] < 0) | (columns[:, None, :] < 0)] = 0.0
+    assert np.abs(factor.blocks(columns) - expected).max() < 1e-10

@@ -156,6 +156,7 @@ def test_every_observation_has_ends_with_names(kind: type[Observations]) -> None
     ends = observations.ends(LAYOUT)
     assert len(ends) == len(observations)
     assert all(isinstance(a, str) and a and isinstance(b, str) for a, b in ends)
+    assert list(zip(*(c.tolist() for c in observations.end_names(LAYOUT)), strict=True)) == ends
     assert len(kind.components) == len(kind.units)
 
 

@@ -352,6 +352,8 @@ class Cofactor:
 
     def blocks(self, columns: Index) -> Array:
         """Blocks (n, m, m) of Q for groups of columns (n, m); zero where a column is negative."""
+        if not len(self.motions):  # nothing is unknown
+            return np.zeros((*columns.shape, columns.shape[1]))
         out = self.factor.blocks(np.ascontiguousarray(columns))
 
         def of(basis: Array) -> Array:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.geodesy.site import FlatSite, Site
@@ -115,13 +116,10 @@ class Coordinate(Observations):
         super().__post_init__()
         self.axis = np.asarray(self.axis, dtype=np.int64)
 
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+    def end_names(self, layout: Layout) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         """The position and the axis."""
-        axes = ("E", "N", "U")
-        return [
-            (layout.position_name(i), axes[a])
-            for i, a in zip(self.position, self.axis, strict=True)
-        ]
+        axes = np.array(("E", "N", "U"), dtype=object)
+        return layout.name_array("position")[self.position], axes[self.axis]
 
     def predict(self, state: State) -> Array:
         """Coordinates (n, 1)."""
@@ -394,11 +392,10 @@ class VectorComponentPriors(Observations):
         csv=(),
     )
 
-    def ends(self, layout: Layout) -> list[tuple[str, str]]:
+    def end_names(self, layout: Layout) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         """The vector and its component."""
-        names = layout.names["vector"]
-        pairs = zip(self.vector, self._axis, strict=True)
-        return [(names[i], "xyz"[k]) for i, k in pairs]
+        axes = np.array(("x", "y", "z"), dtype=object)
+        return layout.name_array("vector")[self.vector], axes[self._axis]
 
     @property
     def _axis(self) -> Index:
