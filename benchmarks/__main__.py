@@ -33,6 +33,7 @@ NAMES = (
     "georeferencing",
     "point_covariance",
     "e57_reading",
+    "scan_loading",
     "target_search",
     "plane_registration",
     "registration",
