@@ -1,6 +1,7 @@
 """A project run by workers leaves what one process leaves, byte by byte, whatever befalls them."""
 
 import os
+import pickle
 import re
 import signal
 import threading
@@ -13,10 +14,13 @@ import pytest
 
 from tests.job.test_killed import copied, finish_here, job, results
 from tribrach._types import Progress
+from tribrach.comparison import tiles
 from tribrach.demo import write_project
 from tribrach.errors import InputError
 from tribrach.io.twins import write_twin
 from tribrach.job import clouds
+from tribrach.job.cloud_file import open_cloud
+from tribrach.job.compare import compare_clouds
 from tribrach.pipeline import run
 from tribrach.project import Project
 from tribrach.simulate.twins import build
@@ -87,6 +91,21 @@ def test_workers_leave_what_one_process_leaves(
     assert worked(together, HERE) == whole
 
 
+def test_workers_compare_tiles_as_one_process_does(
+    job: Path, tmp_path: Path, workers: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cloud = open_cloud(job.parent / "scans" / "S1-targets.laz", None)
+    monkeypatch.setattr(tiles, "SIZE", 2000)
+    said: list[str] = []
+    alone = compare_clouds(cloud, cloud, limit=0.1)
+    together = compare_clouds(
+        cloud, cloud, limit=0.1, engine=workers, progress=lambda what, *_: said.append(what)
+    )
+    for what in ("distances on all", "normals", "distances along normals"):
+        assert said.count(what) > 2
+    assert pickle.dumps(together) == pickle.dumps(alone)
+
+
 @pytest.mark.slow
 def test_a_scan_that_kills_its_workers_is_named(
     job: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -116,15 +135,15 @@ import importlib.abc, sys
 
 class Finder(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path, target=None):
-        if name == "tribrach.scan.scan":
+        if name == "tribrach.job.visits":
             sys.meta_path.remove(self)
             from tribrach.io.scans import las
-            real = las.LasScan.chunks
-            def chunks(scan, *more, **other):
+            real = las.LasScan.stored
+            def stored(scan, *more, **other):
                 if scan.path.name == "S2-targets.laz":
                     os.kill(os.getpid(), signal.SIGKILL)
                 return real(scan, *more, **other)
-            las.LasScan.chunks = chunks
+            las.LasScan.stored = stored
         return None
 
 sys.meta_path.insert(0, Finder())

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, Scheduler, Workers, claim, guarded, shown, working
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
@@ -61,6 +61,8 @@ def compare(
             help="Write what A's station is uncertain by for py4dgeo's M3C2-EP.",
         ),
     ] = None,
+    workers: Workers = None,
+    scheduler: Scheduler = None,
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
@@ -72,9 +74,16 @@ def compare(
         sites = [] if sites_file is None else read_sites(sites_file)
         one, two = open_cloud(a, poses), open_cloud(b, poses)
         pair = station_pair(two, one)
-        with shown(quiet) as progress:
+        with shown(quiet) as progress, working(workers, scheduler) as engine:
             result = compare_clouds(
-                one, two, sites, method=method, limit=limit, stations=pair, progress=progress
+                one,
+                two,
+                sites,
+                method=method,
+                limit=limit,
+                stations=pair,
+                engine=engine,
+                progress=progress,
             )
         offsets = offset_test(result, pair)
         texts = {}

@@ -201,6 +201,11 @@ class Tiles:
             yield Tile(self, int(number))
 
     @property
+    def on_disk(self) -> bool:
+        """True if tiles are small values that name files; else the only one holds the points."""
+        return self.compared.folder is not None and self.reference.folder is not None
+
+    @property
     def total(self) -> int:
         """Points of A that are asked for."""
         return int(self.asked.sum())

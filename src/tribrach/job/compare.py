@@ -154,7 +154,9 @@ class _Work:
                 self.progress(f"reading {cloud.path.name}", points, cloud.records)
 
         with tiles(pair.around, pair.reference, self.limit, site=pair.site, progress=told) as cut:
-            return self._compared(pair, cut)
+            # points in memory do not travel
+            work = self if cut.on_disk else replace(self, engine=HERE)
+            return work._compared(pair, cut)
 
     def _compared(self, pair: _Pair, cut: Tiles) -> SiteResult:
         """One site whose clouds are cut into tiles."""
