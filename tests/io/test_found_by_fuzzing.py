@@ -246,7 +246,7 @@ def test_a_name_of_a_file_that_none_can_have(tmp_path: Path) -> None:
     shutil.copytree(SEEDS / "comp3d" / "a", folder)
     path = folder / "net.comp"
     path.write_text(path.read_text().replace("net.cor", "net.c\0r"))
-    with pytest.raises(InputError, match="no file can have this name"):
+    with pytest.raises(InputError, match="no file can be named"):
         read(path)
 
 
@@ -345,3 +345,24 @@ def test_a_negative_variance_of_an_adjusted_coordinate(tmp_path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert "covariance matrix of the adjusted coordinates is singular" in refused(path)
+
+
+@pytest.mark.parametrize("key", ["root_OBS_file", "root_COR_file", "coord_cov_file"])
+@pytest.mark.parametrize("name", ["/dev/zero", "../net.obs", "a\\..\\..\\b.cor"])
+def test_a_project_of_comp3d_names_files_elsewhere(tmp_path: Path, key: str, name: str) -> None:
+    """One that never ends took all memory."""
+    path = seed("comp3d/a/net.comp", tmp_path)
+    for part in ("net.cor", "net.obs"):
+        seed(f"comp3d/a/{part}", tmp_path)
+    head, _, project = path.read_text().partition("{")
+    whole = json.loads("{" + project)
+    whole["config"][key] = name
+    path.write_text(head + json.dumps(whole))
+    assert "is outside the folder of the data" in refused(path)
+
+
+def test_a_link_beside_the_data_that_leads_elsewhere(tmp_path: Path) -> None:
+    path = seed("comp3d/a/net.comp", tmp_path)
+    seed("comp3d/a/net.cor", tmp_path)
+    (tmp_path / "net.obs").symlink_to("/dev/zero")
+    assert "is outside the folder of the data" in refused(path)

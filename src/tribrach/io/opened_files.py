@@ -47,7 +47,8 @@ def contents(path: Path, most: int | None = None) -> bytes:
         with path.open("rb") as file:
             return file.read(-1 if most is None else most)
     if path not in kept:
-        kept[path] = path.read_bytes()
+        with path.open("rb") as file:
+            kept[path] = file.read(_LARGEST + 1)
     return kept[path][:most]
 
 

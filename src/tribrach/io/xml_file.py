@@ -39,7 +39,10 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
                 f"the file has {size / 1e6:.3g} MB, more than {largest / 1e6:.3g} MB",
                 file=path,
             )
-        data = contents(path)
+        # what has no size, such as a pipe, is not read beyond it either
+        data = contents(path, largest + 1)
+        if len(data) > largest:
+            raise InputError(f"it has more than {largest / 1e6:.3g} MB", file=path)
     except OSError as error:
         raise InputError(
             f"the file cannot be read ({error.strerror})",

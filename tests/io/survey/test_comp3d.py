@@ -397,9 +397,9 @@ def test_tolerant_reading_names_what_it_leaves_out(tmp_path: Path) -> None:
         (('"compute_type": 0', '"compute_type": 7'), "unknown compute_type 7"),
         (('"center_latitude": 48.0', '"center_latitude": 95'), "center_latitude is 95"),
         (('"use_proj": false', '"use_proj": true'), "grid  is not known to PROJ"),
-        (('"coord_cov_file": ""', '"coord_cov_file": "c.csv"'), "c.csv: the file cannot be read"),
+        (('"coord_cov_file": ""', '"coord_cov_file": "c.csv"'), "net.comp: there is no file c.csv"),
         (('"coord_cov_file": ""', '"coord_cov_file": "../c.csv"'), "outside the folder"),
-        (('"net.cor"', '"other.cor"'), "other.cor: cannot be read"),
+        (('"net.cor"', '"other.cor"'), "net.comp: there is no file other.cor"),
     ],
 )
 def test_broken_projects(tmp_path: Path, change: tuple[str, str], sentence: str) -> None:

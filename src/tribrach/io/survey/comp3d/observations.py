@@ -148,8 +148,6 @@ def _items(
     path: Path, shown: str, parent: TextLine, problems: Problems, parse: Callable[[TextLine], _Item]
 ) -> list[_Item]:
     """The lines of a named file, parsed."""
-    if not path.is_file():
-        raise parent.error(f"there is no file {shown}")
     out = []
     for line in read_lines(path, shown, problems):
         try:

@@ -123,7 +123,7 @@ def read_points(path: Path, shown: str, problems: Problems) -> Comp3dPoints:
 
 def _with_code(line: TextLine) -> TextLine:
     """A line of a result file, which has no codes, as a free point."""
-    return TextLine(line.file, line.number, ("0", *line.fields), line.folder)
+    return TextLine(line.file, line.number, ("0", *line.fields), line.folder, line.root)
 
 
 def _add(points: Comp3dPoints, line: TextLine, problems: Problems) -> None:

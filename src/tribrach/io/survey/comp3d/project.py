@@ -15,7 +15,8 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.geodesy.projection import ProjectedGrid, stereographic
 from tribrach.io.json_file import LENIENT
-from tribrach.io.survey.comp3d.text import MAX_BYTES
+from tribrach.io.named_files import named_file
+from tribrach.io.xml_file import MAX_BYTES
 from tribrach.units import GON, LARGEST
 
 __all__ = ["Comp3dProject", "read_project"]
@@ -109,8 +110,8 @@ def _from_json(path: Path) -> Comp3dProject:
     return Comp3dProject(
         name=str(config.get("name") or path.stem),
         folder=path.parent,
-        points=names[0].replace("\\", "/"),
-        observations=names[1].replace("\\", "/"),
+        points=_beside(names[0], path),
+        observations=_beside(names[1], path),
         grid=_grid(config, path),
         unit=_UNITS[unit],
         refraction=float(_entry(config, "refraction", (int, float), path)),
@@ -123,14 +124,16 @@ def _from_json(path: Path) -> Comp3dProject:
 def _covariance(config: dict[str, Any], path: Path) -> str:
     """Name of the file with covariances of coordinates, "" for none."""
     given: str = _entry({"coord_cov_file": "", **config}, "coord_cov_file", str, path)
-    name = given.replace("\\", "/")
-    if not (path.parent / name).resolve().is_relative_to(path.parent.resolve()):
-        raise InputError(
-            f"the covariance file {name} is outside the folder of the project",
-            file=path.name,
-            cure="put it beside the project",
-        )
-    return name
+    return _beside(given, path) if given else ""
+
+
+def _beside(name: str, path: Path) -> str:
+    """The name of a file that the project names, checked."""
+    try:
+        named_file(name, path.parent)
+    except InputError as error:
+        raise InputError(error.what, file=path.name, cure=error.cure) from error
+    return name.replace("\\", "/")
 
 
 def _grid(config: dict[str, Any], path: Path) -> ProjectedGrid:

@@ -48,9 +48,10 @@ def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
     NoStartValues
         Points whose distance a sigma depends on cannot be located.
     """
-    problems = Problems(tolerant)
+    given = [paths] if isinstance(paths, Path) else list(paths)
+    problems = Problems(given[0].parent, tolerant)
     with problems.refused as refused:
-        project = read_project([paths] if isinstance(paths, Path) else list(paths))
+        project = read_project(given)
         points = read_points(project.folder / project.points, project.points, problems)
         observed = read_observations(
             project.folder / project.observations,

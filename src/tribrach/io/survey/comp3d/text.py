@@ -12,12 +12,13 @@ from math import isfinite
 from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
+from tribrach.io.named_files import named_file
+from tribrach.io.xml_file import read_bytes
 from tribrach.units import too_large
 
-__all__ = ["MAX_BYTES", "Problems", "TextLine", "read_lines"]
+__all__ = ["Problems", "TextLine", "read_lines"]
 
-#: largest file that is read, and how deep files may include each other
-MAX_BYTES = 200_000_000
+#: how deep files may include each other
 MAX_DEPTH = 5
 
 
@@ -27,6 +28,8 @@ class Problems:
 
     Attributes
     ----------
+    root
+        The folder that all files must lie in.
     tolerant
         Leave them out.
     warnings
@@ -35,6 +38,7 @@ class Problems:
         Gathers those that are refused.
     """
 
+    root: Path
     tolerant: bool = False
     warnings: list[str] = field(default_factory=list)
     refused: RefusalCollector = field(default_factory=RefusalCollector)
@@ -61,12 +65,15 @@ class TextLine:
         Words of the line, without the comment.
     folder
         Where files named on the line are looked for.
+    root
+        The folder that they must lie in.
     """
 
     file: str
     number: int
     fields: tuple[str, ...]
     folder: Path
+    root: Path
 
     @property
     def source(self) -> str:
@@ -148,7 +155,7 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
         fields = tuple(text.split("*", 1)[0].split())
         if len("".join(fields)) < 2:
             continue
-        line = TextLine(shown, number, fields, path.parent)
+        line = TextLine(shown, number, fields, path.parent, problems.root)
         if not fields[0].startswith("@"):
             yield line
             continue
@@ -156,8 +163,6 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
             if depth >= MAX_DEPTH:
                 raise line.error(f"{fields[0][1:]} is the {MAX_DEPTH}th file inside a file")
             other, name = _resolve(line, fields[0])
-            if not other.is_file():
-                raise line.error(f"there is no file {name}")
         except InputError as error:
             problems.refuse(error)
             continue
@@ -166,20 +171,19 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
 
 def _resolve(line: TextLine, name: str) -> tuple[Path, str]:
     """Path and shown name of a file that a line names."""
-    relative = Path(name[1:].replace("\\", "/"))
-    return line.folder / relative, (Path(line.file).parent / relative).as_posix()
+    shown = (Path(line.file).parent / name[1:].replace("\\", "/")).as_posix()
+    try:
+        return named_file(name[1:], line.folder, line.root), shown
+    except InputError as error:
+        raise line.error(error.what, error.cure) from error
 
 
 def _text(path: Path, shown: str) -> str:
     """The text of a file."""
     try:
-        if path.stat().st_size > MAX_BYTES:
-            raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", file=shown)
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror}", file=shown) from error
-    except ValueError as error:
-        raise InputError("no file can have this name", file=shown) from error
+        data = read_bytes(path)
+    except InputError as error:
+        raise InputError(error.what, file=shown, cure=error.cure) from error
     if b"\0" in data:
         raise InputError("not a text file in UTF-8 or Latin-1", file=shown)
     try:

@@ -15,7 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach.errors import RefusalCollector
+from tribrach.errors import InputError, RefusalCollector
+from tribrach.io.named_files import named_file
 from tribrach.io.survey.starnet.options import InlineOptions
 from tribrach.io.survey.starnet.records import (
     Given,
@@ -131,18 +132,13 @@ class DataReader:
 
     def _included(self, line: DataLine, depth: int) -> Path:
         """The file that an option includes."""
-        relative = _relative(line)
-        path = (line.folder / relative).resolve()
-        if relative.is_absolute() or not path.is_relative_to(self.root):
-            raise line.error(
-                f"{relative.as_posix()} is outside the folder of the data",
-                "put the file beside the others",
-            )
+        name = _relative(line).as_posix()
         if depth >= MAX_DEPTH:
-            raise line.error(f"{relative.as_posix()} is the {MAX_DEPTH}th file inside a file")
-        if not path.is_file():
-            raise line.error(f"there is no file {relative.as_posix()}", "check the name")
-        return path
+            raise line.error(f"{name} is the {MAX_DEPTH}th file inside a file")
+        try:
+            return named_file(name, line.folder, self.root)
+        except InputError as error:
+            raise line.error(error.what, error.cure) from error
 
     def _take(self, line: DataLine) -> None:
         """One line."""

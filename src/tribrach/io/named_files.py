@@ -1,0 +1,45 @@
+"""Files that a file names: beside it or below, and never anywhere else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tribrach.errors import InputError
+
+__all__ = ["named_file"]
+
+
+def named_file(name: str, folder: Path, root: Path | None = None) -> Path:
+    """Path of a file that another file names.
+
+    Parameters
+    ----------
+    name : str
+        The name as it is written there; backslashes are slashes.
+    folder : Path
+        What it is relative to.
+    root : Path, optional
+        The folder that it must lie in, ``folder`` if not given.
+
+    Returns
+    -------
+    Path
+        The file; links are followed before it is judged where it lies.
+
+    Raises
+    ------
+    InputError
+        It lies elsewhere, is not there, or is no plain file.
+    """
+    shown = name.replace("\\", "/")
+    try:
+        path = (folder / shown).resolve()
+        within = path.is_relative_to((folder if root is None else root).resolve())
+        there = path.is_file()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InputError(f"no file can be named {shown!r}", cure="check the name") from error
+    if not within:
+        raise InputError(f"{shown} is outside the folder of the data", cure="put it beside them")
+    if not there:
+        raise InputError(f"there is no file {shown}", cure="check the name")
+    return path
