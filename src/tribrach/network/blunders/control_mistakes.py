@@ -212,7 +212,7 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
     # exchanged names put two targets off that each alone could be a coordinate's error
     if explain(adjustment.network, adjustment) is not None:
         return None
-    if trial is adjustment:
+    if found is None or trial is adjustment:
         return found
     try:
         after = adjust(restart(released(adjustment.network, found.coordinates), adjustment))
