@@ -30,7 +30,7 @@ from tribrach.scratch import scratch_folder
 __all__ = ["SIZE", "Tile", "TiledCloud", "Tiles", "tiles"]
 
 #: points of either cloud in and around a tile: 24 bytes each, and three times that with their tree
-SIZE = 4_000_000
+SIZE = 2_000_000
 #: points at a time from disk
 _CHUNK = 1_000_000
 #: points of each cloud that say where boxes are cut
