@@ -17,7 +17,6 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.job.each import Item, each, facts_alone
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.project.instrument import Instrument, Origin
@@ -25,6 +24,7 @@ from tribrach.scan.neighbour_correlation import smooth_correlation
 from tribrach.scan.noise_law import By, FittedNoise, NoiseClass, fit_noise, noise_classes
 from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
+from tribrach.tasks.engine import Call
 
 __all__ = ["BAND", "CAUSES", "NeighbourNoise", "StatedNoise", "Verdict", "stated_noise"]
 
@@ -194,26 +194,75 @@ def stated_noise(
         name = whose.get(scan.station)
         if name is not None and scan.noise is not None and scan.origin_known:
             by_instrument.setdefault(name, []).append(scan)
-    items = [
-        Item(
-            f"noise-{name}",
-            f"noise of {name}",
-            (tuple(scan.scan for scan in members), members[0].noise),
-            source=members[0].scan.path,
-        )
-        for name, members in by_instrument.items()
-    ]
-    seen = each(_facts, items, facts_alone, state=state, progress=progress)
+    facts: dict[str, dict[str, Any]] = {}
+    calls, owners = [], []
+    for name, members in by_instrument.items():
+        known = state.recall(f"noise-{name}", _key(state, members))
+        if known is not None:
+            facts[name] = known
+            continue
+        owners += [name] * len(members)
+        calls += _calls(members)
+    parts: dict[str, dict[int, ObservedNoise]] = {}
+    for number, part in state.engine.completed(_observed, calls, progress):
+        name = owners[number]
+        parts.setdefault(name, {})[number] = part
+        if len(parts[name]) < owners.count(name):
+            continue
+        # of all scans of the scanner, in their order whoever was ready first
+        observed = joined([part for _, part in sorted(parts.pop(name).items())])
+        facts[name] = _facts(observed, _noise(by_instrument[name]))
+        state.remember(f"noise-{name}", _key(state, by_instrument[name]), facts[name])
     out = []
-    for (name, members), facts in zip(by_instrument.items(), seen, strict=True):
+    for name, members in by_instrument.items():
         basis = _BASIS[instruments[name].stated_by("range_mm")].format(name)
-        out.append(_from_facts(name, basis, tuple(scan.name for scan in members), facts))
+        scanned = tuple(scan.name for scan in members)
+        out.append(_from_facts(name, basis, scanned, facts[name]))
     return out
 
 
-def _facts(scans: Sequence[Scan], noise: ScanNoise, *, progress: Progress) -> dict[str, Any]:
+def _noise(members: Sequence[StationScan]) -> ScanNoise:
+    """What is stated for the scans of one scanner."""
+    noise = members[0].noise
+    assert noise is not None
+    return noise
+
+
+def _key(state: Remembered, members: Sequence[StationScan]) -> str:
+    """Of what scans of one scanner show."""
+    return state.key(_facts, tuple(scan.scan for scan in members), _noise(members))
+
+
+def _calls(members: Sequence[StationScan]) -> list[Call]:
+    """Looks at scans of one scanner, no more at each than keeps time and memory the same for many.
+
+    All patches together are some twenty megabytes at most, however many scans there are.
+    """
+    records = int(np.clip(_RECORDS // len(members), _LEAST_RECORDS, _MOST_RECORDS))
+    most = max(_PATCHES // len(members), _LEAST_PATCHES)
+    return [
+        Call(
+            f"noise of {scan.name}",
+            (scan.scan, records, most),
+            scan.scan.path,
+            min(records, scan.scan.records or records),
+        )
+        for scan in members
+    ]
+
+
+def _observed(scan: Scan, records: int, most: int, *, progress: Progress) -> ObservedNoise:
+    """Patches of a scan, at most so many, from at most so many of its records."""
+    found = observed_noise(scan, records=records)
+    if found.patches <= most:
+        return found
+    kept = np.zeros(found.patches, dtype=bool)
+    kept[np.linspace(0, found.patches - 1, most).astype(np.int64)] = True
+    return found.of_patches(kept)
+
+
+def _facts(observed: ObservedNoise, noise: ScanNoise) -> dict[str, Any]:
     """What scans of one scanner show, as plain numbers."""
-    observed = _observed(scans)
     lawful = noise.law is not None and bool(np.isfinite(observed.intensity).any())
     facts: dict[str, Any] = {"lawful": lawful, "patches": observed.patches, "smooth": 0}
     facts |= {"whole": None, "law": None, "classes": {}, "neighbours": None}
@@ -247,21 +296,6 @@ def _neighbours(fitted: FittedNoise, noise: ScanNoise) -> dict[str, Any] | None:
             noise.shared_share, seen.share, seen.sigma, seen.angle, seen.factor, seen.sentence()
         )
     )
-
-
-def _observed(scans: Sequence[Scan]) -> ObservedNoise:
-    """Patches of some scans, no more of each than keeps time and memory the same for many."""
-    records = int(np.clip(_RECORDS // len(scans), _LEAST_RECORDS, _MOST_RECORDS))
-    most = max(_PATCHES // len(scans), _LEAST_PATCHES)
-    parts = []
-    for scan in scans:
-        found = observed_noise(scan, records=records)
-        if found.patches > most:
-            kept = np.zeros(found.patches, dtype=bool)
-            kept[np.linspace(0, found.patches - 1, most).astype(np.int64)] = True
-            found = found.of_patches(kept)
-        parts.append(found)
-    return joined(parts)
 
 
 def _from_facts(

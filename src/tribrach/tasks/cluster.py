@@ -333,6 +333,8 @@ class _Work:
         self.tries, self.deaths = Counter[int](), Counter[int]()
         self.failed: dict[int, BaseException] = {}
         self.done = 0
+        # of all workers, and when they were asked last
+        self.threads, self.asked = 0, -_LOOK
         # everything that other threads have to say comes through here
         self.news: SimpleQueue[tuple[int, Any]] = SimpleQueue()
         self.client.subscribe_topic(self.context.topic, self._heard)
@@ -380,10 +382,13 @@ class _Work:
 
     def _begin(self) -> bool:
         """Give the workers as much as they have threads for; True if there are workers."""
-        try:
-            threads = sum(self.client.nthreads().values())
-        except (OSError, TimeoutError, CancelledError, RuntimeError) as error:
-            raise self._lost() from error
+        if time.monotonic() - self.asked > _LOOK:
+            try:
+                self.threads = sum(self.client.nthreads().values())
+            except (OSError, TimeoutError, CancelledError, RuntimeError) as error:
+                raise self._lost() from error
+            self.asked = time.monotonic()
+        threads = self.threads
         # one that is suspected of killing workers gets all of them for itself
         if self.alone and not self.waiting:
             if not self.begun and threads:
