@@ -2,11 +2,14 @@
 
 import subprocess
 import sys
-from threading import Thread
+from threading import Thread, get_ident
 
+import numba
 import numpy as np
+import pytest
 
 from tribrach import kernels
+from tribrach._types import Array
 from tribrach.kernels import Kernel, njit, prange
 
 
@@ -68,3 +71,38 @@ def test_modules_with_kernels_load_without_numba() -> None:
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "False"
+
+
+@njit(nogil=True)
+def _squares(first, last, values, out):
+    for n in range(first, last):
+        out[n] = values[n] * values[n]
+
+
+@pytest.mark.parametrize("rounds", [0, 1, 7, 8, 9, 100, 101])
+def test_rounds_shared_among_threads_are_all_done_once(
+    monkeypatch: pytest.MonkeyPatch, rounds: int
+) -> None:
+    parts: list[tuple[int, int, int]] = []
+
+    def kernel(first: int, last: int, values: Array, out: Array) -> None:
+        parts.append((first, last, get_ident()))
+        _squares(first, last, values, out)
+
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 3)
+    values, out = np.arange(float(rounds)), np.full(rounds, -1.0)
+    kernels.in_threads(kernel, rounds, values, out, least=4)
+    assert np.array_equal(out, values**2)
+    done = sorted(n for first, last, _ in parts for n in range(first, last))
+    assert done == list(range(rounds))
+    # few rounds are done where they are wanted, many nowhere else than in threads of their own
+    assert ({thread for *_, thread in parts} == {get_ident()}) == (rounds < 8)
+    assert rounds < 8 or min(last - first for first, last, _ in parts) >= 4
+
+
+def test_what_goes_wrong_in_a_thread_is_raised() -> None:
+    def kernel(first: int, last: int) -> None:
+        raise ValueError(f"{first} to {last}")
+
+    with pytest.raises(ValueError, match="to"):
+        kernels.in_threads(kernel, 100, least=1)

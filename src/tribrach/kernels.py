@@ -4,18 +4,25 @@ Loading numba takes as long as loading numpy and all sparse matrices, and a netw
 observations or a list of commands calls no such loop. Kernels are declared with :func:`njit` and
 :data:`prange` of this module; both are those of numba from the first call on, in every kernel that
 it calls as well.
+
+What can be shared among processors is a loop over a range ``(first, last)`` of its rounds, which
+:func:`in_threads` calls in several threads: numba's own parallel loops take twice as long to
+compile. They are left where chunks of another size would change last digits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from itertools import pairwise
 from threading import RLock
 from types import CodeType
 from typing import Any
 
-__all__ = ["Kernel", "njit", "prange"]
+__all__ = ["Kernel", "in_threads", "njit", "prange"]
 
+#: parts of the rounds for each thread: the threads end together, though rounds differ
+_PARTS = 8
 #: one thread at a time declares kernels to numba
 _DECLARING = RLock()
 
@@ -105,3 +112,33 @@ def prange(*limits: int) -> range:
         What uncompiled code goes through, one round after the other.
     """
     return range(*limits)
+
+
+def in_threads(kernel: Callable[..., None], rounds: int, *args: Any, least: int = 4096) -> None:
+    """Share the rounds of a loop among threads, as many as numba would take.
+
+    Parameters
+    ----------
+    kernel : Callable
+        Called as ``kernel(first, last, *args)``, it does the rounds from ``first`` to before
+        ``last`` without the interpreter's lock (``nogil``). No round may depend on another, so that
+        results are the same in any number of threads.
+    rounds : int
+        How many there are.
+    *args
+        What the kernel works with; results go into arrays of these.
+    least : int
+        So many rounds are worth a thread.
+    """
+    threads = 1
+    if rounds >= 2 * least:
+        threads = min(rounds // least, import_module("numba").config.NUMBA_NUM_THREADS)
+    if threads < 2:
+        kernel(0, rounds, *args)
+        return
+    parts = min(rounds // least, _PARTS * threads)
+    ends = [rounds * part // parts for part in range(parts + 1)]
+    # loaded here, as most commands share nothing
+    with import_module("concurrent.futures").ThreadPoolExecutor(threads) as pool:
+        for done in [pool.submit(kernel, *both, *args) for both in pairwise(ends)]:
+            done.result()

@@ -26,7 +26,7 @@ from tribrach.comparison.nearest import Neighbours
 from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
 from tribrach.comparison.streams import Stream
 from tribrach.comparison.tiles import Tile, Tiles, tiles
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.tasks.engine import HERE, Call, Engine
 
 __all__ = [
@@ -459,17 +459,19 @@ def plane_distances(
     near, indices = cloud.local_query(points, k=neighbours)
     rows = np.flatnonzero(near[:, 0] <= limit)
     towards = np.full(3, np.nan) if viewpoint is None else viewpoint - cloud.origin
-    out[rows] = _distances(cloud.points, points[rows] - cloud.origin, indices[rows], towards)
+    found = np.full(len(rows), np.nan)
+    given = cloud.points, points[rows] - cloud.origin, indices[rows], towards
+    in_threads(_distances, len(rows), *given, found)
+    out[rows] = found
     out[np.abs(out) > limit] = np.nan
     return out
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _distances(points, places, indices, towards):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _distances(first, last, points, places, indices, towards, out):  # type: ignore[no-untyped-def]
     """One plane per place, by principal components."""
-    out = np.full(len(places), np.nan)
     count = indices.shape[1]
-    for n in prange(len(places)):
+    for n in range(first, last):
         mean = np.zeros(3)
         for k in range(count):
             mean += points[indices[n, k]] - places[n]
@@ -493,7 +495,6 @@ def _distances(points, places, indices, towards):  # type: ignore[no-untyped-def
         else:
             side = (normal * (towards - places[n])).sum()
         out[n] = height if side > 0 else -height
-    return out
 
 
 @dataclass

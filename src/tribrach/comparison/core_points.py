@@ -17,7 +17,7 @@ from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import PointCells, ball_ranges
 from tribrach.errors import InputError
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = ["Normals", "core_normals", "core_points"]
 
@@ -203,10 +203,11 @@ def core_normals(
     reach = radii[-1]
     moments = np.zeros((len(core), len(radii), 10))
     for part in centred(cloud, origin, here.min(axis=0) - reach, here.max(axis=0) + reach):
-        _moments(here, radii, PointCells.of(part.xyz, radii[0] / 2).arrays, moments)
+        cells = PointCells.of(part.xyz, radii[0] / 2).arrays
+        in_threads(_moments, len(core), here, radii, cells, moments, least=256)
     towards = _towards(core, scanner, direction)
     vectors, figures = np.empty((len(core), 3)), np.empty((len(core), 4))
-    _axes(moments, 2 * radii, towards, vectors, figures)
+    in_threads(_axes, len(core), moments, 2 * radii, towards, vectors, figures)
     scale, roughness, planarity, count = figures.T
     return Normals(vectors, scale, roughness, planarity, count.astype(np.int64))
 
@@ -219,11 +220,11 @@ def _towards(core: Array, scanner: Array | None, direction: Array | None) -> Arr
     return np.broadcast_to(_UP if direction is None else direction, core.shape)
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _moments(core, radii, cells, moments):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _moments(first, last, core, radii, cells, moments):  # type: ignore[no-untyped-def]
     """Add count, sums and products of the points within each radius, relative to the core point."""
     xyz = cells[0]
-    for c in prange(len(core)):
+    for c in range(first, last):
         for s in range(len(radii)):
             n, reach = 0, radii[s] * radii[s]
             # single numbers stay in registers, a row of the table would not
@@ -252,10 +253,10 @@ def _moments(core, radii, cells, moments):  # type: ignore[no-untyped-def]
             m[7], m[8], m[9] = m[7] + xy, m[8] + xz, m[9] + yz
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _axes(moments, scales, towards, vectors, figures):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _axes(first, last, moments, scales, towards, vectors, figures):  # type: ignore[no-untyped-def]
     """Normal, and scale, roughness, planarity and count, of the most planar scale."""
-    for c in prange(len(moments)):
+    for c in range(first, last):
         for i in range(3):
             vectors[c, i] = np.nan
         for i in range(4):

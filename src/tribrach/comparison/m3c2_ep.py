@@ -33,7 +33,7 @@ from tribrach.comparison.projection_cylinders import Cylinders
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import effective_number
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.statistics import chi2
 
 __all__ = ["M3C2EP", "m3c2_ep"]
@@ -245,7 +245,9 @@ def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
                 cure="compare with plain M3C2",
             )
         cells = PointCells.of(part.xyz, cylinders.radius)
-        _add(
+        in_threads(
+            _add,
+            len(sums),
             cylinders.core,
             cylinders.normal,
             cylinders.radius,
@@ -254,6 +256,7 @@ def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
             part.random,
             cells.order,
             sums,
+            least=256,
         )
     return _concluded(sums)
 
@@ -272,11 +275,11 @@ def _concluded(sums: Array) -> WeightedPositions:
     return WeightedPositions(n.astype(np.int64), mean, spread, expected, covariance)
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _add(core, normal, radius, depth, cells, random, order, sums):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _add(first, last, core, normal, radius, depth, cells, random, order, sums):  # type: ignore[no-untyped-def]
     """Add count, weight, weighted distances and squares, and ``w^2 C`` of the points within."""
     xyz = cells[0]
-    for c in prange(len(core)):
+    for c in range(first, last):
         n0, n1, n2 = normal[c, 0], normal[c, 1], normal[c, 2]
         if np.isnan(n0):
             continue

@@ -15,7 +15,7 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import PointCells, cylinder_ranges
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = ["Cylinders", "Positions", "means", "medians"]
 
@@ -90,7 +90,8 @@ def means(cloud: Source, cylinders: Cylinders) -> Positions:
     sums = np.zeros((len(cylinders.core), 3))
     for part in centred(cloud, cylinders.origin, *cylinders.box):
         cells = PointCells.of(part.xyz, cylinders.radius).arrays
-        _sums(cylinders.core, cylinders.normal, cylinders.radius, cylinders.depth, cells, sums)
+        given = cylinders.core, cylinders.normal, cylinders.radius, cylinders.depth, cells
+        in_threads(_sums, len(sums), *given, sums, least=256)
     n, first, second = sums.T
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = first / n
@@ -125,8 +126,10 @@ def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Posit
         kept, filled = np.empty(first[-1]), first[:-1].copy()
         for part in centred(cloud, some.origin, *some.box):
             cells = PointCells.of(part.xyz, some.radius).arrays
-            _gather(some.core, some.normal, some.radius, some.depth, cells, kept, filled)
-        _quartiles(kept, first, position[begin:end], spread[begin:end])
+            given = some.core, some.normal, some.radius, some.depth, cells
+            in_threads(_gather, end - begin, *given, kept, filled, least=256)
+        found = position[begin:end], spread[begin:end]
+        in_threads(_quartiles, end - begin, kept, first, *found, least=256)
     return Positions(count, position, spread)
 
 
@@ -150,31 +153,31 @@ def _along(xyz, k, core, normal, radius, depth):  # type: ignore[no-untyped-def]
     return d if across <= radius * radius and abs(d) <= depth else np.nan
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _sums(core, normal, radius, depth, cells, sums):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _sums(first, last, core, normal, radius, depth, cells, sums):  # type: ignore[no-untyped-def]
     """Add count, sum and sum of squares of the distances."""
     xyz = cells[0]
-    for c in prange(len(core)):
+    for c in range(first, last):
         if np.isnan(normal[c, 0]):
             continue
-        n, first, second = 0, 0.0, 0.0
+        n, total, squares = 0, 0.0, 0.0
         for begin, end in cylinder_ranges(core[c], normal[c], radius, depth, cells):
             for k in range(begin, end):
                 d = _along(xyz, k, core[c], normal[c], radius, depth)
                 if not np.isnan(d):
                     n += 1
-                    first += d
-                    second += d * d
+                    total += d
+                    squares += d * d
         sums[c, 0] += n
-        sums[c, 1] += first
-        sums[c, 2] += second
+        sums[c, 1] += total
+        sums[c, 2] += squares
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _gather(core, normal, radius, depth, cells, kept, filled):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _gather(first, last, core, normal, radius, depth, cells, kept, filled):  # type: ignore[no-untyped-def]
     """Write the distances behind those already there; ``filled`` (m,) : the next free places."""
     xyz = cells[0]
-    for c in prange(len(core)):
+    for c in range(first, last):
         if np.isnan(normal[c, 0]):
             continue
         for begin, end in cylinder_ranges(core[c], normal[c], radius, depth, cells):
@@ -185,11 +188,11 @@ def _gather(core, normal, radius, depth, cells, kept, filled):  # type: ignore[n
                     filled[c] += 1
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _quartiles(kept, first, position, spread):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _quartiles(first, last, kept, start, position, spread):  # type: ignore[no-untyped-def]
     """Median and scaled interquartile range of each run of distances."""
-    for c in prange(len(position)):
-        some = np.sort(kept[first[c] : first[c + 1]])
+    for c in range(first, last):
+        some = np.sort(kept[start[c] : start[c + 1]])
         if len(some) > 0:
             position[c] = _quantile(some, 0.5)
         if len(some) > 1:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = ["LocalMap"]
 
@@ -49,7 +49,8 @@ class LocalMap:
             return self.exact(x)
         centre, half = (self._low + self._high) / 2, (self._high - self._low) / 2
         out = np.empty_like(x)
-        _evaluate(np.ascontiguousarray(x), centre, half, self._coefficients, self._origin, out)
+        given = np.ascontiguousarray(x), centre, half, self._coefficients, self._origin
+        in_threads(_evaluate, len(x), *given, out)
         return out
 
     def _fit(self, low: Array, high: Array) -> None:
@@ -77,10 +78,10 @@ def _monomials(x: Array) -> Array:
     return products
 
 
-@njit(cache=True, parallel=True)
-def _evaluate(x, centre, half, c, origin, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _evaluate(first, last, x, centre, half, c, origin, out):  # type: ignore[no-untyped-def]
     """The cubic at every point, terms in the order of ``_POWERS``."""
-    for n in prange(len(x)):
+    for n in range(first, last):
         a = (x[n, 0] - centre[0]) / half[0]
         b = (x[n, 1] - centre[1]) / half[1]
         d = (x[n, 2] - centre[2]) / half[2]

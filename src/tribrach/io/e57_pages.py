@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.xml_file import MAX_BYTES, line_of
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = [
     "CURE",
@@ -226,7 +226,7 @@ def paged(content: bytes) -> bytes:
     flat = np.zeros(count * PAYLOAD, dtype=np.uint8)
     flat[: len(content)] = np.frombuffer(content, dtype=np.uint8)
     pages[:, :PAYLOAD] = flat.reshape(count, PAYLOAD)
-    sums = _checksums(pages, _TABLE)
+    sums = _checksums(pages)
     pages[:, PAYLOAD:] = sums.astype(">u4").view(np.uint8).reshape(count, 4)
     return pages.tobytes()
 
@@ -249,7 +249,7 @@ def verify(pages: Bytes, first: int, path: Path) -> None:
         A checksum is wrong.
     """
     stated = np.ascontiguousarray(pages[:, PAYLOAD:]).view(">u4").ravel()
-    wrong = np.flatnonzero(stated != _checksums(pages, _TABLE))
+    wrong = np.flatnonzero(stated != _checksums(pages))
     if len(wrong):
         raise damaged(path, f"the checksum of page {first + int(wrong[0])} is wrong")
 
@@ -278,13 +278,17 @@ def _table() -> NDArray[np.uint32]:
 _TABLE = _table()
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _checksums(pages, table):  # type: ignore[no-untyped-def]
+def _checksums(pages: NDArray[np.uint8]) -> NDArray[np.uint32]:
     """CRC-32C of the content of pages (n, 1024)."""
     out = np.empty(len(pages), dtype=np.uint32)
-    for n in prange(len(pages)):
+    in_threads(_sum_up, len(pages), pages, _TABLE, out, least=256)
+    return out
+
+
+@njit(cache=True, nogil=True)
+def _sum_up(first, last, pages, table, out):  # type: ignore[no-untyped-def]
+    for n in range(first, last):
         crc = np.uint32(0xFFFFFFFF)
         for k in range(PAYLOAD):
             crc = table[(crc ^ pages[n, k]) & np.uint32(0xFF)] ^ (crc >> np.uint32(8))
         out[n] = ~crc
-    return out

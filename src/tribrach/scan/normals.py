@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = ["incidence_cosines", "normals"]
 
@@ -46,7 +46,7 @@ def normals(
         return np.full_like(at, np.nan)
     _, near = KDTree(np.ascontiguousarray(xyz)).query(at, k=neighbours)
     out = np.empty_like(at)
-    _normals(xyz, at, near.astype(np.int64), out)
+    in_threads(_normals, len(at), xyz, at, near.astype(np.int64), out)
     return out
 
 
@@ -77,12 +77,12 @@ def incidence_cosines(
     return known
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _normals(xyz, at, near, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _normals(first, last, xyz, at, near, out):  # type: ignore[no-untyped-def]
     """Eigenvector of the smallest eigenvalue of the neighbourhood of each point ``at``."""
     count = near.shape[1]
     # element by element: sums of rows compile twice as long, for their error messages
-    for n in prange(len(at)):
+    for n in range(first, last):
         mean, d, spread = np.zeros(3), np.empty(3), np.zeros((3, 3))
         for k in range(count):
             for i in range(3):

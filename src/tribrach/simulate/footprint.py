@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.simulate.ray_casting import SceneView
 
 __all__ = [
@@ -78,13 +78,14 @@ def unit_vectors(angles: Array, rotation: Array) -> Array:
         World from scanner.
     """
     rays = np.empty((len(angles), 3))
-    _unit_vectors(np.ascontiguousarray(angles), np.ascontiguousarray(rotation), rays)
+    given = np.ascontiguousarray(angles), np.ascontiguousarray(rotation)
+    in_threads(_unit_vectors, len(rays), *given, rays)
     return rays
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _unit_vectors(angles, t, rays):  # type: ignore[no-untyped-def]
-    for n in prange(len(angles)):
+@njit(cache=True, nogil=True)
+def _unit_vectors(first, last, angles, t, rays):  # type: ignore[no-untyped-def]
+    for n in range(first, last):
         h, v = angles[n, 0], angles[n, 1]
         x, y, z = np.sin(v) * np.cos(h), np.sin(v) * np.sin(h), np.cos(v)
         for k in range(3):
@@ -104,13 +105,14 @@ def offset_rays(rays: Array, offset: Array, length: Array) -> Array:
         Distance at which the offset holds [m].
     """
     moved = np.empty_like(rays)
-    _offset_rays(np.ascontiguousarray(rays), np.ascontiguousarray(offset), length, moved)
+    given = np.ascontiguousarray(rays), np.ascontiguousarray(offset), length
+    in_threads(_offset_rays, len(rays), *given, moved)
     return moved
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _offset_rays(rays, offset, length, moved):  # type: ignore[no-untyped-def]
-    for n in prange(len(rays)):
+@njit(cache=True, nogil=True)
+def _offset_rays(first, last, rays, offset, length, moved):  # type: ignore[no-untyped-def]
+    for n in range(first, last):
         x, y, z = rays[n, 0], rays[n, 1], rays[n, 2]
         flat = np.hypot(x, y)
         # straight up and down any direction is level
@@ -238,14 +240,15 @@ def border(
         Shortest range within the window [m].
     """
     edge, near = np.zeros(primitive.shape, dtype=bool), np.full(primitive.shape, np.inf)
-    _border(primitive, reflectance, window, ranges, edge, near)
+    given = primitive, reflectance, window, ranges
+    in_threads(_border, len(edge), *given, edge, near, least=16)
     return edge, near
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _border(primitive, reflectance, window, ranges, edge, near):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _border(first, last, primitive, reflectance, window, ranges, edge, near):  # type: ignore[no-untyped-def]
     columns, rows = primitive.shape
-    for i in prange(columns):
+    for i in range(first, last):
         for j in range(rows):
             p, a, w = primitive[i, j], reflectance[i, j], int(window[i, j])
             if p == -2.0:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.simulate.scene import (
     BOX,
     CHECKERBOARD,
@@ -235,11 +235,11 @@ class SceneView:
         out = (hits.range, hits.cosine, hits.reflectance, hits.primitive)
         rays = np.ascontiguousarray(directions)
         if only is None:
-            _cast(rays, *shapes, self._start, self._items, False, *out)
+            in_threads(_cast, n, rays, *shapes, self._start, self._items, False, *out)
         else:
             # one kernel for both: the candidates of a ray instead of those of a cell
             start = np.concatenate([[0], np.cumsum(only >= 0)])
-            _cast(rays, *shapes, start, only[only >= 0], True, *out)
+            in_threads(_cast, n, rays, *shapes, start, only[only >= 0], True, *out)
         return hits
 
 
@@ -311,10 +311,13 @@ def _outside(corners, face, u0, v0, width):  # type: ignore[no-untyped-def]
     return behind or left or right or below or above
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _cast(rays, kind, axes, half, reflect, pattern, local, start, items, own, r, c, a, p):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _cast(  # type: ignore[no-untyped-def]
+    first, last, rays, kind, axes, half, reflect, pattern, local, start, items, own, r, c, a, p
+):
     """Nearest hits; candidates are those of the cell of a ray, or its ``own``."""
-    for n in prange(len(rays)):
+    d = np.empty(3)
+    for n in range(first, last):
         x, y, z = rays[n, 0], rays[n, 1], rays[n, 2]
         cell = np.int64(n)
         if not own:
@@ -323,7 +326,6 @@ def _cast(rays, kind, axes, half, reflect, pattern, local, start, items, own, r,
             j = min(int((v + 1) * (_CELLS / 2)), _CELLS - 1)
             cell = (face * _CELLS + i) * _CELLS + j
         best, cosine, number = FAR, 0.0, -1
-        d = np.empty(3)
         for k in range(start[cell], start[cell + 1]):
             m = items[k]
             length, along = meet(kind[m], axes[m], half[m], local[m], x, y, z, d)

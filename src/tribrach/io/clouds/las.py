@@ -26,7 +26,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
 from tribrach.io.json_text import json_text
 from tribrach.io.scans.las import FACTS
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.scan.scan import Field
 
 __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
@@ -138,8 +138,10 @@ class LasRecords:
         """
         record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
         whole = np.empty((3, len(xyz)), dtype=np.int32)
-        fits = _integers(np.ascontiguousarray(xyz), self._header.offset, self._header.step, whole)
-        if not fits:
+        beyond = np.zeros(1, dtype=bool)
+        given = np.ascontiguousarray(xyz), self._header.offset, self._header.step
+        in_threads(_integers, len(xyz), *given, whole, beyond)
+        if beyond[0]:
             self._refuse(xyz)
         for name, row in zip(("X", "Y", "Z"), whole, strict=True):
             record.array[name] = row
@@ -235,15 +237,13 @@ class LasWriter(LasRecords):
         self._staged.commit()
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _integers(xyz, offset, step, out):  # type: ignore[no-untyped-def]
-    """Steps from the offset, rounded to even; False if one does not fit 32 bits."""
-    bad = 0
-    for n in prange(len(xyz)):
+@njit(cache=True, nogil=True)
+def _integers(first, last, xyz, offset, step, out, beyond):  # type: ignore[no-untyped-def]
+    """Steps from the offset, rounded to even; ``beyond`` (1,) is set if one exceeds 32 bits."""
+    for n in range(first, last):
         for k in range(3):
             value = np.rint((xyz[n, k] - offset[k]) / step)
             if abs(value) < 2147483647.0:
                 out[k, n] = np.int32(value)
             else:
-                bad += 1
-    return bad == 0
+                beyond[0] = True

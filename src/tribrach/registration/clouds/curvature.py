@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from pykdtree.kdtree import KDTree
 
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.registration.clouds.surfels import ROUND, UNKNOWN, Surfels
 from tribrach.statistics import f as fisher
 
@@ -90,7 +90,10 @@ def formed(surfels: Surfels, most: int) -> Surfels:
         [np.full(GATES.fewest - 6, np.inf), fisher.ppf(1 - GATES.level, 3, freedom)]
     )
     mine = usual**2 / kept.count + GATES.surface_m**2
-    table = _fitted(
+    table = np.zeros((len(near), 13))
+    in_threads(
+        _fitted,
+        len(near),
         near.astype(np.int64),
         far,
         (kept.center, kept.normal, kept.size, mine, np.sqrt(mine) / kept.width[:, 0]),
@@ -98,6 +101,8 @@ def formed(surfels: Surfels, most: int) -> Surfels:
         (GATES.reach_sizes, GATES.like_sizes, GATES.alike_cosine, GATES.chord_sizes),
         (GATES.fewest, GATES.passes, GATES.most_variance, GATES.flat_sigmas, GATES.across_sizes),
         limits,
+        table,
+        least=256,
     )
     form = table[:, 0].astype(np.int8)
     bends = form == ROUND
@@ -107,11 +112,10 @@ def formed(surfels: Surfels, most: int) -> Surfels:
     return replace(kept, form=form, gradient=gradient, bend=bend)
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _fitted(near, far, here, there, same, gates, limits):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _fitted(first, last, near, far, here, there, same, gates, limits, out):  # type: ignore[no-untyped-def]
     """Form, gradient and second derivatives (n, 13) of each surfel."""
-    out = np.zeros((len(near), 13))
-    for i in prange(len(near)):
+    for i in range(first, last):
         number = np.empty(near.shape[1], dtype=np.int64)
         place = here[0][i], here[1][i], here[2][i]
         k = _neighbours(near[i], far[i], place, there, same, number)
@@ -121,7 +125,6 @@ def _fitted(near, far, here, there, same, gates, limits):  # type: ignore[no-unt
             continue
         if not _flat(place, here[3][i], here[4][i], there, number[:k], gates):
             out[i, 0] = UNKNOWN
-    return out
 
 
 @njit(cache=True, nogil=True)

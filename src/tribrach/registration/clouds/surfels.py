@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = [
     "FLAT",
@@ -461,7 +461,8 @@ def surfels_of(
 
 def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
     """Columns of the surfels of cubes with enough points, and which of them are flat."""
-    table = _fitted(cells.moments)
+    table = np.empty((len(cells), 18))
+    in_threads(_fitted, len(cells), cells.moments, table)
     center = cells.middles + table[:, :3]
     normal = table[:, 3:6]
     away = np.einsum("ni,ni->n", normal, eye - center) < 0
@@ -475,11 +476,10 @@ def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.
     return (center, normal, cells.moments[:, 0], thickness, width, size, spread), flat
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _fitted(moments):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _fitted(first, last, moments, out):  # type: ignore[no-untyped-def]
     """Mean from the middle, normal, thickness, widths and spread (m, 18) of cubes."""
-    out = np.empty((len(moments), 18))
-    for n in prange(len(moments)):
+    for n in range(first, last):
         m = moments[n]
         count = m[0]
         mean = m[1:4] / count
@@ -498,4 +498,3 @@ def _fitted(moments):  # type: ignore[no-untyped-def]
         out[n, 7] = np.sqrt(max(values[1], 1e-12))
         out[n, 8] = np.sqrt(max(values[2], 1e-12))
         out[n, 9:] = spread.ravel()
-    return out

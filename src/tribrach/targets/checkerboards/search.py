@@ -18,7 +18,7 @@ from tribrach._types import Array, Single
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.fit import CheckerboardFit, fit_checkerboard
 from tribrach.targets.detection import Detection, Rejected, lies_on
@@ -127,7 +127,8 @@ def candidates(
     turns = 2 * np.pi * np.arange(GATES.circle_samples) / GATES.circle_samples
     wave = np.stack([np.sin(turns), np.cos(turns), np.sin(2 * turns), np.cos(2 * turns)])
     ranges = image.filled()
-    _score(light, ranges, steps, wave, np.array(GATES.circle_sides), side, image.wraps, score)
+    given = light, ranges, steps, wave, np.array(GATES.circle_sides), side, image.wraps
+    in_threads(_score, len(score), *given, score, least=16)
     rows, columns = np.nonzero(score > GATES.least_strength)
     order = np.argsort(-score[rows, columns], kind="stable")
     kept = _apart(
@@ -155,12 +156,11 @@ def _light(index: NDArray[np.int32], intensity: NDArray[np.float32]) -> Single:
     return light
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _score(light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _score(first, last, light, ranges, steps, wave, radii, side, wraps, out):  # type: ignore[no-untyped-def]
     """Strength of the saddle at every pixel, 0 where there is none."""
-    rows, columns = light.shape
-    for i in prange(rows):
-        for j in range(columns):
+    for i in range(first, last):
+        for j in range(light.shape[1]):
             r = ranges[i, j]
             if not r > _NEAREST_M:
                 continue

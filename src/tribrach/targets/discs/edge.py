@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.targets.prints.edges import BLURS, LightOfDistance, at_distance, noise_of_colours
 from tribrach.targets.prints.edges import GATES as LIGHT
 
@@ -31,6 +31,9 @@ __all__ = [
     "posterior",
     "solve",
 ]
+
+#: a thread for each so many points at one node of a row of the grid
+_EACH = 50_000
 
 
 @dataclass(frozen=True)
@@ -511,7 +514,8 @@ def _closed_in(
         for k, table in enumerate(told):
             scale = 1 / (table.step * blurs[k])
             for m, radius in enumerate(radii):
-                _score(flat, radius, table.log, scale, nodes[0], nodes[1], score[k, m])
+                given = flat, radius, table.log, scale, nodes[0], nodes[1], score[k, m]
+                in_threads(_score, len(nodes[0]), *given, least=1 + _EACH // flat.size)
             score[k] -= 0.5 * (np.log(BLURS[k]) / LIGHT.blur_log_sigma) ** 2
         weight = np.exp(score - score.max()).sum(axis=(0, 1))
         weight /= weight.sum()
@@ -528,10 +532,10 @@ def _closed_in(
     return mean, covariance
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _score(flat, radius, log, scale, xs, ys, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _score(first, last, flat, radius, log, scale, xs, ys, out):  # type: ignore[no-untyped-def]
     """Log-likelihood of every centre; ``scale`` are steps of the tables in a metre."""
-    for i in prange(len(xs)):
+    for i in range(first, last):
         for j in range(len(ys)):
             total = 0.0
             for n in range(len(flat)):

@@ -18,7 +18,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.discs.fit import DiscFit, fit_disc
@@ -117,7 +117,8 @@ def candidates(
     turns = 2 * np.pi * np.arange(GATES.circle_samples) / GATES.circle_samples
     wave = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     score = np.zeros(image.shape, dtype=np.float32)
-    _score(light, ranges, steps, wave, radius, _least_spread(intensity), image.wraps, score)
+    given = light, ranges, steps, wave, radius, _least_spread(intensity), image.wraps
+    in_threads(_score, len(score), *given, score, least=16)
     rows, columns = np.nonzero(score > GATES.least_strength)
     strength = score[rows, columns].astype(float)
     order = np.argsort(-strength, kind="stable")
@@ -141,12 +142,11 @@ def _least_spread(intensity: NDArray[np.float32]) -> float:
     return max(GATES.least_spread_share * float(high - low), 1e-12)
 
 
-@njit(cache=True, parallel=True, nogil=True)
-def _score(light, ranges, steps, wave, radius, least, wraps, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _score(first, last, light, ranges, steps, wave, radius, least, wraps, out):  # type: ignore[no-untyped-def]
     """Strength of the spot around every pixel that is looked at, 0 where there is none."""
-    rows, columns = light.shape
-    for i in prange(rows):
-        for j in range(columns):
+    for i in range(first, last):
+        for j in range(light.shape[1]):
             r = ranges[i, j]
             if not r > _NEAREST_M:
                 continue

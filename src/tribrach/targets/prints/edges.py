@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.special import erf, ndtr
 
 from tribrach._types import Array
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 from tribrach.statistics import robust_sigma
 
 __all__ = [
@@ -32,6 +32,9 @@ __all__ = [
     "noise_of_colours",
     "usual_noise",
 ]
+
+#: a thread for each so many points at one node of a row of the grid
+_EACH = 50_000
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,8 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
         for k, table in enumerate(told):
             scale = 1 / (points.blur * BLURS[k])
             lot = points.along, points.across, table.log, table.step, scale
-            _score(*lot, nodes[0], nodes[1], score[k])
+            given = *lot, nodes[0], nodes[1], score[k]
+            in_threads(_score, len(nodes[0]), *given, least=1 + _EACH // points.along.size)
             score[k] -= 0.5 * (np.log(BLURS[k]) / GATES.blur_log_sigma) ** 2
         weight = np.exp(score - score.max()).sum(axis=0)
         mean, covariance = _moments(weight / weight.sum(), nodes[0], nodes[1])
@@ -282,10 +286,10 @@ def at_distance(log, n, distance):  # type: ignore[no-untyped-def]
     return log[n, k] + (place - k) * (log[n, k + 1] - log[n, k])
 
 
-@njit(cache=True, nogil=True, parallel=True)
-def _score(along, across, log, step, scale, shifts, turns, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def _score(first, last, along, across, log, step, scale, shifts, turns, out):  # type: ignore[no-untyped-def]
     """Log-likelihood of every shift and turn; ``scale`` is one over the blur."""
-    for i in prange(len(shifts)):
+    for i in range(first, last):
         for j in range(len(turns)):
             total = 0.0
             for n in range(len(along)):
