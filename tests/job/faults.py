@@ -1,7 +1,8 @@
 """Runs a project with a fault at a chosen write: ``python -m tests.job.faults PROJECT WHAT N``.
 
 ``count`` says how many names are given and how many writes are made; ``before`` and ``after`` kill
-the process at the N-th name, ``full`` lets the disk be full from the N-th write on. Everything that
+the process at the N-th name, ``searched`` when the targets of N scans are noted, ``full`` lets the
+disk be full from the N-th write on. Everything that
 is written in Python passes the hooks; what the library of E57 files writes itself does not.
 """
 
@@ -12,6 +13,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from typer.testing import CliRunner
@@ -34,8 +36,15 @@ class Faults:
             replace(*arguments, **options)
             if (self.what, self.number) == ("after", self.names):
                 os.kill(os.getpid(), signal.SIGKILL)
+            if self.what == "searched" and self._searched(arguments[1]) == self.number:
+                os.kill(os.getpid(), signal.SIGKILL)
 
         return named
+
+    @staticmethod
+    def _searched(given: Any) -> int:
+        """Scans whose targets are noted beside the file that was just named."""
+        return len(list(Path(given).parent.glob("targets-*.json")))
 
     def open(self, opened: Callable[..., Any]) -> Callable[..., Any]:
         """``open`` and ``os.fdopen`` whose files may be on a full disk."""

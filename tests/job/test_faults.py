@@ -1,8 +1,10 @@
 """A run that is killed or meets a full disk leaves nothing wrong behind; another run is whole."""
 
 import random
+import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,17 +26,23 @@ def strike(project: Path, what: str, number: int) -> subprocess.CompletedProcess
     )
 
 
+def kept(project: Path, folder: Path) -> Path:
+    """The project with what there is of results, in a folder of its own."""
+    shutil.copytree(project.parent, folder)
+    return folder / project.name
+
+
 def counted(project: Path, folder: Path) -> tuple[int, int]:
     """Names that an undisturbed run gives, and writes that it makes."""
-    done = strike(copied(project, folder), "count", 0)
+    done = strike(kept(project, folder), "count", 0)
     assert done.returncode == 0, done.stderr
     names, writes = done.stdout.split()
     return int(names), int(writes)
 
 
-def checked(project: Path, folder: Path, whole: dict[str, bytes], what: str, number: int) -> None:
-    """Strike once, look at what is left, run again: everything is as if nothing had happened."""
-    disturbed = copied(project, folder)
+def struck(project: Path, folder: Path, what: str, number: int) -> Path:
+    """A project whose run was disturbed once; nothing but a kill leaves something behind."""
+    disturbed = kept(project, folder)
     done = strike(disturbed, what, number)
     if what == "full":
         assert done.returncode == 2
@@ -44,8 +52,19 @@ def checked(project: Path, folder: Path, whole: dict[str, bytes], what: str, num
         assert not list(disturbed.parent.rglob("*.part"))
     else:
         assert done.returncode == -9, (done.stdout, done.stderr)
+    return disturbed
+
+
+def checked(project: Path, folder: Path, whole: dict[str, bytes], what: str, number: int) -> None:
+    """Strike once, look at what is left, run again: everything is as if nothing had happened."""
+    disturbed = struck(project, folder, what, number)
     finish_here(disturbed)
     assert results(disturbed) == whole, (what, number)
+
+
+def searched(project: Path) -> int:
+    """How many scans have been searched for targets."""
+    return len(list(project.parent.glob("out/.tribrach/targets-*.json")))
 
 
 def test_four_faults(job: Path, tmp_path: Path) -> None:
@@ -59,9 +78,10 @@ def test_four_faults(job: Path, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def laboratory(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Another survey, placed by resection; the project file."""
-    folder = tmp_path_factory.mktemp("laboratory")
-    return write_twin(build("newcastle-lab", 10_000, 1), folder, truth=0)
+    """Another survey, placed by resection on checkerboards; the project file."""
+    twin = build("newcastle-lab", 10_000, 1)
+    scans = [one for one in twin.scans if one.name.endswith("-targets")]
+    return write_twin(replace(twin, scans=scans), tmp_path_factory.mktemp("laboratory"), truth=0)
 
 
 #: surveys, and the formats of their clouds
@@ -77,10 +97,20 @@ def test_killed_at_every_file(
     undisturbed = copied(project, tmp_path / "whole")
     finish_here(undisturbed)
     whole = results(undisturbed)
+    number = 0
+    while searched(project) < searched(undisturbed):
+        number += 1
+        checked(project, tmp_path / f"before{number}", whole, "before", number)
+        disturbed = struck(project, tmp_path / f"after{number}", "after", number)
+        if searched(disturbed) == searched(undisturbed):
+            # finding targets takes longest: the names after it are met by runs that begin here
+            project = kept(disturbed, tmp_path / "searched")
+        finish_here(disturbed)
+        assert results(disturbed) == whole, ("after", number)
     names, _ = counted(project, tmp_path / "counted")
     for number in range(1, names + 1):
         for what in ("before", "after"):
-            checked(project, tmp_path / f"{what}{number}", whole, what, number)
+            checked(project, tmp_path / f"later-{what}{number}", whole, what, number)
 
 
 @pytest.mark.slow
@@ -93,8 +123,10 @@ def test_disk_full_at_many_writes(
     undisturbed = copied(project, tmp_path / "whole")
     finish_here(undisturbed)
     whole = results(undisturbed)
-    _, writes = counted(project, tmp_path / "counted")
-    numbers = set(range(1, min(20, writes) + 1))
-    numbers |= set(random.Random(kind).sample(range(1, writes + 1), min(100, writes)))
-    for number in sorted(numbers):
+    for number in range(1, 21):
         checked(project, tmp_path / str(number), whole, "full", number)
+    scans = searched(undisturbed)
+    project = struck(project, tmp_path / "searched", "searched", scans)
+    _, writes = counted(project, tmp_path / "counted")
+    for number in sorted(random.Random(kind).sample(range(1, writes + 1), min(100, writes))):
+        checked(project, tmp_path / f"later{number}", whole, "full", number)
