@@ -104,9 +104,10 @@ def imported(file: Path) -> set[str]:
             names.update(f"{node.module}.{one.name}" for one in node.names)
         elif isinstance(node, ast.Import):
             names.update(one.name for one in node.names)
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) == "import_module":
+            names.update(one.value for one in node.args if isinstance(one, ast.Constant))
         for child in ast.iter_child_nodes(node):
-            if not isinstance(child, ast.expr):
-                visit(child)
+            visit(child)
 
     visit(ast.parse(file.read_text()))
     return {name for name in names if name in versions._files()}

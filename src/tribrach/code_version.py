@@ -35,6 +35,7 @@ _ROOT = Path(__file__).resolve().parent
 _UNUSED = re.compile(r"^if TYPE_CHECKING:\n(?:(?:[ \t]+.*)?\n)+", re.MULTILINE)
 _FROM = re.compile(r"^[ \t]*from ([\w.]+) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 _IMPORT = re.compile(r"^[ \t]*import ([^\n#]+)", re.MULTILINE)
+_NAMED = re.compile(r'import_module\(\s*"([\w.]+)"')
 _COMPUTED = re.compile(rf'import_module\(\s*f"({_PACKAGE}(?:\.\w+)*)\.\{{')
 
 #: libraries whose distribution has another name
@@ -109,6 +110,8 @@ def _module(name: str) -> _Module | None:
     for names in _IMPORT.findall(used):
         for one in names.split(","):
             _sort(one.split()[0], (), modules, libraries)
+    for origin in _NAMED.findall(used):
+        _sort(origin, (), modules, libraries)
     for package in _COMPUTED.findall(used):
         modules |= {name for name in _files() if name.rpartition(".")[0] == package}
     digest = hashlib.blake2b(text.encode(), digest_size=20).hexdigest()
