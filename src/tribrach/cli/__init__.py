@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from importlib import import_module
@@ -23,6 +24,8 @@ def main() -> None:
     # whatever the number of processors, unless somebody asks for more threads
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # what loading makes stays for good: the command looks for garbage once its modules are there
+    gc.disable()
     try:
         # loaded here, so that Ctrl-C ends the command in order from its first moment
         import_module("tribrach.cli.commands").app()

@@ -6,6 +6,7 @@ and draws with takes seconds to load, and no other command waits for it.
 
 from __future__ import annotations
 
+import gc
 from functools import cached_property
 from importlib import import_module
 from typing import Annotated, Any
@@ -96,7 +97,11 @@ class LoadedWhenCalled(TyperCommand):
             alone = typer.Typer(add_completion=False)
             alone.command(self.name)(command)
             command = alone
-        return typer.main.get_command(command)
+        made = typer.main.get_command(command)
+        if not gc.isenabled():  # cli.main waits for the modules, which are no garbage ever
+            gc.freeze()
+            gc.enable()
+        return made
 
     def make_context(self, info_name: Any, args: Any, parent: Any = None, **extra: Any) -> Any:
         """The context of the command itself, which does everything from here on."""
