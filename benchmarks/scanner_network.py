@@ -181,7 +181,7 @@ def measure(stations: float, targets: float) -> Iterator[Figure]:
         adjustment.family_covariances("pose")
         return adjustment.state, adjustment.family_covariances("point")
 
-    (state, covariances), cost = cost_of(ours)
+    (state, covariances), cost = cost_of(ours, 2)
     size = f"{stations:.0f} stations, {targets:.0f} targets, {network.count()} values"
     other, theirs = cost_of(lambda: by_scipy(network))
     apart = np.abs(other.positions - state.positions).max()
