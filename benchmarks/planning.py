@@ -113,8 +113,8 @@ def measure(stations: float, targets: float, places: float) -> Iterator[Figure]:
         now = prospect_for(base, criterion, [further])
         return now, join(coming(base, now, further, groups))
 
-    (now, blocks), prepared = cost_of(prepare)
-    values, judged = cost_of(lambda: now.judge(blocks).value)
+    (now, blocks), prepared = cost_of(prepare, 2)
+    values, judged = cost_of(lambda: now.judge(blocks).value, 2)
     apart, wall, processor = 0.0, 0.0, 0.0
     for k in range(PEER):
         wide = candidates(hall(stations, targets)[0], at, where[k : k + 1]).network()

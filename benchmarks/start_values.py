@@ -75,9 +75,9 @@ def scanners(stations: int, targets: int, seen: int = 8) -> tuple[Survey, np.nda
 def found(name: str, survey: Survey, truth: np.ndarray) -> Figure:
     """Find start values of a network."""
     network = survey.network()
-    state, cost = cost_of(lambda: find_start(network))
+    state, cost = cost_of(lambda: find_start(network), 2)
     assembly = Assembly(network.with_start(state))
-    _, design = cost_of(lambda: assembly.design(state))
+    _, design = cost_of(lambda: assembly.design(state), 3)
     error = np.linalg.norm(state.points - truth, axis=1).max()
     told = f"errors up to {error:.3f} m"
     return Figure("start values from nothing", name, cost, "one linearisation", design, told)
