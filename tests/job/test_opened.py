@@ -67,10 +67,13 @@ def test_a_run_with_targets_and_planes_opens_each_survey_file_once(tmp_path: Pat
     assert "[registration]" not in text
     path.write_text(text + '\n[registration]\nby = ["targets", "planes"]\n')
     count = run(path)
-    survey = {name: n for name, n in count.items() if not name.startswith("scans")}
+    # the truth is no survey: it is checked before scans are read, and used at the end
+    assert {n for name, n in count.items() if name.startswith("truth")} <= {1, 2}
+    assert "truth/truth.json" in count
+    others = ("scans", "truth")
+    survey = {name: n for name, n in count.items() if not name.startswith(others)}
     written = {p.name for p in path.parent.glob("*.csv")}
     assert path.name in survey
-    assert "truth/truth.json" in survey
     assert written <= survey.keys() | {"sites.csv"}
     assert set(survey.values()) == {1}, survey
 

@@ -49,6 +49,19 @@ class DenseCofactor(Cofactor):
         out: Array = self.matrix[np.asarray(i), np.asarray(j)]
         return out
 
+    def blocks(self, columns: Index) -> Array:
+        """Blocks (n, m, m) of Q for groups of columns (n, m); zero where a column is negative."""
+        there = columns >= 0
+        out: Array = self.matrix[columns[:, :, None], columns[:, None, :]]
+        return np.where(there[:, :, None] & there[:, None, :], out, 0.0)
+
+    def forms(self, columns: sp.csc_array, width: int) -> Array:
+        """``B_g^T Q B_g`` (k, width, width) of sparse columns (u, k * width), group by group."""
+        count = columns.shape[1] // width
+        grouped = columns.toarray().T.reshape(count, width, len(self.matrix))
+        out: Array = grouped @ self.matrix @ grouped.swapaxes(1, 2)
+        return out
+
     def multiplier_covariance(self) -> Array:
         """Not defined for a minimum norm: zeros (q, q)."""
         return np.zeros((self.n_constraints, self.n_constraints))
