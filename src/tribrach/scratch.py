@@ -16,7 +16,9 @@ from filelock import FileLock, Timeout
 
 __all__ = ["is_scratch", "scratch_folder"]
 
-_PREFIX, _LOCK = "tribrach-scratch-", "lock"
+_PREFIX, _LOCK, _CONTENT = "tribrach-scratch-", "lock", "content"
+#: folders that are made until one of them can be locked
+_TRIES = 20
 
 
 @contextmanager
@@ -34,18 +36,28 @@ def scratch_folder() -> Iterator[Path]:
         There is no place for it.
     """
     _remove_abandoned(Path(tempfile.gettempdir()))
-    # the lock is beside the content, which belongs to whoever works in it
-    outer = Path(tempfile.mkdtemp(prefix=_PREFIX))
-    lock = FileLock(outer / _LOCK)
+    outer, lock = _locked()
     try:
-        lock.acquire(blocking=False)
-        content = outer / "content"
-        content.mkdir()
-        yield content
+        yield outer / _CONTENT
     finally:
         # Windows does not remove a file that is open
         lock.release()
         shutil.rmtree(outer, ignore_errors=True)
+
+
+def _locked() -> tuple[Path, FileLock]:
+    """A new folder with its lock, which is beside the content: that is for whoever works in it."""
+    for _ in range(_TRIES):
+        outer = Path(tempfile.mkdtemp(prefix=_PREFIX))
+        lock = FileLock(outer / _LOCK)
+        # another process may find the folder before it is locked, and take it for abandoned
+        with suppress(FileNotFoundError, Timeout):
+            lock.acquire(blocking=False)
+            (outer / _CONTENT).mkdir()
+            return outer, lock
+        lock.release()
+        shutil.rmtree(outer, ignore_errors=True)
+    raise OSError(f"no folder in {tempfile.gettempdir()} could be locked {_TRIES} times")
 
 
 def is_scratch(path: Path) -> bool:
@@ -71,5 +83,8 @@ def _remove_abandoned(folder: Path) -> None:
         lock = FileLock(outer / _LOCK)
         with suppress(OSError, Timeout):
             lock.acquire(blocking=False)
+            # held meanwhile, so that whoever is just making the folder sees that it is gone
+            shutil.rmtree(outer, ignore_errors=True)
             lock.release()
+            # Windows does not remove a file that is open
             shutil.rmtree(outer, ignore_errors=True)

@@ -1,6 +1,7 @@
 """Commands that are asked to end, that meet another run, or whose files change while they work."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from filelock import FileLock, Timeout
 
 from tests.job.test_killed import job as job
 from tribrach.errors import InputError
@@ -134,6 +136,32 @@ def test_what_killed_processes_left_is_removed(
             left = set(tmp_path.iterdir()) - {folder.parent}
             assert [(path / "content" / "big").stat().st_size for path in left] == [1000]
         other.kill()
+
+
+@pytest.mark.parametrize("removed", [False, True])
+def test_a_folder_that_another_process_takes_for_abandoned(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, removed: bool
+) -> None:
+    """Between the making of a folder and its lock somebody may come and remove it."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    acquire, turns = FileLock.acquire, []
+
+    def late(lock: FileLock, **options: object) -> object:
+        turns.append(lock)
+        if len(turns) > 2:
+            return acquire(lock, **options)
+        if not removed:
+            raise Timeout(lock.lock_file)
+        taken = acquire(lock, **options)
+        shutil.rmtree(Path(lock.lock_file).parent)
+        return taken
+
+    monkeypatch.setattr(FileLock, "acquire", late)
+    with scratch_folder() as folder:
+        assert folder.is_dir()
+        assert list(tmp_path.iterdir()) == [folder.parent]
+    assert len(turns) == 3
+    assert not list(tmp_path.iterdir())
 
 
 def test_two_runs_in_one_folder(job: Path, tmp_path: Path) -> None:
