@@ -25,7 +25,12 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index, Mask
 from tribrach.kernels import njit
-from tribrach.network.selected_inverse import look_up, look_up_blocks, selected_inverse
+from tribrach.network.selected_inverse import (
+    look_up,
+    look_up_blocks,
+    selected_inverse,
+    stored,
+)
 from tribrach.network.sparse_solution import column_products, half_solutions, roots, solutions
 
 AnyIndex = NDArray[np.integer]
@@ -431,11 +436,11 @@ def _point_blocks(  # type: ignore[no-untyped-def]
                 if not is_point[i] and not is_point[j]:
                     found = q_rest[a, b]
                 elif is_point[i] and is_point[j]:
-                    found = _within_row(p_first, p_index, own, a, b)
+                    found = stored(p_first, p_index, own, a, b)
                 elif is_point[i]:
-                    found = _within_row(y_first, y_index, mixed, a, b)
+                    found = stored(y_first, y_index, mixed, a, b)
                 else:
-                    found = _within_row(y_first, y_index, mixed, b, a)
+                    found = stored(y_first, y_index, mixed, b, a)
                 out[k, p, q] = out[k, q, p] = found * scale[i] * scale[j]
     return out
 
@@ -445,23 +450,8 @@ def _within_rows(indptr, indices, data, i, j):  # type: ignore[no-untyped-def]
     """Elements of compressed rows, their columns in order; NaN where none is stored."""
     out = np.empty(len(i))
     for k in range(len(i)):
-        out[k] = _within_row(indptr, indices, data, i[k], j[k])
+        out[k] = stored(indptr, indices, data, i[k], j[k])
     return out
-
-
-@njit(cache=True)
-def _within_row(indptr, indices, data, i, j):  # type: ignore[no-untyped-def]
-    """Element of a compressed row by bisection."""
-    a, b = indptr[i], indptr[i + 1]
-    while a < b:
-        middle = (a + b) // 2
-        if indices[middle] < j:
-            a = middle + 1
-        else:
-            b = middle
-    if a < indptr[i + 1] and indices[a] == j:
-        return data[a]
-    return np.nan
 
 
 @njit(cache=True)

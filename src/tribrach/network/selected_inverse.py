@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.kernels import njit
 
-__all__ = ["look_up", "look_up_blocks", "selected_inverse"]
+__all__ = ["look_up", "look_up_blocks", "selected_inverse", "stored"]
 
 Index = NDArray[np.integer]
 
@@ -202,17 +202,21 @@ def _look_up(indptr, indices, value, diagonal, row, column):  # type: ignore[no-
 @njit(cache=True)
 def _look_up_one(indptr, indices, value, diagonal, i, j):  # type: ignore[no-untyped-def]
     """An entry with row >= column by bisection of its column."""
-    if i == j:
-        return diagonal[i]
-    a, b = indptr[j], indptr[j + 1]
+    return diagonal[i] if i == j else stored(indptr, indices, value, j, i)
+
+
+@njit(cache=True)
+def stored(indptr, indices, data, i, j):  # type: ignore[no-untyped-def]
+    """Element of a compressed row by bisection of its columns; NaN where none is stored."""
+    a, b = indptr[i], indptr[i + 1]
     while a < b:
         middle = (a + b) // 2
-        if indices[middle] < i:
+        if indices[middle] < j:
             a = middle + 1
         else:
             b = middle
-    if a < indptr[j + 1] and indices[a] == i:
-        return value[a]
+    if a < indptr[i + 1] and indices[a] == j:
+        return data[a]
     return np.nan
 
 
