@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 import laspy
+import lazrs
 import numpy as np
 import pytest
 
@@ -148,3 +149,22 @@ def test_files_that_ended_the_process(name: str, shared_data: Path) -> None:
     for path in sorted(folder.glob("*.laz")):
         with pytest.raises(InputError, match=path.name):
             read_all(path)
+
+
+@pytest.mark.parametrize("length", [2**31 - 1, -5])
+def test_a_table_of_chunks_longer_than_the_file(
+    length: int, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Points that lie one after another have no layers; their decoder believed the table."""
+    path = cloud(tmp_path / "a.laz", 1)
+    with path.open("r+b") as file:
+        with laspy.open(file, closefd=False) as las:
+            begin = las.header.offset_to_point_data
+            vlr = lazrs.LazVlr(las.header.vlrs.get("LasZipVlr")[0].record_data)
+        file.seek(begin)
+        file.seek(int.from_bytes(file.read(8), "little"))
+        file.truncate()
+        lazrs.write_chunk_table(file, [(700, length % 2**64)], vlr)
+    with pytest.raises(InputError, match=r"table of chunks tells of more bytes than the"):
+        read_all(path)
+    assert capfd.readouterr().err == ""

@@ -90,8 +90,10 @@ def check_header(path: Path) -> None:
             zipped = _laszip(file, length, records, begin, path)
             zipped.check(width, size, path)
             end = _check_chunks(file, begin, size, zipped.chunks_of(_points(head)), path)
+            lengths = None if end is None else _chunk_lengths(file, zipped, begin, end, path)
             if zipped.layered:
-                _check_layers(file, zipped, begin, end, _points(head), path)
+                last = size if end is None else end
+                _check_layers(file, zipped, begin, last, lengths, _points(head), path)
 
 
 def _check_extended(file: BinaryIO, head: bytes, size: int, path: Path) -> None:
@@ -226,19 +228,33 @@ def _points(head: bytes) -> int:
     return int(struct.unpack_from("<I", head, 107)[0])
 
 
+def _chunk_lengths(file: BinaryIO, zipped: _LasZip, begin: int, end: int, path: Path) -> list[int]:
+    """Bytes of each chunk as the table at the end says; they must fit before it.
+
+    lazrs reserves them before it reads.
+    """
+    file.seek(begin)
+    table = lazrs.read_chunk_table(file, lazrs.LazVlr(zipped.record))
+    lengths = [int(length) for _, length in table]
+    room = end - begin - 8
+    if sum(lengths) > room:
+        raise _refused(f"its table of chunks tells of more bytes than the {room} before it", path)
+    return lengths
+
+
 def _check_layers(
-    file: BinaryIO, zipped: _LasZip, begin: int, end: int | None, points: int, path: Path
+    file: BinaryIO,
+    zipped: _LasZip,
+    begin: int,
+    last: int,
+    lengths: list[int] | None,
+    points: int,
+    path: Path,
 ) -> None:
     """Refuse layers that reach beyond their chunk, and a table that tells of other chunks.
 
     lazrs reserves what the beginning of a chunk says before it reads it.
     """
-    lengths: list[int] | None = None
-    if end is not None:
-        file.seek(begin)
-        table = lazrs.read_chunk_table(file, lazrs.LazVlr(zipped.record))
-        lengths = [int(length) for _, length in table]
-    last = path.stat().st_size if end is None else end
     at, number, told = begin + 8, 0, 0
     form = f"<{1 + zipped.layers}I"
     fixed = zipped.width + struct.calcsize(form)
