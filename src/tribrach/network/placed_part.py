@@ -45,17 +45,18 @@ def placed_part(survey: Survey) -> Survey:
     """
     if not survey.leaves_out_unplaced:
         return survey
-    part = survey
-    everywhere = set(survey.network().start.layout.names["point"])
+    part, network = survey, survey.network()
+    everywhere = set(network.start.layout.names["point"])
     for _ in range(_ROUNDS):
         try:
-            find_start(part.network())
+            find_start(network)
         except NoStartValues as error:
             left_out = {name for family, name in error.unplaced if family == "point"}
-            kept = {*part.network().start.layout.names["point"]} - left_out
+            kept = {*network.start.layout.names["point"]} - left_out
             if not left_out or 2 * len(kept) <= len(everywhere):
                 raise
             part = _without(part, left_out)
+            network = part.network()
         else:
             break
     return part

@@ -77,7 +77,7 @@ class ObservationTable:
         for reference in self.kind.references():
             if reference.family == family and reference.name in self.columns:
                 column = np.ravel(self.columns[reference.name])
-                out.update(dict.fromkeys(str(name) for name in column if name))
+                out.update({str(name): None for name in dict.fromkeys(column.tolist()) if name})
         return out.keys()
 
     def active(self) -> ObservationTable:
@@ -287,7 +287,10 @@ def check_columns(
                 record=first,
                 cure="give one name for each",
             )
-        for k, name in enumerate(names.ravel()):
+        flat = names.ravel().tolist()
+        if {*map(type, flat)} <= {str} and (reference.optional or "" not in flat):
+            continue
+        for k, name in enumerate(flat):
             if reference.optional and not name:
                 continue
             if not isinstance(name, str) or not name:
@@ -343,7 +346,8 @@ def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTa
         for reference in table.kind.references():
             if reference.name not in table.columns:
                 continue
-            used = dict.fromkeys(n for n in table.columns[reference.name].ravel() if n)
+            used = dict.fromkeys(table.columns[reference.name].ravel().tolist())
+            used.pop("", None)
             if reference.family == "position":
                 names["point"] |= {n: None for n in used if n not in names["pose"]}
             else:
@@ -414,8 +418,8 @@ def _build(
 
 def _indices(layout: Layout, family: Family, names: NDArray[Any]) -> NDArray[np.int64]:
     """Indices of names in a family; "" gives -1."""
-    find = layout.position_index if family == "position" else lambda n: layout.index(family, n)
-    index = [find(name) if name else -1 for name in names.ravel()]
+    numbers = {**layout.numbers(family), "": -1}
+    index = [numbers[name] for name in names.ravel().tolist()]
     return np.array(index, dtype=np.int64).reshape(names.shape)
 
 
@@ -1026,8 +1030,10 @@ class Survey:
 
     def _start(self, layout: Layout) -> State:
         start = State.blank(layout)
-        for name, given in self.points.items():
-            start.points[layout.index("point", name)] = given.xyz
+        if self.points:
+            numbers = layout.numbers("point")
+            index = [numbers[name] for name in self.points]
+            start.points[index] = [given.xyz for given in self.points.values()]
         for name, station in self.stations.items():
             start.pose_t[layout.index("pose", name)] = station.translation
             start.pose_r[layout.index("pose", name)] = station.rotation
@@ -1045,11 +1051,12 @@ class Survey:
         """Free columns, and columns that carry the datum if the survey marks any."""
         free = np.ones(layout.size, dtype=bool)
         datum = np.zeros(layout.size, dtype=bool)
-        for name, given in self.points.items():
-            columns = layout.columns("point", layout.index("point", name))
-            free[columns] = given.free
+        numbers = layout.numbers("point")
+        columns = layout.columns("point", np.array([numbers[name] for name in self.points]))
+        for place, given in zip(columns, self.points.values(), strict=True):
+            free[place] = given.free
             if given.datum is not None:
-                datum[columns] = given.datum
+                datum[place] = given.datum
         for name, station in self.stations.items():
             free[layout.columns("pose", layout.index("pose", name))] = station.free
         for name, (_, is_free) in self.vectors.items():

@@ -18,7 +18,11 @@ from tribrach.errors import InputError
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations
 
-__all__ = ["SurveyRows"]
+__all__ = ["Row", "SurveyRows"]
+
+
+#: value, sigma, source and columns of an observation
+Row = tuple[Any, float, str, tuple[Any, ...]]
 
 
 @dataclass
@@ -28,24 +32,22 @@ class _Table:
     kind: type[Observations]
     group: str
     hard: bool
-    values: list[Any] = field(default_factory=list)
-    sigmas: list[float] = field(default_factory=list)
-    sources: list[str] = field(default_factory=list)
-    columns: dict[str, list[Any]] = field(default_factory=dict)
+    names: tuple[str, ...]
+    rows: list[Row] = field(default_factory=list)
     places: list[tuple[int, int] | None] = field(default_factory=list)
 
     def into(self, survey: Survey, rows: slice) -> int:
         """Add some of the rows; the number of their table."""
+        values, sigmas, sources, items = zip(*self.rows[rows], strict=True)
+        columns = map(list, zip(*items, strict=True))
         return survey.add(
             self.kind,
-            values=self.values[rows],
-            sigma=None
-            if self.hard
-            else np.array(self.sigmas[rows])[:, None] * np.ones(len(self.kind.units)),
-            source=self.sources[rows],
+            values=list(values),
+            sigma=None if self.hard else np.array(sigmas)[:, None] * np.ones(len(self.kind.units)),
+            source=sources,
             group=self.group,
             hard=self.hard,
-            **{name: column[rows] for name, column in self.columns.items()},
+            **dict(zip(self.names, columns, strict=True)),
         )
 
 
@@ -63,9 +65,6 @@ class SurveyRows:
         self._tables: dict[tuple[Any, ...], _Table] = {}
         #: table and row in it of each
         self._rows: list[tuple[_Table, int]] = []
-
-    def __len__(self) -> int:
-        return len(self._rows)
 
     def add(
         self,
@@ -102,18 +101,35 @@ class SurveyRows:
         int
             Its number, for :meth:`places`.
         """
-        key = (kind, group, hard, *columns)
-        table = self._tables.get(key)
-        if table is None:
-            table = self._tables[key] = _Table(kind, group, hard)
-            table.columns = {name: [] for name in columns}
-        for name, item in columns.items():
-            table.columns[name].append(item)
-        table.values.append(value)
-        table.sigmas.append(sigma)
-        table.sources.append(source)
-        self._rows.append((table, len(table.sources) - 1))
+        table = self._table(kind, group, hard, tuple(columns))
+        table.rows.append((value, sigma, source, tuple(columns.values())))
+        self._rows.append((table, len(table.rows) - 1))
         return len(self._rows) - 1
+
+    def table(self, kind: type[Observations], names: tuple[str, ...]) -> list[Row]:
+        """Rows of a kind, to which a reader of many appends what has no number to be told.
+
+        Parameters
+        ----------
+        kind : type[Observations]
+            Its class.
+        names : tuple of str
+            The kind's own fields, in the order of the items of each row.
+
+        Returns
+        -------
+        list
+            Of ``(value, sigma, source, items)``, as :meth:`add` takes them.
+        """
+        return self._table(kind, "", hard=False, names=names).rows
+
+    def _table(
+        self, kind: type[Observations], group: str, hard: bool, names: tuple[str, ...]
+    ) -> _Table:
+        key = (kind, group, hard, *names)
+        if key not in self._tables:
+            self._tables[key] = _Table(kind, group, hard, names)
+        return self._tables[key]
 
     def settle(self, refuse: Callable[[str, InputError], None]) -> None:
         """Give the rows to the survey.
@@ -125,7 +141,9 @@ class SurveyRows:
             are in it.
         """
         for table in self._tables.values():
-            n = len(table.sources)
+            n = len(table.rows)
+            if n == 0:
+                continue
             try:
                 number = table.into(self._survey, slice(None))
             except InputError:
@@ -140,7 +158,7 @@ class SurveyRows:
         try:
             return table.into(self._survey, slice(row, row + 1)), 0
         except InputError as error:
-            refuse(table.sources[row], error)
+            refuse(table.rows[row][2], error)
             return None
 
     def places(self, rows: Sequence[int]) -> list[tuple[int, int]] | None:

@@ -89,6 +89,14 @@ class Layout:
         """Index of a name within its family; KeyError if there is none."""
         return self._index[family][name]
 
+    def numbers(self, family: str) -> dict[str, int]:
+        """Index of each name of a family; of positions, points first."""
+        if family != "position":
+            return self._index[family]
+        points = self._index["point"]
+        poses = {name: len(points) + index for name, index in self._index["pose"].items()}
+        return {**poses, **points}
+
     def has(self, family: str, name: str) -> bool:
         """True if the family has an unknown of this name."""
         return name in self._index[family]

@@ -24,7 +24,7 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.survey.gama.axes import Axes
 from tribrach.io.survey.gama.element import NAMESPACE, Element, checked
 from tribrach.network.survey import Survey
-from tribrach.network.survey_rows import SurveyRows
+from tribrach.network.survey_rows import Row, SurveyRows
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinate
 from tribrach.observations.gnss import GnssBaselines
@@ -52,12 +52,24 @@ SIGHTS: dict[str, tuple[type[Observations], Needs]] = {
     "s-distance": (SlopeDistances, (True, True, True)),
     "z-angle": (ZenithAngles, (True, True, True)),
 }
-#: sights whose columns are filled at once where they have nothing special
+#: names of elements as files have them, those of older ones without the namespace
+_SPACES = ("", NAMESPACE)
+_POINTS = frozenset(space + "point" for space in _SPACES)
+_SETUPS = frozenset(space + "obs" for space in _SPACES)
+#: sights that become rows without an object for each where they have nothing special
 _PLAIN_SIGHTS: dict[str, type[Observations]] = {
     space + name: SIGHTS[name][0]
-    for space in ("", NAMESPACE)
-    for name in ("direction", "s-distance", "z-angle")
+    for space in _SPACES
+    for name in ("direction", "distance", "s-distance", "z-angle")
 }
+#: their columns, and those of directions, in the order of other sights
+_PLAIN_COLUMNS = ("start", "end", "height_instrument", "height_target", "use", "reason")
+_DIRECTION_COLUMNS = (*_PLAIN_COLUMNS[:4], "orientation", *_PLAIN_COLUMNS[4:])
+#: their attributes as most files have them, in any order
+_PLAIN = frozenset(("to", "val", "stdev", "from_dh", "to_dh"))
+#: and those of their set-ups
+_PLAIN_SETUP = frozenset(("from", "from_dh"))
+_ACTIVE = int(Use.ACTIVE)
 #: numbers of theirs above this are looked at
 _USUAL = 1e6
 _TURN = 2 * np.pi
@@ -199,14 +211,15 @@ def band_matrix(element: Element, size: int) -> NDArray[np.float64]:
     return matrix
 
 
-#: attributes of a sight whose columns are filled without further questions
-_PLAIN = frozenset(("to", "val", "stdev", "from_dh", "to_dh"))
-
-
 def _points(columns: dict[str, Any]) -> list[str]:
     """Names of the points of one observation."""
     keys = ("start", "end", "foresight", "position")
     return [columns[key] for key in keys if key in columns]
+
+
+def _circle(station: str, source: str) -> str:
+    """Name of the orientation unknown of a set-up."""
+    return f"orientation {station} ({source})"
 
 
 def _whole(element: Element, name: str) -> int:
@@ -214,6 +227,98 @@ def _whole(element: Element, name: str) -> int:
     if value != int(value) or value < 0:
         raise element.error(f"{name} is {value:g}", "give a whole number")
     return int(value)
+
+
+_Sight = tuple[type[Observations], Row]
+
+
+class _PlainSights:
+    """Sights that have nothing special, which are most of a large file.
+
+    They are judged by their numbers alone and become rows without an object for each; what is
+    special in any way, a mistake among it, is left to :class:`ObservationReader`.
+
+    Parameters
+    ----------
+    reader
+        Takes the rows.
+    section
+        Gives default standard deviations.
+    """
+
+    def __init__(self, reader: ObservationReader, section: Element) -> None:
+        self._whole, self._hand, self._file = reader.whole, reader.hand, section.file
+        self._rows = reader.rows
+        #: rows of each kind, from its first on
+        self._of: dict[type[Observations], list[Row]] = {}
+        # where it is a number: all others are special
+        self._default = {
+            tag: section.node.get(_DEFAULTS.get(tag.rpartition("}")[2], "distance-stdev"), "")
+            for tag in _PLAIN_SIGHTS
+        }
+
+    def setup(self, node: Any) -> bool:
+        """Take a set-up of nothing but plain sights; False for any other, untouched."""
+        if not _PLAIN_SETUP.issuperset(node.keys()):
+            return False
+        station = node.get("from", "").strip()
+        try:
+            height = float(node.get("from_dh", 0.0))
+        except ValueError:
+            return False
+        if station not in self._whole or not abs(height) < _USUAL:
+            return False
+        circle = _circle(station, f"{self._file}:{node.sourceline}")
+        sights = []
+        for child in node:
+            sight = self.sight(child, station, height, circle)
+            if sight is None:
+                return False
+            sights.append(sight)
+        for sight in sights:
+            self.take(sight)
+        return True
+
+    def sight(self, node: Any, station: str, height: float, circle: str) -> _Sight | None:
+        """A sight from a station with this height and circle, None if it is special."""
+        kind = _PLAIN_SIGHTS.get(node.tag)
+        if kind is None:
+            return None
+        given = dict(node.items())
+        if not _PLAIN.issuperset(given):
+            return None
+        try:
+            end = given["to"].strip()
+            value = float(given["val"])
+            sigma = float(given["stdev"] if "stdev" in given else self._default[node.tag])
+            own, other = float(given.get("from_dh", height)), float(given.get("to_dh", 0.0))
+        except (KeyError, ValueError):
+            return None
+        # NaN is not below anything
+        small = max(abs(value), sigma, abs(own), abs(other)) < _USUAL and sigma > 0 and value > 0
+        if not small or end == station or end not in self._whole:
+            return None
+        source = f"{self._file}:{node.sourceline}"
+        if kind is Directions:
+            value *= GON
+            if value > _TURN:
+                return None
+            columns = (station, end, own, other, circle, _ACTIVE, "")
+            return kind, (self._hand * value % _TURN, sigma * CC, source, columns)
+        unit = MM
+        if kind is ZenithAngles:
+            value, unit = value * GON, CC
+            if value >= np.pi:
+                return None
+        return kind, (value, sigma * unit, source, (station, end, own, other, _ACTIVE, ""))
+
+    def take(self, sight: _Sight) -> None:
+        """Give a sight to the survey."""
+        kind, row = sight
+        if kind not in self._of:
+            names = _DIRECTION_COLUMNS if kind is Directions else _PLAIN_COLUMNS
+            self._of[kind] = self._rows.table(kind, names)
+        self._of[kind].append(row)
 
 
 class ObservationReader:
@@ -239,7 +344,7 @@ class ObservationReader:
         #: clusters with their matrices, which are given to the survey behind the observations
         self._matrices: list[tuple[GamaCluster, Element, NDArray[np.float64]]] = []
         #: points whose coordinates are all part of the network
-        self._whole = {name for name, own in used.items() if own.all()}
+        self.whole = {name for name, own in used.items() if own.all()}
         #: sources of the observations that are off
         self.off: list[str] = []
         #: sources of the observations that are left out, by the point that is not defined
@@ -253,13 +358,17 @@ class ObservationReader:
         What is wrong in it is refused with its file and line.
         """
         readers: dict[str, Callable[[Element, GamaCluster], None]] = {
-            "obs": lambda child, cluster: self._obs(child, cluster, section),
+            "obs": lambda child, cluster: self._obs(child, cluster, section, plain),
             "height-differences": self._height_differences,
             "coordinates": self._coordinates,
             "vectors": self._vectors,
         }
-        for child in section.children(("point", *readers)):
-            if child.tag == "point":
+        plain = _PlainSights(self, section)
+        for node in section.node:
+            if node.tag in _POINTS or (node.tag in _SETUPS and plain.setup(node)):
+                continue
+            child = section.allowed(node, ("point", *readers))
+            if child is None or child.tag == "point":
                 continue
             before = child.refused.count
             with child.refused.record():
@@ -270,16 +379,20 @@ class ObservationReader:
                 if child.refused.count == before:
                     self._correlate(cluster)
 
-    def _obs(self, element: Element, cluster: GamaCluster, section: Element) -> None:
+    def _obs(
+        self, element: Element, cluster: GamaCluster, section: Element, plain: _PlainSights
+    ) -> None:
         """One set-up: its directions share an orientation unknown."""
         station = element.text("from", "")
         height = element.number("from_dh", 0.0)
         if element.has("orientation"):
             element.angle("orientation")  # start values are found, but it must be an angle
-        circle = f"orientation {station} ({element.source})"
-        plain = cluster.matrix_element is None and station in self._whole
+        circle = _circle(station, element.source)
+        own = cluster.matrix_element is None and station in self.whole
         for node in element.node:
-            if plain and self._plain_sight(node, element, station, height, circle, cluster):
+            sight = plain.sight(node, station, height, circle) if own else None
+            if sight is not None:
+                plain.take(sight)
                 continue
             child = element.allowed(node, (*SIGHTS, "dh", "cov-mat"))
             if child is None or child.tag == "cov-mat":
@@ -292,53 +405,6 @@ class ObservationReader:
                     self._dh(child, start, cluster, by_length=False)
                 else:
                     self._sight(child, start, height, circle, cluster, section)
-
-    def _plain_sight(
-        self,
-        node: Any,
-        element: Element,
-        station: str,
-        height: float,
-        circle: str,
-        cluster: GamaCluster,
-    ) -> bool:
-        """Take a sight that has nothing special; False for others, which :meth:`_sight` reads.
-
-        Those are most of a large file: their columns are filled without an object for each.
-        """
-        kind = _PLAIN_SIGHTS.get(node.tag)
-        if kind is None:
-            return False
-        given = node.attrib
-        if not _PLAIN.issuperset(given):
-            return False
-        try:
-            end = given["to"].strip()
-            value, sigma = float(given["val"]), float(given["stdev"])
-            own, other = float(given.get("from_dh", height)), float(given.get("to_dh", 0.0))
-        except (KeyError, ValueError):
-            return False
-        # NaN is not below anything
-        small = max(abs(value), sigma, abs(own), abs(other)) < _USUAL and sigma > 0 and value > 0
-        if not small or end == station or end not in self._whole:
-            return False
-        columns: dict[str, Any] = {"start": station, "end": end}
-        columns["height_instrument"], columns["height_target"] = own, other
-        unit = MM
-        if kind is not SlopeDistances:
-            unit, value = CC, value * GON
-            if kind is Directions:
-                if value > _TURN:
-                    return False
-                columns["orientation"] = circle
-                unit, value = self.hand * CC, self.hand * value % _TURN
-            elif value >= np.pi:
-                return False
-        columns["use"], columns["reason"] = int(Use.ACTIVE), ""
-        source = f"{element.file}:{node.sourceline}"
-        number = self.rows.add(kind, value, sigma * abs(unit), source, columns)
-        cluster.take(number, 1, unit)
-        return True
 
     def _sight(
         self,

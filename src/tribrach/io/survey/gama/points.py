@@ -8,6 +8,8 @@ coordinate, ``fix`` counts. A coordinate that neither names is not part of the n
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
+from math import isnan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,21 +47,32 @@ class GamaPoint:
     @property
     def used(self) -> NDArray[np.bool_]:
         """Which of x, y, z (3,) are part of the network."""
-        return np.array([axis in (self.fixed + self.adjusted).lower() for axis in "xyz"])
+        return _masks(self.fixed, self.adjusted)[0]
 
     @property
     def free(self) -> NDArray[np.bool_]:
         """Which of x, y, z (3,) are to be determined."""
-        return self.used & [axis not in self.fixed.lower() for axis in "xyz"]
+        return _masks(self.fixed, self.adjusted)[1]
 
     @property
     def constrained(self) -> NDArray[np.bool_]:
         """Which of x, y, z (3,) carry inner constraints."""
-        return self.free & [axis in self.adjusted for axis in "XYZ"]
+        return _masks(self.fixed, self.adjusted)[2]
 
     def world(self, axes: Axes) -> NDArray[np.float64]:
         """E, N, U (3,) [m]; zero if not part of the network, NaN if part of it and not given."""
         return axes.world_from_file(np.where(self.used, self.xyz, 0.0))
+
+
+@cache
+def _masks(fixed: str, adjusted: str) -> tuple[NDArray[np.bool_], ...]:
+    """Which of x, y, z (3,) are used, free and constrained: there are few combinations."""
+    used = np.array([axis in (fixed + adjusted).lower() for axis in "xyz"])
+    free = used & [axis not in fixed.lower() for axis in "xyz"]
+    masks = used, free, free & [axis in adjusted for axis in "XYZ"]
+    for mask in masks:
+        mask.flags.writeable = False
+    return masks
 
 
 def read_points(sections: list[Element]) -> dict[str, GamaPoint]:
@@ -131,8 +144,8 @@ def _with_observed(points: dict[str, GamaPoint], observed: GamaPoint) -> None:
 
 def _complete(record: GamaPoint) -> None:
     """Refuse a point that is fixed without a coordinate."""
-    for axis, value in zip("xyz", record.xyz, strict=True):
-        if axis in record.fixed.lower() and np.isnan(value):
+    for axis, value in zip("xyz", record.xyz.tolist(), strict=True):
+        if axis in record.fixed.lower() and isnan(value):
             raise record.element.error(
                 f"point {record.name} is fixed without {axis}", f"give {axis}"
             )
