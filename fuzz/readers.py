@@ -140,6 +140,7 @@ READERS: dict[str, Reader] = {
     "earlier check": Reader(_one(read_earlier), "keyed"),
     "truth": Reader(_one(read_truth), "keyed"),
     "points": Reader(_one(read_point_list), "text"),
+    "spreadsheet": Reader(_one(read_point_list), "zipped"),
     "sites": Reader(_one(read_sites), "text"),
     "numbers": Reader(lambda paths: read_numbers(paths[0], ["x", "y"]), "text"),
     "covariances": Reader(_one(read_matrix), "text"),

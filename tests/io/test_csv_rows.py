@@ -29,4 +29,4 @@ def test_names_come_back(tmp_path: Path) -> None:
 def test_numbers_are_no_names(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text("point,x,note\n'-A,-1.5,'twas\n")
-    assert read_rows(path)[0][1] == ["-A", "-1.5", "'twas"]
+    assert read_rows(path).cells[1] == ["-A", "-1.5", "'twas"]

@@ -1,26 +1,126 @@
-"""Rows of cells of a CSV file.
+"""Rows of cells of a list, as programs and spreadsheets leave it: text of any separator, or xlsx.
 
-UTF-8; comma, semicolon or tab between cells, whichever the header has most of; lines that begin
-with ``#`` are comments. A spreadsheet takes a cell that begins with ``=``, ``+``, ``-`` or ``@``
-for a formula, so names that begin so are written behind an apostrophe (:func:`name_cell`), which is
-no part of the name when the file is read.
+Text may be UTF-8, UTF-16 or Windows-1252; between cells stand semicolons, tabs, bars, commas or
+blanks, whichever makes rows of one length; lines that begin with ``#`` are comments, and titles
+above the header are passed over. What is not plain is taken as it most likely is and told in a
+sentence; :class:`ListForm` says it for certain.
+
+A spreadsheet takes a cell that begins with ``=``, ``+``, ``-`` or ``@`` for a formula, so names
+that begin so are written behind an apostrophe (:func:`name_cell`), which is no part of the name
+when the file is read.
 """
 
 from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
+from tribrach.io.decimals import Decimal, decimal_of
+from tribrach.io.spreadsheet import is_spreadsheet, read_sheet
 from tribrach.io.xml_file import read_bytes
 
-__all__ = ["name_cell", "read_rows"]
+__all__ = ["AS_FOUND", "SEPARATORS", "ListForm", "ListRows", "name_cell", "read_rows"]
 
 #: what a spreadsheet takes for the beginning of a formula, white space before it left aside
 _FORMULA = re.compile(r"\s*[=+\-@]")
 #: a cell that was written by :func:`name_cell`
 _QUOTED = re.compile(r"^'(?=\s*[=+\-@])")
+#: what may stand between cells; blanks are tried last
+_MARKS = ";\t|,"
+#: separators by the words of a project
+SEPARATORS = {"tab": "\t", "blank": " ", "semicolon": ";", "comma": ",", "bar": "|"}
+#: bytes that no text of a list has: control characters but tab, line ends, form feed, SUB
+_CONTROL = bytes(set(range(32)) - {9, 10, 12, 13, 26})
+#: the beginning of old Excel files
+_OLD_EXCEL = b"\xd0\xcf\x11\xe0"
+#: encodings by the mark that a file begins with; the longer ones first
+_BY_MARK = (
+    (b"\xff\xfe\x00\x00", "utf-32"),
+    (b"\x00\x00\xfe\xff", "utf-32"),
+    (b"\xff\xfe", "utf-16"),
+    (b"\xfe\xff", "utf-16"),
+    (b"\xef\xbb\xbf", "utf-8-sig"),
+)
+#: rows at the top that may be titles
+_TITLES = 20
+
+
+@dataclass(frozen=True)
+class ListForm:
+    """How a list is written, as far as somebody says it.
+
+    Attributes
+    ----------
+    columns
+        Our name of a column, such as ``point`` or ``sigma_e_mm``, and its head in the file, or its
+        number from one.
+    decimal
+        What stands before decimals.
+    separator
+        What stands between cells: one character or a word of :data:`SEPARATORS`.
+    encoding
+        Name of the encoding.
+    sheet
+        Name of the sheet of a spreadsheet.
+    """
+
+    columns: Mapping[str, str | int] = field(default_factory=dict)
+    decimal: Decimal | None = None
+    separator: str | None = None
+    encoding: str | None = None
+    sheet: str | None = None
+
+    @property
+    def mark(self) -> str | None:
+        """The separator as a character, a blank for white space."""
+        return None if self.separator is None else SEPARATORS.get(self.separator, self.separator)
+
+
+#: nothing is said: everything is as it is found
+AS_FOUND = ListForm()
+
+
+@dataclass(frozen=True)
+class ListRows:
+    """Rows of cells.
+
+    Attributes
+    ----------
+    path
+        Of the file.
+    cells
+        The header first, and all rows as long as it.
+    lines
+        1-based line, or row of the sheet, of each.
+    separator
+        What stood between cells, "" in a spreadsheet.
+    form
+        What was said of the list.
+    remarks
+        What was taken for something that the file does not say, one sentence each without the stop.
+    """
+
+    path: Path
+    cells: list[list[str]]
+    lines: list[int]
+    separator: str
+    form: ListForm = AS_FOUND
+    remarks: tuple[str, ...] = ()
+
+    def decimal(self, columns: Sequence[int]) -> tuple[Decimal, tuple[str, ...]]:
+        """What stands before the decimals of columns of numbers, and a sentence if it is a comma.
+
+        Raises
+        ------
+        InputError
+            The cells do not tell.
+        """
+        parts = [[row[k] for row in self.cells[1:]] for k in columns]
+        return decimal_of(self.path, parts, self.lines[1:], self.form.decimal, self.separator)
 
 
 def name_cell(name: str) -> str:
@@ -39,56 +139,177 @@ def name_cell(name: str) -> str:
     return f"'{name}" if _FORMULA.match(name) else name
 
 
-def read_rows(path: Path) -> tuple[list[list[str]], list[int]]:
+def read_rows(path: Path, form: ListForm = AS_FOUND) -> ListRows:
     """Rows of cells and their lines.
 
-    Returns
-    -------
-    rows : list of list of str
-        The header first, and all as long as it.
-    lines : list of int
-        1-based line of each row.
+    Parameters
+    ----------
+    path
+        Text, or a spreadsheet in the format xlsx.
+    form
+        What is known of how it is written.
 
     Raises
     ------
     InputError
-        Unreadable, not UTF-8 text, no row under the header, a quoted cell that goes over several
-        lines, or a row of another length.
+        Unreadable, no text and no spreadsheet, several sheets, no row under the header, a quoted
+        cell that goes over several lines, or a row of another length.
     """
     data = read_bytes(path)
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
+    if data.startswith(_OLD_EXCEL):
         raise InputError(
-            "the file is not UTF-8 text", file=path, line=line, cure="save it as UTF-8"
-        ) from error
-    if "\0" in text:
-        raise InputError("the file is not text", file=path, cure="give a CSV file in UTF-8")
+            "this is an old Excel file (xls)", file=path, cure="save it as xlsx or CSV"
+        )
+    if is_spreadsheet(data):
+        found, lines, remarks = read_sheet(path, data, form.sheet)
+        return _whole(ListRows(path, found, lines, "", form, remarks))
+    if form.sheet is not None:
+        what = f"the file is no spreadsheet, and the sheet {form.sheet} is asked for"
+        raise InputError(what, file=path, cure="leave sheet out")
+    text, said = decoded(path, data, form.encoding)
     numbered = [
         (number, row)
         for number, row in enumerate(text.splitlines(), start=1)
-        if row.strip() and not row.lstrip().startswith("#")
+        if row.strip("\x1a \t") and not row.lstrip().startswith("#")
     ]
-    lines, kept = [number for number, _ in numbered], [row for _, row in numbered]
-    if not kept:
+    if not numbered:
         raise InputError("the file is empty", file=path, cure="give a header and rows")
-    if len(kept) == 1:
-        what = "there are no rows under the header"
-        raise InputError(what, file=path, line=lines[0], cure="add them")
-    separator = max(",;\t", key=kept[0].count)
+    lines, kept = [number for number, _ in numbered], [row for _, row in numbered]
+    separator = form.mark or _separator(kept)
+    rows = _split(path, kept, lines, separator)
+    return _whole(ListRows(path, rows, lines, separator, form, tuple(said)))
+
+
+def decoded(path: Path, data: bytes, encoding: str | None = None) -> tuple[str, list[str]]:
+    """The text of bytes, and what was guessed of its encoding.
+
+    Raises
+    ------
+    InputError
+        It is no text of the encoding, or of none that is known.
+    """
+    marked = next((name for mark, name in _BY_MARK if data.startswith(mark)), None)
+    said: list[str] = []
+    name = encoding or marked or _wide(data) or "utf-8"
+    try:
+        text = data.decode(name)
+    except (UnicodeDecodeError, LookupError, UnicodeError) as error:
+        if encoding is not None or marked is not None or name != "utf-8":
+            what = f"the file is no text in {name.removesuffix('-sig').upper()}"
+            raise InputError(what, file=path, cure="save it as UTF-8") from error
+        text, said = _western(path, data)
+    if "\0" in text:
+        raise InputError("the file is not text", file=path, cure="give a CSV file in UTF-8")
+    return text.removeprefix("\ufeff"), said
+
+
+def _wide(data: bytes) -> str | None:
+    """UTF-16 without a mark, which has a zero in every second byte of plain letters."""
+    start = data[:2000]
+    if len(start) < 4 or 0 not in start:
+        return None
+    for first, name in ((1, "utf-16-le"), (0, "utf-16-be")):
+        zeros, others = start[first::2], start[1 - first :: 2]
+        if zeros.count(0) > 0.7 * len(zeros) and 0 not in others:
+            return name
+    return None
+
+
+def _western(path: Path, data: bytes) -> tuple[str, list[str]]:
+    """Text that is not UTF-8, as Windows writes it in western Europe, and the sentence on it."""
+    cure = "save it as UTF-8, or add encoding to its entry"
+    if data.translate(None, _CONTROL) != data:
+        raise InputError("the file is not text", file=path, cure="give a list as text or xlsx")
+    try:
+        return data.decode("cp1252"), ["not UTF-8: letters are read as Windows-1252"]
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        what = "the text is neither UTF-8 nor Windows-1252"
+        raise InputError(what, file=path, line=line, cure=cure) from error
+
+
+def _separator(kept: Sequence[str]) -> str:
+    """What stands between cells: the mark that makes rows of one length, else the one of most."""
+    head = kept[0]
+    if not any(mark in head for mark in _MARKS):
+        if len(head.split()) > 1 and len({len(row.split()) for row in kept}) == 1:
+            return " "
+        # titles stand above the header
+        head = next((row for row in kept[:_TITLES] if max(map(row.count, _MARKS)) > 1), head)
+    at = kept.index(head)
+    found = sorted((m for m in _MARKS if m in head), key=lambda m: -head.count(m))
+    for mark in found:
+        if _even(kept[at:], mark):
+            return mark
+    if found:
+        return found[0]
+    return " " if len(head.split()) > 1 else ","
+
+
+def _even(kept: Sequence[str], mark: str) -> bool:
+    """True if a mark makes rows of one length."""
+    try:
+        return len({len(row) for row in csv.reader(kept, delimiter=mark)}) == 1
+    except csv.Error:
+        return False
+
+
+def _split(path: Path, kept: list[str], lines: list[int], separator: str) -> list[list[str]]:
+    """Cells of lines."""
+    if separator == " ":
+        kept = [" ".join(row.split()) for row in kept]
     try:
         rows = list(csv.reader(kept, delimiter=separator))
     except csv.Error as error:
         raise InputError(f"this is no CSV file: {error}", file=path) from error
     if len(rows) != len(kept):
         raise InputError("a quoted cell goes over several lines", file=path, line=lines[0])
+    return rows
+
+
+def _whole(rows: ListRows) -> ListRows:
+    """The same without titles, empty rows and empty columns; all rows are as long as the header."""
+    path, remarks = rows.path, rows.remarks
+    filled = [k for k, row in enumerate(rows.cells) if any(map(str.strip, row))]
+    # commas alone are the rows of a table of one kind; their cells are told to be empty
+    if len(filled) < len(rows.cells) and rows.separator != ",":
+        rows = _chosen(rows, filled)
+    titles = 0
+    while titles < min(_TITLES, len(rows.cells) - 2) and _is_title(rows.cells[titles:]):
+        titles += 1
+    if titles:
+        rows = _chosen(rows, range(titles, len(rows.cells)))
+        remarks += (f"titles above the header in line {rows.lines[0]} are passed over",)
+    if not rows.cells:
+        raise InputError("the file is empty", file=path, cure="give a header and rows")
+    if len(rows.cells) == 1:
+        what = "there are no rows under the header"
+        raise InputError(what, file=path, line=rows.lines[0], cure="add them")
+    cells = rows.cells
+    if rows.separator == "":
+        widest = max(len(row) for row in cells)
+        cells = [row + [""] * (widest - len(row)) for row in cells]
     with RefusalCollector() as refused:
-        for row, number in zip(rows, lines, strict=True):
-            if len(row) != len(rows[0]):
-                what = f"the row has {len(row)} cells, the header has {len(rows[0])}"
+        for row, number in zip(cells, rows.lines, strict=True):
+            if len(row) != len(cells[0]):
+                what = f"the row has {len(row)} cells, the header has {len(cells[0])}"
                 cure = "give every row the same cells"
+                if rows.separator == ",":
+                    cure += ", and decimals a point or other separators"
                 refused.add(InputError(what, file=path, line=number, cure=cure))
-    if "'" in text:
-        rows = [[_QUOTED.sub("", cell, count=1) for cell in row] for row in rows]
-    return rows, lines
+    if rows.separator:
+        cells = [[_QUOTED.sub("", cell, count=1) for cell in row] for row in cells]
+    return ListRows(path, cells, rows.lines, rows.separator, rows.form, remarks)
+
+
+def _chosen(rows: ListRows, keep: Sequence[int]) -> ListRows:
+    """Some of the rows."""
+    cells, lines = [rows.cells[k] for k in keep], [rows.lines[k] for k in keep]
+    return ListRows(rows.path, cells, lines, rows.separator, rows.form, rows.remarks)
+
+
+def _is_title(cells: Sequence[Sequence[str]]) -> bool:
+    """True if one cell stands alone above a header of three and more."""
+    alone = sum(bool(cell.strip()) for cell in cells[0]) == 1
+    below = (sum(bool(cell.strip()) for cell in row) for row in cells[1:_TITLES])
+    return alone and max(below, default=0) > 2

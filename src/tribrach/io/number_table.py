@@ -1,7 +1,7 @@
 """Columns of numbers from a CSV file by their names, in the units that the header gives.
 
-A column ``range`` may be titled ``range``, ``range_m``, ``range [m]`` or ``range (m)``. UTF-8;
-comma, semicolon or tab between cells; ``#`` starts a comment line. Other columns are ignored.
+A column ``range`` may be titled ``range``, ``range_m``, ``range [m]`` or ``range (m)``. Text or a
+spreadsheet (:mod:`tribrach.io.csv_rows`). Other columns are ignored.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
+from tribrach.io.decimals import plain
 from tribrach.units import LARGEST
 
 __all__ = ["NumberTable", "read_numbers"]
@@ -39,7 +40,7 @@ class NumberTable:
     units
         "" where not given.
     remarks
-        Sentences about what was left out.
+        Sentences about what was left out, and what was guessed of how the list is written.
     """
 
     path: Path
@@ -64,22 +65,25 @@ def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
     Raises
     ------
     InputError
-        Unreadable, not UTF-8 text, a column that is missing or occurs twice, a row of another
+        Unreadable, no list, a column that is missing or occurs twice, a row of another
         length, or a cell that is no number.
     """
-    rows, lines = read_rows(path)
+    table = read_rows(path)
+    rows, lines = table.cells, table.lines
     titles = [" ".join(title.split()) for title in rows[0]]
     places = {name: _place(path, lines[0], titles, name) for name in dict.fromkeys(names)}
+    decimal, said = table.decimal([column for column, _ in places.values()])
     values = {
         name: np.array(
             [
-                _number(path, line, titles[column], row[column])
+                _number(path, line, titles[column], plain(row[column], decimal))
                 for row, line in zip(rows[1:], lines[1:], strict=True)
             ]
         )
         for name, (column, _) in places.items()
     }
-    return NumberTable(path, values, {name: unit for name, (_, unit) in places.items()})
+    units = {name: unit for name, (_, unit) in places.items()}
+    return NumberTable(path, values, units, (*table.remarks, *said))
 
 
 def _place(path: Path, line: int, titles: list[str], name: str) -> tuple[int, str]:

@@ -1,7 +1,7 @@
 """Test sites from a CSV file: ``name,x,y,z,radius`` or ``name,xmin,ymin,zmin,xmax,ymax,zmax``.
 
-Metres in the frame of the clouds. UTF-8; comma, semicolon or tab between cells; lines that begin
-with ``#`` are comments. Further columns are ignored.
+Metres in the frame of the clouds. Text or a spreadsheet (:mod:`tribrach.io.csv_rows`). Further
+columns are ignored.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from pathlib import Path
 from tribrach.comparison.sites import ComparisonSite
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
+from tribrach.io.decimals import plain
 
 __all__ = ["read_sites"]
 
@@ -25,20 +26,26 @@ def read_sites(path: Path) -> list[ComparisonSite]:
     Raises
     ------
     InputError
-        Unreadable, not UTF-8 text, columns of neither kind or of both, a row of another length, a
+        Unreadable, no list, columns of neither kind or of both, a row of another length, a
         cell that is no finite number, a radius or side that is not above zero, a name that is empty
         or occurs twice.
     """
-    rows, lines = read_rows(path)
+    table = read_rows(path)
+    rows, lines = table.cells, table.lines
     titles = [" ".join(title.split()).lower() for title in rows[0]]
     wanted = _wanted(path, lines[0], titles)
+    places = [titles.index(column) for column in wanted]
+    decimal, _ = table.decimal(places)
     sites: dict[str, ComparisonSite] = {}
     for cells, line in zip(rows[1:], lines[1:], strict=True):
         name = cells[titles.index("name")].strip()
         if not name or name in sites:
             what = f"there is a site {name!r} above" if name else "the site has no name"
             raise InputError(what, file=path, line=line, cure="give every site its own name")
-        numbers = [_number(path, line, column, cells[titles.index(column)]) for column in wanted]
+        numbers = [
+            _number(path, line, column, plain(cells[place], decimal))
+            for column, place in zip(wanted, places, strict=True)
+        ]
         sites[name] = _site(path, line, name, numbers)
     return list(sites.values())
 
@@ -72,7 +79,7 @@ def _number(path: Path, line: int, column: str, cell: str) -> float:
         value = math.nan
     if not math.isfinite(value):
         what = f"{column} is {cell.strip()!r}, not a number"
-        raise InputError(what, file=path, line=line, cure="give metres, decimals with a point")
+        raise InputError(what, file=path, line=line, cure="give metres")
     return value
 
 

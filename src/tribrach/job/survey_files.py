@@ -17,6 +17,7 @@ from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, ecef_from_geodetic
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
+from tribrach.io.csv_rows import ListForm
 from tribrach.io.gnss import files as gnss_files
 from tribrach.io.survey import totalstation
 from tribrach.io.survey.csv import tables as csv_tables
@@ -39,7 +40,8 @@ from tribrach.job.whose_instrument import Instruments
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 from tribrach.project.model import Project
-from tribrach.project.sections import EpochKeys, ObservationFile, PointFile
+from tribrach.project.sections import EpochKeys, ListKeys, ObservationFile, PointFile
+from tribrach.units import MM
 
 __all__ = ["ReadFiles", "read_survey_files", "starnet_plan"]
 
@@ -171,8 +173,17 @@ class _Reader:
         if part.covariance is not None:
             matrix = read_matrix(self.project.folder / part.covariance)
         label = self.labels[path]
-        context = replace(self.context, role=part.role, carry=carry, label=label, matrix=matrix)
-        self.survey.merge(csv_tables.read(path, context))
+        plan, up = part.sigma_plan_mm, part.sigma_up_mm
+        context = replace(
+            self.context,
+            role=part.role,
+            carry=carry,
+            label=label,
+            matrix=matrix,
+            sigma_plan=None if plan is None else plan * MM,
+            sigma_up=None if up is None else up * MM,
+        )
+        self.survey.merge(csv_tables.read(path, context, part.form))
 
     def planned(self) -> None:
         """Points that files of planned observations bring."""
@@ -237,7 +248,7 @@ class _Reader:
             raise self.project.error(
                 ("site",), "a projected site needs points", "add a section [[points]]"
             )
-        table = read_table(self.project.folder / self.project.points[0].file)
+        table = self._first_points()
         if table.has("e", "n", "u") or not _geocentric(table):
             centre: Array = np.nanmean(table.columns("e", "n", "u"), axis=0).round(-1)
             return centre
@@ -248,6 +259,11 @@ class _Reader:
         )
         return np.array([*plan, middle.ellipsoidal_height]).round(-1)
 
+    def _first_points(self) -> CsvTable:
+        """The first file of points."""
+        part = self.project.points[0]
+        return read_table(self.project.folder / part.file, part.form)
+
     def _geocentric_centre(self) -> EllipsoidSite:
         """The middle of the first file of points, which has no other coordinates than these."""
         if not self.project.points:
@@ -256,7 +272,7 @@ class _Reader:
                 "a site without an origin needs points",
                 "add latitude_deg and longitude_deg, or a section [[points]]",
             )
-        table = read_table(self.project.folder / self.project.points[0].file)
+        table = self._first_points()
         return EllipsoidSite.centred(_positions(table))
 
     def _passage(self, part: EpochKeys, keys: tuple[str | int, ...]) -> Passage | None:
@@ -284,10 +300,16 @@ class _Reader:
             with RefusalCollector() as refused:
                 for path in paths:
                     with refused.record():
-                        parts.append(self._csv(k, path, context))
+                        parts.append(self._csv(k, path, context, entry.form))
             for other in parts[1:]:
                 parts[0].merge(other)
             return parts[0]
+        if stray := entry.model_fields_set & set(ListKeys.model_fields):
+            raise self.project.error(
+                ("observations", k, min(stray)),
+                f"{min(stray)} says nothing about {entry.names[0]}",
+                "it belongs to tables: CSV files and spreadsheets",
+            )
         if set(kinds) == {"totalstation"}:
             precision = self.instruments.precision(self.instruments.of_file(k))
             known = [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).all()]
@@ -307,9 +329,9 @@ class _Reader:
         self._bring(survey, entry.names[0])
         return survey
 
-    def _csv(self, k: int, path: Path, context: Context) -> Survey:
-        """One CSV file of an entry, with the sigmas of its instrument where it has none."""
-        table = read_table(path)
+    def _csv(self, k: int, path: Path, context: Context, form: ListForm) -> Survey:
+        """One table of an entry, with the sigmas of its instrument where it has none."""
+        table = read_table(path, form)
         stations = table.words.get("station", [])
         precision = self.instruments.precision(self.instruments.of_file(k, stations))
         return csv_tables.survey_of(

@@ -12,7 +12,7 @@ from tribrach._types import Array
 from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
 
-__all__ = ["Fact", "FrameChange", "Reference", "facts_of"]
+__all__ = ["AssumedSigmas", "Fact", "FrameChange", "ListReading", "Reference", "facts_of"]
 
 
 #: mean radius of the Earth [m]
@@ -46,6 +46,46 @@ def facts_of(facts: Iterable[Fact], kind: type[KindOfFact]) -> tuple[KindOfFact,
         The facts of this type, empty if there are none.
     """
     return tuple(fact for fact in facts if isinstance(fact, kind))
+
+
+@dataclass(frozen=True)
+class ListReading(Fact):
+    """How a list was read that does not say everything itself.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    sentences : tuple of str
+        What was taken for what, without the stop.
+    """
+
+    file: str
+    sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class AssumedSigmas(Fact):
+    """Sigmas of coordinates that the project states, and not their file.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file.
+    plan, up : float or None
+        Of easting and northing, and of the height [m].
+    """
+
+    file: str
+    plan: float | None
+    up: float | None
+
+    @property
+    def sentence(self) -> str:
+        """Where the sigmas come from, without the stop."""
+        parts = [("in plan", self.plan), ("in height", self.up)]
+        told = [f"{1e3 * sigma:g} mm {words}" for words, sigma in parts if sigma is not None]
+        return f"{self.file} gives no sigmas: {' and '.join(told)} are those of the project file"
 
 
 @dataclass(frozen=True)

@@ -105,12 +105,6 @@ class CalibrationSection(Section):
     limit_t: PositiveFloat = 3.29
     near_correlation: NonNegativeFloat = 0.95
 
-    @field_validator("instrument", mode="before")
-    @classmethod
-    def _one_or_several(cls, value: object) -> object:
-        """A name alone is a list of one."""
-        return (value,) if isinstance(value, str) else value
-
     @field_validator("near_correlation")
     @classmethod
     def _below_one(cls, value: float) -> float:

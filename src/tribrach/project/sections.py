@@ -5,9 +5,9 @@ Sections with a subject of their own have a file each beside this one.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
 import numpy as np
 from pydantic import (
@@ -23,6 +23,7 @@ from pydantic import (
 
 from tribrach.errors import InputError
 from tribrach.geodesy.epochs import PLATES, Motion, Realisation
+from tribrach.io.csv_rows import SEPARATORS, ListForm
 from tribrach.network.network import Datum
 from tribrach.units import LARGEST
 
@@ -35,6 +36,7 @@ __all__ = [
     "EpochKeys",
     "HeightSection",
     "LeverArm",
+    "ListKeys",
     "ObservationFile",
     "OutputSection",
     "PointFile",
@@ -52,9 +54,25 @@ __all__ = [
 
 
 class Section(BaseModel):
-    """A table of the project file: no other keys than these, and not changed once read."""
+    """A table of the project file: no other keys than these, and not changed once read.
+
+    One value where a list is asked for is a list of one.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_is_a_list(cls, data: Any) -> Any:
+        """One value, or one table, where a list is asked for is a list of one."""
+        if not isinstance(data, Mapping):
+            return data
+        alone = {
+            key: (value,)
+            for key, value in data.items()
+            if not isinstance(value, list | tuple) and key in _lists_of(cls)
+        }
+        return {**data, **alone} if alone else data
 
     @field_validator("*", mode="before")
     @classmethod
@@ -87,6 +105,17 @@ def _holds_boolean(value: object) -> bool:
     if isinstance(value, list | tuple):
         return any(_holds_boolean(item) for item in value)
     return isinstance(value, bool)
+
+
+@cache
+def _lists_of(model: type[BaseModel]) -> frozenset[str]:
+    """Keys of fields that are lists of any length."""
+    return frozenset(
+        key
+        for name, field in model.model_fields.items()
+        if get_origin(field.annotation) is tuple and get_args(field.annotation)[1:] == (...,)
+        for key in (name, field.alias or name)
+    )
 
 
 @cache
@@ -161,8 +190,63 @@ class EpochKeys(BaseModel):
         return Realisation(self.frame or job.frame, epoch)
 
 
-class PointFile(EpochKeys, Section):
-    """A CSV file of coordinates and what they are for, unless its column ``role`` says it.
+class ListKeys(BaseModel):
+    """Keys of files that hold lists: how they are written, where the file does not tell.
+
+    Attributes
+    ----------
+    columns
+        Our names of columns, such as ``point``, ``easting`` or ``sigma_n_mm``, and their heads in
+        the file, or their numbers from 1.
+    decimal
+        What stands before decimals.
+    separator
+        What stands between cells: a character, or semicolon, comma, tab, bar or blank.
+    encoding
+        Name of the encoding, such as ``cp1250``.
+    sheet
+        Name of the sheet of a spreadsheet.
+    """
+
+    columns: dict[str, str | int] = Field(default_factory=dict)
+    decimal: Literal[".", ","] | None = None
+    separator: str | None = None
+    encoding: str | None = None
+    sheet: str | None = None
+
+    @field_validator("separator")
+    @classmethod
+    def _one_character(cls, value: str | None) -> str | None:
+        if value is None or value in SEPARATORS or (len(value) == 1 and value not in '"\r\n'):
+            return value
+        raise ValueError(f"{value!r} is no separator; give one character, or {_or(SEPARATORS)}")
+
+    @field_validator("encoding")
+    @classmethod
+    def _known_encoding(cls, value: str | None) -> str | None:
+        try:
+            "".encode(value or "utf-8")
+        except (LookupError, UnicodeError):
+            raise ValueError(
+                f"{value!r} is no encoding that is known; such are utf-8, utf-16, cp1252, cp1250, "
+                "latin-1, cp850"
+            ) from None
+        return value
+
+    @property
+    def form(self) -> ListForm:
+        """The same for the readers."""
+        return ListForm(self.columns, self.decimal, self.separator, self.encoding, self.sheet)
+
+
+def _or(words: Iterable[str]) -> str:
+    """Words with "or" before the last."""
+    *first, last = words
+    return f"{', '.join(first)} or {last}"
+
+
+class PointFile(EpochKeys, ListKeys, Section):
+    """A list of coordinates and what they are for, unless its column ``role`` says it.
 
     Attributes
     ----------
@@ -170,16 +254,21 @@ class PointFile(EpochKeys, Section):
         The file.
     role
         What its points are for.
+    sigma_plan_mm, sigma_up_mm
+        Standard deviation of easting and of northing, and of the height, of points whose sigmas the
+        file does not give.
     covariance
         A CSV file with the covariance matrix of its control coordinates.
     """
 
     file: str
     role: Literal["control", "fixed", "approximate", "check"] = "control"
+    sigma_plan_mm: PositiveFloat | None = None
+    sigma_up_mm: PositiveFloat | None = None
     covariance: str | None = None
 
 
-class ObservationFile(EpochKeys, Section):
+class ObservationFile(EpochKeys, ListKeys, Section):
     """A file of observations, or several that belong together.
 
     Attributes

@@ -82,6 +82,8 @@ def _holds_nul(value: Any) -> bool:
 def line_of(text: str, keys: Sequence[str | int]) -> int | None:
     """1-based line of a key, or of the innermost table around it that the text names."""
     wanted = [str(key) for key in keys]
+    # a table alone where a list of tables is asked for has no number
+    alone = [key for key in keys if not isinstance(key, int)]
     at: list[str] = []
     count: dict[str, int] = {}
     best, depth = None, 0
@@ -94,7 +96,7 @@ def line_of(text: str, keys: Sequence[str | int]) -> int | None:
                 at.append(str(count.get(name, 0)))
                 count[name] = count.get(name, 0) + 1
         here = at if header else [*at, *_parts(key.group(1))] if key else None
-        if here and len(here) > depth and here == wanted[: len(here)]:
+        if here and len(here) > depth and here in (wanted[: len(here)], alone[: len(here)]):
             best, depth = number, len(here)
     return best
 

@@ -12,7 +12,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
-from tribrach.network.facts import Reference
+from tribrach.network.facts import AssumedSigmas, ListReading, Reference
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
 from tribrach.report.chapters import subjects
@@ -118,6 +118,11 @@ def _facts(
     if files:
         more = f" and {len(files) - 8} more" if len(files) > 8 else ""
         lines.append(("Files", ", ".join(files[:8]) + more))
+    for fact in adjustment.network.facts:
+        if isinstance(fact, ListReading):
+            lines.append((f"How {fact.file} was read", "; ".join(fact.sentences)))
+        elif isinstance(fact, AssumedSigmas):
+            lines.append((f"Sigmas of {fact.file}", fact.sentence))
     return tuple(lines)
 
 

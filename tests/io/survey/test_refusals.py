@@ -141,7 +141,7 @@ def test_csv_tables(tmp_path: Path) -> None:
     assert lines(path) == [3, 4, 5, 6, 7, 8]
     cells = written(tmp_path, "cells.csv", head + "A,x,0,0,0,1,1,,\nB,0,y,0,1,1,-1,,\n")
     assert lines(cells) == [2, 2, 3, 3]
-    columns = written(tmp_path, "columns.csv", "point,e,n_feet,quality\nA,1,2,3\n")
+    columns = written(tmp_path, "columns.csv", "gnss,e,n_feet,quality\nA,1,2,3\n")
     assert lines(columns) == [1, 1, 1]
     short = written(tmp_path, "short.csv", "point,e_m,n_m\nA,1\nB,1,2\nC,1,2,3\n")
     assert lines(short) == [2, 4]

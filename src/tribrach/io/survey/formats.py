@@ -37,6 +37,7 @@ SUFFIXES = {
     ".msr": "dna",
     ".geo": "dna",
     ".csv": "csv",
+    ".xlsx": "csv",
     ".cor": "comp3d",
     ".new": "comp3d",
     ".obs": "comp3d",

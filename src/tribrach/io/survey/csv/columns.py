@@ -263,7 +263,7 @@ COORDINATES = TableLayout(
     Coordinates.facts.csv[0].keys,
     ("point", "role"),
     (*_with_sigma(*Coordinates.facts.csv[0].values), *LOCAL, *_GEODETIC),
-    _PLACES,
+    _PLACES | {"code": "comment"},
 )
 
 

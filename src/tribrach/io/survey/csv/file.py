@@ -1,7 +1,6 @@
-"""A CSV file by columns: text read once, numbers in metres and radians, every row with its line.
+"""A table by columns: read once, numbers in metres and radians, every row with its line.
 
-UTF-8 with or without a byte order mark; comma, semicolon or tab between cells; ``#`` starts a
-comment line. A cell that is empty has no value.
+Text or a spreadsheet (:mod:`tribrach.io.csv_rows`). A cell that is empty has no value.
 """
 
 from __future__ import annotations
@@ -16,7 +15,8 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.io.csv_rows import read_rows
+from tribrach.io.csv_rows import AS_FOUND, ListForm, ListRows, read_rows
+from tribrach.io.decimals import Decimal, plain
 from tribrach.io.survey.csv.columns import (
     LAYOUTS,
     NUMBERS,
@@ -27,6 +27,7 @@ from tribrach.io.survey.csv.columns import (
     titled,
     units_of,
 )
+from tribrach.io.survey.csv.headings import heads_of, looks_headless, named_columns
 from tribrach.units import LARGEST, UNITS, parse_angle
 
 __all__ = ["CsvTable", "read_table"]
@@ -39,7 +40,8 @@ class CsvTable:
     words : names by column, "" where empty; numbers : values (n,) in metres, radians and square
     metres by quantity, NaN where empty; lines : 1-based line of each row; head : line of the
     header; titles : column names as typed; label : what tells the file from others of the same
-    name, its name if empty.
+    name, its name if empty; remarks : what was taken for something that the file does not say, one
+    sentence each without the stop.
     """
 
     path: Path
@@ -50,6 +52,7 @@ class CsvTable:
     head: int
     titles: dict[str, str]
     label: str = ""
+    remarks: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.lines)
@@ -142,26 +145,110 @@ class CsvTable:
         return [cells[row] for row in rows]
 
 
-def read_table(path: Path) -> CsvTable:
-    """Read a CSV file whose header names columns and units.
+def read_table(path: Path, form: ListForm = AS_FOUND) -> CsvTable:
+    """Read a table whose header names columns and units.
+
+    Lists of coordinates may have the heads of other programs (:mod:`.headings`).
+
+    Parameters
+    ----------
+    path
+        Text, or a spreadsheet in the format xlsx.
+    form
+        What is known of how it is written.
 
     Raises
     ------
     InputError
-        Not UTF-8, empty, no kind of table, a column without unit, unknown or useless
+        No text, empty, no kind of table, a column without unit, unknown or useless
         here, a row of another length, a cell that is not a number, a sigma that is not above zero.
     """
-    rows, lines = read_rows(path)
-    header = [" ".join(name.split()).lower() for name in rows[0]]
+    rows = read_rows(path, form)
+    rows, header = _headed(rows)
+    line = rows.lines[0]
     with RefusalCollector() as refused:
         columns = []
         for name in header:
             with refused.record():
-                columns.append(_column(path, lines[0], name))
+                columns.append(_column(path, line, name))
         refused.settle()
         plan = _scanned(columns)
-        layout = _layout(path, lines[0], [quantity for quantity, _ in plan])
-        return _table(path, layout, header, plan, rows, lines, refused)
+        layout = _layout(path, line, [quantity for quantity, _ in plan])
+        return _table(path, layout, header, plan, rows, refused)
+
+
+def _headed(rows: ListRows) -> tuple[ListRows, list[str]]:
+    """Rows of the columns that are read, and the names of these in our words."""
+    path, columns = rows.path, rows.form.columns
+    titles = [" ".join(name.split()) for name in rows.cells[0]]
+    headless = looks_headless(titles)
+    if headless and not columns:
+        raise InputError(
+            f"the list has no header: {', '.join(titles[:6])} stands in its first line",
+            file=path,
+            line=rows.lines[0],
+            cure="add columns = { point = 1, easting = 2, northing = 3, height = 4 } to the entry "
+            "of the file, as its columns are, or write heads above them",
+        )
+    if headless:
+        titles = [f"column {k}" for k in range(1, len(titles) + 1)]
+        cells = [titles, *rows.cells]
+        rows = replace(rows, cells=cells, lines=[rows.lines[0], *rows.lines])
+    named = named_columns(path, rows.lines[0], titles, columns) if columns else [""] * len(titles)
+    named = [_with_unit(name) for name in named]
+    lower = [title.lower() for title in titles]
+    own = [name or (low if _is_ours(low) else "") for name, low in zip(named, lower, strict=True)]
+    # columns without head and content, as a separator at the end of each line makes
+    bare = [
+        not t and not any(row[k].strip() for row in rows.cells[1:]) for k, t in enumerate(titles)
+    ]
+    said: tuple[str, ...] = ()
+    if all(name or empty for name, empty in zip(own, bare, strict=True)):
+        heads = own
+    elif (found := heads_of(path, rows.lines[0], titles, own)) is not None:
+        heads, said = list(found.names), found.remarks
+    elif columns:
+        left = [
+            t for t, name, empty in zip(titles, own, bare, strict=True) if not name and not empty
+        ]
+        heads, said = own, (f"columns that are left out: {', '.join(left)}",)
+    else:
+        heads = [name or low for name, low in zip(own, lower, strict=True)]
+        heads = ["" if empty else head for head, empty in zip(heads, bare, strict=True)]
+    keep = [k for k, head in enumerate(heads) if head]
+    if len(keep) < len(heads):
+        rows = replace(rows, cells=[[row[k] for k in keep] for row in rows.cells])
+    return replace(rows, remarks=(*rows.remarks, *said)), [heads[k] for k in keep]
+
+
+def _is_ours(name: str) -> bool:
+    """True if a head is a column of ours with its unit."""
+    if name == "scan" or name in WORDS or name in NUMBERS:
+        return True
+    quantity, _, unit = name.rpartition("_")
+    return quantity in QUANTITIES and unit in QUANTITIES[quantity]
+
+
+#: coordinates that a project may name without a unit
+_METRES = (
+    "e",
+    "n",
+    "u",
+    "x",
+    "y",
+    "z",
+    "easting",
+    "northing",
+    "height",
+    "ecef_x",
+    "ecef_y",
+    "ecef_z",
+)
+
+
+def _with_unit(name: str) -> str:
+    """A head that a project gave; coordinates are in metres where nothing says another unit."""
+    return f"{name}_m" if name in _METRES else name
 
 
 def _table(
@@ -169,26 +256,27 @@ def _table(
     layout: TableLayout,
     header: list[str],
     plan: list[tuple[str, str | None]],
-    rows: list[list[str]],
-    lines: list[int],
+    rows: ListRows,
     refused: RefusalCollector,
 ) -> CsvTable:
     """The table of rows whose header is understood; cells that cannot be read are refused."""
     words: dict[str, list[str]] = {}
     numbers: dict[str, Array] = {}
     titles: dict[str, str] = {}
-    width = len(header)
-    cells = [[cell.strip() for cell in column] for column in zip(*rows[1:], strict=True)]
-    for title, (quantity, unit), column in zip(header, plan, cells or [[]] * width, strict=True):
+    lines = rows.lines
+    cells = [list(column) for column in zip(*rows.cells[1:], strict=True)] or [[] for _ in header]
+    decimal, said = rows.decimal([k for k, (_, unit) in enumerate(plan) if unit is not None])
+    for title, (quantity, unit), column in zip(header, plan, cells, strict=True):
         name = layout.aliases.get(quantity, quantity)
         with refused.record():
             _check_place(path, lines[0], layout, title, name, titles)
             titles[name] = title
             if unit is None:
-                words[name] = column
+                words[name] = [cell.strip() for cell in column]
             else:
-                numbers[name] = _numbers(path, lines[1:], title, column, unit)
-    return CsvTable(path, layout, words, numbers, lines[1:], lines[0], titles)
+                numbers[name] = _numbers(path, lines[1:], title, column, unit, decimal)
+    remarks = (*rows.remarks, *said)
+    return CsvTable(path, layout, words, numbers, lines[1:], lines[0], titles, remarks=remarks)
 
 
 def _column(path: Path, line: int, name: str) -> tuple[str, str | None]:
@@ -245,8 +333,15 @@ def _check_place(
     raise InputError(what, file=path, line=line, cure=cure)
 
 
-def _numbers(path: Path, lines: list[int], title: str, cells: list[str], unit: str) -> Array:
+def _numbers(
+    path: Path, lines: list[int], title: str, column: list[str], unit: str, decimal: Decimal
+) -> Array:
     """Values in metres and radians, NaN for empty cells; sigmas must be above zero."""
+    if unit == "dms":
+        cells = [cell.strip() for cell in column]
+        cells = cells if decimal == "." else [cell.replace(",", ".") for cell in cells]
+    else:
+        cells = [plain(cell, decimal).strip() for cell in column]
     try:
         if unit == "dms":
             values = np.array([parse_angle(c, unit) if c else np.nan for c in cells])
@@ -263,18 +358,22 @@ def _numbers(path: Path, lines: list[int], title: str, cells: list[str], unit: s
         good[bad] = False
     with RefusalCollector() as refused:
         for row in np.flatnonzero(~good).tolist():
-            refused.add(_bad_cell(path, lines[row], title, cells[row], unit))
+            shown = column[row].strip()
+            refused.add(_bad_cell(path, lines[row], title, cells[row], shown, unit, decimal))
     return values
 
 
-def _bad_cell(path: Path, line: int, title: str, cell: str, unit: str) -> InputError:
-    """What is wrong with a cell."""
+def _bad_cell(
+    path: Path, line: int, title: str, cell: str, shown: str, unit: str, decimal: Decimal
+) -> InputError:
+    """What is wrong with a cell, which is shown as it stands in the file."""
     if _is_number(cell, unit) and abs(parse_angle(cell, unit if unit == "dms" else "m")) >= LARGEST:
         what, cure = f"{title} is {cell}", "give a number that was measured"
     elif _is_number(cell, unit):
         what, cure = f"{title} is {cell}", "give a standard deviation above zero"
     elif "," in cell and _is_number(cell.replace(",", "."), unit):
-        what, cure = f"{title} is {cell!r}", "write decimals with a point"
+        mark = "point" if decimal == "." else "comma, as elsewhere in the file"
+        what, cure = f"{title} is {shown!r}", f"write decimals with a {mark}"
     elif unit == "dms":
         what, cure = f"{title} is {cell!r}", "write degrees, minutes and seconds as 12-34-56.7"
     else:

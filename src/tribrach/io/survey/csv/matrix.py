@@ -16,6 +16,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
+from tribrach.io.decimals import plain
 from tribrach.network.survey import SMALLEST_SIGMA
 from tribrach.units import too_large
 
@@ -72,7 +73,8 @@ def read_matrix(
         cell that is no number, a matrix that is not symmetric and positive definite, or none of
         the wanted coordinates in it.
     """
-    rows, lines = read_rows(path)
+    table = read_rows(path)
+    rows, lines = table.cells, table.lines
     head = [cell.strip() for cell in rows[0]]
     factor = 1.0 if wanted is not None else _UNITS.get(head[0].lower())
     if factor is None:
@@ -96,9 +98,10 @@ def read_matrix(
     _check_rows(path, names, rows[1:], lines[1:])
     chosen, keys = _chosen(path, lines[0], names, wanted)
     matrix = np.zeros((len(keys), len(keys)))
+    decimal, _ = table.decimal([column + 1 for column in chosen])
     for k, row in enumerate(chosen):
         try:
-            matrix[k] = [float(rows[row + 1][column + 1]) for column in chosen]
+            matrix[k] = [float(plain(rows[row + 1][column + 1], decimal)) for column in chosen]
         except ValueError:
             raise InputError("a cell is not a number", file=path, line=lines[row + 1]) from None
     scale = np.sqrt(np.abs(np.diag(matrix)))

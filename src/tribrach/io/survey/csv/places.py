@@ -18,7 +18,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.io.survey.csv.reader import Reader, located
-from tribrach.network.facts import FrameChange
+from tribrach.network.facts import AssumedSigmas, FrameChange
 from tribrach.observations.control import Coordinate, Coordinates, Offsets, VectorPriors
 from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
 
@@ -353,6 +353,11 @@ class CoordinateReader(_Placed):
             known = self.matrix.sigmas()
             own = [[known.get((name, axis), np.nan) for axis in range(3)] for name in names]
             sigma = np.where(np.isnan(own), sigma, own)
+        stated = np.array([np.nan if one is None else one for one in self.sigmas])
+        empty = np.isnan(sigma) & np.isfinite(stated)
+        if empty.any():
+            sigma = np.where(empty, stated, sigma)
+            self.survey.facts += (AssumedSigmas(self.table.path.name, *self.sigmas[1:]),)
         filled = np.where(np.isnan(sigma), CHECK_SIGMA, sigma)
         return sigma, filled[:, :, None] ** 2 * np.eye(3)
 
@@ -377,7 +382,8 @@ class CoordinateReader(_Placed):
         self.table.refuse(
             bare,
             lambda row: f"control point {names[row]} has a coordinate without sigma",
-            "add sigma_e_mm, sigma_n_mm and sigma_u_mm, or give it the role fixed",
+            "add sigma_e_mm, sigma_n_mm and sigma_u_mm, state sigma_plan_mm and sigma_up_mm in the "
+            "project, or give it the role fixed",
         )
 
     def _whole(

@@ -51,6 +51,8 @@ class Context:
         What tells the file from others of the same name.
     matrix : CoordinateCovariance, optional
         Covariances between the coordinates of a file of points.
+    sigma_plan, sigma_up : float, optional
+        Sigma of easting and northing, and of the height, of points whose file gives none [m].
     """
 
     precision: Precision = field(default_factory=Precision)
@@ -61,6 +63,8 @@ class Context:
     geocentric: Passage | None = None
     label: str = ""
     matrix: CoordinateCovariance | None = None
+    sigma_plan: float | None = None
+    sigma_up: float | None = None
 
 
 class Reader(ABC):
@@ -72,6 +76,7 @@ class Reader(ABC):
         self.role, self.lever_arms = context.role, context.lever_arms
         self.carry, self.geocentric = context.carry, context.geocentric
         self.matrix = context.matrix
+        self.sigmas = (context.sigma_plan, context.sigma_plan, context.sigma_up)
         self.survey = Survey(site=context.frame.site)
         self.all: Index = np.arange(len(table))
         self.sources: NDArray[Any] = np.empty(len(table), dtype=object)

@@ -17,6 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector, Refusals
+from tribrach.io.csv_rows import AS_FOUND, ListForm
 from tribrach.io.survey.csv import columns
 from tribrach.io.survey.csv.columns import TableLayout
 from tribrach.io.survey.csv.file import CsvTable, read_table
@@ -26,6 +27,7 @@ from tribrach.io.survey.csv.readings import ReadingsReader
 from tribrach.io.survey.csv.scans import InclinationReader, PolarReader, TargetReader
 from tribrach.io.survey.csv.sights import AngleReader, SightReader
 from tribrach.io.survey.csv.turning import CircleReader, TelescopeReader
+from tribrach.network.facts import ListReading
 from tribrach.network.survey import Survey
 
 __all__ = ["Context", "read", "survey_of"]
@@ -48,15 +50,15 @@ _READERS: dict[TableLayout, Callable[[CsvTable, Context], Reader]] = {
 }
 
 
-def read(path: Path, context: Context | None = None) -> Survey:
-    """Survey of one CSV file.
+def read(path: Path, context: Context | None = None, form: ListForm = AS_FOUND) -> Survey:
+    """Survey of one table, text or a spreadsheet, in the form that somebody says or as it is found.
 
     Raises
     ------
     InputError
         The file, the line, what is wrong there and what to do about it.
     """
-    return survey_of(read_table(Path(path)), context or Context())
+    return survey_of(read_table(Path(path), form), context or Context())
 
 
 def survey_of(table: CsvTable, context: Context) -> Survey:
@@ -102,4 +104,6 @@ def survey_of(table: CsvTable, context: Context) -> Survey:
             else:
                 break
         refused.settle()
+    if table.remarks:
+        reader.survey.facts += (ListReading(table.name, table.remarks),)
     return reader.survey

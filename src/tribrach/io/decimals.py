@@ -1,0 +1,136 @@
+"""Numbers as countries write them: decimals behind a point or a comma, thousands apart.
+
+``4567123.45``, ``4567123,45``, ``4.567.123,45``, ``4,567,123.45``, ``2'600'123.45`` and numbers
+with blanks between thousands are one number each. Which mark stands before decimals is decided for
+all numbers of a file together, never cell by cell.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Literal
+
+from tribrach.errors import InputError
+
+__all__ = ["Decimal", "Exact", "decimal_of", "plain"]
+
+Decimal = Literal[".", ","]
+
+_EXPONENT = r"(?:[eE][+-]?\d+)?"
+#: a cell that is a number with a decimal point, with a decimal comma
+_POINT = re.compile(rf"[+-]?(?:\d*\.\d+{_EXPONENT}|\d{{1,3}}(?:,\d{{3}})+\.\d*)$")
+_COMMA = re.compile(rf"[+-]?(?:\d*,\d+{_EXPONENT}|\d{{1,3}}(?:\.\d{{3}})+,\d*)$")
+#: numbers whose only mark may stand before decimals or between thousands
+_UNCLEAR = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}$")
+_THOUSANDS = {
+    ".": re.compile(r"[+-]?\d{1,3}(?:,\d{3})+(?:\.\d*)?$"),
+    ",": re.compile(r"[+-]?\d{1,3}(?:\.\d{3})+(?:,\d*)?$"),
+}
+#: blanks and apostrophes between thousands
+_APART = re.compile(r"(?<=\d)[\u00a0\u202f\u2009 '\u2019](?=\d{3}(?!\d))")
+_GROUPED = re.compile(r"[+-]?\d{1,3}(?:[\u00a0\u202f\u2009 '\u2019]\d{3})+(?:[.,]\d*)?$")
+
+
+class Exact(str):
+    """A number that a spreadsheet holds as one: its point stands before decimals for certain."""
+
+    __slots__ = ()
+
+
+def decimal_of(
+    path: Path,
+    columns: Sequence[Sequence[str]],
+    lines: Sequence[int],
+    stated: Decimal | None,
+    separator: str,
+) -> tuple[Decimal, tuple[str, ...]]:
+    """What stands before decimals, and a sentence if a comma was found to.
+
+    Parameters
+    ----------
+    path
+        The file, for messages.
+    columns
+        Cells of columns of numbers.
+    lines
+        Line of each cell of a column.
+    stated
+        What is said of it, None if nothing is.
+    separator
+        Between cells; semicolons are what spreadsheets write where decimals have commas.
+
+    Raises
+    ------
+    InputError
+        Every number may be one with three decimals or one in thousands.
+    """
+    if stated is not None:
+        return stated, ()
+    points = commas = 0
+    unclear = certain = False
+    first: tuple[str, int] | None = None
+    for cell, line in _marked(columns, lines):
+        if _COMMA.match(cell):
+            commas += 1
+            first = first or (cell, line)
+            certain = certain or not _UNCLEAR.match(cell)
+            unclear = True
+        elif _POINT.match(cell):
+            points += 1
+    if commas <= points or first is None:
+        return ".", ()
+    if unclear and not certain and separator != ";":
+        cell, line = first
+        raise InputError(
+            f"{cell} may be a number with decimals or one in thousands",
+            file=path,
+            line=line,
+            cure='add decimal = "," or decimal = "." to the entry of the file',
+        )
+    return ",", (f"decimals are written with a comma, such as {first[0]} in line {first[1]}",)
+
+
+def _marked(columns: Sequence[Sequence[str]], lines: Sequence[int]) -> Iterator[tuple[str, int]]:
+    """Cells with a comma or a point, with their lines."""
+    for cells in columns:
+        for cell, line in zip(cells, lines, strict=True):
+            if not isinstance(cell, Exact) and ("," in cell or "." in cell):
+                yield _APART.sub("", cell.strip()), line
+
+
+def plain(cell: str, decimal: Decimal) -> str:
+    """A number as Python writes it; anything else comes back as it is.
+
+    Parameters
+    ----------
+    cell
+        The cell.
+    decimal
+        What stands before decimals.
+
+    Returns
+    -------
+    str
+        With a point before decimals and nothing between thousands. A number that has the other mark
+        comes back with a comma, which is no number.
+    """
+    if isinstance(cell, Exact) or cell.isdigit():
+        return str(cell)
+    text = cell.strip()
+    if _GROUPED.match(text):
+        text = _APART.sub("", text)
+    other = "," if decimal == "." else "."
+    if other in text and _THOUSANDS[decimal].match(text):
+        # one mark alone, such as 5.302 among commas, is told and not guessed
+        if decimal == "." and _UNCLEAR.match(text):
+            return text
+        if decimal == "," and _UNCLEAR.match(text):
+            return text.replace(".", ",")
+        text = text.replace(other, "")
+    if decimal == ".":
+        return text
+    if _POINT.match(text):
+        return text.replace(".", ",")
+    return text.replace(",", ".") if _COMMA.match(text) else text
