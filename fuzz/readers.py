@@ -34,6 +34,7 @@ from tribrach.job.check import read_earlier
 from tribrach.job.poses import read_poses
 from tribrach.job.truth import read_truth
 from tribrach.project import Project
+from tribrach.project.edits import read_edits
 
 __all__ = ["READERS", "SEEDS", "Reader", "Seed", "seeds_of"]
 
@@ -131,6 +132,7 @@ READERS: dict[str, Reader] = {
     "solution": Reader(_solution, "text"),
     "project": Reader(_project, "keyed"),
     "calibration": Reader(_one(read_calibration), "keyed"),
+    "edits": Reader(_one(read_edits), "keyed"),
     "lever arm": Reader(_one(read_lever_arm), "keyed"),
     "transformation": Reader(_one(read_transformation), "keyed"),
     "poses": Reader(_one(read_poses), "keyed"),

@@ -20,6 +20,7 @@ from tribrach.job.opened import open_job
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import End
 from tribrach.project import Project
+from tribrach.project.edits import read_edits
 from tribrach.project.instrument_file import read_instrument_file
 from tribrach.project.sections import Section
 from tribrach.report import json_result
@@ -83,6 +84,11 @@ def test_python_snippets_run(
 
 @pytest.mark.parametrize(("page", "text"), blocks("toml"))
 def test_project_files_load(page: str, text: str, folder: Path) -> None:
+    if text.startswith("[[edit]]"):
+        path = folder / "decisions.toml"
+        path.write_text(text)
+        assert len(read_edits(path)) == 3
+        return
     path = folder / "demo" / f"{page}.toml"
     path.write_text(text)
     if text.startswith("[instrument]"):

@@ -128,12 +128,14 @@ def test_edits_stand_in_the_json(files: list[Path], tmp_path: Path) -> None:
             "action": "off",
             "reason": "prism tilted",
             "by": "AB",
+            "at": "",
         },
         {
             "id": "horizontal_distance:A:P:sights.csv:1",
             "action": "sigma 0.004",
             "reason": "wind",
             "by": "",
+            "at": "",
         },
     ]
 

@@ -155,8 +155,7 @@ def adjust_job(
     """
     settings = settings or AdjustmentSettings.of(job.project)
     survey = job.surveyed()
-    network = job.network_of(survey)
-    solution = solve(network if datum is None else network.with_datum(datum), settings)
+    solution = solve(job.network_of(survey, datum=datum), settings)
     antennas = _antennas(survey, solution.adjustment, settings)
     results = JobResults(job.project, job.sessions, antennas=antennas)
     return report(solution, settings, job.project.facts, results)

@@ -7,7 +7,6 @@ import numpy as np
 import tribrach as tb
 from tests.network.networks import scanner_network, trilateration
 from tribrach.io.survey.formats import read_files
-from tribrach.network.blunders.snooping import switch
 from tribrach.network.network import Datum, Network
 from tribrach.observations.base import Use
 from tribrach.observations.sights import Distances
@@ -103,7 +102,7 @@ def test_ids_do_not_depend_on_what_is_switched_off(tmp_path: Path) -> None:
     job(tmp_path)
     network = tb.open_job(tmp_path / "job.toml").network()
     (table,) = (t for t, o in enumerate(network.observations) if o.kind == "horizontal_distance")
-    fewer = switch(network, table, 0, Use.OFF, "prism tilted")
+    fewer = network.switched([(table, 0)], Use.OFF, "prism tilted")
     assert ids_of(fewer) == ids_of(network)
     assert ids_of(network.with_datum(Datum("free"))) == ids_of(network)
     assert ids_of(tb.adjust(network).network) == ids_of(network)

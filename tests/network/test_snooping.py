@@ -49,7 +49,7 @@ def test_three_blunders_of_different_kinds_are_found_and_nothing_else() -> None:
     bad, without = good, good
     for (table, item), error in wrong.items():
         bad = spoilt(bad, table, item, error)
-        without = module.switch(without, table, item, Use.OFF, "left out")
+        without = without.switched([(table, item)], Use.OFF, "left out")
     adjustment, log = snoop(bad)
     assert set(log.removed) == set(wrong)
     truth = adjust(without).state.positions
@@ -161,7 +161,7 @@ def test_a_free_network_keeps_its_datum() -> None:
     network = network.with_start(moved)
     adjustment, log = snoop(network)
     assert log.removed == ((0, 3),)
-    plain = adjust(module.switch(network, 0, 3, Use.OFF))
+    plain = adjust(network.switched([(0, 3)], Use.OFF))
     assert adjustment.state.points == pytest.approx(plain.state.points, abs=1e-8)
 
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from tribrach.geometry import rotation
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.blunders.snooping import switch
 from tribrach.network.network import Datum, Network
 from tribrach.network.quality import assess
 from tribrach.network.survey import Survey
@@ -121,7 +120,7 @@ def scanner(evil: bool = False, *, free: bool = False) -> Adjustment:
     )
     network = survey.network()
     distances = [o.kind for o in network.observations].index("slope_distance")
-    network = switch(network, distances, 0, Use.OFF, 'prism <moved> & "back"')
+    network = network.switched([(distances, 0)], Use.OFF, 'prism <moved> & "back"')
     return adjust(_titled(network))
 
 

@@ -30,7 +30,6 @@ from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
-from tribrach.network.blunders.snooping import switch
 from tribrach.network.quality import assess
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
@@ -123,7 +122,7 @@ def network_report(name: Naming) -> Report:
     """The report of an adjustment with warnings, facts, a chapter, and a comparison."""
     network = survey_of(name).network()
     k = [o.kind for o in network.observations].index("slope_distance")
-    adjustment = adjust(switch(network, k, 0, Use.OFF, name(14)))
+    adjustment = adjust(network.switched([(k, 0)], Use.OFF, name(14)))
     content = build(
         adjustment,
         assess(adjustment),

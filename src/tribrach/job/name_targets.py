@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,8 @@ from tribrach.geometry.polar import polar_by_xyz, polar_from_xyz
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.precision import covariance_of_readings
 from tribrach.job.board_orientation import BoardSighting, correlate_boards
+from tribrach.job.decided_targets import names_by_hand, with_names
+from tribrach.job.edits import obeyed
 from tribrach.job.find_targets import Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
 from tribrach.job.polar_targets import Sighted, observe_readings
@@ -23,6 +25,7 @@ from tribrach.network.blunders.gross import explain
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
+from tribrach.project.edits import Edits
 from tribrach.registration.identify import Identification, Sighting, identify
 from tribrach.targets.detection import Detection
 from tribrach.units import MM
@@ -44,6 +47,8 @@ class NamingGates:
 
 
 GATES = NamingGates()
+#: nothing was decided by hand
+NOTHING = Edits()
 
 
 @dataclass(frozen=True)
@@ -78,11 +83,12 @@ def name_targets(
     """
     targets = merged(findings)
     surveyed, stations = job.survey, job.project.stations
-    points = known_points(surveyed)
+    points = known_points(surveyed, job.edits)
     mounted = mounted_antennas(job, surveyed, points)
     on_scanners = {section.mounted_point for section in stations.values()}
     points = {name: known for name, known in points.items() if name not in on_scanners}
     first = {scan.station: scan for scan in reversed(scans)}
+    by_hand = names_by_hand(job.edits, targets, scans)
     sightings = [
         Sighting(
             station=station,
@@ -90,7 +96,7 @@ def name_targets(
             sigmas=np.array([np.sqrt(np.trace(d.covariance) / 3) for d in detections]),
             kinds=[d.kind for d in detections],
             levelled=first[station].levelled,
-            known=_given_names(station, detections, scans),
+            known=_given_names(station, detections, scans, by_hand.get(station, {})),
             mounted=mounted.get(station, ()),
         )
         for station, detections in targets.items()
@@ -98,6 +104,12 @@ def name_targets(
     ]
     antennas = any(section.lever_arm for section in stations.values())
     identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
+    if by_hand:
+        decided = {
+            station: with_names(names, by_hand.get(station, {}))
+            for station, names in identification.names.items()
+        }
+        identification = replace(identification, names=decided)
     survey = Survey(site=surveyed.site)
     boards: list[BoardSighting] = []
     for station in identification.poses:
@@ -160,20 +172,20 @@ def _boards(survey: Survey, sighted: Sighted, pose: Pose) -> list[BoardSighting]
     ]
 
 
-def known_points(survey: Survey) -> dict[str, tuple[Array, float]]:
+def known_points(survey: Survey, edits: Edits = NOTHING) -> dict[str, tuple[Array, float]]:
     """Coordinates and one sigma [m] of what is known without the scans and may be a target.
 
     The survey is adjusted by itself where that is possible; else the given coordinates serve. A
-    mark that a target stands over is none itself.
+    mark that a target stands over is none itself. What was decided by hand holds here as well.
     """
     marks = survey.named(Offsets, "start") - survey.named(Offsets, "end")
-    return {name: known for name, known in _known(survey).items() if name not in marks}
+    return {name: known for name, known in _known(survey, edits).items() if name not in marks}
 
 
-def _known(survey: Survey) -> dict[str, tuple[Array, float]]:
+def _known(survey: Survey, edits: Edits) -> dict[str, tuple[Array, float]]:
     """Coordinates and one sigma of all points."""
     try:
-        alone = adjust(survey.of_marks().network())
+        alone = adjust(obeyed(survey.of_marks().network(), edits, whole=False))
     except (AdjustmentError, InputError):
         return _given(survey)
     slip = explain(alone.network, alone)
@@ -201,9 +213,12 @@ def _given(survey: Survey) -> dict[str, tuple[Array, float]]:
 
 
 def _given_names(
-    station: str, detections: Sequence[Detection], scans: Sequence[StationScan]
+    station: str,
+    detections: Sequence[Detection],
+    scans: Sequence[StationScan],
+    by_hand: Mapping[int, str],
 ) -> dict[int, str]:
-    """Detection numbers of the targets that the user named."""
+    """Detection numbers of the targets that the user named, in the project or by hand."""
     out: dict[int, str] = {}
     for scan in scans:
         if scan.station != station:
@@ -219,4 +234,5 @@ def _given_names(
                     cure="see the detections of the station in the report",
                 )
             out[i] = name
-    return out
+    taken = set(by_hand.values())
+    return {k: name for k, name in out.items() if name not in taken} | dict(by_hand)

@@ -8,7 +8,7 @@ anything again: alone, or with what scans add to it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
 from tribrach.io.opened_files import opened_once
 from tribrach.job.calibrations import Calibrations
+from tribrach.job.edits import obeyed
 from tribrach.job.known_setups import add_known_setups
 from tribrach.job.lever_arms import (
     KnownLeverArm,
@@ -45,6 +46,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.scanner import Inclinations
 from tribrach.observations.sights import Distances
 from tribrach.project import Project
+from tribrach.project.edits import Edits
 from tribrach.units import MM, SEC
 
 __all__ = ["Job", "open_job"]
@@ -74,11 +76,15 @@ def open_job(
     """
     if not isinstance(project, Project):
         project = Project.load(project)
-    return _opened(Instruments(project.with_instrument_files()), {}, None, progress)
+    edits = project.read_edits()
+    if edits.target and not project.scans:
+        raise edits.error("target", 0, "the project has no scans", "take the entry out")
+    return _opened(Instruments(project.with_instrument_files()), edits, {}, None, progress)
 
 
 def _opened(
     instruments: Instruments,
+    edits: Edits,
     contents: dict[Path, bytes],
     sessions: tuple[SessionResult, ...] | None,
     progress: Progress,
@@ -92,7 +98,7 @@ def _opened(
             name: known_lever_arm(name, project.lever_arms[name], project.folder)
             for name in dict.fromkeys(files.context.lever_arms.values())
         }
-    return Job(project, instruments, calibrations, files, lever_arms, contents)
+    return Job(project, instruments, calibrations, files, lever_arms, edits, contents)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -111,6 +117,8 @@ class Job:
         What the survey files say.
     lever_arms : Mapping[str, KnownLeverArm]
         What is known of the lever arms that stations use, by name.
+    edits : Edits
+        What was decided by hand.
     contents : dict
         Bytes of the files that were read, by path, for another reading with other sections.
     """
@@ -120,6 +128,7 @@ class Job:
     calibrations: Calibrations
     files: ReadFiles
     lever_arms: Mapping[str, KnownLeverArm]
+    edits: Edits = Edits()
     contents: dict[Path, bytes] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
@@ -196,7 +205,29 @@ class Job:
         """
         project = self.project.model_copy(update=sections)
         instruments = self.instruments.changed(project)
-        return _opened(instruments, self.contents, self.sessions, lambda what, done, total: None)
+        return _opened(
+            instruments, self.edits, self.contents, self.sessions, lambda what, done, total: None
+        )
+
+    def decided(self, edits: Edits) -> Job:
+        """Take other decisions by hand.
+
+        Parameters
+        ----------
+        edits : Edits
+            They take the place of those of the job.
+
+        Returns
+        -------
+        Job
+            Of the same files, of which none is opened again.
+        """
+        job = replace(self, edits=edits)
+        # what was put together does not depend on them
+        for name in ("survey", "plumb"):
+            if name in vars(self):
+                vars(job)[name] = vars(self)[name]
+        return job
 
     def surveyed(self, further: Survey | None = None) -> Survey:
         """Put the survey together from files and sections.
@@ -259,15 +290,19 @@ class Job:
         """
         return self.network_of(self.surveyed(further), whole=further is not None)
 
-    def network_of(self, survey: Survey, *, whole: bool = False) -> Network:
-        """Build the network of a survey of this job.
+    def network_of(
+        self, survey: Survey, *, whole: bool = False, datum: Datum | None = None
+    ) -> Network:
+        """Build the network of a survey of this job, and do what was decided by hand.
 
         Parameters
         ----------
         survey : Survey
             As :meth:`surveyed` gives it.
         whole : bool
-            True if it has what scans add.
+            True if it has what scans add; otherwise what was decided about scans is passed over.
+        datum : Datum, optional
+            Takes the place of that of the project.
 
         Returns
         -------
@@ -276,8 +311,14 @@ class Job:
         Raises
         ------
         InputError
-            As :meth:`network`.
+            As :meth:`network`; a decision about something that the network does not have.
         """
+        network = self._built(survey, whole)
+        network = network if datum is None else network.with_datum(datum)
+        return obeyed(network, self.edits, whole=whole or not self.project.scans)
+
+    def _built(self, survey: Survey, whole: bool) -> Network:
+        """The network in its datum, before anything that was decided by hand."""
         project = self.project
         network = observed_part(survey).network()
         # without its scans a project has no heights to take from them

@@ -20,6 +20,7 @@ from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.job.budget import BudgetRow, error_budget, reach_sentences
 from tribrach.job.clouds import Product, write_clouds
+from tribrach.job.decided_targets import found_again
 from tribrach.job.find_planes import plane_wish
 from tribrach.job.find_targets import Findings, extract, target_wish
 from tribrach.job.grouping import groups, refuse_impossible
@@ -227,10 +228,10 @@ def name_and_tie(job: Job, found: FoundInScans, progress: Progress) -> ScanWork:
 
     Raises
     ------
-    InputError : scans that cannot be matched.
+    InputError : scans that cannot be matched; a decision by hand about what is not there.
     NothingFound : targets were sought, none was found, and nothing else was observed.
     """
-    scans, findings = found.scans, found.findings
+    scans, findings = found.scans, found_again(found.findings, job.edits)
     registered = register(job, scans, findings, found.state, progress)
     observed = registered.survey is not None and registered.survey.tables()
     if not observed and not job.survey.tables():

@@ -24,7 +24,6 @@ import scipy.sparse as sp
 from tribrach._types import Array, Index, Mask
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.assembly import Assembly
-from tribrach.network.blunders.snooping import switch
 from tribrach.network.network import JointCovariance, Network, is_given
 from tribrach.network.roles import used_axes
 from tribrach.observations.base import Observations, Use
@@ -288,7 +287,7 @@ def _split(network: Network, table: int, item: int, gone: list[int]) -> Network:
     """Switch an observation of coordinates off and keep those of its values that are not gone."""
     o = network.observations[table]
     rest = [row for row in range(o.rows) if row not in gone]
-    off = switch(network, table, item, Use.OFF, "tried without it")
+    off = network.switched([(table, item)], Use.OFF, "tried without it")
     if not rest:
         return off
     assert isinstance(o, Coordinates)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,7 @@ from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
 from tribrach.network.identity import observation_ids
 from tribrach.observations.base import Observations, Use
+from tribrach.observations.control import CHECK_SIGMA, Coordinate
 from tribrach.observations.declaration import Category, ObservedAxes
 from tribrach.observations.unknowns import State
 
@@ -25,6 +26,7 @@ __all__ = [
     "Edit",
     "JointCovariance",
     "Network",
+    "PointRole",
     "axes_in_use",
     "axes_sentence",
     "is_given",
@@ -72,6 +74,8 @@ def axes_sentence(used: NDArray[np.bool_]) -> str | None:
 
 
 DatumKind = Literal["control", "free", "fixed"]
+#: what given coordinates of a point can be made to do
+PointRole = Literal["control", "check", "free"]
 
 
 @dataclass(frozen=True)
@@ -171,17 +175,21 @@ class Edit:
     Attributes
     ----------
     id
-        Of the observation.
+        Of the observation, or the name of the point.
     action
-        ``off``, or ``sigma`` with the new values [m, rad].
+        ``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` with the
+        new role of a point.
     reason, by
         Why, and who says so.
+    at
+        When it was decided, as it was written; empty if that is not known.
     """
 
     id: str
     action: str
     reason: str = ""
     by: str = ""
+    at: str = ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -245,6 +253,14 @@ class Network:
         parts.append(f"{observed} ({off} of them off or checks)" if off else observed)
         return f"<Network: {', '.join(parts)}; datum {self.datum.kind}>"
 
+    @property
+    def edits_sentence(self) -> str:
+        """How much was changed by hand, in a sentence that ends with a stop; empty if nothing."""
+        n = len(self.edits)
+        if not n:
+            return ""
+        return f"{n} changes were made by hand." if n > 1 else "One change was made by hand."
+
     @cached_property
     def ids(self) -> tuple[NDArray[np.object_], ...]:
         """Id of every observation, ``kind:from:to:file:n``; an array (n,) for each table.
@@ -297,11 +313,7 @@ class Network:
             )
         free = self.free.copy()
         points = free[: 3 * layout.count("point")].reshape(-1, 3)
-        # an axis free nowhere and zero or unknown everywhere is not in use (levelling, plan)
-        used = points.any(axis=0) | (np.nan_to_num(self.start.points) != 0).any(axis=0)
-        tables = [*self.observations, *(c.observations for c in self.constraints)]
-        tables = [o for o in tables if not is_given(type(o), o.group)]
-        used &= axes_in_use((o.observed_axes(vars(o)) for o in tables), self.site)
+        used = self._used_axes()
         points[:, used], points[:, ~used] = True, False
         start = self.start
         if datum.kind == "fixed":
@@ -349,17 +361,171 @@ class Network:
         --------
         >>> less = network.without("traverse.gsi:43", reason="prism tilted")  # doctest: +SKIP
         """
-        if not reason.strip():
-            raise InputError("no reason is given", cure="say why the observations are off")
-        edited, edits = list(self.observations), []
+        return self.with_use(selector, Use.OFF, reason=reason, by=by)
+
+    def with_use(
+        self,
+        selector: str | Iterable[str],
+        use: Use,
+        *,
+        reason: str,
+        by: str = "",
+        at: str = "",
+    ) -> Network:
+        """The same network with another use of observations.
+
+        Parameters
+        ----------
+        selector : str or iterable of str
+            Id of an observation, or the ``file:line`` where one or several were written.
+        use : Use
+            Active, check or off.
+        reason, by, at : str
+            Why, in words, who says so, and when.
+
+        Returns
+        -------
+        Network
+            A new network; this one stays as it is.
+
+        Raises
+        ------
+        UnknownName
+            No observation has this id or source.
+        InputError
+            No reason, or all that is named holds exactly and cannot be switched off.
+
+        Examples
+        --------
+        >>> held = network.with_use("gnss.csv:7", Use.CHECK, reason="wall")  # doctest: +SKIP
+        """
+        _refuse_blank(reason)
+        places, edits = [], []
         for name in _selectors(selector):
             for table, item in self._selected(name):
-                o = edited[table]
-                use, reasons = o.use.copy(), o.reason.copy()
-                use[item], reasons[item] = Use.OFF, reason
-                edited[table] = replace(o, use=use, reason=reasons)
-                edits.append(Edit(str(self.ids[table][item]), "off", reason, by))
-        return replace(self, observations=tuple(edited), edits=(*self.edits, *edits))
+                places.append((table, item))
+                edits.append(Edit(str(self.ids[table][item]), use.name.lower(), reason, by, at))
+        return _replace_kept(self.switched(places, use, reason), edits=(*self.edits, *edits))
+
+    def switched(self, places: Iterable[tuple[int, int]], use: Use, reason: str = "") -> Network:
+        """The same network with another use of observations by their places; no edit is noted.
+
+        Parameters
+        ----------
+        places : iterable of (int, int)
+            Table in ``observations`` and observation within it.
+        use : Use
+            Active, check or off.
+        reason : str
+            Kept with the observations.
+
+        Returns
+        -------
+        Network
+            A new network; this one stays as it is.
+        """
+        by_table: dict[int, list[int]] = {}
+        for table, item in places:
+            by_table.setdefault(table, []).append(item)
+        observations = list(self.observations)
+        for table, items in by_table.items():
+            o = observations[table]
+            uses, reasons = o.use.copy(), o.reason.copy()
+            uses[items], reasons[items] = use, reason
+            observations[table] = replace(o, use=uses, reason=reasons)
+        return _replace_kept(self, observations=tuple(observations))
+
+    def with_role(
+        self, name: str, role: PointRole, *, reason: str, by: str = "", at: str = ""
+    ) -> Network:
+        """The same network with given coordinates of a point used for something else.
+
+        Coordinates with a sigma take part in the adjustment (``control``), are compared with it
+        (``check``) or are off (``free``). Coordinates that were held exactly are released; as check
+        coordinates they are compared with a sigma of :data:`CHECK_SIGMA`.
+
+        Parameters
+        ----------
+        name : str
+            A point.
+        role : str
+            ``control``, ``check`` or ``free``.
+        reason, by, at : str
+            Why, in words, who says so, and when.
+
+        Returns
+        -------
+        Network
+            A new network; this one stays as it is.
+
+        Raises
+        ------
+        UnknownName
+            No point has this name, or there is no such role.
+        InputError
+            No reason, or a point that has no coordinates which could be control or check.
+        """
+        _refuse_blank(reason)
+        if role not in get_args(PointRole):
+            raise UnknownName("role of a point", str(role), get_args(PointRole))
+        layout = self.start.layout
+        if not layout.has("point", name):
+            raise UnknownName("point", name, layout.names["point"])
+        edits = (*self.edits, Edit(name, f"role {role}", reason, by, at))
+        given = [
+            (table, item)
+            for table, o in enumerate(self.observations)
+            if is_given(type(o), o.group)
+            for item in np.flatnonzero(o.end_names(layout)[0] == name).tolist()
+        ]
+        index = layout.index("point", name)
+        free = self.free.copy()
+        mine = free[3 * index : 3 * index + 3]
+        held = ~mine & self._used_axes() & np.isfinite(self.start.points[index])
+        if not given and not held.any() and role != "free":
+            raise InputError(
+                f"point {name} has no given coordinates that could be {role}",
+                cure="give them with their sigmas in a file of points",
+            )
+        if role == "control" and not given:
+            return _replace_kept(self, edits=edits)
+        use = {"control": Use.ACTIVE, "check": Use.CHECK, "free": Use.OFF}[role]
+        changed = self.switched(given, use, reason)
+        if role == "control" or not held.any():
+            return _replace_kept(changed, edits=edits)
+        mine[held] = True
+        tables = changed.observations
+        if role == "check":
+            tables = (*tables, self._compared(name, np.flatnonzero(held), reason))
+        return replace(changed, observations=tables, free=free, edits=edits)
+
+    def _compared(self, name: str, axes: Index, reason: str) -> Observations:
+        """Coordinates of a point along some axes, held until now, as check observations."""
+        layout = self.start.layout
+        n = len(axes)
+        return Coordinate(
+            values=self.start.points[layout.index("point", name)][axes][:, None],
+            covariance=np.full((n, 1, 1), CHECK_SIGMA**2),
+            position=np.full(n, layout.position_index(name)),
+            axis=axes,
+            source=np.full(n, self.point_sources.get(name, ""), dtype=object),
+            use=np.full(n, Use.CHECK, dtype=np.int8),
+            reason=np.full(n, reason, dtype=object),
+            group="control",
+        )
+
+    def _used_axes(self) -> NDArray[np.bool_]:
+        """Which of E, N, U (3,) take part at all.
+
+        An axis that is free nowhere, and zero or unknown everywhere, does not, as in levelling.
+        """
+        points = self.free[: 3 * self.start.layout.count("point")].reshape(-1, 3)
+        used = np.asarray(points.any(axis=0))
+        used |= (np.nan_to_num(self.start.points) != 0).any(axis=0)
+        tables = [*self.observations, *(c.observations for c in self.constraints)]
+        tables = [o for o in tables if not is_given(type(o), o.group)]
+        used &= axes_in_use((o.observed_axes(vars(o)) for o in tables), self.site)
+        return used
 
     def with_sigma(
         self,
@@ -455,7 +621,7 @@ class Network:
 
     def with_start(self, state: State) -> Network:
         """The same network with other start values."""
-        return replace(self, start=state)
+        return _replace_kept(self, start=state)
 
     def count(self) -> int:
         """Number of observed values, whatever their use."""
@@ -485,6 +651,21 @@ def _switched_off(observations: Observations, reason: str) -> Observations:
         return observations
     use = np.full(len(observations), Use.OFF, dtype=np.int8)
     return replace(observations, use=use, reason=np.full(len(observations), reason, dtype=object))
+
+
+def _replace_kept(network: Network, **changed: Any) -> Network:
+    """A network with other uses or edits: ids and names of observations are not computed again."""
+    out = replace(network, **changed)
+    for name in ("_all_ids", "_named"):
+        if name in vars(network):
+            vars(out)[name] = vars(network)[name]
+    return out
+
+
+def _refuse_blank(reason: str) -> None:
+    """Refuse an edit without a reason."""
+    if not reason.strip():
+        raise InputError("no reason is given", cure="say why the network is changed")
 
 
 def _selectors(selector: str | Iterable[str]) -> list[str]:

@@ -416,7 +416,7 @@ class Results:
             f"sigma0 a priori {solved.sigma0:g}, a posteriori {solved.sigma0_posterior:.4f}"
             if solved.dof > 0
             else f"sigma0 a priori {solved.sigma0:g}",
-            f"{test[:1].upper()}{test[1:]}.",
+            f"{test[:1].upper()}{test[1:]}. {solved.network.edits_sentence}".rstrip(),
         ]
         rows = self.observations.worst(_WORST)
         if len(rows):

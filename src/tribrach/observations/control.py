@@ -27,6 +27,7 @@ from tribrach.observations.ties import Fixes, TieCollector, Vectors
 from tribrach.observations.unknowns import Layout, State
 
 __all__ = [
+    "CHECK_SIGMA",
     "Coordinate",
     "Coordinates",
     "DirectedComponents",
@@ -36,6 +37,9 @@ __all__ = [
     "VectorComponentPriors",
     "VectorPriors",
 ]
+
+#: sigma of given coordinates that came without one and are only compared with [m]; chosen by hand
+CHECK_SIGMA = 1e-4
 
 
 @dataclass(kw_only=True)

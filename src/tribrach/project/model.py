@@ -11,6 +11,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from tribrach.errors import InputError
 from tribrach.project import toml_file
 from tribrach.project.calibration import CalibrationSection
+from tribrach.project.edits import Edits, read_edits
 from tribrach.project.gnss import GnssSection
 from tribrach.project.instrument import Instrument
 from tribrach.project.instrument_file import read_instrument_file
@@ -56,6 +57,9 @@ class Project(Section):
         Probability of ellipses, intervals and ellipsoids.
     truth
         Truth file of a simulated project, which the report then compares everything with.
+    edits
+        File of what was decided by hand (:mod:`tribrach.project.edits`); the one that is looked for
+        if none is named need not be there.
     site, datum, instruments, points, observations, scans
         What is given and measured.
     targets, registration, cloud, comparison
@@ -71,6 +75,7 @@ class Project(Section):
     confidence: float = Field(default=0.95, gt=0.5, lt=1)
     facts: dict[str, str] = Field(default_factory=dict)
     truth: str | None = None
+    edits: str = "edits.toml"
     site: SiteSection = SiteSection()
     datum: DatumSection = DatumSection()
     instruments: dict[str, Instrument] = Field(default_factory=dict)
@@ -205,6 +210,26 @@ class Project(Section):
         own = () if self._file is None else (self._file,)
         named = {self._folder / text for text in _texts(self.model_dump())}
         return (*own, *sorted(path for path in named if _is_file(path)))
+
+    @property
+    def edits_file(self) -> Path:
+        """Where decisions made by hand are kept, whether there are any or not."""
+        return self._folder / self.edits
+
+    def read_edits(self) -> Edits:
+        """Read what was decided by hand.
+
+        Raises
+        ------
+        InputError
+            A file that is named and not there, or cannot be read; with the line.
+        """
+        path = self.edits_file
+        if path.exists():
+            return read_edits(path)
+        if "edits" in self.model_fields_set:
+            raise self.error(("edits",), f"there is no file {self.edits}", "check its name")
+        return Edits()
 
     def line(self, keys: tuple[str | int, ...]) -> int | None:
         """1-based line of a key in the project file, None for a project made in Python."""

@@ -62,7 +62,7 @@ def summary(adjustment: Adjustment, quality: Quality) -> Summary:
     test = quality.global_test
     verdict = GlobalVerdict(
         test.vtpv, number(test.lower), number(test.upper), test.alpha, test.passed,
-        _capital(test.sentence()),
+        " ".join(filter(None, [_capital(test.sentence()), adjustment.network.edits_sentence])),
     )  # fmt: skip
     return Summary(
         kinds=_kinds(adjustment, quality),

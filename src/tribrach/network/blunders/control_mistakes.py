@@ -30,7 +30,6 @@ from tribrach.network.blunders.snooping import (
     SnoopingStep,
     restart,
     snoop,
-    switch,
 )
 from tribrach.network.blunders.suspects import Key, Suspect, find_suspects
 from tribrach.network.given_coordinates import (
@@ -200,7 +199,7 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
         if not measured or turn + 1 == rounds:
             return None
         # a reading that is wrong as well must not hide the coordinate
-        less = switch(trial.network, *measured[0].key, Use.OFF, "tried without it")
+        less = trial.network.switched([measured[0].key], Use.OFF, "tried without it")
         try:
             trial = adjust(restart(less, trial))
         except TribrachError:

@@ -12,7 +12,7 @@ come back at its end.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from tribrach.network.significance import log_significance, w_critical
 from tribrach.observations.base import Use
 from tribrach.statistics import chi2
 
-__all__ = ["SnoopingLog", "SnoopingStep", "restart", "snoop", "switch"]
+__all__ = ["SnoopingLog", "SnoopingStep", "restart", "snoop"]
 
 
 #: what is done with given coordinates that look wrong
@@ -104,33 +104,6 @@ class SnoopingLog:
     def sentences(self) -> list[str]:
         """The steps in words."""
         return [step.sentence() for step in self.steps]
-
-
-def switch(network: Network, table: int, item: int, use: Use, reason: str = "") -> Network:
-    """Give one observation another use.
-
-    Parameters
-    ----------
-    network
-        The network.
-    table, item
-        The observation in ``Network.observations``.
-    use
-        Active, check or off.
-    reason
-        Kept with the observation.
-
-    Returns
-    -------
-    Network
-        A changed copy.
-    """
-    observations = list(network.observations)
-    o = observations[table]
-    uses, reasons = o.use.copy(), o.reason.copy()
-    uses[item], reasons[item] = use, reason
-    observations[table] = replace(o, use=uses, reason=reasons)
-    return replace(network, observations=tuple(observations))
 
 
 def restart(network: Network, adjustment: Adjustment) -> Network:
@@ -285,7 +258,7 @@ class _Search:
             return False
         changed = self.adjustment.network
         for key, reason in zip(keys, reasons, strict=True):
-            changed = switch(changed, *key, Use.OFF, reason)
+            changed = changed.switched([key], Use.OFF, reason)
         try:
             self.adjustment = self.run(restart(changed, self.adjustment))
         except AdjustmentError:
@@ -295,9 +268,7 @@ class _Search:
     def recall_control(self) -> None:
         """Bring the control that stood aside back."""
         if self.aside:
-            network = self.adjustment.network
-            for key in self.aside:
-                network = switch(network, *key, Use.ACTIVE)
+            network = self.adjustment.network.switched(self.aside, Use.ACTIVE)
             self.adjustment = self.run(restart(network, self.adjustment))
             self.kept |= set(self.aside)
 
@@ -312,7 +283,7 @@ class _Search:
                 return
             key = waiting.pop(best)
             before = self._rejected()
-            changed = switch(self.adjustment.network, *key, Use.ACTIVE)
+            changed = self.adjustment.network.switched([key], Use.ACTIVE)
             try:
                 trial = self.run(restart(changed, self.adjustment))
             except AdjustmentError:

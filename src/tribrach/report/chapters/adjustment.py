@@ -38,7 +38,7 @@ POOR = 0.1
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter; every report has it."""
-    tables = (_kinds(head), _components(head), _snooping(head))
+    tables = (_kinds(head), _edits(head), _components(head), _snooping(head))
     yield Chapter("adjustment", "Adjustment", sentences=_remarks(head), tables=tables)
 
 
@@ -67,6 +67,19 @@ def _kinds(head: Head) -> ReportTable:
 
 def _group(k: KindCount) -> str:
     return "" if k.group == k.kind else k.group
+
+
+def _edits(head: Head) -> ReportTable:
+    """What somebody decided by hand."""
+    columns: list[Spec] = [
+        head.columns.word("Of", "id"),
+        head.columns.word("Change", "action"),
+        head.columns.word("Reason", "reason"),
+        head.columns.word("By", "by"),
+        head.columns.word("At", "at"),
+    ]
+    note = "What was decided by hand, in the order in which it was done, before any test."
+    return build_table("edits", "Changes by hand", note, head.adjustment.network.edits, columns)
 
 
 def _components(head: Head) -> ReportTable:

@@ -165,11 +165,14 @@ class EditPart(DocumentPart):
     """What somebody changed in the network by hand."""
 
     id: str
-    """Of the observation."""
+    """Of the observation; the name of a point; scan and place of a target."""
     action: str
-    """``off``, or ``sigma`` with the new values [m, rad]."""
+    """``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` of a
+    point; ``name`` of a target, or ``rejected``."""
     reason: str
     by: str
+    at: str = ""
+    """When it was decided, as it was written; empty if that is not known."""
 
 
 class ResultHead(Document):

@@ -19,7 +19,13 @@ from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.io.survey.csv.reader import Reader, located
 from tribrach.network.facts import AssumedSigmas, FrameChange
-from tribrach.observations.control import Coordinate, Coordinates, Offsets, VectorPriors
+from tribrach.observations.control import (
+    CHECK_SIGMA,
+    Coordinate,
+    Coordinates,
+    Offsets,
+    VectorPriors,
+)
 from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
 
 __all__ = ["CoordinateReader", "PositionReader", "RodReader", "VectorReader"]
@@ -99,10 +105,6 @@ class RodReader(Reader):
 
 
 ROLES = ("control", "fixed", "approximate", "check")
-
-
-#: standard deviation [m] of check coordinates that have none
-CHECK_SIGMA = 1e-4
 
 
 _AXES = ("e", "n", "u")

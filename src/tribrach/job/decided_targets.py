@@ -1,0 +1,129 @@
+"""Found targets as somebody decided by hand: named, or rejected."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import UnknownName
+from tribrach.job.find_targets import Findings
+from tribrach.job.scans import StationScan
+from tribrach.project.edits import Edits
+from tribrach.registration.identify import is_tie_point
+from tribrach.targets.detection import Detection, Rejected
+
+__all__ = ["found_again", "names_by_hand", "nearest", "with_names"]
+
+#: a target of an entry lies within this distance of the place given [m]; two centres of one target
+#: that was found twice differ by less, two targets by more
+WITHIN_M = 0.02
+
+
+def found_again(findings: Sequence[Findings], edits: Edits) -> list[Findings]:
+    """What was found in scans, without the targets that were rejected by hand.
+
+    These are listed among the rejected candidates, with the reason.
+
+    Parameters
+    ----------
+    findings : sequence of Findings
+        As the finders left them.
+    edits : Edits
+        The decisions.
+
+    Returns
+    -------
+    list of Findings
+        Of the same scans.
+
+    Raises
+    ------
+    InputError
+        A decision about a scan or target that is not there, with file, entry and the nearest.
+    """
+    out = list(findings)
+    places = {finding.scan: k for k, finding in enumerate(findings)}
+    for number, target in enumerate(edits.target):
+        if target.scan not in places:
+            error = UnknownName("scan with targets", target.scan, places)
+            raise edits.error("target", number, error.what, error.cure)
+        k = places[target.scan]
+        found = nearest(findings[k].detections, np.array(target.center))
+        if found is None:
+            raise edits.error("target", number, *_far(findings[k], np.array(target.center)))
+        if not target.accept:
+            words = f"rejected by hand: {target.reason}"
+            bad = Rejected(found.kind, found.center, words)
+            out[k] = replace(
+                out[k],
+                detections=tuple(d for d in out[k].detections if d is not found),
+                rejected=(*out[k].rejected, bad),
+            )
+    return out
+
+
+def nearest(detections: Sequence[Detection], center: Array) -> Detection | None:
+    """The target at a place (3,) [m] of its scan; None where there is none."""
+    if not detections:
+        return None
+    gaps = [float(np.linalg.norm(d.center - center)) for d in detections]
+    k = int(np.argmin(gaps))
+    return detections[k] if gaps[k] <= WITHIN_M else None
+
+
+def _far(finding: Findings, center: Array) -> tuple[str, str]:
+    """What is wrong with a place without a target, and where the nearest targets are."""
+    what = (
+        f"scan {finding.scan} has no target within {1000 * WITHIN_M:g} mm of "
+        f"{', '.join(f'{x:.3f}' for x in center)}"
+    )
+    near = sorted(finding.detections, key=lambda d: float(np.linalg.norm(d.center - center)))[:3]
+    places = "; ".join(f"[{', '.join(f'{x:.3f}' for x in d.center)}]" for d in near)
+    return what, f"the nearest are at {places}" if near else "it has no targets at all"
+
+
+def names_by_hand(
+    edits: Edits, targets: Mapping[str, Sequence[Detection]], scans: Sequence[StationScan]
+) -> dict[str, dict[int, str]]:
+    """Names that were decided by hand, by station and number of the detection there.
+
+    Raises
+    ------
+    InputError
+        Two targets of a station have one name, or a name is one of those given to tie points.
+    """
+    out: dict[str, dict[int, str]] = {}
+    station_of = {scan.name: scan.station for scan in scans}
+    for number, target in enumerate(edits.target):
+        if target.name is None:
+            continue
+        if is_tie_point(target.name):
+            raise edits.error(
+                "target",
+                number,
+                f"{target.name} is a name that tie points are given, and those change",
+                "give the target a name of its own",
+            )
+        station = station_of[target.scan]
+        # the more precise of several scans of a station is not always the one that was named
+        gaps = [float(np.linalg.norm(d.center - target.center)) for d in targets[station]]
+        own = out.setdefault(station, {})
+        if target.name in own.values():
+            raise edits.error(
+                "target",
+                number,
+                f"two targets of {station} have the name {target.name}",
+                "give each its own",
+            )
+        own[int(np.argmin(gaps))] = target.name
+    return out
+
+
+def with_names(names: Sequence[str], by_hand: Mapping[int, str]) -> tuple[str, ...]:
+    """Names (n,) of a station with those decided by hand, which no other target keeps."""
+    taken = set(by_hand.values())
+    others = ("" if name in taken else name for name in names)
+    return tuple(by_hand.get(k, name) for k, name in enumerate(others))

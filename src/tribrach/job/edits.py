@@ -1,0 +1,69 @@
+"""Does to a network what was decided by hand: uses of observations, roles of points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tribrach.errors import InputError, UnknownName
+from tribrach.network.network import Edit, Network
+from tribrach.observations.base import Use
+from tribrach.project.edits import Edits, TargetEdit
+
+__all__ = ["obeyed"]
+
+
+def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
+    """Give observations the uses and points the roles that were decided by hand.
+
+    Parameters
+    ----------
+    network : Network
+        As it was measured.
+    edits : Edits
+        The decisions; those about targets have been done before.
+    whole : bool
+        False for a part of the network: what it does not have is passed over.
+
+    Returns
+    -------
+    Network
+        A changed copy, with the decisions among its ``edits``.
+
+    Raises
+    ------
+    InputError
+        A decision about an observation or point that the network does not have, with file, entry
+        and the nearest names.
+    """
+    if whole:
+        told = tuple(_told(target) for target in edits.target)
+        network = replace(network, edits=(*network.edits, *told))
+    for number, role in enumerate(edits.role):
+        try:
+            network = network.with_role(
+                role.point, role.role, reason=role.reason, by=role.by, at=role.when
+            )
+        except UnknownName as error:
+            if whole:
+                raise edits.error("role", number, error.what, error.cure) from error
+        except InputError as error:
+            raise edits.error("role", number, error.what, error.cure) from error
+    for number, edit in enumerate(edits.edit):
+        use = Use[edit.use.upper()]
+        try:
+            network = network.with_use(
+                edit.observation, use, reason=edit.reason, by=edit.by, at=edit.when
+            )
+        except UnknownName as error:
+            if whole:
+                raise edits.error("edit", number, error.what, error.cure) from error
+        except InputError as error:
+            raise edits.error("edit", number, error.what, error.cure) from error
+    return network
+
+
+def _told(target: TargetEdit) -> Edit:
+    """A decision about a target among those of the network."""
+    place = ", ".join(f"{x:.3f}" for x in target.center)
+    action = f"name {target.name}" if target.accept else "rejected"
+    return Edit(f"{target.scan}: target at {place}", action, target.reason, target.by, target.when)
