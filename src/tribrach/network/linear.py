@@ -5,8 +5,8 @@ Three ways, chosen by structure, one interface (:class:`Factor`):
 * :class:`DenseFactor`: Cholesky and the whole inverse, for small networks;
 * :class:`SchurFactor`: points eliminated block by block, dense Cholesky of what remains, for
   many targets seen from some stations;
-* :class:`SparseFactor`: LDL^T with minimum-degree ordering and the selected inverse, for large
-  networks of points.
+* :class:`SparseFactor`: LDL^T by fronts with minimum-degree ordering and the selected inverse, for
+  large networks of points.
 
 None of them ever inverts a large matrix as a whole. Columns are scaled to unit diagonal first
 (Jacobi), so that metres, radians and calibration parameters live together.
@@ -18,13 +18,13 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-import qdldl
 import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index, Mask
 from tribrach.kernels import njit
+from tribrach.network.elimination import eliminate
 from tribrach.network.selected_inverse import (
     look_up,
     look_up_blocks,
@@ -479,34 +479,25 @@ class SparseFactor:
     """LDL^T of a permuted sparse matrix; the selected inverse is computed when first asked for."""
 
     def __init__(self, normal: sp.csc_array, scale: Array) -> None:
-        unit = sp.csc_matrix(normal.multiply(scale[:, None]).multiply(scale[None, :]))
+        unit = sp.csc_array(normal.multiply(scale[:, None]).multiply(scale[None, :]))
         self.scale = scale
-        try:
-            self._solver = qdldl.Solver(unit)
-        except RuntimeError as error:  # all that qdldl raises, at a zero pivot
-            raise SingularMatrix(str(error)) from error
-        lower, self._d, permutation = self._solver.factors()
-        self._lower = sp.csc_array(lower)
-        self._lower.sort_indices()
-        self.smallest_pivot = float(self._d.min())
-        if self.smallest_pivot <= 0:
+        self._lower = low = eliminate(unit)
+        self._d, self._place = low.d, low.place
+        self.smallest_pivot = float(low.d.min())
+        if not self.smallest_pivot > 0:
             raise SingularMatrix("a pivot is not positive")
-        self._place = np.empty(len(scale), dtype=np.int64)
-        self._place[permutation] = np.arange(len(scale))
 
     def solve(self, b: Array) -> Array:
         """``N^-1 b``; several columns pass the factor together."""
-        if b.ndim == 1:
-            solution: Array = self._solver.solve(b * self.scale) * self.scale
-            return solution
-        low, scaled = self._lower, np.empty(b.shape)
-        scaled[self._place] = b * self.scale[:, None]
-        for first in range(0, b.shape[1], _TOGETHER):
+        columns = b.reshape(len(b), -1)
+        low, scaled = self._lower, np.empty(columns.shape)
+        scaled[self._place] = columns * self.scale[:, None]
+        for first in range(0, scaled.shape[1], _TOGETHER):
             part = np.ascontiguousarray(scaled[:, first : first + _TOGETHER])
             solutions(low.indptr, low.indices, low.data, self._d, part)
             scaled[:, first : first + _TOGETHER] = part
         out: Array = scaled[self._place] * self.scale[:, None]
-        return out
+        return out.reshape(b.shape)
 
     def forms(self, columns: sp.csc_array, width: int) -> Array:
         """Forms of groups of columns, each along its ways through the elimination tree."""
