@@ -1,0 +1,5004 @@
+var US=Object.create;var hu=Object.defineProperty;var OS=Object.getOwnPropertyDescriptor;var FS=Object.getOwnPropertyNames;var BS=Object.getPrototypeOf,kS=Object.prototype.hasOwnProperty;var Vd=(n,e,t)=>()=>{if(t)throw t[0];try{return n&&(e=n(n=0)),e}catch(i){throw t=[i],i}};var Ot=(n,e)=>()=>{try{return e||n((e={exports:{}}).exports,e),e.exports}catch(t){throw e=0,t}},Hd=(n,e)=>{for(var t in e)hu(n,t,{get:e[t],enumerable:!0})},o0=(n,e,t,i)=>{if(e&&typeof e=="object"||typeof e=="function")for(let s of FS(e))!kS.call(n,s)&&s!==t&&hu(n,s,{get:()=>e[s],enumerable:!(i=OS(e,s))||i.enumerable});return n};var zS=(n,e,t)=>(t=n!=null?US(BS(n)):{},o0(e||!n||!n.__esModule?hu(t,"default",{value:n,enumerable:!0}):t,n)),Gd=n=>o0(hu({},"__esModule",{value:!0}),n);var my=Ot(py=>{"use strict";Object.defineProperty(py,"__esModule",{value:!0})});var gy=Ot(Gf=>{"use strict";Object.defineProperty(Gf,"__esModule",{value:!0});Gf.Hierarchy=void 0;Gf.Hierarchy={parse:eC};function eC(n){return Object.entries(n).reduce((e,[t,i])=>(i===-1?e.pages[t]={}:i&&(e.nodes[t]={pointCount:i}),e),{nodes:{},pages:{}})}});var vy=Ot(oo=>{"use strict";var tC=oo&&oo.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),_y=oo&&oo.__exportStar||function(n,e){for(var t in n)t!=="default"&&!Object.prototype.hasOwnProperty.call(e,t)&&tC(e,n,t)};Object.defineProperty(oo,"__esModule",{value:!0});_y(my(),oo);_y(gy(),oo)});var $f=Ot(ul=>{"use strict";Object.defineProperty(ul,"__esModule",{value:!0});ul.hierarchyItemLength=ul.infoLength=void 0;ul.infoLength=160;ul.hierarchyItemLength=32});var Wf=Ot(ao=>{"use strict";Object.defineProperty(ao,"__esModule",{value:!0});ao.evlrHeaderLength=ao.vlrHeaderLength=ao.minHeaderLength=void 0;ao.minHeaderLength=375;ao.vlrHeaderLength=54;ao.evlrHeaderLength=60});var yy=Ot(hl=>{"use strict";Object.defineProperty(hl,"__esModule",{value:!0});hl.getBigUint64=hl.parseBigInt=void 0;function nC(n){if(n>BigInt(Number.MAX_SAFE_INTEGER)||n<BigInt(-Number.MAX_SAFE_INTEGER))throw new Error(`Cannot convert bigint to number: ${n}`);return Number(n)}hl.parseBigInt=nC;function iC(n,e,t){if(n.getBigUint64)return n.getBigUint64(e,t);let[i,s]=t?[4,0]:[0,4],r=BigInt(n.getUint32(e+i,t)),o=BigInt(n.getUint32(e+s,t));return(r<<BigInt(32))+o}hl.getBigUint64=iC});var by=Ot(lo=>{"use strict";Object.defineProperty(lo,"__esModule",{value:!0});lo.toCString=lo.toDataView=lo.Binary=void 0;lo.Binary={toDataView:zm,toCString:xy};function zm(n){return new DataView(n.buffer,n.byteOffset,n.length)}lo.toDataView=zm;function xy(n){let e=zm(n),t="";for(let i=0;i<e.byteLength;++i){let s=e.getInt8(i);if(s===0)return t;t+=String.fromCharCode(s)}return t}lo.toCString=xy});var Ty=Ot(Xf=>{"use strict";Object.defineProperty(Xf,"__esModule",{value:!0});Xf.Bounds=void 0;Xf.Bounds={min:sC,max:rC,mid:Vm,width:Sy,depth:My,height:wy,cube:oC,step:Ey,stepTo:aC,intersection:lC};function sC(n){return[n[0],n[1],n[2]]}function rC(n){return[n[3],n[4],n[5]]}function Vm([n,e,t,i,s,r]){return[n+(i-n)/2,e+(s-e)/2,t+(r-t)/2]}function Sy(n){return n[3]-n[0]}function My(n){return n[4]-n[1]}function wy(n){return n[5]-n[2]}function oC(n){let e=Vm(n),t=Math.max(Sy(n),My(n),wy(n))/2;return[e[0]-t,e[1]-t,e[2]-t,e[0]+t,e[1]+t,e[2]+t]}function Ey(n,[e,t,i]){let[s,r,o,a,l,c]=n,[u,h,f]=Vm(n);return[e?u:s,t?h:r,i?f:o,e?a:u,t?l:h,i?c:f]}function aC(n,[e,t,i,s]){for(let r=e-1;r>=0;--r)n=Ey(n,[t>>r&1,i>>r&1,s>>r&1]);return n}function lC(n,e){return[Math.max(n[0],e[0]),Math.max(n[1],e[1]),Math.max(n[2],e[2]),Math.min(n[3],e[3]),Math.min(n[4],e[4]),Math.min(n[5],e[5])]}});var Ay=Ot(qf=>{"use strict";Object.defineProperty(qf,"__esModule",{value:!0});qf.Dimension=void 0;var cC={int8:{type:"signed",size:1},int16:{type:"signed",size:2},int32:{type:"signed",size:4},int64:{type:"signed",size:8},uint8:{type:"unsigned",size:1},uint16:{type:"unsigned",size:2},uint32:{type:"unsigned",size:4},uint64:{type:"unsigned",size:8},float32:{type:"float",size:4},float64:{type:"float",size:8},float:{type:"float",size:4},double:{type:"float",size:8},bool:{type:"unsigned",size:1},boolean:{type:"unsigned",size:1}};qf.Dimension={Type:cC,ctype:uC};function uC({type:n,size:e}){switch(n){case"signed":switch(e){case 1:return"int8";case 2:return"int16";case 4:return"int32";case 8:return"int64"}case"unsigned":switch(e){case 1:return"uint8";case 2:return"uint16";case 4:return"uint32";case 8:return"uint64"}case"float":switch(e){case 4:return"float";case 8:return"double"}}throw new Error(`Invalid dimension type/size: ${n}/${e}`)}});var Cy={};Hd(Cy,{createLazPerf:()=>fC,default:()=>hC});var hC,fC,Ry=Vd(()=>{hC=void 0,fC=void 0});var Py={};Hd(Py,{createLazPerf:()=>pC,default:()=>dC});var dC,pC,Iy=Vd(()=>{dC=void 0,pC=void 0});var Ny=Ot(as=>{"use strict";var mC=as&&as.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),gC=as&&as.__setModuleDefault||(Object.create?(function(n,e){Object.defineProperty(n,"default",{enumerable:!0,value:e})}):function(n,e){n.default=e}),_C=as&&as.__importStar||function(n){if(n&&n.__esModule)return n;var e={};if(n!=null)for(var t in n)t!=="default"&&Object.prototype.hasOwnProperty.call(n,t)&&mC(e,n,t);return gC(e,n),e},vC=as&&as.__importDefault||function(n){return n&&n.__esModule?n:{default:n}};Object.defineProperty(as,"__esModule",{value:!0});as.Getter=void 0;var yC=vC((Ry(),Gd(Cy)));as.Getter={create:xC,http:Ly,file:Dy};function xC(n){return typeof n=="function"?n:n.startsWith("http://")||n.startsWith("https://")?Ly(n):Dy(n)}function Ly(n){return async function(t,i){if(t<0||i<0||t>i)throw new Error("Invalid range");let r=await(await(0,yC.default)(n,{headers:{Range:`bytes=${t}-${i-1}`}})).arrayBuffer();return new Uint8Array(r)}}function Dy(n){return async function(t,i){let s=await Promise.resolve().then(()=>_C((Iy(),Gd(Py))));async function r(o=0,a=1/0){if(o<0||a<0||o>a)throw new Error("Invalid range");await s.promises.access(n);let l=s.createReadStream(n,{start:o,end:a-1,autoClose:!0});return bC(l)}return r(t,i)}}async function bC(n){return await new Promise((e,t)=>{let i=[];n.on("data",s=>i.push(s)),n.on("error",t),n.on("end",()=>e(Buffer.concat(i)))})}});var Oy=Ot(fl=>{"use strict";Object.defineProperty(fl,"__esModule",{value:!0});fl.Key=void 0;fl.Key={create:SC,parse:Uy,toString:MC,step:wC,up:EC,compare:TC,depth:AC};function SC(n,e=0,t=0,i=0){return typeof n!="number"?Uy(n):[n,e,t,i]}function Uy(n){if(typeof n!="string")return n;let[e,t,i,s,...r]=n.split("-").map(a=>parseInt(a,10)),o=[e,t,i,s];if(r.length!==0||o.some(a=>typeof a!="number"||Number.isNaN(a)))throw new Error(`Invalid key: ${n}`);return o}function MC(n){return typeof n=="string"?n:n.join("-")}function wC(n,[e,t,i]){let[s,r,o,a]=fl.Key.create(n);return[s+1,r*2+e,o*2+t,a*2+i]}function EC(n,e=1){let[t,i,s,r]=fl.Key.create(n);return[t-e,i>>e,s>>e,r>>e]}function TC(n,e){for(let t=0;t<n.length;++t){if(n[t]<e[t])return-1;if(n[t]>e[t])return 1}return 0}function AC(n){return n[0]}});var Fy=Ot(Yf=>{"use strict";Object.defineProperty(Yf,"__esModule",{value:!0});Yf.Scale=void 0;Yf.Scale={apply:(n,e=1,t=0)=>(n-t)/e,unapply:(n,e=1,t=0)=>n*e+t}});var By=Ot(Zf=>{"use strict";Object.defineProperty(Zf,"__esModule",{value:!0});Zf.Step=void 0;Zf.Step={fromIndex:CC,list:RC};function CC(n){if(n<0||n>=8)throw new Error(`Invalid step index: ${n}`);let e=n>>0&1?1:0,t=n>>1&1?1:0,i=n>>2&1?1:0;return[e,t,i]}function RC(){return[[0,0,0],[0,0,1],[0,1,0],[0,1,1],[1,0,0],[1,0,1],[1,1,0],[1,1,1]]}});var ls=Ot(xn=>{"use strict";var PC=xn&&xn.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),IC=xn&&xn.__exportStar||function(n,e){for(var t in n)t!=="default"&&!Object.prototype.hasOwnProperty.call(e,t)&&PC(e,n,t)};Object.defineProperty(xn,"__esModule",{value:!0});xn.Step=xn.Scale=xn.Key=xn.Getter=xn.Dimension=xn.Bounds=xn.Binary=void 0;IC(yy(),xn);var LC=by();Object.defineProperty(xn,"Binary",{enumerable:!0,get:function(){return LC.Binary}});var DC=Ty();Object.defineProperty(xn,"Bounds",{enumerable:!0,get:function(){return DC.Bounds}});var NC=Ay();Object.defineProperty(xn,"Dimension",{enumerable:!0,get:function(){return NC.Dimension}});var UC=Ny();Object.defineProperty(xn,"Getter",{enumerable:!0,get:function(){return UC.Getter}});var OC=Oy();Object.defineProperty(xn,"Key",{enumerable:!0,get:function(){return OC.Key}});var FC=Fy();Object.defineProperty(xn,"Scale",{enumerable:!0,get:function(){return FC.Scale}});var BC=By();Object.defineProperty(xn,"Step",{enumerable:!0,get:function(){return BC.Step}})});var Hm=Ot(jf=>{"use strict";Object.defineProperty(jf,"__esModule",{value:!0});jf.ExtraBytes=void 0;var di=ls();jf.ExtraBytes={getDimension:kC,parse:zC,parseOne:ky};var Jf=192;function kC({type:n,length:e}){switch(n){case"signed":case"unsigned":switch(e){case 1:case 2:case 4:case 8:return{type:n,size:e}}case"float":switch(e){case 4:case 8:return{type:n,size:e}}}}function zC(n){if(n.byteLength%Jf!==0)throw new Error(`Invalid extra bytes VLR length: ${n.byteLength}`);let e=[];for(let t=0;t<n.byteLength;t+=Jf)e.push(ky(n.slice(t,t+Jf)));return e}function ky(n){if(n.byteLength!==Jf)throw new Error(`Invalid extra bytes entry length: ${n.byteLength}`);let e=di.Binary.toDataView(n),t=di.Binary.toCString(n.slice(4,36)),i=di.Binary.toCString(n.slice(60,192)),s=e.getUint8(2),r=e.getUint8(3);if(s>=11)throw new Error(`Invalid extra bytes "type" value: ${s}`);if(s===0)return{name:t,description:i,length:r};let o=HC(r),a=VC(s);if(!a)throw new Error(`Failed to extract dimension type: ${s}`);let{type:l,size:c}=a;function u(f){switch(l){case"signed":return(0,di.parseBigInt)(e.getBigInt64(f,!0));case"unsigned":return(0,di.parseBigInt)((0,di.getBigUint64)(e,f,!0));case"float":return e.getFloat64(f,!0)}}let h={name:t,description:i,type:l,length:c};return o.hasNodata&&(h.nodata=u(40)),o.hasMin&&(h.min=u(64)),o.hasMax&&(h.max=u(88)),o.hasScale&&(h.scale=e.getFloat64(112)),o.hasOffset&&(h.offset=e.getFloat64(136)),h}function VC(n){switch(n){case 1:return di.Dimension.Type.uint8;case 2:return di.Dimension.Type.int8;case 3:return di.Dimension.Type.uint16;case 4:return di.Dimension.Type.int16;case 5:return di.Dimension.Type.uint32;case 6:return di.Dimension.Type.int32;case 7:return di.Dimension.Type.uint64;case 8:return di.Dimension.Type.int64;case 9:return di.Dimension.Type.float32;case 10:return di.Dimension.Type.float64}}function HC(n){return{hasNodata:!!(n&1),hasMin:!!(n>>1&1),hasMax:!!(n>>2&1),hasScale:!!(n>>3&1),hasOffset:!!(n>>4&1)}}});var Gm=Ot(Kf=>{"use strict";Object.defineProperty(Kf,"__esModule",{value:!0});Kf.Dimensions=void 0;var GC=ls(),$C=Hm();Kf.Dimensions={create:XC};var{Type:dn}=GC.Dimension,WC={X:dn.float64,Y:dn.float64,Z:dn.float64,Intensity:dn.uint16,ReturnNumber:dn.uint8,NumberOfReturns:dn.uint8,ScanDirectionFlag:dn.boolean,EdgeOfFlightLine:dn.boolean,Classification:dn.uint8,Synthetic:dn.boolean,KeyPoint:dn.boolean,Withheld:dn.boolean,Overlap:dn.boolean,ScanAngle:dn.float32,UserData:dn.uint8,PointSourceId:dn.uint16,GpsTime:dn.float64,Red:dn.uint16,Green:dn.uint16,Blue:dn.uint16,ScannerChannel:dn.uint8,Infrared:dn.uint16};function XC(n,e=[]){return Object.keys(n).reduce((t,i)=>{let s=WC[i];if(s)return{...t,[i]:s};let r=e.find(a=>a.name===i),o=r&&$C.ExtraBytes.getDimension(r);if(o)return{...t,[i]:o};throw new Error(`Failed to look up LAS type: ${i}`)},{})}});var $m=Ot(ed=>{"use strict";Object.defineProperty(ed,"__esModule",{value:!0});ed.Extractor=void 0;var er=ls();ed.Extractor={create:JC};function qC(n){switch(n){case 0:return 20;case 1:return 28;case 2:return 26;case 3:return 34;case 6:return 30;case 7:return 36;case 8:return 38;default:throw new Error(`Unsupported point data record format: ${n}`)}}function YC(n,e,{type:t,length:i}){let s=co(n);switch(t){case"signed":switch(i){case 1:return(r,o)=>r.getInt8(s(o)+e);case 2:return(r,o)=>r.getInt16(s(o)+e,!0);case 4:return(r,o)=>r.getInt32(s(o)+e,!0);case 8:return(r,o)=>(0,er.parseBigInt)(r.getBigInt64(s(o)+e,!0))}case"unsigned":switch(i){case 1:return(r,o)=>r.getUint8(s(o)+e);case 2:return(r,o)=>r.getUint16(s(o)+e,!0);case 4:return(r,o)=>r.getUint32(s(o)+e,!0);case 8:return(r,o)=>(0,er.parseBigInt)((0,er.getBigUint64)(r,s(o)+e,!0))}case"float":switch(i){case 4:return(r,o)=>r.getFloat32(s(o)+e,!0);case 8:return(r,o)=>r.getFloat64(s(o)+e,!0)}}}function ZC(n,e){let i=qC(n.pointDataRecordFormat);return e.reduce((s,r)=>{let o=i;i+=r.length;let a=YC(n,o,r);if(!a)return s;let l=(c,u)=>er.Scale.unapply(a(c,u),r.scale,r.offset);return{...s,[r.name]:l}},{})}function JC(n,e=[]){let t=ZC(n,e);return{...(()=>{let{pointDataRecordFormat:s}=n;switch(s){case 0:return Qf(n);case 1:return jC(n);case 2:return KC(n);case 3:return QC(n);case 6:return zy(n);case 7:return Vy(n);case 8:return eR(n);default:throw new Error(`Unsupported point data record format: ${s}`)}})(),...t}}function Qf(n){let{scale:e,offset:t}=n,i=co(n);function s(a,l){return a.getUint8(i(l)+14)}function r(a,l){return a.getUint8(i(l)+15)}function o(a,l){return r(a,l)&31}return{X:(a,l)=>er.Scale.unapply(a.getInt32(i(l),!0),e[0],t[0]),Y:(a,l)=>er.Scale.unapply(a.getInt32(i(l)+4,!0),e[1],t[1]),Z:(a,l)=>er.Scale.unapply(a.getInt32(i(l)+8,!0),e[2],t[2]),Intensity:(a,l)=>a.getUint16(i(l)+12,!0),ReturnNumber:(a,l)=>s(a,l)&7,NumberOfReturns:(a,l)=>(s(a,l)&56)>>3,ScanDirectionFlag:(a,l)=>(s(a,l)&64)>>6,EdgeOfFlightLine:(a,l)=>(s(a,l)&128)>>7,Classification:(a,l)=>{let c=o(a,l);return c===12?0:c},Synthetic:(a,l)=>(r(a,l)&32)>>5,KeyPoint:(a,l)=>(r(a,l)&64)>>6,Withheld:(a,l)=>(r(a,l)&128)>>7,Overlap:(a,l)=>o(a,l)===12?1:0,ScanAngle:(a,l)=>a.getInt8(i(l)+16),UserData:(a,l)=>a.getUint8(i(l)+17),PointSourceId:(a,l)=>a.getUint16(i(l)+18,!0)}}function jC(n){let e=co(n);return{...Qf(n),GpsTime:(t,i)=>t.getFloat64(e(i)+20,!0)}}function KC(n){let e=co(n);return{...Qf(n),Red:(t,i)=>t.getUint16(e(i)+20,!0),Green:(t,i)=>t.getUint16(e(i)+22,!0),Blue:(t,i)=>t.getUint16(e(i)+24,!0)}}function QC(n){let e=co(n);return{...Qf(n),GpsTime:(t,i)=>t.getFloat64(e(i)+20,!0),Red:(t,i)=>t.getUint16(e(i)+28,!0),Green:(t,i)=>t.getUint16(e(i)+30,!0),Blue:(t,i)=>t.getUint16(e(i)+32,!0)}}function zy(n){let{scale:e,offset:t}=n,i=co(n);function s(r,o){return r.getUint8(i(o)+15)}return{X:(r,o)=>er.Scale.unapply(r.getInt32(i(o),!0),e[0],t[0]),Y:(r,o)=>er.Scale.unapply(r.getInt32(i(o)+4,!0),e[1],t[1]),Z:(r,o)=>er.Scale.unapply(r.getInt32(i(o)+8,!0),e[2],t[2]),Intensity:(r,o)=>r.getUint16(i(o)+12,!0),ReturnNumber:(r,o)=>r.getUint16(i(o)+14,!0)&15,NumberOfReturns:(r,o)=>(r.getUint16(i(o)+14,!0)&240)>>4,Synthetic:(r,o)=>s(r,o)&1,KeyPoint:(r,o)=>(s(r,o)&2)>>1,Withheld:(r,o)=>(s(r,o)&4)>>2,Overlap:(r,o)=>(s(r,o)&8)>>3,ScannerChannel:(r,o)=>(s(r,o)&48)>>4,ScanDirectionFlag:(r,o)=>(s(r,o)&64)>>6,EdgeOfFlightLine:(r,o)=>(s(r,o)&128)>>7,Classification:(r,o)=>r.getUint8(i(o)+16),UserData:(r,o)=>r.getUint8(i(o)+17),ScanAngle:(r,o)=>r.getInt16(i(o)+18,!0)*.006,PointSourceId:(r,o)=>r.getUint16(i(o)+20,!0),GpsTime:(r,o)=>r.getFloat64(i(o)+22,!0)}}function Vy(n){let e=co(n);return{...zy(n),Red:(t,i)=>t.getUint16(e(i)+30,!0),Green:(t,i)=>t.getUint16(e(i)+32,!0),Blue:(t,i)=>t.getUint16(e(i)+34,!0)}}function eR(n){let e=co(n);return{...Vy(n),Infrared:(t,i)=>t.getUint16(e(i)+36,!0)}}function co(n){let{pointDataRecordLength:e}=n;return function(i){return i*e}}});var Gy=Ot(dl=>{"use strict";Object.defineProperty(dl,"__esModule",{value:!0});dl.formatGuid=dl.parsePoint=void 0;var Hy=ls();function tR(n){let e=Hy.Binary.toDataView(n);if(e.byteLength!==24)throw new Error(`Invalid tuple buffer length: ${e.byteLength}`);return[e.getFloat64(0,!0),e.getFloat64(8,!0),e.getFloat64(16,!0)]}dl.parsePoint=tR;function nR(n){let e=Hy.Binary.toDataView(n);if(e.byteLength!==16)throw new Error(`Invalid GUID buffer length: ${e.byteLength}`);let t="";for(let i=0;i<e.byteLength;i+=4){let s=e.getUint32(i,!0);t+=s.toString(16).padStart(8,"0")}return[t.slice(0,8),t.slice(8,12),t.slice(12,16),t.slice(16,32)].join("-")}dl.formatGuid=nR});var Xm=Ot(td=>{"use strict";Object.defineProperty(td,"__esModule",{value:!0});td.Header=void 0;var Ui=ls(),$y=Wf(),Wm=Gy();td.Header={parse:iR};function iR(n){if(n.byteLength<$y.minHeaderLength)throw new Error(`Invalid header: must be at least ${$y.minHeaderLength} bytes`);let e=Ui.Binary.toDataView(n),t=Ui.Binary.toCString(n.slice(0,4));if(t!=="LASF")throw new Error(`Invalid file signature: ${t}`);let i=e.getUint8(24),s=e.getUint8(25);if(i!==1||s!==2&&s!==4)throw new Error(`Invalid version (only 1.2 and 1.4 supported): ${i}.${s}`);let r={fileSignature:t,fileSourceId:e.getUint16(4,!0),globalEncoding:e.getUint16(6,!0),projectId:(0,Wm.formatGuid)(n.slice(8,24)),majorVersion:i,minorVersion:s,systemIdentifier:Ui.Binary.toCString(n.slice(26,58)),generatingSoftware:Ui.Binary.toCString(n.slice(58,90)),fileCreationDayOfYear:e.getUint16(90,!0),fileCreationYear:e.getUint16(92,!0),headerLength:e.getUint16(94,!0),pointDataOffset:e.getUint32(96,!0),vlrCount:e.getUint32(100,!0),pointDataRecordFormat:e.getUint8(104)&15,pointDataRecordLength:e.getUint16(105,!0),pointCount:e.getUint32(107,!0),pointCountByReturn:rR(n.slice(111,131)),scale:(0,Wm.parsePoint)(n.slice(131,155)),offset:(0,Wm.parsePoint)(n.slice(155,179)),min:[e.getFloat64(187,!0),e.getFloat64(203,!0),e.getFloat64(219,!0)],max:[e.getFloat64(179,!0),e.getFloat64(195,!0),e.getFloat64(211,!0)],waveformDataOffset:0,evlrOffset:0,evlrCount:0};return s==2?r:{...r,pointCount:(0,Ui.parseBigInt)((0,Ui.getBigUint64)(e,247,!0)),pointCountByReturn:sR(n.slice(255,375)),waveformDataOffset:(0,Ui.parseBigInt)((0,Ui.getBigUint64)(e,227,!0)),evlrOffset:(0,Ui.parseBigInt)((0,Ui.getBigUint64)(e,235,!0)),evlrCount:e.getUint32(243,!0)}}function sR(n){let e=Ui.Binary.toDataView(n),t=[];for(let i=0;i<120;i+=8)t.push((0,Ui.getBigUint64)(e,i,!0));return t.map(i=>(0,Ui.parseBigInt)(i))}function rR(n){let e=Ui.Binary.toDataView(n),t=[];for(let i=0;i<20;i+=4)t.push(e.getUint32(i,!0));return t}});var Wy={};Hd(Wy,{createLazPerf:()=>aR,default:()=>oR});var oR,aR,Xy=Vd(()=>{oR=void 0,aR=void 0});var jy=Ot(uo=>{"use strict";Object.defineProperty(uo,"__esModule",{value:!0});uo.decompressFile=uo.decompressChunk=uo.PointData=void 0;var qy=(Xy(),Gd(Wy)),lR=Xm();uo.PointData={createLazPerf:qy.createLazPerf,decompressChunk:Zy,decompressFile:Jy};var qm;async function Yy(n){return n||(qm||(qm=(0,qy.createLazPerf)()),qm)}async function Zy(n,{pointCount:e,pointDataRecordFormat:t,pointDataRecordLength:i},s){let r=await Yy(s),o=new Uint8Array(e*i),a=r._malloc(n.byteLength),l=r._malloc(i),c=new r.ChunkDecoder;try{r.HEAPU8.set(new Uint8Array(n.buffer,n.byteOffset,n.byteLength),a),c.open(t,i,a);for(let u=0;u<e;++u)c.getPoint(l),o.set(new Uint8Array(r.HEAPU8.buffer,l,i),u*i)}finally{r._free(a),r._free(l),c.delete()}return o}uo.decompressChunk=Zy;async function Jy(n,e){let t=await Yy(e),i=lR.Header.parse(n),{pointCount:s,pointDataRecordLength:r}=i,o=new Uint8Array(s*r),a=t._malloc(n.byteLength),l=t._malloc(r),c=new t.LASZip;try{t.HEAPU8.set(new Uint8Array(n.buffer,n.byteOffset,n.byteLength),a),c.open(a,n.byteLength);for(let u=0;u<s;++u)c.getPoint(l),o.set(new Uint8Array(t.HEAPU8.buffer,l,r),u*r)}finally{c.delete()}return o}uo.decompressFile=Jy});var Ky=Ot(nd=>{"use strict";Object.defineProperty(nd,"__esModule",{value:!0});nd.View=void 0;var cR=ls(),uR=Gm(),hR=$m();nd.View={create:fR};function fR(n,e,t=[],i){let s=hR.Extractor.create(e,t);if(i){let u=new Set([...i]);s=Object.entries(s).reduce((h,[f,d])=>(u.has(f)&&(h[f]=d),h),{})}let r=uR.Dimensions.create(s,t),o=cR.Binary.toDataView(n),a=e.pointDataRecordLength;if(o.byteLength%a!==0)throw new Error(`Invalid buffer length (${o.byteLength}) for point length ${a}`);let l=o.byteLength/e.pointDataRecordLength;function c(u){let h=s[u];if(!h)throw new Error(`No extractor for dimension: ${u}`);return function(f){if(f>=l)throw new RangeError(`View index (${f}) out of range: ${l}`);return h(o,f)}}return{pointCount:l,dimensions:r,getter:c}}});var nx=Ot(id=>{"use strict";Object.defineProperty(id,"__esModule",{value:!0});id.Vlr=void 0;var tr=ls(),pl=Wf();id.Vlr={walk:mR,parse:tx,find:ex,at:dR,fetch:pR};function ex(n,e,t){return n.find(i=>i.userId===e&&i.recordId===t)}function dR(n,e,t){let i=ex(n,e,t);if(!i)throw new Error(`VLR not found: ${e}/${t}`);return i}function pR(n,{contentOffset:e,contentLength:t}){return t===0?new Uint8Array:tr.Getter.create(n)(e,e+t)}async function mR(n,e){let t=tr.Getter.create(n),i=await Qy({get:t,startOffset:e.headerLength,count:e.vlrCount,isExtended:!1}),s=await Qy({get:t,startOffset:e.evlrOffset,count:e.evlrCount,isExtended:!0});return[...i,...s]}function tx(n,e){return(e?_R:gR)(n)}function gR(n){let e=tr.Binary.toDataView(n);if(e.byteLength!==pl.vlrHeaderLength)throw new Error(`Invalid VLR header length (must be ${pl.vlrHeaderLength}): ${e.byteLength}`);return{userId:tr.Binary.toCString(n.slice(2,18)),recordId:e.getUint16(18,!0),contentLength:e.getUint16(20,!0),description:tr.Binary.toCString(n.slice(22,54)),isExtended:!1}}function _R(n){let e=tr.Binary.toDataView(n);if(e.byteLength!==pl.evlrHeaderLength)throw new Error(`Invalid EVLR header length (must be ${pl.evlrHeaderLength}): ${e.byteLength}`);return{userId:tr.Binary.toCString(n.slice(2,18)),recordId:e.getUint16(18,!0),contentLength:(0,tr.parseBigInt)((0,tr.getBigUint64)(e,20,!0)),description:tr.Binary.toCString(n.slice(28,60)),isExtended:!0}}async function Qy({get:n,startOffset:e,count:t,isExtended:i}){let s=[],r=e,o=i?pl.evlrHeaderLength:pl.vlrHeaderLength;for(let a=0;a<t;++a){let l=o?await n(r,r+o):new Uint8Array,{userId:c,recordId:u,contentLength:h,description:f}=tx(l,i);s.push({userId:c,recordId:u,contentOffset:r+o,contentLength:h,description:f,isExtended:i}),r+=o+h}return s}});var Ym=Ot(tn=>{"use strict";var vR=tn&&tn.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),yR=tn&&tn.__setModuleDefault||(Object.create?(function(n,e){Object.defineProperty(n,"default",{enumerable:!0,value:e})}):function(n,e){n.default=e}),xR=tn&&tn.__importStar||function(n){if(n&&n.__esModule)return n;var e={};if(n!=null)for(var t in n)t!=="default"&&Object.prototype.hasOwnProperty.call(n,t)&&vR(e,n,t);return yR(e,n),e};Object.defineProperty(tn,"__esModule",{value:!0});tn.Vlr=tn.View=tn.PointData=tn.Header=tn.Extractor=tn.ExtraBytes=tn.Dimensions=tn.Constants=void 0;tn.Constants=xR(Wf());var bR=Gm();Object.defineProperty(tn,"Dimensions",{enumerable:!0,get:function(){return bR.Dimensions}});var SR=Hm();Object.defineProperty(tn,"ExtraBytes",{enumerable:!0,get:function(){return SR.ExtraBytes}});var MR=$m();Object.defineProperty(tn,"Extractor",{enumerable:!0,get:function(){return MR.Extractor}});var wR=Xm();Object.defineProperty(tn,"Header",{enumerable:!0,get:function(){return wR.Header}});var ER=jy();Object.defineProperty(tn,"PointData",{enumerable:!0,get:function(){return ER.PointData}});var TR=Ky();Object.defineProperty(tn,"View",{enumerable:!0,get:function(){return TR.View}});var AR=nx();Object.defineProperty(tn,"Vlr",{enumerable:!0,get:function(){return AR.Vlr}})});var Zm=Ot(sd=>{"use strict";Object.defineProperty(sd,"__esModule",{value:!0});sd.Hierarchy=void 0;var qc=ls(),ix=$f();sd.Hierarchy={parse:sx,load:CR};function sx(n){let e=qc.Binary.toDataView(n);if(e.byteLength%ix.hierarchyItemLength!==0)throw new Error(`Invalid hierarchy page length: ${e.byteLength}`);let t={},i={};for(let s=0;s<e.byteLength;s+=ix.hierarchyItemLength){let r=e.getInt32(s+0,!0),o=e.getInt32(s+4,!0),a=e.getInt32(s+8,!0),l=e.getInt32(s+12,!0),c=(0,qc.parseBigInt)((0,qc.getBigUint64)(e,s+16,!0)),u=e.getInt32(s+24,!0),h=e.getInt32(s+28,!0),f=qc.Key.toString([r,o,a,l]);if(h<-1)throw new Error(`Invalid hierarchy point count at key: ${f}`);h===-1?i[f]={pageOffset:c,pageLength:u}:t[f]={pointCount:h,pointDataOffset:c,pointDataLength:u}}return{nodes:t,pages:i}}async function CR(n,e){let t=qc.Getter.create(n);return sx(await t(e.pageOffset,e.pageOffset+e.pageLength))}});var Jm=Ot(rd=>{"use strict";Object.defineProperty(rd,"__esModule",{value:!0});rd.Info=void 0;var Yc=ls(),rx=$f();rd.Info={parse:RR};function RR(n){let e=Yc.Binary.toDataView(n);if(e.byteLength!==rx.infoLength)throw new Error(`Invalid COPC info VLR length (should be ${rx.infoLength}): ${e.byteLength}`);let t=[e.getFloat64(0,!0),e.getFloat64(8,!0),e.getFloat64(16,!0)],i=e.getFloat64(24,!0);return{cube:[t[0]-i,t[1]-i,t[2]-i,t[0]+i,t[1]+i,t[2]+i],spacing:e.getFloat64(32,!0),rootHierarchyPage:{pageOffset:(0,Yc.parseBigInt)((0,Yc.getBigUint64)(e,40,!0)),pageLength:(0,Yc.parseBigInt)((0,Yc.getBigUint64)(e,48,!0))},gpsTimeRange:[e.getFloat64(56,!0),e.getFloat64(64,!0)]}}});var lx=Ot(nr=>{"use strict";var PR=nr&&nr.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),IR=nr&&nr.__setModuleDefault||(Object.create?(function(n,e){Object.defineProperty(n,"default",{enumerable:!0,value:e})}):function(n,e){n.default=e}),LR=nr&&nr.__importStar||function(n){if(n&&n.__esModule)return n;var e={};if(n!=null)for(var t in n)t!=="default"&&Object.prototype.hasOwnProperty.call(n,t)&&PR(e,n,t);return IR(e,n),e};Object.defineProperty(nr,"__esModule",{value:!0});nr.Copc=void 0;var cs=LR(Ym()),od=ls(),DR=Zm(),NR=Jm();nr.Copc={create:UR,loadHierarchyPage:OR,loadCompressedPointDataBuffer:ox,loadPointDataBuffer:ax,loadPointDataView:FR};async function UR(n){let e=od.Getter.create(n),t=65536,i=e(0,t);async function s(d,p){return p>=t?e(d,p):(await i).slice(d,p)}let r=cs.Header.parse(await s(0,cs.Constants.minHeaderLength)),o=await cs.Vlr.walk(s,r),a=cs.Vlr.find(o,"copc",1);if(!a)throw new Error("COPC info VLR is required");let l=NR.Info.parse(await cs.Vlr.fetch(s,a)),c,u=cs.Vlr.find(o,"LASF_Projection",2112);u&&u.contentLength&&(c=od.Binary.toCString(await cs.Vlr.fetch(s,u)),c===""&&(c=void 0));let h=[],f=cs.Vlr.find(o,"LASF_Spec",4);return f&&(h=cs.ExtraBytes.parse(await cs.Vlr.fetch(s,f))),{header:r,vlrs:o,info:l,wkt:c,eb:h}}async function OR(n,e){let t=od.Getter.create(n);return DR.Hierarchy.load(t,e)}async function ox(n,{pointDataOffset:e,pointDataLength:t}){return od.Getter.create(n)(e,e+t)}async function ax(n,{pointDataRecordFormat:e,pointDataRecordLength:t},i,s){let r=await ox(n,i),{pointCount:o}=i;return cs.PointData.decompressChunk(r,{pointCount:o,pointDataRecordFormat:e,pointDataRecordLength:t},s)}async function FR(n,e,t,{lazPerf:i,include:s}={}){let r=await ax(n,e.header,t,i);return cs.View.create(r,e.header,e.eb,s)}});var cx=Ot(pi=>{"use strict";var BR=pi&&pi.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),kR=pi&&pi.__setModuleDefault||(Object.create?(function(n,e){Object.defineProperty(n,"default",{enumerable:!0,value:e})}):function(n,e){n.default=e}),zR=pi&&pi.__importStar||function(n){if(n&&n.__esModule)return n;var e={};if(n!=null)for(var t in n)t!=="default"&&Object.prototype.hasOwnProperty.call(n,t)&&BR(e,n,t);return kR(e,n),e};Object.defineProperty(pi,"__esModule",{value:!0});pi.Info=pi.Hierarchy=pi.Copc=pi.Constants=void 0;pi.Constants=zR($f());var VR=lx();Object.defineProperty(pi,"Copc",{enumerable:!0,get:function(){return VR.Copc}});var HR=Zm();Object.defineProperty(pi,"Hierarchy",{enumerable:!0,get:function(){return HR.Hierarchy}});var GR=Jm();Object.defineProperty(pi,"Info",{enumerable:!0,get:function(){return GR.Info}})});var dx=Ot(mi=>{"use strict";var ux=mi&&mi.__createBinding||(Object.create?(function(n,e,t,i){i===void 0&&(i=t);var s=Object.getOwnPropertyDescriptor(e,t);(!s||("get"in s?!e.__esModule:s.writable||s.configurable))&&(s={enumerable:!0,get:function(){return e[t]}}),Object.defineProperty(n,i,s)}):(function(n,e,t,i){i===void 0&&(i=t),n[i]=e[t]})),$R=mi&&mi.__setModuleDefault||(Object.create?(function(n,e){Object.defineProperty(n,"default",{enumerable:!0,value:e})}):function(n,e){n.default=e}),hx=mi&&mi.__importStar||function(n){if(n&&n.__esModule)return n;var e={};if(n!=null)for(var t in n)t!=="default"&&Object.prototype.hasOwnProperty.call(n,t)&&ux(e,n,t);return $R(e,n),e},fx=mi&&mi.__exportStar||function(n,e){for(var t in n)t!=="default"&&!Object.prototype.hasOwnProperty.call(e,t)&&ux(e,n,t)};Object.defineProperty(mi,"__esModule",{value:!0});mi.Las=mi.Ept=void 0;mi.Ept=hx(vy());fx(cx(),mi);mi.Las=hx(Ym());fx(ls(),mi)});var At,c0,Xd,Br,$d,mu,u0,du,h0,qd,Wd,VS,Bl=Symbol.for("pv"),gu={},_u=[],HS=/^m(i|n|o|s|text|space)$/,Yd=Array.isArray,Zd=_u.slice,xo=Object.assign;function yo(n){n&&n.parentNode&&n.remove()}function vu(n,e,t){var i,s,r,o={},a=arguments.length;for(r in e)r=="key"?i=e[r]:r=="ref"&&typeof n!="function"?s=e[r]:o[r]=e[r];return a>2&&(o.children=a>3?Zd.call(arguments,2):t),Fl(n,o,i,s,null)}function Fl(n,e,t,i,s){var r={type:n,props:e,key:t,ref:i,__k:null,__:null,__b:0,__e:null,__c:null,constructor:Bl,__v:s||++c0,__i:-1,__u:0};return!s&&At.vnode&&At.vnode(r),r}function bo(n){return n.children}function ma(n,e){this.props=n,this.context=e,this.__g=0}function kr(n,e){if(e==null)return n.__&&kr(n.__,n.__i+1);for(var t;e<n.__k.length;e++)if((t=n.__k[e])&&t.__e)return t.__e;return typeof n.type!="function"||n.props.__P?null:kr(n)}function GS(n){var e,t=n.__v,i=t.__e,s=[],r=[],o=n.__P;o&&((e=xo({constructor:Bl},t)).__v=t.__v+1,At.vnode&&At.vnode(e),Jd(o,e,t,n.__n,o.namespaceURI,32&t.__u?[i]:null,s,i||kr(t),32&t.__u,r),e.__v=t.__v,e.__.__k[e.__i]=e,_0(s,e,r),t.__=t.__e=null,e.__e!=i&&f0(e))}function f0(n){if((n=n.__)&&n.__c&&!n.props.__P)return n.__e=null,n.__k.some(function(e){return e&&(n.__e=e.__e)}),f0(n)}function a0(n){(8&n.__g||(n.__g|=8,Br.push(n),mu++))&&$d==At.debounceRendering||(($d=At.debounceRendering)||queueMicrotask)(d0)}function d0(){try{for(var n,e=1;Br.length;)Br.length>e&&Br.sort(u0),n=Br.shift(),e=Br.length,8&n.__g&&GS(n)}finally{(mu=Br.length)&&($d||queueMicrotask)(d0)}}function p0(n,e,t,i,s,r,o,a,l,c,u){var h,f,d,p,y,m,g=i.__k||_u,x=e.length;for(l=$S(t,e,g,l,x),h=0;h<x;h++)(d=t.__k[h])!=null&&(f=~d.__i&&g[d.__i]||gu,d.__i=h,m=Jd(n,d,f,s,r,o,a,l,c,u),p=d.__e,(f.ref!=d.ref||8&f.__u)&&(f.ref&&jd(f.ref,null,d,f),d.ref&&u.push(d.ref,d.__c||p,d)),y=y||p,4&d.__u?(l=m0(d,l,n,!f.__v),f.__e&&(f.__e=null)):typeof d.type=="function"&&m!==void 0?l=m:p&&(l=p.nextSibling),d.__u&=-21);return t.__e=y,l}function $S(n,e,t,i,s){var r,o,a,l,c,u,h,f,d,p=t.length,y=p,m=0,g=0,x=n.__k=Array(s);for(r=0;r<s;r++)(o=e[r])!=null&&typeof o!="boolean"&&typeof o!="function"?(typeof o!="object"||o.constructor===String?o=x[r]=Fl(null,o):Yd(o)?o=x[r]=Fl(bo,{children:o}):o.constructor===Bl&&o.__b?o=x[r]=Fl(o.type,o.props,o.key,o.ref,o.__v):x[r]=o,l=r+m,o.__=n,o.__b=n.__b+1,a=null,~(c=o.__i=WS(o,t,l,y))&&(y--,(a=t[c])&&(a.__u|=2)),a&&a.__v?(o.__u|=16,c==l-1?m--:c==l+1?m++:c!=l&&(c>l?m--:m++,g=1)):(~c||(s>p?m--:s<p&&m++),typeof o.type!="function"&&(o.__u|=4))):x[r]=null;if(g){for(u=[],h=[],r=0;r<s;r++)if((o=x[r])&&16&o.__u){for(m=0,f=u.length;m<f;)u[d=m+f>>1]<o.__i?m=d+1:f=d;u[m]=o.__i,h[r]=m+1}for(m=u.length;r--;)h[r]&&(h[r]==m?m--:x[r].__u|=4)}if(y)for(r=0;r<p;r++)!(a=t[r])||2&a.__u||(a.__e==i&&(i=kr(a)),Kd(a,a));return i}function m0(n,e,t,i){var s,r,o,a;if(typeof n.type=="function"){if(n.props.__P)return e;if(s=n.__k)for(r=0;r<s.length;r++)s[r]&&(s[r].__=n,e=m0(s[r],e,t,!1));return e}for(e&&!e.parentNode&&(e=kr(n))&&!e.parentNode&&(e=null),o=n.__e,a=e;a&&a.nodeType==8;)a=a.nextSibling;for(o!=a&&(!i&&t.moveBefore&&o.parentNode?t.moveBefore(o,e):t.insertBefore(o,e||null)),e=o;(e=e&&e.nextSibling)&&e.nodeType==8&&!e.data.startsWith("$s"););return e}function WS(n,e,t,i){var s,r=n.key,o=n.type,a=e[t],l=a&&!(2&a.__u);if(a===null&&r==null||l&&r==a.key&&o==a.type)return t;if(i>(l?1:0)){for(s=t-1;s>=0;s--)if((a=e[s])&&!(2&a.__u)&&r==a.key&&o==a.type)return s;for(s=t+1;s<e.length;s++)if((a=e[s])&&!(2&a.__u)&&r==a.key&&o==a.type)return s}return-1}function l0(n,e,t){t==null&&(t=""),e[0]=="-"?n.setProperty(e,t):n[e]=t}function fu(n,e,t,i,s){var r,o;if(e=="style")if(typeof t=="string")n.style.cssText=t;else{if(typeof i=="string"&&(n.style.cssText=i=""),i)for(e in i)t&&e in t||l0(n.style,e);if(t)for(e in t)i&&t[e]==i[e]||l0(n.style,e,t[e])}else if(e[0]=="o"&&e[1]=="n")typeof t!="function"&&(t=null),typeof i!="function"&&(i=null),(n.__e||(n.__e={}))[e]=t,t&&i||(o=Wd[e]||(Wd[e]=XS(e)),(n.__a||(n.__a={}))[e]=qd,r=e!=(e=e.replace(h0,"$1")),(e=e.slice(2))[0]<"a"&&(e=e.toLowerCase()),t?n.addEventListener(e,o,r):n.removeEventListener(e,o,r));else{if(s=="http://www.w3.org/2000/svg")e=e.replace(/xlink(H|:h)/,"h").replace(/sName$/,"s");else if(e!="width"&&e!="height"&&e!="href"&&e!="list"&&e!="form"&&e!="tabIndex"&&e!="download"&&e!="rowSpan"&&e!="colSpan"&&e!="role"&&e!="popover"&&e in n)try{return void(n[e]=t??"")}catch{}if(typeof t=="function")return;t==null||t===!1&&e[4]!="-"?n.removeAttribute(e):n.setAttribute(e,e=="popover"&&t==1?"":t)}}function XS(n){return function(e){var t=this.__e;if(t){if(t=t[n],e[du]==null)e[du]=qd++;else if(e[du]<this.__a[n])return;return t(At.event?At.event(e):e)}}}function Jd(n,e,t,i,s,r,o,a,l,c){var u,h,f,d,p,y,m,g,x,A,b,R,T,v,E,B,N,I,z=e.type;if(e.constructor!==Bl)return null;128&t.__u&&(l=32&t.__u,u=t.__c.__z)&&(e.__u|=l,h=r=[],u.nodeType==8?a=pu(u,r):r.push(u),a=r[0]||a),(u=At.__b)&&u(e);e:if(typeof z=="function"){f=o.length;try{if(g=e.props,x=(u=z.prototype)&&u.render,A=(u=z.contextType)&&i[u.__c],b=u?A?A.props.value:u.__:i,(d=t.__c)?(e.__c=d,2&d.__g&&(d.__g|=1)):(x?e.__c=d=new z(g,b):(e.__c=d=new ma(g,b),d.constructor=z,d.render=YS),A&&A.sub(d),d.state||(d.state={}),d.__n=i,d.__g|=8,d.__h=[],d.__k=[]),x&&(d.__s||(d.__s=d.state),z.getDerivedStateFromProps&&(d.__s==d.state&&(d.__s=xo({},d.__s)),xo(d.__s,z.getDerivedStateFromProps(g,d.__s)))),p=d.props,y=d.state,d.__v=e,t.__c){if(g!==p&&x&&!z.getDerivedStateFromProps&&d.componentWillReceiveProps&&d.componentWillReceiveProps(g,b),e.__v==t.__v&&!(8&d.__g)||!(4&d.__g)&&d.shouldComponentUpdate&&d.shouldComponentUpdate(g,d.__s,b)===!1){e.__v!=t.__v&&(d.props=g,d.state=d.__s,d.__g&=-9),e.__e=t.__e,e.__k=t.__k,e.__k.some(function(H){H&&(H.__=e)}),_u.push.apply(d.__h,d.__k),d.__k=[],d.__h.length&&o.push(d),a=kr(t);break e}d.componentWillUpdate&&d.componentWillUpdate(g,d.__s,b),x&&d.componentDidUpdate&&d.__h.push(function(){d.componentDidUpdate(p,y,m)})}else x&&!z.getDerivedStateFromProps&&d.componentWillMount&&d.componentWillMount(),x&&d.componentDidMount&&d.__h.push(d.componentDidMount);d.context=b,d.props=g,d.__P=n,d.__g&=-5,R=At.__r,T=x?25:0;do d.__g&=-9,R&&R(e),u=d.render(d.props,d.state=d.__s,d.context);while(8&d.__g&&++T<25);x&&(_u.push.apply(d.__h,d.__k),d.__k=[]),d.state=d.__s,d.getChildContext&&(i=xo({},i,d.getChildContext())),x&&t.__c&&d.getSnapshotBeforeUpdate&&(m=d.getSnapshotBeforeUpdate(p,y)),v=u&&u.type===bo&&u.key==null?u.props.children:u,g.__P&&(u=a,s=(n=g.__P).namespaceURI,l=r=null,t.props&&t.props.__P!=n&&(t.__k.some(function(H){H&&Kd(H,H)}),t.__k=null),a=t.__k?kr(t,0):null),a=p0(n,Yd(v)?v:[v],e,t,i,s,r,o,a,l,c),g.__P&&(e.__e=null,a=u),e.__u&=-161,h&&h.some(yo),d.__h.length&&o.push(d),1&d.__g&&(d.__g&=-4)}catch(H){if(o.length=f,e.__v=null,l||r)if(H&&H.then){if(e.__u|=128|l,r){for(~(N=r.indexOf(a||void 0))||(N=r.length);(I=r[N-1])&&I.nodeType==8;)N--;for(;N<r.length;N++)if(I=r[N])if(r[N]=null,E){if(I==B)break}else{if(I.nodeType!=8)break;I.data.startsWith("$s")&&(B=pu(E=I))}}if(!E){for(;a&&a.nodeType==8&&a.nextSibling;)a=a.nextSibling;E=a}(u=pu(E=e.__c.__z||(e.__c.__z=E)))?(e.__e=E,a=u):e.__e=a,a=a&&a.nextSibling}else r&&r.some(yo);else e.__e=t.__e;e.__k||(e.__k=t.__k||[]),H&&H.then||g0(e),At.__e(H,e,t)}}else a=e.__e=qS(t.__e,e,t,i,s,r,o,l,c,n);return(u=At.diffed)&&u(e),a}function pu(n,e){if(n&&n.nodeType==8&&n.data.startsWith("$s"))for(var t=1;n=n.nextSibling;){if(n.nodeType==8){if(n.data.startsWith("$s"))t++;else if(n.data.startsWith("/$s")&&!--t)return n}e&&e.push(n)}}function g0(n){n&&(n.__c&&(n.__c.__g|=4),n.__k&&n.__k.some(g0))}function _0(n,e,t){for(var i=0;i<t.length;)jd(t[i++],t[i++],t[i++]);At.__c&&At.__c(e,n),n.some(function(s){try{n=s.__h,s.__h=[],n.some(function(r){r.call(s)})}catch(r){At.__e(r,s.__v)}})}function qS(n,e,t,i,s,r,o,a,l,c){var u,h,f,d,p,y,m,g,x=t.props||gu,A=e.props,b=e.type;if(b=="svg"?s="http://www.w3.org/2000/svg":b=="math"?s="http://www.w3.org/1998/Math/MathML":s||(s="http://www.w3.org/1999/xhtml"),r){for(u=0;u<r.length;u++)if((p=r[u])&&(b?p.localName==b:p.nodeType==3)){n=p,r[u]=null;break}}if(!n){if(g=c.ownerDocument||document,!b)return g.createTextNode(A);n=g.createElementNS(s,b,A.is?A:c),a&&(At.__m&&At.__m(e,r),a=!1),r=null}if(b){if(c=b=="template"&&n.content||n,r=b=="textarea"&&A.defaultValue!=null?null:r&&Zd.call(c.childNodes),!a&&r)for(x={},u=0;u<n.attributes.length;u++)x[(p=n.attributes[u]).name]=p.value;for(u in x)p=x[u],u=="dangerouslySetInnerHTML"?f=p:u=="children"||u in A||u=="value"&&"defaultValue"in A||u=="checked"&&"defaultChecked"in A||fu(n,u,null,p,s);for(u in A)p=A[u],u=="children"?d=p:u=="dangerouslySetInnerHTML"?h=p:u=="value"?y=p:u=="checked"?m=p:a&&typeof p!="function"||x[u]===p||fu(n,u,p,x[u],s);h?(a||f&&(h.__html==f.__html||h.__html==n.innerHTML)||(n.innerHTML=h.__html),e.__k=[]):(f&&(n.textContent=""),(b=="foreignObject"||s=="http://www.w3.org/1998/Math/MathML"&&HS.test(b))&&(s="http://www.w3.org/1999/xhtml"),p0(c,Yd(d)?d:[d],e,t,i,s,r,o,r?r[0]:t.__k&&kr(t,0),a,l),r&&r.some(yo)),a&&b!="textarea"||(u="value",b=="progress"&&y==null?n.removeAttribute(u):y==null||y===n[u]&&(b!="progress"||y)||fu(n,u,y,x[u],s),u="checked",m!=null&&m!=n[u]&&fu(n,u,m,x[u],s))}else x===A||a&&n.data==A||(n.data=A);return n}function jd(n,e,t,i){try{typeof n=="function"?e?e.__x=n(e)||1:i&&(i=i.__c||i.__e)&&(e=i.__x)&&(i.__x=null,typeof e=="function"?e():n(null)):n.current=e}catch(s){At.__e(s,t)}}function Kd(n,e,t){var i,s,r,o;if(At.unmount&&At.unmount(n),!(i=n.ref)||i.current&&i.current!=n.__e||jd(i,null,e,n),i=n.__c){if(i.componentWillUnmount)try{i.componentWillUnmount()}catch(a){At.__e(a,e)}i.__P=i.__n=null}if(i=n.__k)for(o=0;o<i.length;o++)i[o]&&Kd(i[o],e,typeof n.type!="function"||t&&!n.props.__P);!t&&(i=n.__c)&&(i=i.__z)&&(s=pu(i,r=[]))&&(i==n.__e&&r.some(yo),yo(s),yo(i)),t||yo(n.__e),n.__e=n.__c=n.__=null}function YS(n,e,t){return this.constructor(n,t)}function v0(n,e){var t,i,s,r;At.__&&At.__(n,e),e.nodeType==9&&(e=e.documentElement),i=(t=n&&32&n.__u)?null:e.__k,e.__k=Fl(bo,{children:[n]}),s=[],r=[],Jd(e,e.__k,i||gu,gu,e.namespaceURI,i?null:e.firstChild?Zd.call(e.childNodes):null,s,i?i.__e:e.firstChild,t,r),_0(s,e.__k,r),e.__k.props.children=null}At={__e:function(n,e,t,i){for(var s,r,o;e=e.__;)if((s=e.__c)&&!(1&s.__g)){s.__g|=4;try{if((o=(r=s.constructor)&&r.getDerivedStateFromError)&&s.setState(r.getDerivedStateFromError(n)),s.componentDidCatch&&(s.componentDidCatch(n,i||{}),o=1),o&&8&s.__g)return void(s.__g|=2)}catch(a){n=a}}throw mu=0,n}},c0=0,Xd=function(n){return n!=null&&n.constructor===Bl},ma.prototype.setState=function(n,e){var t=this.__s;t&&t!=this.state||(t=this.__s=xo({},this.state)),typeof n=="function"&&(n=n(xo({},t),this.props)),n&&(xo(t,n),this.__v&&(e&&this.__k.push(e),a0(this)))},ma.prototype.forceUpdate=function(n){this.__v&&(this.__g|=4,n&&this.__h.push(n),a0(this))},ma.prototype.render=bo,Br=[],mu=0,u0=function(n,e){return n.__v.__b-e.__v.__b},du=Symbol(),h0=/(PointerCapture)$|Capture$/i,qd=0,Wd={},VS=0;var ga,An,Qd,y0,ep=Object.is,yu=0,C0=[],tp=[],gn=At,x0=gn.__b,b0=gn.__r,S0=gn.diffed,M0=gn.__c,w0=gn.unmount,E0=gn.__;function xu(n,e){gn.__h&&gn.__h(An,n,yu||e),yu=0;var t=An.__H||(An.__H={__:[],__h:[]});return n>=t.__.length&&t.__.push({}),t.__[n]}function Kn(n){return yu=1,ZS(P0,n)}function ZS(n,e,t){var i=xu(ga++,2);if(i.t=n,!i.__c&&(i.__=[t?t(e):P0(void 0,e),function(r){var o=(i.__N||i.__)[0],a=i.t(o,r);ep(o,a)||(i.__N=[a,i.__[1]],i.__c.setState({}))}],i.__c=An,!An.__f)){An.__f=!0;var s=An.shouldComponentUpdate;An.shouldComponentUpdate=function(r,o,a){var l=this.__H;if(!l)return!0;var c=!1,u=this.props!=r;if(l.__.some(function(f){f.__N&&(c=!0,ep(f.__[0],f.__N[0])||(u=!0))}),s){var h=s.call(this,r,o,a);return c?h||u:h}return!c||u}}return i.__}function ur(n,e){var t=xu(ga++,3);!gn.__s&&ip(t.__H,e)&&(t.__P=!0,t.__=n,t.u=e,An.__H.__h.push(t))}function R0(n,e){var t=xu(ga++,4);!gn.__s&&ip(t.__H,e)&&(t.__P=!1,t.__=n,t.u=e,An.__h.push(t))}function zr(n){return yu=5,bu(function(){return{current:n}},[])}function bu(n,e){var t=xu(ga++,7);return ip(t.__H,e)&&(t.__=n(),t.__H=e),t.__}function JS(){var n;do{for(;n=tp.shift();)try{kl(n)}catch(t){gn.__e(t,{__:(n=n.__P)&&n.__v})}for(;n=C0.shift();){var e=n.__H;if(n.__P&&e)try{e.__h.some(kl),e.__h.some(np),e.__h=[]}catch(t){e.__h=[],gn.__e(t,n.__v)}}}while(tp.length)}gn.__b=function(n){An=null,x0&&x0(n)},gn.__=function(n,e){n&&e.__k&&e.__k.__m&&(n.__m=e.__k.__m),E0&&E0(n,e)},gn.__r=function(n){b0&&b0(n),ga=0;var e=(An=n.__c).__H;e&&(Qd==An?An.__h=[]:(e.__h.some(kl),e.__h.some(np),ga=0),e.__h=[],e.__.some(function(t){t.__N&&(t.__=t.__N),t.u=t.__N=void 0})),Qd=An},gn.diffed=function(n){S0&&S0(n);var e=n.__c;e&&e.__H&&(e.__H.__h.length&&A0(C0.push(e)),e.__H.__.some(function(t){t.u&&(t.__H=t.u)})),Qd=An=null},gn.__c=function(n,e){e.some(function(t){try{t.__h.some(kl),t.__h=t.__h.filter(function(i){return!i.__||np(i)})}catch(i){t.__h=[function(){throw i}]}}),M0&&M0(n,e)},gn.unmount=function(n){w0&&w0(n);var e,t,i=n.__c;i&&i.__H&&(i.__H.__.some(function(s){try{if(s.__P&&s.__c){if(t===void 0){for(t=n.__;t&&(!t.__c||!t.__c.__P);)t=t.__;t=t&&t.__c}s.__P=t,A0(tp.push(s))}else kl(s)}catch(r){e=r}}),i.__H=void 0,e&&gn.__e(e,i.__v))};var T0=typeof requestAnimationFrame=="function";function jS(n){var e,t=function(){clearTimeout(i),T0&&cancelAnimationFrame(e),setTimeout(n)},i=setTimeout(t,35);T0&&(e=requestAnimationFrame(t))}function A0(n){n!=1&&y0==gn.requestAnimationFrame||((y0=gn.requestAnimationFrame)||jS)(JS)}function kl(n){var e=An,t=n.__c;typeof t=="function"&&(n.__c=void 0,t()),An=e}function np(n){var e=An;n.__c=n.__(),An=e}function ip(n,e){return!n||n.length!=e.length||e.some(function(t,i){return!ep(t,n[i])})}function P0(n,e){return typeof e=="function"?e(n):e}var KS=Symbol.for("preact-signals");function Eu(){if(hr>1)hr--;else{var n,e=!1;for((function(){var s=Mu;for(Mu=void 0;s!==void 0;){var r=s.S;if(r.v===s.v)for(var o=r.t;o!==void 0;o=o.x)o.i===s.i&&(o.i=r.i);s=s.o}})();Vl!==void 0;){var t=Vl;for(Vl=void 0,Su++;t!==void 0;){var i=t.u;if(t.u=void 0,t.f&=-3,!(8&t.f)&&L0(t))try{t.c()}catch(s){e||(n=s,e=!0)}t=i}}if(Su=0,hr--,e)throw n}}function Fs(n){if(hr>0)return n();sp=++QS,hr++;try{return n()}finally{Eu()}}var zl,Qt=void 0;function Hl(n){var e=Qt,t=zl;Qt=void 0,zl=void 0;try{return n()}finally{Qt=e,zl=t}}var Vl=void 0,hr=0,Su=0,QS=0,sp=0,Mu=void 0,wu=0;function I0(n){if(Qt!==void 0){var e=n.n;if(e===void 0||e.t!==Qt)return e={i:0,S:n,p:Qt.s,n:void 0,t:Qt,e:void 0,x:void 0,r:e},Qt.s!==void 0&&(Qt.s.n=e),Qt.s=e,n.n=e,32&Qt.f&&n.S(e),e;if(e.i===-1)return e.i=0,e.n!==void 0&&(e.n.p=e.p,e.p!==void 0&&(e.p.n=e.n),e.p=Qt.s,e.n=void 0,Qt.s.n=e,Qt.s=e),e}}function On(n,e){this.v=n,this.i=0,this.n=void 0,this.t=void 0,this.l=0,this.W=e?.watched,this.Z=e?.unwatched,this.name=e?.name}On.prototype.brand=KS;On.prototype.h=function(){return!0};On.prototype.S=function(n){var e=this,t=this.t;t!==n&&n.e===void 0&&(n.x=t,this.t=n,t!==void 0?t.e=n:Hl(function(){var i;(i=e.W)==null||i.call(e)}))};On.prototype.U=function(n){var e=this;if(this.t!==void 0){var t=n.e,i=n.x;t!==void 0&&(t.x=i,n.e=void 0),i!==void 0&&(i.e=t,n.x=void 0),n===this.t&&(this.t=i,i===void 0&&Hl(function(){var s;(s=e.Z)==null||s.call(e)}))}};On.prototype.subscribe=function(n){var e=this;return Yt(function(){var t=e.value;Hl(function(){return n(t)})},{name:"sub"})};On.prototype.valueOf=function(){return this.value};On.prototype.toString=function(){return this.value+""};On.prototype.toJSON=function(){return this.value};On.prototype.peek=function(){var n=this;return Hl(function(){return n.value})};Object.defineProperty(On.prototype,"value",{get:function(){var n=I0(this);return n!==void 0&&(n.i=this.i),this.v},set:function(n){if(n!==this.v){if(Su>100)throw new Error("Cycle detected");(function(t){hr!==0&&Su===0&&t.l!==sp&&(t.l=sp,Mu={S:t,v:t.v,i:t.i,o:Mu})})(this),this.v=n,this.i++,wu++,hr++;try{for(var e=this.t;e!==void 0;e=e.x)e.t.N()}finally{Eu()}}}});function tt(n,e){return new On(n,e)}function L0(n){for(var e=n.s;e!==void 0;e=e.n)if(e.S.i!==e.i||!e.S.h()||e.S.i!==e.i)return!0;return!1}function D0(n){for(var e=n.s;e!==void 0;e=e.n){var t=e.S.n;if(t!==void 0&&(e.r=t),e.S.n=e,e.i=-1,e.n===void 0){n.s=e;break}}}function N0(n){for(var e=n.s,t=void 0;e!==void 0;){var i=e.p;e.i===-1?(e.S.U(e),i!==void 0&&(i.n=e.n),e.n!==void 0&&(e.n.p=i)):t=e,e.S.n=e.r,e.r!==void 0&&(e.r=void 0),e=i}n.s=t}function So(n,e){On.call(this,void 0,e),this.x=n,this.s=void 0,this.g=wu-1,this.f=4}So.prototype=new On;So.prototype.h=function(){if(this.f&=-3,1&this.f)return!1;if((36&this.f)==32||(this.f&=-5,this.g===wu))return!0;if(this.g=wu,this.f|=1,this.i>0&&!L0(this))return this.f&=-2,!0;var n=Qt;try{D0(this),Qt=this;var e=this.x();(16&this.f||this.v!==e||this.i===0)&&(this.v=e,this.f&=-17,this.i++)}catch(t){this.v=t,this.f|=16,this.i++}return Qt=n,N0(this),this.f&=-2,!0};So.prototype.S=function(n){if(this.t===void 0){this.f|=36;for(var e=this.s;e!==void 0;e=e.n)e.S.S(e)}On.prototype.S.call(this,n)};So.prototype.U=function(n){if(this.t!==void 0&&(On.prototype.U.call(this,n),this.t===void 0)){this.f&=-33;for(var e=this.s;e!==void 0;e=e.n)e.S.U(e)}};So.prototype.N=function(){if(!(2&this.f)){this.f|=6;for(var n=this.t;n!==void 0;n=n.x)n.t.N()}};Object.defineProperty(So.prototype,"value",{get:function(){if(1&this.f)throw new Error("Cycle detected");var n=I0(this);if(this.h(),n!==void 0&&(n.i=this.i),16&this.f)throw this.v;return this.v}});function un(n,e){return new So(n,e)}function U0(n){var e=n.j;if(n.j=void 0,typeof e=="function"){hr++;var t=Qt;Qt=void 0;try{e()}catch(i){throw n.f&=-2,n.f|=8,rp(n),i}finally{Qt=t,Eu()}}}function rp(n){for(var e=n.s;e!==void 0;e=e.n)e.S.U(e);n.x=void 0,n.s=void 0,U0(n)}function eM(n){if(Qt!==this)throw new Error("Out-of-order effect");N0(this),Qt=n,this.f&=-2;try{8&this.f&&rp(this)}finally{Eu()}}function _a(n,e){this.x=n,this.j=void 0,this.s=void 0,this.u=void 0,this.f=32,this.name=e?.name,zl&&zl.push(this)}_a.prototype.c=function(){var n=this.S();try{if(8&this.f||this.x===void 0)return;var e=this.x();typeof e=="function"&&(this.j=e)}finally{n()}};_a.prototype.S=function(){if(1&this.f)throw new Error("Cycle detected");this.f|=1,this.f&=-9,U0(this),D0(this),hr++;var n=Qt;return Qt=this,eM.bind(this,n)};_a.prototype.N=function(){2&this.f||(this.f|=2,this.u=Vl,Vl=this)};_a.prototype.d=function(){this.f|=8,1&this.f||rp(this)};_a.prototype.dispose=function(){this.d()};function Yt(n,e){var t=new _a(n,e);try{t.c()}catch(s){throw t.d(),s}var i=t.d.bind(t);return i[Symbol.dispose]=i,i}var O0,Au,Tu,tM=typeof window<"u"&&!!window.__PREACT_SIGNALS_DEVTOOLS__;var F0=[];Yt(function(){O0=this.N})();function va(n,e){At[n]=e.bind(null,At[n]||function(){})}function Gl(n){if(Tu){var e=Tu;Tu=void 0,e()}Tu=n&&n.S()}function B0(n){var e=this,t=n.data,i=iM(t);i.name="ReactiveDom",i.value=t;var s=bu(function(){for(var a=e,l=e.__v;l=l.__;)if(l.__c){l.__c.__$f|=4;break}var c=un(function(){var d=i.value.value;return d===0?0:d===!0?"":d||""}),u=un(function(){return!Array.isArray(c.value)&&!Xd(c.value)}),h=Yt(function(){if(this.N=k0,u.value){var d=c.value;a.__v&&a.__v.__e&&a.__v.__e.nodeType===3&&(a.__v.__e.data=d)}}),f=e.__$u.d;return e.__$u.d=function(){h(),f.call(this)},[u,c]},[]),r=s[0],o=s[1];return r.value?o.peek():o.value}B0.displayName="ReactiveTextNode";Object.defineProperties(On.prototype,{constructor:{configurable:!0,value:vu(bo,null).constructor},type:{configurable:!0,value:B0},props:{configurable:!0,get:function(){var n=this;return{data:{get value(){return n.value}}}}},__b:{configurable:!0,value:1}});va("__b",function(n,e){if(Gl(),Au=void 0,typeof e.type=="string"){var t,i=e.props;for(var s in i)if(s!=="children"){var r=i[s];r instanceof On&&(t||(e.__np=t={}),t[s]=r,i[s]=r.peek())}}n(e)});va("__r",function(n,e){if(n(e),e.type!==bo){Gl();var t,i=e.__c;i&&(i.__$f&=-2,(t=i.__$u)===void 0&&(i.__$u=t=(function(s,r){var o;return Yt(function(){o=this},{name:r}),o.c=s,o})((function(s){return function(){var r;tM&&((r=this.y)==null||r.call(this)),s.__$f|=1,s.setState({})}})(i),typeof e.type=="function"?e.type.displayName||e.type.name:""))),Au=i,Gl(t)}});va("__e",function(n,e,t,i){Gl(),Au=void 0,n(e,t,i)});va("diffed",function(n,e){Gl(),Au=void 0;var t;if(typeof e.type=="string"&&(t=e.__e)){var i=e.__np,s=e.props,r=t.U;if(r)for(var o in r){var a=r[o];a===void 0||i&&o in i||(a.d(),r[o]=void 0)}if(i){r||(r={},t.U=r);for(var l in i){var c=r[l],u=i[l];c===void 0?(c=nM(t,l,u,s),r[l]=c):c.o(u,s)}}}n(e)});function nM(n,e,t,i){var s=e in n&&n.ownerSVGElement===void 0,r=tt(t);return{o:function(o,a){r.value=o,i=a},d:Yt(function(){this.N=k0;var o=r.value.value;i[e]!==o&&(i[e]=o,s?n[e]=o:o!=null&&(o!==!1||e[4]==="-")?n.setAttribute(e,o):n.removeAttribute(e))})}}va("unmount",function(n,e){if(typeof e.type=="string"){var t=e.__e;if(t){var i=t.U;if(i){t.U=void 0;for(var s in i){var r=i[s];r&&r.d()}}}var o=e.__np;if(o){var a=e.props;for(var l in o)a[l]=o[l]}e.__np=void 0}else{var c=e.__c;if(c){c.__$f|=8;var u=c.__$u;u&&(c.__$u=void 0,u.d())}}n(e)});va("__h",function(n,e,t,i){i<3&&(e.__$f|=2),n(e,t,i)});ma.prototype.shouldComponentUpdate=function(n,e){if(this.__R)return!0;var t=this.__$u,i=t&&t.s!==void 0;for(var s in e)return!0;if(this.__f||typeof this.u=="boolean"&&this.u===!0){var r=2&this.__$f;if(!(i||r||4&this.__$f)||1&this.__$f)return!0}else if(!(i||4&this.__$f)||3&this.__$f)return!0;for(var o in n)if(o!=="__source"&&n[o]!==this.props[o])return!0;for(var a in this.props)if(!(a in n))return!0;return!1};function iM(n,e){return bu(function(){return tt(n,e)},[])}var sM=function(n){queueMicrotask(function(){queueMicrotask(n)})};function rM(){Fs(function(){for(var n;n=F0.shift();)O0.call(n)})}function k0(){F0.push(this)===1&&(At.requestAnimationFrame||sM)(rM)}var z0=(n,e=3)=>n.map(t=>Number(t.toFixed(e))).join(",");function op(n,e){if(!n)return null;let t=n.split(",").map(Number);return t.length===e&&t.every(Number.isFinite)?t:null}var V0=["colour","tab","sort","text","station","kind","state","theme","select"],H0=["size","edl","ellipsoids","moves"];function G0(n){let e=new URLSearchParams;if(n.camera){let t=n.camera;e.set("camera",z0([...t.eye,t.yaw,t.pitch,t.height],4)),t.ortho&&e.set("ortho","1")}for(let t of V0)n[t]&&e.set(t,n[t]);for(let t of H0)n[t]!==void 0&&n[t]!==null&&e.set(t,String(n[t]));if(n.range&&e.set("range",n.range.map(t=>Number(t.toPrecision(6))).join(",")),n.hidden)for(let t of n.hidden)e.append("hide",t);return n.slice?.on&&e.set("slice",z0([...n.slice.centre,...n.slice.half,n.slice.turn],4)),n.down!==void 0&&e.set("down",n.down?"1":"0"),e.toString()}function $0(n){let e=new URLSearchParams(n.replace(/^#/,"")),t={},i=op(e.get("camera"),6);i&&i[5]>0&&(t.camera={eye:i.slice(0,3),yaw:i[3],pitch:i[4],height:i[5],ortho:e.get("ortho")==="1"});for(let o of V0){let a=e.get(o);a&&(t[o]=a.slice(0,400))}for(let o of H0){let a=Number(e.get(o)??NaN);e.has(o)&&Number.isFinite(a)&&a>=0&&(t[o]=a)}let s=op(e.get("range"),2);s&&s[0]<s[1]&&(t.range=[s[0],s[1]]),e.has("hide")&&(t.hidden=e.getAll("hide").slice(0,2e3));let r=op(e.get("slice"),7);return r&&r.slice(3,6).every(o=>o>0)&&(t.slice={on:!0,centre:r.slice(0,3),half:r.slice(3,6),turn:r[6]}),e.has("down")&&(t.down=e.get("down")==="1"),t}var $l=Object.freeze({text:"",station:"",kind:"",state:"",low:null,high:null}),ap=n=>n.id?.length??0;function W0(n,e){let t=ap(n),i=new Int32Array(t),s=e.text.toLowerCase().split(/\s+/).filter(Boolean),r=0;for(let o=0;o<t;o++)if(!(e.station&&n.from[o]!==e.station&&n.to[o]!==e.station)&&!(e.kind&&n.kind[o]!==e.kind)){if(e.state==="suspicious"){if(!n.suspicious[o])continue}else if(e.state&&n.state[o]!==e.state)continue;if(e.low!==null||e.high!==null){let a=n.w[o];if(a==null||e.low!==null&&a<e.low||e.high!==null&&a>e.high)continue}if(s.length){let a=`${n.from[o]} ${n.to[o]} ${n.kind[o]} ${n.component?.[o]??""} ${n.source?.[o]??""} ${n.reason?.[o]??""} ${n.id[o]}`.toLowerCase();if(!s.every(l=>a.includes(l)))continue}i[r++]=o}return i.subarray(0,r)}var oM=new Set(["w","residual","tau"]);function X0(n,e,t,i){let s=n[t];if(!s)return e;let r=Array.from(e),o=c=>c==null||Number.isNaN(c),a=oM.has(t)?c=>o(c)?c:Math.abs(c):c=>c,l=i?-1:1;return r.sort((c,u)=>{let[h,f]=[a(s[c]),a(s[u])];return o(h)||o(f)?o(h)&&o(f)?c-u:o(h)?1:-1:typeof h=="string"?l*h.localeCompare(f,"en",{numeric:!0})||c-u:l*(Number(h)-Number(f))||c-u}),Int32Array.from(r)}function q0(n,e,t,i){let r=Math.max(0,Math.floor(n/t)-8),o=Math.min(i,Math.ceil((n+e)/t)+8);return{first:Math.min(r,o),last:o}}function lp(n){return[...new Set(n.filter(e=>e!==""&&e!==null&&e!==void 0))].sort((e,t)=>String(e).localeCompare(String(t),"en",{numeric:!0}))}var E_=0,Bp=1,T_=2;var Ec=1,A_=2,Xa=3,jr=0,Ei=1,is=2,Lo=0,qa=1,kp=2,zp=3,Vp=4,C_=5;var Do=100,R_=101,P_=102,I_=103,L_=104,D_=200,N_=201,U_=202,O_=203,Hp=204,Gp=205,F_=206,B_=207,k_=208,z_=209,V_=210,H_=211,G_=212,$_=213,W_=214,eh=0,Oa=1,th=2,Fa=3,nh=4,ih=5,sh=6,rh=7,Ih=0,X_=1,q_=2,Gs=0,$p=1,Wp=2,Xp=3,qp=4,Yp=5,Zp=6,Jp=7;var jp=300,No=301,Ya=302,Lh=303,Dh=304,oh=1e3,ks=1001,ah=1002,Rn=1003,Y_=1004;var Tc=1005;var Mi=1006,Nh=1007;var br=1008;var li=1009,Kp=1010,Qp=1011,Za=1012,Uh=1013,bs=1014,Li=1015,Ss=1016,Oh=1017,Fh=1018,Uo=1020,em=35902,tm=35899,nm=1021,im=1022,$i=1023,vr=1026,Sr=1027,Bh=1028,kh=1029,Kr=1030,zh=1031;var Vh=1033,Ac=33776,Cc=33777,Rc=33778,Pc=33779,Hh=35840,Gh=35841,$h=35842,Wh=35843,Xh=36196,qh=37492,Yh=37496,Zh=37488,Jh=37489,Ic=37490,jh=37491,Kh=37808,Qh=37809,ef=37810,tf=37811,nf=37812,sf=37813,rf=37814,of=37815,af=37816,lf=37817,cf=37818,uf=37819,hf=37820,ff=37821,df=36492,pf=36494,mf=36495,gf=36283,_f=36284,Lc=36285,vf=36286;var ec=2300,lh=2301,Ku=2302,Pp=2303,Ip=2400,Lp=2401,Dp=2402;var Z_=3200;var yf=0,J_=1,Mr="",Hi="srgb",Ao="srgb-linear",tc="linear",Ct="srgb";var Qu=7680;var j_=519,K_=512,Q_=513,ev=514,sm=515,tv=516,nv=517,rm=518,om=519,am=35044;var Oo="300 es",es=2e3,Ba=2001;function aM(n){for(let e=n.length-1;e>=0;--e)if(n[e]>=65535)return!0;return!1}function lM(n){return ArrayBuffer.isView(n)&&!(n instanceof DataView)}function nc(n){return document.createElementNS("http://www.w3.org/1999/xhtml",n)}function iv(){let n=nc("canvas");return n.style.display="block",n}var Y0={},ka=null;function ic(...n){let e="THREE."+n.shift();ka?ka("log",e,...n):console.log(e,...n)}function sv(n){let e=n[0];if(typeof e=="string"&&e.startsWith("TSL:")){let t=n[1];t&&t.isStackTrace?n[0]+=" "+t.getLocation():n[1]='Stack trace not available. Enable "THREE.Node.captureStackTrace" to capture stack traces.'}return n}function Ze(...n){n=sv(n);let e="THREE."+n.shift();if(ka)ka("warn",e,...n);else{let t=n[0];t&&t.isStackTrace?console.warn(t.getError(e)):console.warn(e,...n)}}function et(...n){n=sv(n);let e="THREE."+n.shift();if(ka)ka("error",e,...n);else{let t=n[0];t&&t.isStackTrace?console.error(t.getError(e)):console.error(e,...n)}}function jl(...n){let e=n.join(" ");e in Y0||(Y0[e]=!0,Ze(...n))}function rv(n,e,t){return new Promise(function(i,s){function r(){switch(n.clientWaitSync(e,n.SYNC_FLUSH_COMMANDS_BIT,0)){case n.WAIT_FAILED:s();break;case n.TIMEOUT_EXPIRED:setTimeout(r,t);break;default:i()}}setTimeout(r,t)})}var ov={[eh]:eh,[th]:sh,[nh]:nh,[Fa]:ih,[Oa]:Oa,[sh]:th,[rh]:rh,[ih]:Fa},zs=class{addEventListener(e,t){this._listeners===void 0&&(this._listeners={});let i=this._listeners;i[e]===void 0&&(i[e]=[]),i[e].indexOf(t)===-1&&i[e].push(t)}hasEventListener(e,t){let i=this._listeners;return i===void 0?!1:i[e]!==void 0&&i[e].indexOf(t)!==-1}removeEventListener(e,t){let i=this._listeners;if(i===void 0)return;let s=i[e];if(s!==void 0){let r=s.indexOf(t);r!==-1&&s.splice(r,1)}}dispatchEvent(e){let t=this._listeners;if(t===void 0)return;let i=t[e.type];if(i!==void 0){e.target=this;let s=i.slice(0);for(let r=0,o=s.length;r<o;r++)s[r].call(this,e);e.target=null}}},ri=["00","01","02","03","04","05","06","07","08","09","0a","0b","0c","0d","0e","0f","10","11","12","13","14","15","16","17","18","19","1a","1b","1c","1d","1e","1f","20","21","22","23","24","25","26","27","28","29","2a","2b","2c","2d","2e","2f","30","31","32","33","34","35","36","37","38","39","3a","3b","3c","3d","3e","3f","40","41","42","43","44","45","46","47","48","49","4a","4b","4c","4d","4e","4f","50","51","52","53","54","55","56","57","58","59","5a","5b","5c","5d","5e","5f","60","61","62","63","64","65","66","67","68","69","6a","6b","6c","6d","6e","6f","70","71","72","73","74","75","76","77","78","79","7a","7b","7c","7d","7e","7f","80","81","82","83","84","85","86","87","88","89","8a","8b","8c","8d","8e","8f","90","91","92","93","94","95","96","97","98","99","9a","9b","9c","9d","9e","9f","a0","a1","a2","a3","a4","a5","a6","a7","a8","a9","aa","ab","ac","ad","ae","af","b0","b1","b2","b3","b4","b5","b6","b7","b8","b9","ba","bb","bc","bd","be","bf","c0","c1","c2","c3","c4","c5","c6","c7","c8","c9","ca","cb","cc","cd","ce","cf","d0","d1","d2","d3","d4","d5","d6","d7","d8","d9","da","db","dc","dd","de","df","e0","e1","e2","e3","e4","e5","e6","e7","e8","e9","ea","eb","ec","ed","ee","ef","f0","f1","f2","f3","f4","f5","f6","f7","f8","f9","fa","fb","fc","fd","fe","ff"],Z0=1234567,Kl=Math.PI/180,za=180/Math.PI;function Qr(){let n=Math.random()*4294967295|0,e=Math.random()*4294967295|0,t=Math.random()*4294967295|0,i=Math.random()*4294967295|0;return(ri[n&255]+ri[n>>8&255]+ri[n>>16&255]+ri[n>>24&255]+"-"+ri[e&255]+ri[e>>8&255]+"-"+ri[e>>16&15|64]+ri[e>>24&255]+"-"+ri[t&63|128]+ri[t>>8&255]+"-"+ri[t>>16&255]+ri[t>>24&255]+ri[i&255]+ri[i>>8&255]+ri[i>>16&255]+ri[i>>24&255]).toLowerCase()}function ct(n,e,t){return Math.max(e,Math.min(t,n))}function lm(n,e){return(n%e+e)%e}function cM(n,e,t,i,s){return i+(n-e)*(s-i)/(t-e)}function uM(n,e,t){return n!==e?(t-n)/(e-n):0}function Ql(n,e,t){return(1-t)*n+t*e}function hM(n,e,t,i){return Ql(n,e,1-Math.exp(-t*i))}function fM(n,e=1){return e-Math.abs(lm(n,e*2)-e)}function dM(n,e,t){return n<=e?0:n>=t?1:(n=(n-e)/(t-e),n*n*(3-2*n))}function pM(n,e,t){return n<=e?0:n>=t?1:(n=(n-e)/(t-e),n*n*n*(n*(n*6-15)+10))}function mM(n,e){return n+Math.floor(Math.random()*(e-n+1))}function gM(n,e){return n+Math.random()*(e-n)}function _M(n){return n*(.5-Math.random())}function vM(n){n!==void 0&&(Z0=n);let e=Z0+=1831565813;return e=Math.imul(e^e>>>15,e|1),e^=e+Math.imul(e^e>>>7,e|61),((e^e>>>14)>>>0)/4294967296}function yM(n){return n*Kl}function xM(n){return n*za}function bM(n){return n>0&&Number.isInteger(n)&&2**Math.round(Math.log2(n))===n}function SM(n){return Math.pow(2,Math.ceil(Math.log(n)/Math.LN2))}function cm(n){return Math.pow(2,Math.floor(Math.log(n)/Math.LN2))}function MM(n,e,t,i,s){let r=Math.cos,o=Math.sin,a=r(t/2),l=o(t/2),c=r((e+i)/2),u=o((e+i)/2),h=r((e-i)/2),f=o((e-i)/2),d=r((i-e)/2),p=o((i-e)/2);switch(s){case"XYX":n.set(a*u,l*h,l*f,a*c);break;case"YZY":n.set(l*f,a*u,l*h,a*c);break;case"ZXZ":n.set(l*h,l*f,a*u,a*c);break;case"XZX":n.set(a*u,l*p,l*d,a*c);break;case"YXY":n.set(l*d,a*u,l*p,a*c);break;case"ZYZ":n.set(l*p,l*d,a*u,a*c);break;default:Ze("MathUtils: .setQuaternionFromProperEuler() encountered an unknown order: "+s)}}function xf(n){switch(n.constructor){case Uint32Array:return 4294967295;case Uint16Array:return 65535;case Uint8Array:case Uint8ClampedArray:return 255;case Int32Array:return 2147483647;case Int16Array:return 32767;case Int8Array:return 127;default:return}}function um(n,e){if(e.constructor===Float32Array)return n;let t=xf(e);if(t===void 0)throw new Error("THREE.MathUtils: Invalid component type.");return Math.max(n/t,-1)}function hm(n,e){if(e.constructor===Float32Array)return n;let t=xf(e);if(t===void 0)throw new Error("THREE.MathUtils: Invalid component type.");return Math.round(n*t)}var fm={DEG2RAD:Kl,RAD2DEG:za,generateUUID:Qr,clamp:ct,euclideanModulo:lm,mapLinear:cM,inverseLerp:uM,lerp:Ql,damp:hM,pingpong:fM,smoothstep:dM,smootherstep:pM,randInt:mM,randFloat:gM,randFloatSpread:_M,seededRandom:vM,degToRad:yM,radToDeg:xM,isPowerOfTwo:bM,ceilPowerOfTwo:SM,floorPowerOfTwo:cm,setQuaternionFromProperEuler:MM,normalize:hm,denormalize:um},at=class{static{this.prototype.isVector2=!0}constructor(e=0,t=0){this.x=e,this.y=t}get width(){return this.x}set width(e){this.x=e}get height(){return this.y}set height(e){this.y=e}set(e,t){return this.x=e,this.y=t,this}setScalar(e){return this.x=e,this.y=e,this}setX(e){return this.x=e,this}setY(e){return this.y=e,this}setComponent(e,t){switch(e){case 0:this.x=t;break;case 1:this.y=t;break;default:throw new Error("THREE.Vector2: index is out of range: "+e)}return this}getComponent(e){switch(e){case 0:return this.x;case 1:return this.y;default:throw new Error("THREE.Vector2: index is out of range: "+e)}}clone(){return new this.constructor(this.x,this.y)}copy(e){return this.x=e.x,this.y=e.y,this}add(e){return this.x+=e.x,this.y+=e.y,this}addScalar(e){return this.x+=e,this.y+=e,this}addVectors(e,t){return this.x=e.x+t.x,this.y=e.y+t.y,this}addScaledVector(e,t){return this.x+=e.x*t,this.y+=e.y*t,this}sub(e){return this.x-=e.x,this.y-=e.y,this}subScalar(e){return this.x-=e,this.y-=e,this}subVectors(e,t){return this.x=e.x-t.x,this.y=e.y-t.y,this}multiply(e){return this.x*=e.x,this.y*=e.y,this}multiplyScalar(e){return this.x*=e,this.y*=e,this}divide(e){return this.x/=e.x,this.y/=e.y,this}divideScalar(e){return this.multiplyScalar(1/e)}applyMatrix3(e){let t=this.x,i=this.y,s=e.elements;return this.x=s[0]*t+s[3]*i+s[6],this.y=s[1]*t+s[4]*i+s[7],this}min(e){return this.x=Math.min(this.x,e.x),this.y=Math.min(this.y,e.y),this}max(e){return this.x=Math.max(this.x,e.x),this.y=Math.max(this.y,e.y),this}clamp(e,t){return this.x=ct(this.x,e.x,t.x),this.y=ct(this.y,e.y,t.y),this}clampScalar(e,t){return this.x=ct(this.x,e,t),this.y=ct(this.y,e,t),this}clampLength(e,t){let i=this.length();return this.divideScalar(i||1).multiplyScalar(ct(i,e,t))}floor(){return this.x=Math.floor(this.x),this.y=Math.floor(this.y),this}ceil(){return this.x=Math.ceil(this.x),this.y=Math.ceil(this.y),this}round(){return this.x=Math.round(this.x),this.y=Math.round(this.y),this}roundToZero(){return this.x=Math.trunc(this.x),this.y=Math.trunc(this.y),this}negate(){return this.x=-this.x,this.y=-this.y,this}dot(e){return this.x*e.x+this.y*e.y}cross(e){return this.x*e.y-this.y*e.x}lengthSq(){return this.x*this.x+this.y*this.y}length(){return Math.sqrt(this.x*this.x+this.y*this.y)}manhattanLength(){return Math.abs(this.x)+Math.abs(this.y)}normalize(){return this.divideScalar(this.length()||1)}angle(){return Math.atan2(-this.y,-this.x)+Math.PI}angleTo(e){let t=Math.sqrt(this.lengthSq()*e.lengthSq());if(t===0)return Math.PI/2;let i=this.dot(e)/t;return Math.acos(ct(i,-1,1))}distanceTo(e){return Math.sqrt(this.distanceToSquared(e))}distanceToSquared(e){let t=this.x-e.x,i=this.y-e.y;return t*t+i*i}manhattanDistanceTo(e){return Math.abs(this.x-e.x)+Math.abs(this.y-e.y)}setLength(e){return this.normalize().multiplyScalar(e)}lerp(e,t){return this.x+=(e.x-this.x)*t,this.y+=(e.y-this.y)*t,this}lerpVectors(e,t,i){return this.x=e.x+(t.x-e.x)*i,this.y=e.y+(t.y-e.y)*i,this}equals(e){return e.x===this.x&&e.y===this.y}fromArray(e,t=0){return this.x=e[t],this.y=e[t+1],this}toArray(e=[],t=0){return e[t]=this.x,e[t+1]=this.y,e}fromBufferAttribute(e,t){return this.x=e.getX(t),this.y=e.getY(t),this}rotateAround(e,t){let i=Math.cos(t),s=Math.sin(t),r=this.x-e.x,o=this.y-e.y;return this.x=r*i-o*s+e.x,this.y=r*s+o*i+e.y,this}random(){return this.x=Math.random(),this.y=Math.random(),this}*[Symbol.iterator](){yield this.x,yield this.y}},ns=class{constructor(e=0,t=0,i=0,s=1){this.isQuaternion=!0,this._x=e,this._y=t,this._z=i,this._w=s}static slerpFlat(e,t,i,s,r,o,a){let l=i[s+0],c=i[s+1],u=i[s+2],h=i[s+3],f=r[o+0],d=r[o+1],p=r[o+2],y=r[o+3];if(h!==y||l!==f||c!==d||u!==p){let m=l*f+c*d+u*p+h*y;m<0&&(f=-f,d=-d,p=-p,y=-y,m=-m);let g=1-a;if(m<.9995){let x=Math.acos(m),A=Math.sin(x);g=Math.sin(g*x)/A,a=Math.sin(a*x)/A,l=l*g+f*a,c=c*g+d*a,u=u*g+p*a,h=h*g+y*a}else{l=l*g+f*a,c=c*g+d*a,u=u*g+p*a,h=h*g+y*a;let x=1/Math.sqrt(l*l+c*c+u*u+h*h);l*=x,c*=x,u*=x,h*=x}}e[t]=l,e[t+1]=c,e[t+2]=u,e[t+3]=h}static multiplyQuaternionsFlat(e,t,i,s,r,o){let a=i[s],l=i[s+1],c=i[s+2],u=i[s+3],h=r[o],f=r[o+1],d=r[o+2],p=r[o+3];return e[t]=a*p+u*h+l*d-c*f,e[t+1]=l*p+u*f+c*h-a*d,e[t+2]=c*p+u*d+a*f-l*h,e[t+3]=u*p-a*h-l*f-c*d,e}get x(){return this._x}set x(e){this._x=e,this._onChangeCallback()}get y(){return this._y}set y(e){this._y=e,this._onChangeCallback()}get z(){return this._z}set z(e){this._z=e,this._onChangeCallback()}get w(){return this._w}set w(e){this._w=e,this._onChangeCallback()}set(e,t,i,s){return this._x=e,this._y=t,this._z=i,this._w=s,this._onChangeCallback(),this}clone(){return new this.constructor(this._x,this._y,this._z,this._w)}copy(e){return this._x=e.x,this._y=e.y,this._z=e.z,this._w=e.w,this._onChangeCallback(),this}setFromEuler(e,t=!0){let i=e._x,s=e._y,r=e._z,o=e._order,a=Math.cos,l=Math.sin,c=a(i/2),u=a(s/2),h=a(r/2),f=l(i/2),d=l(s/2),p=l(r/2);switch(o){case"XYZ":this._x=f*u*h+c*d*p,this._y=c*d*h-f*u*p,this._z=c*u*p+f*d*h,this._w=c*u*h-f*d*p;break;case"YXZ":this._x=f*u*h+c*d*p,this._y=c*d*h-f*u*p,this._z=c*u*p-f*d*h,this._w=c*u*h+f*d*p;break;case"ZXY":this._x=f*u*h-c*d*p,this._y=c*d*h+f*u*p,this._z=c*u*p+f*d*h,this._w=c*u*h-f*d*p;break;case"ZYX":this._x=f*u*h-c*d*p,this._y=c*d*h+f*u*p,this._z=c*u*p-f*d*h,this._w=c*u*h+f*d*p;break;case"YZX":this._x=f*u*h+c*d*p,this._y=c*d*h+f*u*p,this._z=c*u*p-f*d*h,this._w=c*u*h-f*d*p;break;case"XZY":this._x=f*u*h-c*d*p,this._y=c*d*h-f*u*p,this._z=c*u*p+f*d*h,this._w=c*u*h+f*d*p;break;default:Ze("Quaternion: .setFromEuler() encountered an unknown order: "+o)}return t===!0&&this._onChangeCallback(),this}setFromAxisAngle(e,t){let i=t/2,s=Math.sin(i);return this._x=e.x*s,this._y=e.y*s,this._z=e.z*s,this._w=Math.cos(i),this._onChangeCallback(),this}setFromRotationMatrix(e){let t=e.elements,i=t[0],s=t[4],r=t[8],o=t[1],a=t[5],l=t[9],c=t[2],u=t[6],h=t[10],f=i+a+h;if(f>0){let d=.5/Math.sqrt(f+1);this._w=.25/d,this._x=(u-l)*d,this._y=(r-c)*d,this._z=(o-s)*d}else if(i>a&&i>h){let d=2*Math.sqrt(1+i-a-h);this._w=(u-l)/d,this._x=.25*d,this._y=(s+o)/d,this._z=(r+c)/d}else if(a>h){let d=2*Math.sqrt(1+a-i-h);this._w=(r-c)/d,this._x=(s+o)/d,this._y=.25*d,this._z=(l+u)/d}else{let d=2*Math.sqrt(1+h-i-a);this._w=(o-s)/d,this._x=(r+c)/d,this._y=(l+u)/d,this._z=.25*d}return this._onChangeCallback(),this}setFromUnitVectors(e,t){let i=e.dot(t)+1;return i<1e-8?(i=0,Math.abs(e.x)>Math.abs(e.z)?(this._x=-e.y,this._y=e.x,this._z=0,this._w=i):(this._x=0,this._y=-e.z,this._z=e.y,this._w=i)):(this._x=e.y*t.z-e.z*t.y,this._y=e.z*t.x-e.x*t.z,this._z=e.x*t.y-e.y*t.x,this._w=i),this.normalize()}angleTo(e){return 2*Math.acos(Math.abs(ct(this.dot(e),-1,1)))}rotateTowards(e,t){let i=this.angleTo(e);if(i===0)return this;let s=Math.min(1,t/i);return this.slerp(e,s),this}identity(){return this.set(0,0,0,1)}invert(){return this.conjugate()}conjugate(){return this._x*=-1,this._y*=-1,this._z*=-1,this._onChangeCallback(),this}dot(e){return this._x*e._x+this._y*e._y+this._z*e._z+this._w*e._w}lengthSq(){return this._x*this._x+this._y*this._y+this._z*this._z+this._w*this._w}length(){return Math.sqrt(this._x*this._x+this._y*this._y+this._z*this._z+this._w*this._w)}normalize(){let e=this.length();return e===0?(this._x=0,this._y=0,this._z=0,this._w=1):(e=1/e,this._x=this._x*e,this._y=this._y*e,this._z=this._z*e,this._w=this._w*e),this._onChangeCallback(),this}multiply(e){return this.multiplyQuaternions(this,e)}premultiply(e){return this.multiplyQuaternions(e,this)}multiplyQuaternions(e,t){let i=e._x,s=e._y,r=e._z,o=e._w,a=t._x,l=t._y,c=t._z,u=t._w;return this._x=i*u+o*a+s*c-r*l,this._y=s*u+o*l+r*a-i*c,this._z=r*u+o*c+i*l-s*a,this._w=o*u-i*a-s*l-r*c,this._onChangeCallback(),this}slerp(e,t){let i=e._x,s=e._y,r=e._z,o=e._w,a=this.dot(e);a<0&&(i=-i,s=-s,r=-r,o=-o,a=-a);let l=1-t;if(a<.9995){let c=Math.acos(a),u=Math.sin(c);l=Math.sin(l*c)/u,t=Math.sin(t*c)/u,this._x=this._x*l+i*t,this._y=this._y*l+s*t,this._z=this._z*l+r*t,this._w=this._w*l+o*t,this._onChangeCallback()}else this._x=this._x*l+i*t,this._y=this._y*l+s*t,this._z=this._z*l+r*t,this._w=this._w*l+o*t,this.normalize();return this}slerpQuaternions(e,t,i){return this.copy(e).slerp(t,i)}random(){let e=2*Math.PI*Math.random(),t=2*Math.PI*Math.random(),i=Math.random(),s=Math.sqrt(1-i),r=Math.sqrt(i);return this.set(s*Math.sin(e),s*Math.cos(e),r*Math.sin(t),r*Math.cos(t))}equals(e){return e._x===this._x&&e._y===this._y&&e._z===this._z&&e._w===this._w}fromArray(e,t=0){return this._x=e[t],this._y=e[t+1],this._z=e[t+2],this._w=e[t+3],this._onChangeCallback(),this}toArray(e=[],t=0){return e[t]=this._x,e[t+1]=this._y,e[t+2]=this._z,e[t+3]=this._w,e}fromBufferAttribute(e,t){return this._x=e.getX(t),this._y=e.getY(t),this._z=e.getZ(t),this._w=e.getW(t),this._onChangeCallback(),this}toJSON(){return this.toArray()}_onChange(e){return this._onChangeCallback=e,this}_onChangeCallback(){}*[Symbol.iterator](){yield this._x,yield this._y,yield this._z,yield this._w}},F=class{static{this.prototype.isVector3=!0}constructor(e=0,t=0,i=0){this.x=e,this.y=t,this.z=i}set(e,t,i){return i===void 0&&(i=this.z),this.x=e,this.y=t,this.z=i,this}setScalar(e){return this.x=e,this.y=e,this.z=e,this}setX(e){return this.x=e,this}setY(e){return this.y=e,this}setZ(e){return this.z=e,this}setComponent(e,t){switch(e){case 0:this.x=t;break;case 1:this.y=t;break;case 2:this.z=t;break;default:throw new Error("THREE.Vector3: index is out of range: "+e)}return this}getComponent(e){switch(e){case 0:return this.x;case 1:return this.y;case 2:return this.z;default:throw new Error("THREE.Vector3: index is out of range: "+e)}}clone(){return new this.constructor(this.x,this.y,this.z)}copy(e){return this.x=e.x,this.y=e.y,this.z=e.z,this}add(e){return this.x+=e.x,this.y+=e.y,this.z+=e.z,this}addScalar(e){return this.x+=e,this.y+=e,this.z+=e,this}addVectors(e,t){return this.x=e.x+t.x,this.y=e.y+t.y,this.z=e.z+t.z,this}addScaledVector(e,t){return this.x+=e.x*t,this.y+=e.y*t,this.z+=e.z*t,this}sub(e){return this.x-=e.x,this.y-=e.y,this.z-=e.z,this}subScalar(e){return this.x-=e,this.y-=e,this.z-=e,this}subVectors(e,t){return this.x=e.x-t.x,this.y=e.y-t.y,this.z=e.z-t.z,this}multiply(e){return this.x*=e.x,this.y*=e.y,this.z*=e.z,this}multiplyScalar(e){return this.x*=e,this.y*=e,this.z*=e,this}multiplyVectors(e,t){return this.x=e.x*t.x,this.y=e.y*t.y,this.z=e.z*t.z,this}applyEuler(e){return this.applyQuaternion(J0.setFromEuler(e))}applyAxisAngle(e,t){return this.applyQuaternion(J0.setFromAxisAngle(e,t))}applyMatrix3(e){let t=this.x,i=this.y,s=this.z,r=e.elements;return this.x=r[0]*t+r[3]*i+r[6]*s,this.y=r[1]*t+r[4]*i+r[7]*s,this.z=r[2]*t+r[5]*i+r[8]*s,this}applyNormalMatrix(e){return this.applyMatrix3(e).normalize()}applyMatrix4(e){let t=this.x,i=this.y,s=this.z,r=e.elements,o=1/(r[3]*t+r[7]*i+r[11]*s+r[15]);return this.x=(r[0]*t+r[4]*i+r[8]*s+r[12])*o,this.y=(r[1]*t+r[5]*i+r[9]*s+r[13])*o,this.z=(r[2]*t+r[6]*i+r[10]*s+r[14])*o,this}applyQuaternion(e){let t=this.x,i=this.y,s=this.z,r=e.x,o=e.y,a=e.z,l=e.w,c=2*(o*s-a*i),u=2*(a*t-r*s),h=2*(r*i-o*t);return this.x=t+l*c+o*h-a*u,this.y=i+l*u+a*c-r*h,this.z=s+l*h+r*u-o*c,this}project(e){return this.applyMatrix4(e.matrixWorldInverse).applyMatrix4(e.projectionMatrix)}unproject(e){return this.applyMatrix4(e.projectionMatrixInverse).applyMatrix4(e.matrixWorld)}transformDirection(e){let t=this.x,i=this.y,s=this.z,r=e.elements;return this.x=r[0]*t+r[4]*i+r[8]*s,this.y=r[1]*t+r[5]*i+r[9]*s,this.z=r[2]*t+r[6]*i+r[10]*s,this.normalize()}divide(e){return this.x/=e.x,this.y/=e.y,this.z/=e.z,this}divideScalar(e){return this.multiplyScalar(1/e)}min(e){return this.x=Math.min(this.x,e.x),this.y=Math.min(this.y,e.y),this.z=Math.min(this.z,e.z),this}max(e){return this.x=Math.max(this.x,e.x),this.y=Math.max(this.y,e.y),this.z=Math.max(this.z,e.z),this}clamp(e,t){return this.x=ct(this.x,e.x,t.x),this.y=ct(this.y,e.y,t.y),this.z=ct(this.z,e.z,t.z),this}clampScalar(e,t){return this.x=ct(this.x,e,t),this.y=ct(this.y,e,t),this.z=ct(this.z,e,t),this}clampLength(e,t){let i=this.length();return this.divideScalar(i||1).multiplyScalar(ct(i,e,t))}floor(){return this.x=Math.floor(this.x),this.y=Math.floor(this.y),this.z=Math.floor(this.z),this}ceil(){return this.x=Math.ceil(this.x),this.y=Math.ceil(this.y),this.z=Math.ceil(this.z),this}round(){return this.x=Math.round(this.x),this.y=Math.round(this.y),this.z=Math.round(this.z),this}roundToZero(){return this.x=Math.trunc(this.x),this.y=Math.trunc(this.y),this.z=Math.trunc(this.z),this}negate(){return this.x=-this.x,this.y=-this.y,this.z=-this.z,this}dot(e){return this.x*e.x+this.y*e.y+this.z*e.z}lengthSq(){return this.x*this.x+this.y*this.y+this.z*this.z}length(){return Math.sqrt(this.x*this.x+this.y*this.y+this.z*this.z)}manhattanLength(){return Math.abs(this.x)+Math.abs(this.y)+Math.abs(this.z)}normalize(){return this.divideScalar(this.length()||1)}setLength(e){return this.normalize().multiplyScalar(e)}lerp(e,t){return this.x+=(e.x-this.x)*t,this.y+=(e.y-this.y)*t,this.z+=(e.z-this.z)*t,this}lerpVectors(e,t,i){return this.x=e.x+(t.x-e.x)*i,this.y=e.y+(t.y-e.y)*i,this.z=e.z+(t.z-e.z)*i,this}cross(e){return this.crossVectors(this,e)}crossVectors(e,t){let i=e.x,s=e.y,r=e.z,o=t.x,a=t.y,l=t.z;return this.x=s*l-r*a,this.y=r*o-i*l,this.z=i*a-s*o,this}projectOnVector(e){let t=e.lengthSq();if(t===0)return this.set(0,0,0);let i=e.dot(this)/t;return this.copy(e).multiplyScalar(i)}projectOnPlane(e){return cp.copy(this).projectOnVector(e),this.sub(cp)}reflect(e){return this.sub(cp.copy(e).multiplyScalar(2*this.dot(e)))}angleTo(e){let t=Math.sqrt(this.lengthSq()*e.lengthSq());if(t===0)return Math.PI/2;let i=this.dot(e)/t;return Math.acos(ct(i,-1,1))}distanceTo(e){return Math.sqrt(this.distanceToSquared(e))}distanceToSquared(e){let t=this.x-e.x,i=this.y-e.y,s=this.z-e.z;return t*t+i*i+s*s}manhattanDistanceTo(e){return Math.abs(this.x-e.x)+Math.abs(this.y-e.y)+Math.abs(this.z-e.z)}setFromSpherical(e){return this.setFromSphericalCoords(e.radius,e.phi,e.theta)}setFromSphericalCoords(e,t,i){let s=Math.sin(t)*e;return this.x=s*Math.sin(i),this.y=Math.cos(t)*e,this.z=s*Math.cos(i),this}setFromCylindrical(e){return this.setFromCylindricalCoords(e.radius,e.theta,e.y)}setFromCylindricalCoords(e,t,i){return this.x=e*Math.sin(t),this.y=i,this.z=e*Math.cos(t),this}setFromMatrixPosition(e){let t=e.elements;return this.x=t[12],this.y=t[13],this.z=t[14],this}setFromMatrixScale(e){let t=this.setFromMatrixColumn(e,0).length(),i=this.setFromMatrixColumn(e,1).length(),s=this.setFromMatrixColumn(e,2).length();return this.x=t,this.y=i,this.z=s,this}setFromMatrixColumn(e,t){return this.fromArray(e.elements,t*4)}setFromMatrix3Column(e,t){return this.fromArray(e.elements,t*3)}setFromEuler(e){return this.x=e._x,this.y=e._y,this.z=e._z,this}setFromColor(e){return this.x=e.r,this.y=e.g,this.z=e.b,this}equals(e){return e.x===this.x&&e.y===this.y&&e.z===this.z}fromArray(e,t=0){return this.x=e[t],this.y=e[t+1],this.z=e[t+2],this}toArray(e=[],t=0){return e[t]=this.x,e[t+1]=this.y,e[t+2]=this.z,e}fromBufferAttribute(e,t){return this.x=e.getX(t),this.y=e.getY(t),this.z=e.getZ(t),this}random(){return this.x=Math.random(),this.y=Math.random(),this.z=Math.random(),this}randomDirection(){let e=Math.random()*Math.PI*2,t=Math.random()*2-1,i=Math.sqrt(1-t*t);return this.x=i*Math.cos(e),this.y=t,this.z=i*Math.sin(e),this}*[Symbol.iterator](){yield this.x,yield this.y,yield this.z}},cp=new F,J0=new ns,nt=class{static{this.prototype.isMatrix3=!0}constructor(e,t,i,s,r,o,a,l,c){this.elements=[1,0,0,0,1,0,0,0,1],e!==void 0&&this.set(e,t,i,s,r,o,a,l,c)}set(e,t,i,s,r,o,a,l,c){let u=this.elements;return u[0]=e,u[1]=s,u[2]=a,u[3]=t,u[4]=r,u[5]=l,u[6]=i,u[7]=o,u[8]=c,this}identity(){return this.set(1,0,0,0,1,0,0,0,1),this}copy(e){let t=this.elements,i=e.elements;return t[0]=i[0],t[1]=i[1],t[2]=i[2],t[3]=i[3],t[4]=i[4],t[5]=i[5],t[6]=i[6],t[7]=i[7],t[8]=i[8],this}extractBasis(e,t,i){return e.setFromMatrix3Column(this,0),t.setFromMatrix3Column(this,1),i.setFromMatrix3Column(this,2),this}setFromMatrix4(e){let t=e.elements;return this.set(t[0],t[4],t[8],t[1],t[5],t[9],t[2],t[6],t[10]),this}multiply(e){return this.multiplyMatrices(this,e)}premultiply(e){return this.multiplyMatrices(e,this)}multiplyMatrices(e,t){let i=e.elements,s=t.elements,r=this.elements,o=i[0],a=i[3],l=i[6],c=i[1],u=i[4],h=i[7],f=i[2],d=i[5],p=i[8],y=s[0],m=s[3],g=s[6],x=s[1],A=s[4],b=s[7],R=s[2],T=s[5],v=s[8];return r[0]=o*y+a*x+l*R,r[3]=o*m+a*A+l*T,r[6]=o*g+a*b+l*v,r[1]=c*y+u*x+h*R,r[4]=c*m+u*A+h*T,r[7]=c*g+u*b+h*v,r[2]=f*y+d*x+p*R,r[5]=f*m+d*A+p*T,r[8]=f*g+d*b+p*v,this}multiplyScalar(e){let t=this.elements;return t[0]*=e,t[3]*=e,t[6]*=e,t[1]*=e,t[4]*=e,t[7]*=e,t[2]*=e,t[5]*=e,t[8]*=e,this}determinant(){let e=this.elements,t=e[0],i=e[1],s=e[2],r=e[3],o=e[4],a=e[5],l=e[6],c=e[7],u=e[8];return t*o*u-t*a*c-i*r*u+i*a*l+s*r*c-s*o*l}invert(){let e=this.elements,t=e[0],i=e[1],s=e[2],r=e[3],o=e[4],a=e[5],l=e[6],c=e[7],u=e[8],h=u*o-a*c,f=a*l-u*r,d=c*r-o*l,p=t*h+i*f+s*d;if(p===0)return this.set(0,0,0,0,0,0,0,0,0);let y=1/p;return e[0]=h*y,e[1]=(s*c-u*i)*y,e[2]=(a*i-s*o)*y,e[3]=f*y,e[4]=(u*t-s*l)*y,e[5]=(s*r-a*t)*y,e[6]=d*y,e[7]=(i*l-c*t)*y,e[8]=(o*t-i*r)*y,this}transpose(){let e,t=this.elements;return e=t[1],t[1]=t[3],t[3]=e,e=t[2],t[2]=t[6],t[6]=e,e=t[5],t[5]=t[7],t[7]=e,this}getNormalMatrix(e){return this.setFromMatrix4(e).invert().transpose()}transposeIntoArray(e){let t=this.elements;return e[0]=t[0],e[1]=t[3],e[2]=t[6],e[3]=t[1],e[4]=t[4],e[5]=t[7],e[6]=t[2],e[7]=t[5],e[8]=t[8],this}setUvTransform(e,t,i,s,r,o,a){let l=Math.cos(r),c=Math.sin(r);return this.set(i*l,i*c,-i*(l*o+c*a)+o+e,-s*c,s*l,-s*(-c*o+l*a)+a+t,0,0,1),this}scale(e,t){return jl("Matrix3: .scale() is deprecated. Use .makeScale() instead."),this.premultiply(up.makeScale(e,t)),this}rotate(e){return jl("Matrix3: .rotate() is deprecated. Use .makeRotation() instead."),this.premultiply(up.makeRotation(-e)),this}translate(e,t){return jl("Matrix3: .translate() is deprecated. Use .makeTranslation() instead."),this.premultiply(up.makeTranslation(e,t)),this}makeTranslation(e,t){return e.isVector2?this.set(1,0,e.x,0,1,e.y,0,0,1):this.set(1,0,e,0,1,t,0,0,1),this}makeRotation(e){let t=Math.cos(e),i=Math.sin(e);return this.set(t,-i,0,i,t,0,0,0,1),this}makeScale(e,t){return this.set(e,0,0,0,t,0,0,0,1),this}equals(e){let t=this.elements,i=e.elements;for(let s=0;s<9;s++)if(t[s]!==i[s])return!1;return!0}fromArray(e,t=0){for(let i=0;i<9;i++)this.elements[i]=e[i+t];return this}toArray(e=[],t=0){let i=this.elements;return e[t]=i[0],e[t+1]=i[1],e[t+2]=i[2],e[t+3]=i[3],e[t+4]=i[4],e[t+5]=i[5],e[t+6]=i[6],e[t+7]=i[7],e[t+8]=i[8],e}clone(){return new this.constructor().fromArray(this.elements)}},up=new nt,j0=new nt().set(.4123908,.3575843,.1804808,.212639,.7151687,.0721923,.0193308,.1191948,.9505322),K0=new nt().set(3.2409699,-1.5373832,-.4986108,-.9692436,1.8759675,.0415551,.0556301,-.203977,1.0569715);function wM(){let n={enabled:!0,workingColorSpace:Ao,spaces:{},convert:function(s,r,o){return this.enabled===!1||r===o||!r||!o||(this.spaces[r].transfer===Ct&&(s.r=_r(s.r),s.g=_r(s.g),s.b=_r(s.b)),this.spaces[r].primaries!==this.spaces[o].primaries&&(s.applyMatrix3(this.spaces[r].toXYZ),s.applyMatrix3(this.spaces[o].fromXYZ)),this.spaces[o].transfer===Ct&&(s.r=Ua(s.r),s.g=Ua(s.g),s.b=Ua(s.b))),s},workingToColorSpace:function(s,r){return this.convert(s,this.workingColorSpace,r)},colorSpaceToWorking:function(s,r){return this.convert(s,r,this.workingColorSpace)},getPrimaries:function(s){return this.spaces[s].primaries},getTransfer:function(s){return s===Mr?tc:this.spaces[s].transfer},getToneMappingMode:function(s){return this.spaces[s].outputColorSpaceConfig.toneMappingMode||"standard"},getLuminanceCoefficients:function(s,r=this.workingColorSpace){return s.fromArray(this.spaces[r].luminanceCoefficients)},define:function(s){Object.assign(this.spaces,s)},_getMatrix:function(s,r,o){return s.copy(this.spaces[o].fromXYZ).multiply(this.spaces[r].toXYZ)},_getDrawingBufferColorSpace:function(s){return this.spaces[s].outputColorSpaceConfig.drawingBufferColorSpace},_getUnpackColorSpace:function(s=this.workingColorSpace){return this.spaces[s].workingColorSpaceConfig.unpackColorSpace}},e=[.64,.33,.3,.6,.15,.06],t=[.2126,.7152,.0722],i=[.3127,.329];return n.define({[Ao]:{primaries:e,whitePoint:i,transfer:tc,toXYZ:j0,fromXYZ:K0,luminanceCoefficients:t,workingColorSpaceConfig:{unpackColorSpace:Hi},outputColorSpaceConfig:{drawingBufferColorSpace:Hi}},[Hi]:{primaries:e,whitePoint:i,transfer:Ct,toXYZ:j0,fromXYZ:K0,luminanceCoefficients:t,outputColorSpaceConfig:{drawingBufferColorSpace:Hi}}}),n}var vt=wM();function _r(n){return n<.04045?n*.0773993808:Math.pow(n*.9478672986+.0521327014,2.4)}function Ua(n){return n<.0031308?n*12.92:1.055*Math.pow(n,.41666)-.055}var ya,ch=class{static getDataURL(e,t="image/png"){if(/^data:/i.test(e.src)||typeof HTMLCanvasElement>"u")return e.src;let i;if(e instanceof HTMLCanvasElement)i=e;else{ya===void 0&&(ya=nc("canvas")),ya.width=e.width,ya.height=e.height;let s=ya.getContext("2d");e instanceof ImageData?s.putImageData(e,0,0):s.drawImage(e,0,0,e.width,e.height),i=ya}return i.toDataURL(t)}static sRGBToLinear(e){if(typeof HTMLImageElement<"u"&&e instanceof HTMLImageElement||typeof HTMLCanvasElement<"u"&&e instanceof HTMLCanvasElement||typeof ImageBitmap<"u"&&e instanceof ImageBitmap){let t=nc("canvas");t.width=e.width,t.height=e.height;let i=t.getContext("2d");i.drawImage(e,0,0,e.width,e.height);let s=i.getImageData(0,0,e.width,e.height),r=s.data;for(let o=0;o<r.length;o++)r[o]=_r(r[o]/255)*255;return i.putImageData(s,0,0),t}else if(e.data){let t=e.data.slice(0);for(let i=0;i<t.length;i++)t instanceof Uint8Array||t instanceof Uint8ClampedArray?t[i]=Math.floor(_r(t[i]/255)*255):t[i]=_r(t[i]);return{data:t,width:e.width,height:e.height}}else return Ze("ImageUtils.sRGBToLinear(): Unsupported image type. No color space conversion applied."),e}},EM=0,Va=class{constructor(e=null){this.isTextureSource=!0,Object.defineProperty(this,"id",{value:EM++}),this.uuid=Qr(),this.data=e,this.dataReady=!0,this.version=0}getSize(e){let t=this.data;return typeof HTMLVideoElement<"u"&&t instanceof HTMLVideoElement?e.set(t.videoWidth,t.videoHeight,0):typeof VideoFrame<"u"&&t instanceof VideoFrame?e.set(t.displayWidth,t.displayHeight,0):t!==null?e.set(t.width||0,t.height||0,t.depth||0):e.set(0,0,0),e}set needsUpdate(e){e===!0&&this.version++}toJSON(e){let t=e===void 0||typeof e=="string";if(!t&&e.images[this.uuid]!==void 0)return e.images[this.uuid];let i={uuid:this.uuid,url:""},s=this.data;if(s!==null){let r;if(Array.isArray(s)){r=[];for(let o=0,a=s.length;o<a;o++)s[o].isDataTexture?r.push(hp(s[o].image)):r.push(hp(s[o]))}else r=hp(s);i.url=r}return t||(e.images[this.uuid]=i),i}};function hp(n){return typeof HTMLImageElement<"u"&&n instanceof HTMLImageElement||typeof HTMLCanvasElement<"u"&&n instanceof HTMLCanvasElement||typeof ImageBitmap<"u"&&n instanceof ImageBitmap?ch.getDataURL(n):n.data?{data:Array.from(n.data),width:n.width,height:n.height,type:n.data.constructor.name}:(Ze("Texture: Unable to serialize Texture."),{})}var TM=0,fp=new F,Ii=class n extends zs{constructor(e=n.DEFAULT_IMAGE,t=n.DEFAULT_MAPPING,i=ks,s=ks,r=Mi,o=br,a=$i,l=li,c=n.DEFAULT_ANISOTROPY,u=Mr){super(),this.isTexture=!0,Object.defineProperty(this,"id",{value:TM++}),this.uuid=Qr(),this.name="",this.source=new Va(e),this.mipmaps=[],this.mapping=t,this.channel=0,this.wrapS=i,this.wrapT=s,this.magFilter=r,this.minFilter=o,this.anisotropy=c,this.format=a,this.internalFormat=null,this.type=l,this.offset=new at(0,0),this.repeat=new at(1,1),this.center=new at(0,0),this.rotation=0,this.matrixAutoUpdate=!0,this.matrix=new nt,this.generateMipmaps=!0,this.mipmapsAutoUpdate=!0,this.premultiplyAlpha=!1,this.flipY=!0,this.unpackAlignment=4,this.colorSpace=u,this.userData={},this.updateRanges=[],this.version=0,this.onUpdate=null,this.renderTarget=null,this.isRenderTargetTexture=!1,this.isArrayTexture=!!(e&&e.depth&&e.depth>1),this.pmremVersion=0,this.isPMREMTexture=!1,this.normalized=!1}get width(){return this.source.getSize(fp).x}get height(){return this.source.getSize(fp).y}get depth(){return this.source.getSize(fp).z}get image(){return this.source.data}set image(e){this.source.data=e}updateMatrix(){this.matrix.setUvTransform(this.offset.x,this.offset.y,this.repeat.x,this.repeat.y,this.rotation,this.center.x,this.center.y)}addUpdateRange(e,t){this.updateRanges.push({start:e,count:t})}clearUpdateRanges(){this.updateRanges.length=0}clone(){return new this.constructor().copy(this)}copy(e){return this.name=e.name,this.source=e.source,this.mipmaps=e.mipmaps.slice(0),this.mapping=e.mapping,this.channel=e.channel,this.wrapS=e.wrapS,this.wrapT=e.wrapT,this.magFilter=e.magFilter,this.minFilter=e.minFilter,this.anisotropy=e.anisotropy,this.format=e.format,this.internalFormat=e.internalFormat,this.type=e.type,this.normalized=e.normalized,this.offset.copy(e.offset),this.repeat.copy(e.repeat),this.center.copy(e.center),this.rotation=e.rotation,this.matrixAutoUpdate=e.matrixAutoUpdate,this.matrix.copy(e.matrix),this.generateMipmaps=e.generateMipmaps,this.mipmapsAutoUpdate=e.mipmapsAutoUpdate,this.premultiplyAlpha=e.premultiplyAlpha,this.flipY=e.flipY,this.unpackAlignment=e.unpackAlignment,this.colorSpace=e.colorSpace,this.renderTarget=e.renderTarget,this.isRenderTargetTexture=e.isRenderTargetTexture,this.isPMREMTexture=e.isPMREMTexture,this.isArrayTexture=e.isArrayTexture,this.userData=JSON.parse(JSON.stringify(e.userData)),this.needsUpdate=!0,this}setValues(e){for(let t in e){let i=e[t];if(i===void 0){Ze(`Texture.setValues(): parameter '${t}' has value of undefined.`);continue}let s=this[t];if(s===void 0){Ze(`Texture.setValues(): property '${t}' does not exist.`);continue}s&&i&&s.isVector2&&i.isVector2||s&&i&&s.isVector3&&i.isVector3||s&&i&&s.isMatrix3&&i.isMatrix3?s.copy(i):this[t]=i}}toJSON(e){let t=e===void 0||typeof e=="string";if(!t&&e.textures[this.uuid]!==void 0)return e.textures[this.uuid];let i={metadata:{version:4.7,type:"Texture",generator:"Texture.toJSON"},uuid:this.uuid,name:this.name,image:this.source.toJSON(e).uuid,mapping:this.mapping,channel:this.channel,repeat:[this.repeat.x,this.repeat.y],offset:[this.offset.x,this.offset.y],center:[this.center.x,this.center.y],rotation:this.rotation,wrap:[this.wrapS,this.wrapT],format:this.format,internalFormat:this.internalFormat,type:this.type,normalized:this.normalized,colorSpace:this.colorSpace,minFilter:this.minFilter,magFilter:this.magFilter,anisotropy:this.anisotropy,flipY:this.flipY,generateMipmaps:this.generateMipmaps,mipmapsAutoUpdate:this.mipmapsAutoUpdate,premultiplyAlpha:this.premultiplyAlpha,unpackAlignment:this.unpackAlignment};return Object.keys(this.userData).length>0&&(i.userData=this.userData),t||(e.textures[this.uuid]=i),i}dispose(){this.dispatchEvent({type:"dispose"})}transformUv(e){if(this.mapping!==jp)return e;if(e.applyMatrix3(this.matrix),e.x<0||e.x>1)switch(this.wrapS){case oh:e.x=e.x-Math.floor(e.x);break;case ks:e.x=e.x<0?0:1;break;case ah:Math.abs(Math.floor(e.x)%2)===1?e.x=Math.ceil(e.x)-e.x:e.x=e.x-Math.floor(e.x);break}if(e.y<0||e.y>1)switch(this.wrapT){case oh:e.y=e.y-Math.floor(e.y);break;case ks:e.y=e.y<0?0:1;break;case ah:Math.abs(Math.floor(e.y)%2)===1?e.y=Math.ceil(e.y)-e.y:e.y=e.y-Math.floor(e.y);break}return this.flipY&&(e.y=1-e.y),e}set needsUpdate(e){e===!0&&(this.version++,this.source.needsUpdate=!0)}set needsPMREMUpdate(e){e===!0&&this.pmremVersion++}};Ii.DEFAULT_IMAGE=null;Ii.DEFAULT_MAPPING=jp;Ii.DEFAULT_ANISOTROPY=1;var Rt=class{static{this.prototype.isVector4=!0}constructor(e=0,t=0,i=0,s=1){this.x=e,this.y=t,this.z=i,this.w=s}get width(){return this.z}set width(e){this.z=e}get height(){return this.w}set height(e){this.w=e}set(e,t,i,s){return this.x=e,this.y=t,this.z=i,this.w=s,this}setScalar(e){return this.x=e,this.y=e,this.z=e,this.w=e,this}setX(e){return this.x=e,this}setY(e){return this.y=e,this}setZ(e){return this.z=e,this}setW(e){return this.w=e,this}setComponent(e,t){switch(e){case 0:this.x=t;break;case 1:this.y=t;break;case 2:this.z=t;break;case 3:this.w=t;break;default:throw new Error("THREE.Vector4: index is out of range: "+e)}return this}getComponent(e){switch(e){case 0:return this.x;case 1:return this.y;case 2:return this.z;case 3:return this.w;default:throw new Error("THREE.Vector4: index is out of range: "+e)}}clone(){return new this.constructor(this.x,this.y,this.z,this.w)}copy(e){return this.x=e.x,this.y=e.y,this.z=e.z,this.w=e.w!==void 0?e.w:1,this}add(e){return this.x+=e.x,this.y+=e.y,this.z+=e.z,this.w+=e.w,this}addScalar(e){return this.x+=e,this.y+=e,this.z+=e,this.w+=e,this}addVectors(e,t){return this.x=e.x+t.x,this.y=e.y+t.y,this.z=e.z+t.z,this.w=e.w+t.w,this}addScaledVector(e,t){return this.x+=e.x*t,this.y+=e.y*t,this.z+=e.z*t,this.w+=e.w*t,this}sub(e){return this.x-=e.x,this.y-=e.y,this.z-=e.z,this.w-=e.w,this}subScalar(e){return this.x-=e,this.y-=e,this.z-=e,this.w-=e,this}subVectors(e,t){return this.x=e.x-t.x,this.y=e.y-t.y,this.z=e.z-t.z,this.w=e.w-t.w,this}multiply(e){return this.x*=e.x,this.y*=e.y,this.z*=e.z,this.w*=e.w,this}multiplyScalar(e){return this.x*=e,this.y*=e,this.z*=e,this.w*=e,this}applyMatrix4(e){let t=this.x,i=this.y,s=this.z,r=this.w,o=e.elements;return this.x=o[0]*t+o[4]*i+o[8]*s+o[12]*r,this.y=o[1]*t+o[5]*i+o[9]*s+o[13]*r,this.z=o[2]*t+o[6]*i+o[10]*s+o[14]*r,this.w=o[3]*t+o[7]*i+o[11]*s+o[15]*r,this}divide(e){return this.x/=e.x,this.y/=e.y,this.z/=e.z,this.w/=e.w,this}divideScalar(e){return this.multiplyScalar(1/e)}setAxisAngleFromQuaternion(e){this.w=2*Math.acos(e.w);let t=Math.sqrt(1-e.w*e.w);return t<1e-4?(this.x=1,this.y=0,this.z=0):(this.x=e.x/t,this.y=e.y/t,this.z=e.z/t),this}setAxisAngleFromRotationMatrix(e){let t,i,s,r,l=e.elements,c=l[0],u=l[4],h=l[8],f=l[1],d=l[5],p=l[9],y=l[2],m=l[6],g=l[10];if(Math.abs(u-f)<.01&&Math.abs(h-y)<.01&&Math.abs(p-m)<.01){if(Math.abs(u+f)<.1&&Math.abs(h+y)<.1&&Math.abs(p+m)<.1&&Math.abs(c+d+g-3)<.1)return this.set(1,0,0,0),this;t=Math.PI;let A=(c+1)/2,b=(d+1)/2,R=(g+1)/2,T=(u+f)/4,v=(h+y)/4,E=(p+m)/4;return A>b&&A>R?A<.01?(i=0,s=.707106781,r=.707106781):(i=Math.sqrt(A),s=T/i,r=v/i):b>R?b<.01?(i=.707106781,s=0,r=.707106781):(s=Math.sqrt(b),i=T/s,r=E/s):R<.01?(i=.707106781,s=.707106781,r=0):(r=Math.sqrt(R),i=v/r,s=E/r),this.set(i,s,r,t),this}let x=Math.sqrt((m-p)*(m-p)+(h-y)*(h-y)+(f-u)*(f-u));return Math.abs(x)<.001&&(x=1),this.x=(m-p)/x,this.y=(h-y)/x,this.z=(f-u)/x,this.w=Math.acos((c+d+g-1)/2),this}setFromMatrixPosition(e){let t=e.elements;return this.x=t[12],this.y=t[13],this.z=t[14],this.w=t[15],this}min(e){return this.x=Math.min(this.x,e.x),this.y=Math.min(this.y,e.y),this.z=Math.min(this.z,e.z),this.w=Math.min(this.w,e.w),this}max(e){return this.x=Math.max(this.x,e.x),this.y=Math.max(this.y,e.y),this.z=Math.max(this.z,e.z),this.w=Math.max(this.w,e.w),this}clamp(e,t){return this.x=ct(this.x,e.x,t.x),this.y=ct(this.y,e.y,t.y),this.z=ct(this.z,e.z,t.z),this.w=ct(this.w,e.w,t.w),this}clampScalar(e,t){return this.x=ct(this.x,e,t),this.y=ct(this.y,e,t),this.z=ct(this.z,e,t),this.w=ct(this.w,e,t),this}clampLength(e,t){let i=this.length();return this.divideScalar(i||1).multiplyScalar(ct(i,e,t))}floor(){return this.x=Math.floor(this.x),this.y=Math.floor(this.y),this.z=Math.floor(this.z),this.w=Math.floor(this.w),this}ceil(){return this.x=Math.ceil(this.x),this.y=Math.ceil(this.y),this.z=Math.ceil(this.z),this.w=Math.ceil(this.w),this}round(){return this.x=Math.round(this.x),this.y=Math.round(this.y),this.z=Math.round(this.z),this.w=Math.round(this.w),this}roundToZero(){return this.x=Math.trunc(this.x),this.y=Math.trunc(this.y),this.z=Math.trunc(this.z),this.w=Math.trunc(this.w),this}negate(){return this.x=-this.x,this.y=-this.y,this.z=-this.z,this.w=-this.w,this}dot(e){return this.x*e.x+this.y*e.y+this.z*e.z+this.w*e.w}lengthSq(){return this.x*this.x+this.y*this.y+this.z*this.z+this.w*this.w}length(){return Math.sqrt(this.x*this.x+this.y*this.y+this.z*this.z+this.w*this.w)}manhattanLength(){return Math.abs(this.x)+Math.abs(this.y)+Math.abs(this.z)+Math.abs(this.w)}normalize(){return this.divideScalar(this.length()||1)}setLength(e){return this.normalize().multiplyScalar(e)}lerp(e,t){return this.x+=(e.x-this.x)*t,this.y+=(e.y-this.y)*t,this.z+=(e.z-this.z)*t,this.w+=(e.w-this.w)*t,this}lerpVectors(e,t,i){return this.x=e.x+(t.x-e.x)*i,this.y=e.y+(t.y-e.y)*i,this.z=e.z+(t.z-e.z)*i,this.w=e.w+(t.w-e.w)*i,this}equals(e){return e.x===this.x&&e.y===this.y&&e.z===this.z&&e.w===this.w}fromArray(e,t=0){return this.x=e[t],this.y=e[t+1],this.z=e[t+2],this.w=e[t+3],this}toArray(e=[],t=0){return e[t]=this.x,e[t+1]=this.y,e[t+2]=this.z,e[t+3]=this.w,e}fromBufferAttribute(e,t){return this.x=e.getX(t),this.y=e.getY(t),this.z=e.getZ(t),this.w=e.getW(t),this}random(){return this.x=Math.random(),this.y=Math.random(),this.z=Math.random(),this.w=Math.random(),this}*[Symbol.iterator](){yield this.x,yield this.y,yield this.z,yield this.w}},uh=class extends zs{constructor(e=1,t=1,i={}){super(),i=Object.assign({generateMipmaps:!1,internalFormat:null,minFilter:Mi,depthBuffer:!0,stencilBuffer:!1,resolveColorBuffer:!0,resolveDepthBuffer:!0,resolveStencilBuffer:!0,storeMultisampledColorBuffer:!0,storeMultisampledDepthBuffer:!0,storeMultisampledStencilBuffer:!0,depthTexture:null,samples:0,count:1,depth:1,multiview:!1,useArrayDepthTexture:!1},i),this.isRenderTarget=!0,this.width=e,this.height=t,this.depth=i.depth,this.scissor=new Rt(0,0,e,t),this.scissorTest=!1,this.viewport=new Rt(0,0,e,t),this.textures=[];let s=i.count;for(let r=0;r<s;r++)this.textures[r]=new Ii({width:e,height:t,depth:i.depth}),this.textures[r].isRenderTargetTexture=!0,this.textures[r].renderTarget=this;this._setTextureOptions(i),this.depthBuffer=i.depthBuffer,this.stencilBuffer=i.stencilBuffer,this.resolveColorBuffer=i.resolveColorBuffer,this.resolveDepthBuffer=i.resolveDepthBuffer,this.resolveStencilBuffer=i.resolveStencilBuffer,this.storeMultisampledColorBuffer=i.storeMultisampledColorBuffer,this.storeMultisampledDepthBuffer=i.storeMultisampledDepthBuffer,this.storeMultisampledStencilBuffer=i.storeMultisampledStencilBuffer,this._depthTexture=null,this.depthTexture=i.depthTexture,this.samples=i.samples,this.multiview=i.multiview,this.useArrayDepthTexture=i.useArrayDepthTexture}_setTextureOptions(e={}){let t={minFilter:Mi,generateMipmaps:!1,flipY:!1,internalFormat:null};e.mapping!==void 0&&(t.mapping=e.mapping),e.wrapS!==void 0&&(t.wrapS=e.wrapS),e.wrapT!==void 0&&(t.wrapT=e.wrapT),e.wrapR!==void 0&&(t.wrapR=e.wrapR),e.magFilter!==void 0&&(t.magFilter=e.magFilter),e.minFilter!==void 0&&(t.minFilter=e.minFilter),e.format!==void 0&&(t.format=e.format),e.type!==void 0&&(t.type=e.type),e.anisotropy!==void 0&&(t.anisotropy=e.anisotropy),e.colorSpace!==void 0&&(t.colorSpace=e.colorSpace),e.flipY!==void 0&&(t.flipY=e.flipY),e.generateMipmaps!==void 0&&(t.generateMipmaps=e.generateMipmaps),e.mipmapsAutoUpdate!==void 0&&(t.mipmapsAutoUpdate=e.mipmapsAutoUpdate),e.internalFormat!==void 0&&(t.internalFormat=e.internalFormat);for(let i=0;i<this.textures.length;i++)this.textures[i].setValues(t)}get texture(){return this.textures[0]}set texture(e){this.textures[0]=e}set depthTexture(e){this._depthTexture!==null&&this._depthTexture.renderTarget===this&&(this._depthTexture.renderTarget=null),e!==null&&e.renderTarget===null&&(e.renderTarget=this),this._depthTexture=e}get depthTexture(){return this._depthTexture}setSize(e,t,i=1){if(this.width!==e||this.height!==t||this.depth!==i){this.width=e,this.height=t,this.depth=i;for(let s=0,r=this.textures.length;s<r;s++)this.textures[s].image.width=e,this.textures[s].image.height=t,this.textures[s].image.depth=i,this.textures[s].isData3DTexture!==!0&&(this.textures[s].isArrayTexture=this.textures[s].image.depth>1);this.dispose()}this.viewport.set(0,0,e,t),this.scissor.set(0,0,e,t)}clone(){return new this.constructor().copy(this)}copy(e){this.width=e.width,this.height=e.height,this.depth=e.depth,this.scissor.copy(e.scissor),this.scissorTest=e.scissorTest,this.viewport.copy(e.viewport),this.textures.length=0;for(let t=0,i=e.textures.length;t<i;t++){this.textures[t]=e.textures[t].clone(),this.textures[t].isRenderTargetTexture=!0,this.textures[t].renderTarget=this;let s=Object.assign({},e.textures[t].image);this.textures[t].source=new Va(s)}if(this.depthBuffer=e.depthBuffer,this.stencilBuffer=e.stencilBuffer,this.resolveColorBuffer=e.resolveColorBuffer,this.resolveDepthBuffer=e.resolveDepthBuffer,this.resolveStencilBuffer=e.resolveStencilBuffer,this.storeMultisampledColorBuffer=e.storeMultisampledColorBuffer,this.storeMultisampledDepthBuffer=e.storeMultisampledDepthBuffer,this.storeMultisampledStencilBuffer=e.storeMultisampledStencilBuffer,e.depthTexture!==null)if(e.depthTexture.renderTarget===e){let t=e.depthTexture.clone();t.renderTarget=null,this.depthTexture=t}else this.depthTexture=e.depthTexture;else this.depthTexture=null;return this.samples=e.samples,this.multiview=e.multiview,this.useArrayDepthTexture=e.useArrayDepthTexture,this}dispose(){this.dispatchEvent({type:"dispose"})}},wi=class extends uh{constructor(e=1,t=1,i={}){super(e,t,i),this.isWebGLRenderTarget=!0}},sc=class extends Ii{constructor(e=null,t=1,i=1,s=1){super(null),this.isDataArrayTexture=!0,this.image={data:e,width:t,height:i,depth:s},this.magFilter=Rn,this.minFilter=Rn,this.wrapR=ks,this.generateMipmaps=!1,this.flipY=!1,this.unpackAlignment=1,this.layerUpdates=new Set}copy(e){return super.copy(e),this.wrapR=e.wrapR,this}addLayerUpdate(e){this.layerUpdates.add(e)}clearLayerUpdates(){this.layerUpdates.clear()}};var hh=class extends Ii{constructor(e=null,t=1,i=1,s=1){super(null),this.isData3DTexture=!0,this.image={data:e,width:t,height:i,depth:s},this.magFilter=Rn,this.minFilter=Rn,this.wrapR=ks,this.generateMipmaps=!1,this.flipY=!1,this.unpackAlignment=1}copy(e){return super.copy(e),this.wrapR=e.wrapR,this}};var ht=class n{static{this.prototype.isMatrix4=!0}constructor(e,t,i,s,r,o,a,l,c,u,h,f,d,p,y,m){this.elements=[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1],e!==void 0&&this.set(e,t,i,s,r,o,a,l,c,u,h,f,d,p,y,m)}set(e,t,i,s,r,o,a,l,c,u,h,f,d,p,y,m){let g=this.elements;return g[0]=e,g[4]=t,g[8]=i,g[12]=s,g[1]=r,g[5]=o,g[9]=a,g[13]=l,g[2]=c,g[6]=u,g[10]=h,g[14]=f,g[3]=d,g[7]=p,g[11]=y,g[15]=m,this}identity(){return this.set(1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1),this}clone(){return new n().fromArray(this.elements)}copy(e){let t=this.elements,i=e.elements;return t[0]=i[0],t[1]=i[1],t[2]=i[2],t[3]=i[3],t[4]=i[4],t[5]=i[5],t[6]=i[6],t[7]=i[7],t[8]=i[8],t[9]=i[9],t[10]=i[10],t[11]=i[11],t[12]=i[12],t[13]=i[13],t[14]=i[14],t[15]=i[15],this}copyPosition(e){let t=this.elements,i=e.elements;return t[12]=i[12],t[13]=i[13],t[14]=i[14],this}setFromMatrix3(e){let t=e.elements;return this.set(t[0],t[3],t[6],0,t[1],t[4],t[7],0,t[2],t[5],t[8],0,0,0,0,1),this}extractBasis(e,t,i){return this.determinantAffine()===0?(e.set(1,0,0),t.set(0,1,0),i.set(0,0,1),this):(e.setFromMatrixColumn(this,0),t.setFromMatrixColumn(this,1),i.setFromMatrixColumn(this,2),this)}makeBasis(e,t,i){return this.set(e.x,t.x,i.x,0,e.y,t.y,i.y,0,e.z,t.z,i.z,0,0,0,0,1),this}extractRotation(e){if(e.determinantAffine()===0)return this.identity();let t=this.elements,i=e.elements,s=1/xa.setFromMatrixColumn(e,0).length(),r=1/xa.setFromMatrixColumn(e,1).length(),o=1/xa.setFromMatrixColumn(e,2).length();return t[0]=i[0]*s,t[1]=i[1]*s,t[2]=i[2]*s,t[3]=0,t[4]=i[4]*r,t[5]=i[5]*r,t[6]=i[6]*r,t[7]=0,t[8]=i[8]*o,t[9]=i[9]*o,t[10]=i[10]*o,t[11]=0,t[12]=0,t[13]=0,t[14]=0,t[15]=1,this}makeRotationFromEuler(e){let t=this.elements,i=e.x,s=e.y,r=e.z,o=Math.cos(i),a=Math.sin(i),l=Math.cos(s),c=Math.sin(s),u=Math.cos(r),h=Math.sin(r);if(e.order==="XYZ"){let f=o*u,d=o*h,p=a*u,y=a*h;t[0]=l*u,t[4]=-l*h,t[8]=c,t[1]=d+p*c,t[5]=f-y*c,t[9]=-a*l,t[2]=y-f*c,t[6]=p+d*c,t[10]=o*l}else if(e.order==="YXZ"){let f=l*u,d=l*h,p=c*u,y=c*h;t[0]=f+y*a,t[4]=p*a-d,t[8]=o*c,t[1]=o*h,t[5]=o*u,t[9]=-a,t[2]=d*a-p,t[6]=y+f*a,t[10]=o*l}else if(e.order==="ZXY"){let f=l*u,d=l*h,p=c*u,y=c*h;t[0]=f-y*a,t[4]=-o*h,t[8]=p+d*a,t[1]=d+p*a,t[5]=o*u,t[9]=y-f*a,t[2]=-o*c,t[6]=a,t[10]=o*l}else if(e.order==="ZYX"){let f=o*u,d=o*h,p=a*u,y=a*h;t[0]=l*u,t[4]=p*c-d,t[8]=f*c+y,t[1]=l*h,t[5]=y*c+f,t[9]=d*c-p,t[2]=-c,t[6]=a*l,t[10]=o*l}else if(e.order==="YZX"){let f=o*l,d=o*c,p=a*l,y=a*c;t[0]=l*u,t[4]=y-f*h,t[8]=p*h+d,t[1]=h,t[5]=o*u,t[9]=-a*u,t[2]=-c*u,t[6]=d*h+p,t[10]=f-y*h}else if(e.order==="XZY"){let f=o*l,d=o*c,p=a*l,y=a*c;t[0]=l*u,t[4]=-h,t[8]=c*u,t[1]=f*h+y,t[5]=o*u,t[9]=d*h-p,t[2]=p*h-d,t[6]=a*u,t[10]=y*h+f}return t[3]=0,t[7]=0,t[11]=0,t[12]=0,t[13]=0,t[14]=0,t[15]=1,this}makeRotationFromQuaternion(e){return this.compose(AM,e,CM)}lookAt(e,t,i){let s=this.elements;return zi.subVectors(e,t),zi.lengthSq()===0&&(zi.z=1),zi.normalize(),Vr.crossVectors(i,zi),Vr.lengthSq()===0&&(Math.abs(i.z)===1?zi.x+=1e-4:zi.z+=1e-4,zi.normalize(),Vr.crossVectors(i,zi)),Vr.normalize(),Cu.crossVectors(zi,Vr),s[0]=Vr.x,s[4]=Cu.x,s[8]=zi.x,s[1]=Vr.y,s[5]=Cu.y,s[9]=zi.y,s[2]=Vr.z,s[6]=Cu.z,s[10]=zi.z,this}multiply(e){return this.multiplyMatrices(this,e)}premultiply(e){return this.multiplyMatrices(e,this)}multiplyMatrices(e,t){let i=e.elements,s=t.elements,r=this.elements,o=i[0],a=i[4],l=i[8],c=i[12],u=i[1],h=i[5],f=i[9],d=i[13],p=i[2],y=i[6],m=i[10],g=i[14],x=i[3],A=i[7],b=i[11],R=i[15],T=s[0],v=s[4],E=s[8],B=s[12],N=s[1],I=s[5],z=s[9],H=s[13],D=s[2],$=s[6],Y=s[10],W=s[14],ce=s[3],j=s[7],Q=s[11],se=s[15];return r[0]=o*T+a*N+l*D+c*ce,r[4]=o*v+a*I+l*$+c*j,r[8]=o*E+a*z+l*Y+c*Q,r[12]=o*B+a*H+l*W+c*se,r[1]=u*T+h*N+f*D+d*ce,r[5]=u*v+h*I+f*$+d*j,r[9]=u*E+h*z+f*Y+d*Q,r[13]=u*B+h*H+f*W+d*se,r[2]=p*T+y*N+m*D+g*ce,r[6]=p*v+y*I+m*$+g*j,r[10]=p*E+y*z+m*Y+g*Q,r[14]=p*B+y*H+m*W+g*se,r[3]=x*T+A*N+b*D+R*ce,r[7]=x*v+A*I+b*$+R*j,r[11]=x*E+A*z+b*Y+R*Q,r[15]=x*B+A*H+b*W+R*se,this}multiplyScalar(e){let t=this.elements;return t[0]*=e,t[4]*=e,t[8]*=e,t[12]*=e,t[1]*=e,t[5]*=e,t[9]*=e,t[13]*=e,t[2]*=e,t[6]*=e,t[10]*=e,t[14]*=e,t[3]*=e,t[7]*=e,t[11]*=e,t[15]*=e,this}determinant(){let e=this.elements,t=e[0],i=e[4],s=e[8],r=e[12],o=e[1],a=e[5],l=e[9],c=e[13],u=e[2],h=e[6],f=e[10],d=e[14],p=e[3],y=e[7],m=e[11],g=e[15],x=l*d-c*f,A=a*d-c*h,b=a*f-l*h,R=o*d-c*u,T=o*f-l*u,v=o*h-a*u;return t*(y*x-m*A+g*b)-i*(p*x-m*R+g*T)+s*(p*A-y*R+g*v)-r*(p*b-y*T+m*v)}determinantAffine(){let e=this.elements,t=e[0],i=e[4],s=e[8],r=e[1],o=e[5],a=e[9],l=e[2],c=e[6],u=e[10];return t*(o*u-a*c)-i*(r*u-a*l)+s*(r*c-o*l)}transpose(){let e=this.elements,t;return t=e[1],e[1]=e[4],e[4]=t,t=e[2],e[2]=e[8],e[8]=t,t=e[6],e[6]=e[9],e[9]=t,t=e[3],e[3]=e[12],e[12]=t,t=e[7],e[7]=e[13],e[13]=t,t=e[11],e[11]=e[14],e[14]=t,this}setPosition(e,t,i){let s=this.elements;return e.isVector3?(s[12]=e.x,s[13]=e.y,s[14]=e.z):(s[12]=e,s[13]=t,s[14]=i),this}invert(){let e=this.elements,t=e[0],i=e[1],s=e[2],r=e[3],o=e[4],a=e[5],l=e[6],c=e[7],u=e[8],h=e[9],f=e[10],d=e[11],p=e[12],y=e[13],m=e[14],g=e[15],x=t*a-i*o,A=t*l-s*o,b=t*c-r*o,R=i*l-s*a,T=i*c-r*a,v=s*c-r*l,E=u*y-h*p,B=u*m-f*p,N=u*g-d*p,I=h*m-f*y,z=h*g-d*y,H=f*g-d*m,D=x*H-A*z+b*I+R*N-T*B+v*E;if(D===0)return this.set(0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0);let $=1/D;return e[0]=(a*H-l*z+c*I)*$,e[1]=(s*z-i*H-r*I)*$,e[2]=(y*v-m*T+g*R)*$,e[3]=(f*T-h*v-d*R)*$,e[4]=(l*N-o*H-c*B)*$,e[5]=(t*H-s*N+r*B)*$,e[6]=(m*b-p*v-g*A)*$,e[7]=(u*v-f*b+d*A)*$,e[8]=(o*z-a*N+c*E)*$,e[9]=(i*N-t*z-r*E)*$,e[10]=(p*T-y*b+g*x)*$,e[11]=(h*b-u*T-d*x)*$,e[12]=(a*B-o*I-l*E)*$,e[13]=(t*I-i*B+s*E)*$,e[14]=(y*A-p*R-m*x)*$,e[15]=(u*R-h*A+f*x)*$,this}scale(e){let t=this.elements,i=e.x,s=e.y,r=e.z;return t[0]*=i,t[4]*=s,t[8]*=r,t[1]*=i,t[5]*=s,t[9]*=r,t[2]*=i,t[6]*=s,t[10]*=r,t[3]*=i,t[7]*=s,t[11]*=r,this}getMaxScaleOnAxis(){let e=this.elements,t=e[0]*e[0]+e[1]*e[1]+e[2]*e[2],i=e[4]*e[4]+e[5]*e[5]+e[6]*e[6],s=e[8]*e[8]+e[9]*e[9]+e[10]*e[10];return Math.sqrt(Math.max(t,i,s))}makeTranslation(e,t,i){return e.isVector3?this.set(1,0,0,e.x,0,1,0,e.y,0,0,1,e.z,0,0,0,1):this.set(1,0,0,e,0,1,0,t,0,0,1,i,0,0,0,1),this}makeRotationX(e){let t=Math.cos(e),i=Math.sin(e);return this.set(1,0,0,0,0,t,-i,0,0,i,t,0,0,0,0,1),this}makeRotationY(e){let t=Math.cos(e),i=Math.sin(e);return this.set(t,0,i,0,0,1,0,0,-i,0,t,0,0,0,0,1),this}makeRotationZ(e){let t=Math.cos(e),i=Math.sin(e);return this.set(t,-i,0,0,i,t,0,0,0,0,1,0,0,0,0,1),this}makeRotationAxis(e,t){let i=Math.cos(t),s=Math.sin(t),r=1-i,o=e.x,a=e.y,l=e.z,c=r*o,u=r*a;return this.set(c*o+i,c*a-s*l,c*l+s*a,0,c*a+s*l,u*a+i,u*l-s*o,0,c*l-s*a,u*l+s*o,r*l*l+i,0,0,0,0,1),this}makeScale(e,t,i){return this.set(e,0,0,0,0,t,0,0,0,0,i,0,0,0,0,1),this}makeShear(e,t,i,s,r,o){return this.set(1,i,r,0,e,1,o,0,t,s,1,0,0,0,0,1),this}compose(e,t,i){let s=this.elements,r=t._x,o=t._y,a=t._z,l=t._w,c=r+r,u=o+o,h=a+a,f=r*c,d=r*u,p=r*h,y=o*u,m=o*h,g=a*h,x=l*c,A=l*u,b=l*h,R=i.x,T=i.y,v=i.z;return s[0]=(1-(y+g))*R,s[1]=(d+b)*R,s[2]=(p-A)*R,s[3]=0,s[4]=(d-b)*T,s[5]=(1-(f+g))*T,s[6]=(m+x)*T,s[7]=0,s[8]=(p+A)*v,s[9]=(m-x)*v,s[10]=(1-(f+y))*v,s[11]=0,s[12]=e.x,s[13]=e.y,s[14]=e.z,s[15]=1,this}decompose(e,t,i){let s=this.elements;e.x=s[12],e.y=s[13],e.z=s[14];let r=this.determinantAffine();if(r===0)return i.set(1,1,1),t.identity(),this;let o=xa.set(s[0],s[1],s[2]).length(),a=xa.set(s[4],s[5],s[6]).length(),l=xa.set(s[8],s[9],s[10]).length();r<0&&(o=-o),ms.copy(this);let c=1/o,u=1/a,h=1/l;return ms.elements[0]*=c,ms.elements[1]*=c,ms.elements[2]*=c,ms.elements[4]*=u,ms.elements[5]*=u,ms.elements[6]*=u,ms.elements[8]*=h,ms.elements[9]*=h,ms.elements[10]*=h,t.setFromRotationMatrix(ms),i.x=o,i.y=a,i.z=l,this}makePerspective(e,t,i,s,r,o,a=es,l=!1){let c=this.elements,u=2*r/(t-e),h=2*r/(i-s),f=(t+e)/(t-e),d=(i+s)/(i-s),p,y;if(l)p=r/(o-r),y=o*r/(o-r);else if(a===es)p=-(o+r)/(o-r),y=-2*o*r/(o-r);else if(a===Ba)p=-o/(o-r),y=-o*r/(o-r);else throw new Error("THREE.Matrix4.makePerspective(): Invalid coordinate system: "+a);return c[0]=u,c[4]=0,c[8]=f,c[12]=0,c[1]=0,c[5]=h,c[9]=d,c[13]=0,c[2]=0,c[6]=0,c[10]=p,c[14]=y,c[3]=0,c[7]=0,c[11]=-1,c[15]=0,this}makeOrthographic(e,t,i,s,r,o,a=es,l=!1){let c=this.elements,u=2/(t-e),h=2/(i-s),f=-(t+e)/(t-e),d=-(i+s)/(i-s),p,y;if(l)p=1/(o-r),y=o/(o-r);else if(a===es)p=-2/(o-r),y=-(o+r)/(o-r);else if(a===Ba)p=-1/(o-r),y=-r/(o-r);else throw new Error("THREE.Matrix4.makeOrthographic(): Invalid coordinate system: "+a);return c[0]=u,c[4]=0,c[8]=0,c[12]=f,c[1]=0,c[5]=h,c[9]=0,c[13]=d,c[2]=0,c[6]=0,c[10]=p,c[14]=y,c[3]=0,c[7]=0,c[11]=0,c[15]=1,this}equals(e){let t=this.elements,i=e.elements;for(let s=0;s<16;s++)if(t[s]!==i[s])return!1;return!0}fromArray(e,t=0){for(let i=0;i<16;i++)this.elements[i]=e[i+t];return this}toArray(e=[],t=0){let i=this.elements;return e[t]=i[0],e[t+1]=i[1],e[t+2]=i[2],e[t+3]=i[3],e[t+4]=i[4],e[t+5]=i[5],e[t+6]=i[6],e[t+7]=i[7],e[t+8]=i[8],e[t+9]=i[9],e[t+10]=i[10],e[t+11]=i[11],e[t+12]=i[12],e[t+13]=i[13],e[t+14]=i[14],e[t+15]=i[15],e}},xa=new F,ms=new ht,AM=new F(0,0,0),CM=new F(1,1,1),Vr=new F,Cu=new F,zi=new F,Q0=new ht,e_=new ns,yr=class n{constructor(e=0,t=0,i=0,s=n.DEFAULT_ORDER){this.isEuler=!0,this._x=e,this._y=t,this._z=i,this._order=s}get x(){return this._x}set x(e){this._x=e,this._onChangeCallback()}get y(){return this._y}set y(e){this._y=e,this._onChangeCallback()}get z(){return this._z}set z(e){this._z=e,this._onChangeCallback()}get order(){return this._order}set order(e){this._order=e,this._onChangeCallback()}set(e,t,i,s=this._order){return this._x=e,this._y=t,this._z=i,this._order=s,this._onChangeCallback(),this}clone(){return new this.constructor(this._x,this._y,this._z,this._order)}copy(e){return this._x=e._x,this._y=e._y,this._z=e._z,this._order=e._order,this._onChangeCallback(),this}setFromRotationMatrix(e,t=this._order,i=!0){let s=e.elements,r=s[0],o=s[4],a=s[8],l=s[1],c=s[5],u=s[9],h=s[2],f=s[6],d=s[10];switch(t){case"XYZ":this._y=Math.asin(ct(a,-1,1)),Math.abs(a)<.9999999?(this._x=Math.atan2(-u,d),this._z=Math.atan2(-o,r)):(this._x=Math.atan2(f,c),this._z=0);break;case"YXZ":this._x=Math.asin(-ct(u,-1,1)),Math.abs(u)<.9999999?(this._y=Math.atan2(a,d),this._z=Math.atan2(l,c)):(this._y=Math.atan2(-h,r),this._z=0);break;case"ZXY":this._x=Math.asin(ct(f,-1,1)),Math.abs(f)<.9999999?(this._y=Math.atan2(-h,d),this._z=Math.atan2(-o,c)):(this._y=0,this._z=Math.atan2(l,r));break;case"ZYX":this._y=Math.asin(-ct(h,-1,1)),Math.abs(h)<.9999999?(this._x=Math.atan2(f,d),this._z=Math.atan2(l,r)):(this._x=0,this._z=Math.atan2(-o,c));break;case"YZX":this._z=Math.asin(ct(l,-1,1)),Math.abs(l)<.9999999?(this._x=Math.atan2(-u,c),this._y=Math.atan2(-h,r)):(this._x=0,this._y=Math.atan2(a,d));break;case"XZY":this._z=Math.asin(-ct(o,-1,1)),Math.abs(o)<.9999999?(this._x=Math.atan2(f,c),this._y=Math.atan2(a,r)):(this._x=Math.atan2(-u,d),this._y=0);break;default:Ze("Euler: .setFromRotationMatrix() encountered an unknown order: "+t)}return this._order=t,i===!0&&this._onChangeCallback(),this}setFromQuaternion(e,t,i){return Q0.makeRotationFromQuaternion(e),this.setFromRotationMatrix(Q0,t,i)}setFromVector3(e,t=this._order){return this.set(e.x,e.y,e.z,t)}reorder(e){return e_.setFromEuler(this),this.setFromQuaternion(e_,e)}equals(e){return e._x===this._x&&e._y===this._y&&e._z===this._z&&e._order===this._order}fromArray(e){return this._x=e[0],this._y=e[1],this._z=e[2],e[3]!==void 0&&(this._order=e[3]),this._onChangeCallback(),this}toArray(e=[],t=0){return e[t]=this._x,e[t+1]=this._y,e[t+2]=this._z,e[t+3]=this._order,e}_onChange(e){return this._onChangeCallback=e,this}_onChangeCallback(){}*[Symbol.iterator](){yield this._x,yield this._y,yield this._z,yield this._order}};yr.DEFAULT_ORDER="XYZ";var rc=class{constructor(){this.mask=1}set(e){this.mask=(1<<e|0)>>>0}enable(e){this.mask|=1<<e|0}enableAll(){this.mask=-1}toggle(e){this.mask^=1<<e|0}disable(e){this.mask&=~(1<<e|0)}disableAll(){this.mask=0}test(e){return(this.mask&e.mask)!==0}isEnabled(e){return(this.mask&(1<<e|0))!==0}},RM=0,t_=new F,ba=new ns,fr=new ht,Ru=new F,Wl=new F,PM=new F,IM=new ns,n_=new F(1,0,0),i_=new F(0,1,0),s_=new F(0,0,1),r_={type:"added"},LM={type:"removed"},Sa={type:"childadded",child:null},dp={type:"childremoved",child:null},Qn=class n extends zs{constructor(){super(),this.isObject3D=!0,Object.defineProperty(this,"id",{value:RM++}),this.uuid=Qr(),this.name="",this.type="Object3D",this.parent=null,this.children=[],this.up=n.DEFAULT_UP.clone();let e=new F,t=new yr,i=new ns,s=new F(1,1,1);function r(){i.setFromEuler(t,!1)}function o(){t.setFromQuaternion(i,void 0,!1)}t._onChange(r),i._onChange(o),Object.defineProperties(this,{position:{configurable:!0,enumerable:!0,value:e},rotation:{configurable:!0,enumerable:!0,value:t},quaternion:{configurable:!0,enumerable:!0,value:i},scale:{configurable:!0,enumerable:!0,value:s},modelViewMatrix:{value:new ht},normalMatrix:{value:new nt}}),this.matrix=new ht,this.matrixWorld=new ht,this.matrixAutoUpdate=n.DEFAULT_MATRIX_AUTO_UPDATE,this.matrixWorldAutoUpdate=n.DEFAULT_MATRIX_WORLD_AUTO_UPDATE,this.matrixWorldNeedsUpdate=!1,this.layers=new rc,this.visible=!0,this.castShadow=!1,this.receiveShadow=!1,this.frustumCulled=!0,this.renderOrder=0,this.animations=[],this.customDepthMaterial=void 0,this.customDistanceMaterial=void 0,this.static=!1,this.userData={},this.pivot=null}onBeforeShadow(){}onAfterShadow(){}onBeforeRender(){}onAfterRender(){}applyMatrix4(e){this.matrixAutoUpdate&&this.updateMatrix(),this.matrix.premultiply(e),this.matrix.decompose(this.position,this.quaternion,this.scale),this.pivot!==null&&this.position.copy(this.pivot).applyMatrix4(this.matrix).sub(this.pivot)}applyQuaternion(e){return this.quaternion.premultiply(e),this}setRotationFromAxisAngle(e,t){this.quaternion.setFromAxisAngle(e,t)}setRotationFromEuler(e){this.quaternion.setFromEuler(e,!0)}setRotationFromMatrix(e){this.quaternion.setFromRotationMatrix(e)}setRotationFromQuaternion(e){this.quaternion.copy(e)}rotateOnAxis(e,t){return ba.setFromAxisAngle(e,t),this.quaternion.multiply(ba),this}rotateOnWorldAxis(e,t){return ba.setFromAxisAngle(e,t),this.quaternion.premultiply(ba),this}rotateX(e){return this.rotateOnAxis(n_,e)}rotateY(e){return this.rotateOnAxis(i_,e)}rotateZ(e){return this.rotateOnAxis(s_,e)}translateOnAxis(e,t){return t_.copy(e).applyQuaternion(this.quaternion),this.position.add(t_.multiplyScalar(t)),this}translateX(e){return this.translateOnAxis(n_,e)}translateY(e){return this.translateOnAxis(i_,e)}translateZ(e){return this.translateOnAxis(s_,e)}localToWorld(e){return this.updateWorldMatrix(!0,!1),e.applyMatrix4(this.matrixWorld)}worldToLocal(e){return this.updateWorldMatrix(!0,!1),e.applyMatrix4(fr.copy(this.matrixWorld).invert())}lookAt(e,t,i){e.isVector3?Ru.copy(e):Ru.set(e,t,i);let s=this.parent;this.updateWorldMatrix(!0,!1),Wl.setFromMatrixPosition(this.matrixWorld),this.isCamera||this.isLight?fr.lookAt(Wl,Ru,this.up):fr.lookAt(Ru,Wl,this.up),this.quaternion.setFromRotationMatrix(fr),s&&(fr.extractRotation(s.matrixWorld),ba.setFromRotationMatrix(fr),this.quaternion.premultiply(ba.invert()))}add(e){if(arguments.length>1){for(let t=0;t<arguments.length;t++)this.add(arguments[t]);return this}return e===this?(et("Object3D.add: object can't be added as a child of itself.",e),this):(e&&e.isObject3D?(e.removeFromParent(),e.parent=this,this.children.push(e),e.dispatchEvent(r_),Sa.child=e,this.dispatchEvent(Sa),Sa.child=null):et("Object3D.add: object not an instance of THREE.Object3D.",e),this)}remove(e){if(arguments.length>1){for(let i=0;i<arguments.length;i++)this.remove(arguments[i]);return this}let t=this.children.indexOf(e);return t!==-1&&(e.parent=null,this.children.splice(t,1),e.dispatchEvent(LM),dp.child=e,this.dispatchEvent(dp),dp.child=null),this}removeFromParent(){let e=this.parent;return e!==null&&e.remove(this),this}clear(){return this.remove(...this.children)}attach(e){return this.updateWorldMatrix(!0,!1),fr.copy(this.matrixWorld).invert(),e.parent!==null&&(e.parent.updateWorldMatrix(!0,!1),fr.multiply(e.parent.matrixWorld)),e.applyMatrix4(fr),e.removeFromParent(),e.parent=this,this.children.push(e),e.updateWorldMatrix(!1,!0),e.dispatchEvent(r_),Sa.child=e,this.dispatchEvent(Sa),Sa.child=null,this}getObjectById(e){return this.getObjectByProperty("id",e)}getObjectByName(e){return this.getObjectByProperty("name",e)}getObjectByProperty(e,t){if(this[e]===t)return this;for(let i=0,s=this.children.length;i<s;i++){let o=this.children[i].getObjectByProperty(e,t);if(o!==void 0)return o}}getObjectsByProperty(e,t,i=[]){this[e]===t&&i.push(this);let s=this.children;for(let r=0,o=s.length;r<o;r++)s[r].getObjectsByProperty(e,t,i);return i}getWorldPosition(e){return this.updateWorldMatrix(!0,!1),e.setFromMatrixPosition(this.matrixWorld)}getWorldQuaternion(e){return this.updateWorldMatrix(!0,!1),this.matrixWorld.decompose(Wl,e,PM),e}getWorldScale(e){return this.updateWorldMatrix(!0,!1),this.matrixWorld.decompose(Wl,IM,e),e}getWorldDirection(e){this.updateWorldMatrix(!0,!1);let t=this.matrixWorld.elements;return e.set(t[8],t[9],t[10]).normalize()}raycast(){}intersectsFrustum(){return!0}traverse(e){e(this);let t=this.children;for(let i=0,s=t.length;i<s;i++)t[i].traverse(e)}traverseVisible(e){if(this.visible===!1)return;e(this);let t=this.children;for(let i=0,s=t.length;i<s;i++)t[i].traverseVisible(e)}traverseAncestors(e){let t=this.parent;t!==null&&(e(t),t.traverseAncestors(e))}updateMatrix(){this.matrix.compose(this.position,this.quaternion,this.scale);let e=this.pivot;if(e!==null){let t=e.x,i=e.y,s=e.z,r=this.matrix.elements;r[12]+=t-r[0]*t-r[4]*i-r[8]*s,r[13]+=i-r[1]*t-r[5]*i-r[9]*s,r[14]+=s-r[2]*t-r[6]*i-r[10]*s}this.matrixWorldNeedsUpdate=!0}updateMatrixWorld(e){this.matrixAutoUpdate&&this.updateMatrix(),(this.matrixWorldNeedsUpdate||e)&&(this.matrixWorldAutoUpdate===!0&&(this.parent===null?this.matrixWorld.copy(this.matrix):this.matrixWorld.multiplyMatrices(this.parent.matrixWorld,this.matrix)),this.matrixWorldNeedsUpdate=!1,e=!0);let t=this.children;for(let i=0,s=t.length;i<s;i++)t[i].updateMatrixWorld(e)}updateWorldMatrix(e,t,i=!1){let s=this.parent;if(e===!0&&s!==null&&s.updateWorldMatrix(!0,!1),this.matrixAutoUpdate&&this.updateMatrix(),(this.matrixWorldNeedsUpdate||i)&&(this.matrixWorldAutoUpdate===!0&&(this.parent===null?this.matrixWorld.copy(this.matrix):this.matrixWorld.multiplyMatrices(this.parent.matrixWorld,this.matrix)),this.matrixWorldNeedsUpdate=!1,i=!0),t===!0){let r=this.children;for(let o=0,a=r.length;o<a;o++)r[o].updateWorldMatrix(!1,!0,i)}}toJSON(e){let t=e===void 0||typeof e=="string",i={};t&&(e={geometries:{},materials:{},textures:{},images:{},shapes:{},skeletons:{},animations:{},nodes:{}},i.metadata={version:4.7,type:"Object",generator:"Object3D.toJSON"});let s={};s.uuid=this.uuid,s.type=this.type,s.name=this.name,s.castShadow=this.castShadow,s.receiveShadow=this.receiveShadow,s.visible=this.visible,s.frustumCulled=this.frustumCulled,s.renderOrder=this.renderOrder,s.static=this.static,s.matrixAutoUpdate=this.matrixAutoUpdate,Object.keys(this.userData).length>0&&(s.userData=this.userData),s.layers=this.layers.mask,s.matrix=this.matrix.toArray(),s.up=this.up.toArray(),this.pivot!==null&&(s.pivot=this.pivot.toArray()),this.morphTargetDictionary!==void 0&&(s.morphTargetDictionary=Object.assign({},this.morphTargetDictionary)),this.morphTargetInfluences!==void 0&&(s.morphTargetInfluences=this.morphTargetInfluences.slice()),this.isInstancedMesh&&(s.type="InstancedMesh",s.count=this.count,s.instanceMatrix=this.instanceMatrix.toJSON(),this.instanceColor!==null&&(s.instanceColor=this.instanceColor.toJSON())),this.isBatchedMesh&&(s.type="BatchedMesh",s.perObjectFrustumCulled=this.perObjectFrustumCulled,s.sortObjects=this.sortObjects,s.drawRanges=this._drawRanges,s.reservedRanges=this._reservedRanges,s.geometryInfo=this._geometryInfo.map(a=>({...a,boundingBox:a.boundingBox?a.boundingBox.toJSON():void 0,boundingSphere:a.boundingSphere?a.boundingSphere.toJSON():void 0})),s.instanceInfo=this._instanceInfo.map(a=>({...a})),s.availableInstanceIds=this._availableInstanceIds.slice(),s.availableGeometryIds=this._availableGeometryIds.slice(),s.nextIndexStart=this._nextIndexStart,s.nextVertexStart=this._nextVertexStart,s.geometryCount=this._geometryCount,s.maxInstanceCount=this._maxInstanceCount,s.maxVertexCount=this._maxVertexCount,s.maxIndexCount=this._maxIndexCount,s.geometryInitialized=this._geometryInitialized,s.matricesTexture=this._matricesTexture.toJSON(e),s.indirectTexture=this._indirectTexture.toJSON(e),this._colorsTexture!==null&&(s.colorsTexture=this._colorsTexture.toJSON(e)),this.boundingSphere!==null&&(s.boundingSphere=this.boundingSphere.toJSON()),this.boundingBox!==null&&(s.boundingBox=this.boundingBox.toJSON()));function r(a,l){return a[l.uuid]===void 0&&(a[l.uuid]=l.toJSON(e)),l.uuid}if(this.isScene)this.background&&(this.background.isColor?s.background=this.background.toJSON():this.background.isTexture&&(s.background=this.background.toJSON(e).uuid)),this.environment&&this.environment.isTexture&&this.environment.isRenderTargetTexture!==!0&&(s.environment=this.environment.toJSON(e).uuid);else if(this.isMesh||this.isLine||this.isPoints){s.geometry=r(e.geometries,this.geometry);let a=this.geometry.parameters;if(a!==void 0&&a.shapes!==void 0){let l=a.shapes;if(Array.isArray(l))for(let c=0,u=l.length;c<u;c++){let h=l[c];r(e.shapes,h)}else r(e.shapes,l)}}if(this.isSkinnedMesh&&(s.bindMode=this.bindMode,s.bindMatrix=this.bindMatrix.toArray(),this.skeleton!==void 0&&(r(e.skeletons,this.skeleton),s.skeleton=this.skeleton.uuid)),this.material!==void 0)if(Array.isArray(this.material)){let a=[];for(let l=0,c=this.material.length;l<c;l++)a.push(r(e.materials,this.material[l]));s.material=a}else s.material=r(e.materials,this.material);if(this.children.length>0){s.children=[];for(let a=0;a<this.children.length;a++)s.children.push(this.children[a].toJSON(e).object)}if(this.animations.length>0){s.animations=[];for(let a=0;a<this.animations.length;a++){let l=this.animations[a];s.animations.push(r(e.animations,l))}}if(t){let a=o(e.geometries),l=o(e.materials),c=o(e.textures),u=o(e.images),h=o(e.shapes),f=o(e.skeletons),d=o(e.animations),p=o(e.nodes);a.length>0&&(i.geometries=a),l.length>0&&(i.materials=l),c.length>0&&(i.textures=c),u.length>0&&(i.images=u),h.length>0&&(i.shapes=h),f.length>0&&(i.skeletons=f),d.length>0&&(i.animations=d),p.length>0&&(i.nodes=p)}return i.object=s,i;function o(a){let l=[];for(let c in a){let u=a[c];delete u.metadata,l.push(u)}return l}}clone(e){return new this.constructor().copy(this,e)}copy(e,t=!0){if(this.name=e.name,this.up.copy(e.up),this.position.copy(e.position),this.rotation.order=e.rotation.order,this.quaternion.copy(e.quaternion),this.scale.copy(e.scale),this.pivot=e.pivot!==null?e.pivot.clone():null,this.matrix.copy(e.matrix),this.matrixWorld.copy(e.matrixWorld),this.matrixAutoUpdate=e.matrixAutoUpdate,this.matrixWorldAutoUpdate=e.matrixWorldAutoUpdate,this.matrixWorldNeedsUpdate=e.matrixWorldNeedsUpdate,this.layers.mask=e.layers.mask,this.visible=e.visible,this.castShadow=e.castShadow,this.receiveShadow=e.receiveShadow,this.frustumCulled=e.frustumCulled,this.renderOrder=e.renderOrder,this.static=e.static,this.animations=e.animations.slice(),this.userData=JSON.parse(JSON.stringify(e.userData)),t===!0)for(let i=0;i<e.children.length;i++){let s=e.children[i];this.add(s.clone())}return this}dispose(){this.dispatchEvent({type:"dispose"})}};Qn.DEFAULT_UP=new F(0,1,0);Qn.DEFAULT_MATRIX_AUTO_UPDATE=!0;Qn.DEFAULT_MATRIX_WORLD_AUTO_UPDATE=!0;var ts=class extends Qn{constructor(){super(),this.isGroup=!0,this.type="Group"}},DM={type:"move"},Ha=class{constructor(){this._targetRay=null,this._grip=null,this._hand=null}getHandSpace(){return this._hand===null&&(this._hand=new ts,this._hand.matrixAutoUpdate=!1,this._hand.visible=!1,this._hand.joints={},this._hand.inputState={pinching:!1}),this._hand}getTargetRaySpace(){return this._targetRay===null&&(this._targetRay=new ts,this._targetRay.matrixAutoUpdate=!1,this._targetRay.visible=!1,this._targetRay.hasLinearVelocity=!1,this._targetRay.linearVelocity=new F,this._targetRay.hasAngularVelocity=!1,this._targetRay.angularVelocity=new F),this._targetRay}getGripSpace(){return this._grip===null&&(this._grip=new ts,this._grip.matrixAutoUpdate=!1,this._grip.visible=!1,this._grip.hasLinearVelocity=!1,this._grip.linearVelocity=new F,this._grip.hasAngularVelocity=!1,this._grip.angularVelocity=new F,this._grip.eventsEnabled=!1),this._grip}dispatchEvent(e){return this._targetRay!==null&&this._targetRay.dispatchEvent(e),this._grip!==null&&this._grip.dispatchEvent(e),this._hand!==null&&this._hand.dispatchEvent(e),this}connect(e){if(e&&e.hand){let t=this._hand;if(t)for(let i of e.hand.values())this._getHandJoint(t,i)}return this.dispatchEvent({type:"connected",data:e}),this}disconnect(e){return this.dispatchEvent({type:"disconnected",data:e}),this._targetRay!==null&&(this._targetRay.visible=!1),this._grip!==null&&(this._grip.visible=!1),this._hand!==null&&(this._hand.visible=!1),this}update(e,t,i){let s=null,r=null,o=null,a=this._targetRay,l=this._grip,c=this._hand;if(e&&t.session.visibilityState!=="visible-blurred"){if(c&&e.hand){o=!0;for(let y of e.hand.values()){let m=t.getJointPose(y,i),g=this._getHandJoint(c,y);m!==null&&(g.matrix.fromArray(m.transform.matrix),g.matrix.decompose(g.position,g.quaternion,g.scale),g.matrixWorldNeedsUpdate=!0,g.jointRadius=m.radius),g.visible=m!==null}let u=c.joints["index-finger-tip"],h=c.joints["thumb-tip"],f=u.position.distanceTo(h.position),d=.02,p=.005;c.inputState.pinching&&f>d+p?(c.inputState.pinching=!1,this.dispatchEvent({type:"pinchend",handedness:e.handedness,target:this})):!c.inputState.pinching&&f<=d-p&&(c.inputState.pinching=!0,this.dispatchEvent({type:"pinchstart",handedness:e.handedness,target:this}))}else l!==null&&e.gripSpace&&(r=t.getPose(e.gripSpace,i),r!==null&&(l.matrix.fromArray(r.transform.matrix),l.matrix.decompose(l.position,l.quaternion,l.scale),l.matrixWorldNeedsUpdate=!0,r.linearVelocity?(l.hasLinearVelocity=!0,l.linearVelocity.copy(r.linearVelocity)):l.hasLinearVelocity=!1,r.angularVelocity?(l.hasAngularVelocity=!0,l.angularVelocity.copy(r.angularVelocity)):l.hasAngularVelocity=!1,l.eventsEnabled&&l.dispatchEvent({type:"gripUpdated",data:e,target:this})));a!==null&&(s=t.getPose(e.targetRaySpace,i),s===null&&r!==null&&(s=r),s!==null&&(a.matrix.fromArray(s.transform.matrix),a.matrix.decompose(a.position,a.quaternion,a.scale),a.matrixWorldNeedsUpdate=!0,s.linearVelocity?(a.hasLinearVelocity=!0,a.linearVelocity.copy(s.linearVelocity)):a.hasLinearVelocity=!1,s.angularVelocity?(a.hasAngularVelocity=!0,a.angularVelocity.copy(s.angularVelocity)):a.hasAngularVelocity=!1,this.dispatchEvent(DM)))}return a!==null&&(a.visible=s!==null),l!==null&&(l.visible=r!==null),c!==null&&(c.visible=o!==null),this}_getHandJoint(e,t){if(e.joints[t.jointName]===void 0){let i=new ts;i.matrixAutoUpdate=!1,i.visible=!1,e.joints[t.jointName]=i,e.add(i)}return e.joints[t.jointName]}},av={aliceblue:15792383,antiquewhite:16444375,aqua:65535,aquamarine:8388564,azure:15794175,beige:16119260,bisque:16770244,black:0,blanchedalmond:16772045,blue:255,blueviolet:9055202,brown:10824234,burlywood:14596231,cadetblue:6266528,chartreuse:8388352,chocolate:13789470,coral:16744272,cornflowerblue:6591981,cornsilk:16775388,crimson:14423100,cyan:65535,darkblue:139,darkcyan:35723,darkgoldenrod:12092939,darkgray:11119017,darkgreen:25600,darkgrey:11119017,darkkhaki:12433259,darkmagenta:9109643,darkolivegreen:5597999,darkorange:16747520,darkorchid:10040012,darkred:9109504,darksalmon:15308410,darkseagreen:9419919,darkslateblue:4734347,darkslategray:3100495,darkslategrey:3100495,darkturquoise:52945,darkviolet:9699539,deeppink:16716947,deepskyblue:49151,dimgray:6908265,dimgrey:6908265,dodgerblue:2003199,firebrick:11674146,floralwhite:16775920,forestgreen:2263842,fuchsia:16711935,gainsboro:14474460,ghostwhite:16316671,gold:16766720,goldenrod:14329120,gray:8421504,green:32768,greenyellow:11403055,grey:8421504,honeydew:15794160,hotpink:16738740,indianred:13458524,indigo:4915330,ivory:16777200,khaki:15787660,lavender:15132410,lavenderblush:16773365,lawngreen:8190976,lemonchiffon:16775885,lightblue:11393254,lightcoral:15761536,lightcyan:14745599,lightgoldenrodyellow:16448210,lightgray:13882323,lightgreen:9498256,lightgrey:13882323,lightpink:16758465,lightsalmon:16752762,lightseagreen:2142890,lightskyblue:8900346,lightslategray:7833753,lightslategrey:7833753,lightsteelblue:11584734,lightyellow:16777184,lime:65280,limegreen:3329330,linen:16445670,magenta:16711935,maroon:8388608,mediumaquamarine:6737322,mediumblue:205,mediumorchid:12211667,mediumpurple:9662683,mediumseagreen:3978097,mediumslateblue:8087790,mediumspringgreen:64154,mediumturquoise:4772300,mediumvioletred:13047173,midnightblue:1644912,mintcream:16121850,mistyrose:16770273,moccasin:16770229,navajowhite:16768685,navy:128,oldlace:16643558,olive:8421376,olivedrab:7048739,orange:16753920,orangered:16729344,orchid:14315734,palegoldenrod:15657130,palegreen:10025880,paleturquoise:11529966,palevioletred:14381203,papayawhip:16773077,peachpuff:16767673,peru:13468991,pink:16761035,plum:14524637,powderblue:11591910,purple:8388736,rebeccapurple:6697881,red:16711680,rosybrown:12357519,royalblue:4286945,saddlebrown:9127187,salmon:16416882,sandybrown:16032864,seagreen:3050327,seashell:16774638,sienna:10506797,silver:12632256,skyblue:8900331,slateblue:6970061,slategray:7372944,slategrey:7372944,snow:16775930,springgreen:65407,steelblue:4620980,tan:13808780,teal:32896,thistle:14204888,tomato:16737095,turquoise:4251856,violet:15631086,wheat:16113331,white:16777215,whitesmoke:16119285,yellow:16776960,yellowgreen:10145074},Hr={h:0,s:0,l:0},Pu={h:0,s:0,l:0};function pp(n,e,t){return t<0&&(t+=1),t>1&&(t-=1),t<1/6?n+(e-n)*6*t:t<1/2?e:t<2/3?n+(e-n)*6*(2/3-t):n}var ut=class{constructor(e,t,i){return this.isColor=!0,this.r=1,this.g=1,this.b=1,this.set(e,t,i)}set(e,t,i){if(t===void 0&&i===void 0){let s=e;s&&s.isColor?this.copy(s):typeof s=="number"?this.setHex(s):typeof s=="string"&&this.setStyle(s)}else this.setRGB(e,t,i);return this}setScalar(e){return this.r=e,this.g=e,this.b=e,this}setHex(e,t=Hi){return e=Math.floor(e),this.r=(e>>16&255)/255,this.g=(e>>8&255)/255,this.b=(e&255)/255,vt.colorSpaceToWorking(this,t),this}setRGB(e,t,i,s=vt.workingColorSpace){return this.r=e,this.g=t,this.b=i,vt.colorSpaceToWorking(this,s),this}setHSL(e,t,i,s=vt.workingColorSpace){if(e=lm(e,1),t=ct(t,0,1),i=ct(i,0,1),t===0)this.r=this.g=this.b=i;else{let r=i<=.5?i*(1+t):i+t-i*t,o=2*i-r;this.r=pp(o,r,e+1/3),this.g=pp(o,r,e),this.b=pp(o,r,e-1/3)}return vt.colorSpaceToWorking(this,s),this}setStyle(e,t=Hi){function i(r){r!==void 0&&parseFloat(r)<1&&Ze("Color: Alpha component of "+e+" will be ignored.")}let s;if(s=/^(\w+)\(([^\)]*)\)/.exec(e)){let r,o=s[1],a=s[2];switch(o){case"rgb":case"rgba":if(r=/^\s*(\d+)\s*,\s*(\d+)\s*,\s*(\d+)\s*(?:,\s*(\d+(?:\.\d+)?|\.\d+)\s*)?$/.exec(a))return i(r[4]),this.setRGB(Math.min(255,parseInt(r[1],10))/255,Math.min(255,parseInt(r[2],10))/255,Math.min(255,parseInt(r[3],10))/255,t);if(r=/^\s*(\d+(?:\.\d+)?|\.\d+)\%\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*(?:,\s*(\d+(?:\.\d+)?|\.\d+)\s*)?$/.exec(a))return i(r[4]),this.setRGB(Math.min(100,parseFloat(r[1]))/100,Math.min(100,parseFloat(r[2]))/100,Math.min(100,parseFloat(r[3]))/100,t);break;case"hsl":case"hsla":if(r=/^\s*([+-]?(?:\d+(?:\.\d+)?|\.\d+))\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*,\s*(\d+(?:\.\d+)?|\.\d+)\%\s*(?:,\s*(\d+(?:\.\d+)?|\.\d+)\s*)?$/.exec(a))return i(r[4]),this.setHSL(parseFloat(r[1])/360,parseFloat(r[2])/100,parseFloat(r[3])/100,t);break;default:Ze("Color: Unknown color model "+e)}}else if(s=/^\#([A-Fa-f\d]+)$/.exec(e)){let r=s[1],o=r.length;if(o===3)return this.setRGB(parseInt(r.charAt(0),16)/15,parseInt(r.charAt(1),16)/15,parseInt(r.charAt(2),16)/15,t);if(o===6)return this.setHex(parseInt(r,16),t);Ze("Color: Invalid hex color "+e)}else if(e&&e.length>0)return this.setColorName(e,t);return this}setColorName(e,t=Hi){let i=av[e.toLowerCase()];return i!==void 0?this.setHex(i,t):Ze("Color: Unknown color "+e),this}clone(){return new this.constructor(this.r,this.g,this.b)}copy(e){return this.r=e.r,this.g=e.g,this.b=e.b,this}copySRGBToLinear(e){return this.r=_r(e.r),this.g=_r(e.g),this.b=_r(e.b),this}copyLinearToSRGB(e){return this.r=Ua(e.r),this.g=Ua(e.g),this.b=Ua(e.b),this}convertSRGBToLinear(){return this.copySRGBToLinear(this),this}convertLinearToSRGB(){return this.copyLinearToSRGB(this),this}getHex(e=Hi){return vt.workingToColorSpace(oi.copy(this),e),Math.round(ct(oi.r*255,0,255))*65536+Math.round(ct(oi.g*255,0,255))*256+Math.round(ct(oi.b*255,0,255))}getHexString(e=Hi){return("000000"+this.getHex(e).toString(16)).slice(-6)}getHSL(e,t=vt.workingColorSpace){vt.workingToColorSpace(oi.copy(this),t);let i=oi.r,s=oi.g,r=oi.b,o=Math.max(i,s,r),a=Math.min(i,s,r),l,c,u=(a+o)/2;if(a===o)l=0,c=0;else{let h=o-a;switch(c=u<=.5?h/(o+a):h/(2-o-a),o){case i:l=(s-r)/h+(s<r?6:0);break;case s:l=(r-i)/h+2;break;case r:l=(i-s)/h+4;break}l/=6}return e.h=l,e.s=c,e.l=u,e}getRGB(e,t=vt.workingColorSpace){return vt.workingToColorSpace(oi.copy(this),t),e.r=oi.r,e.g=oi.g,e.b=oi.b,e}getStyle(e=Hi){vt.workingToColorSpace(oi.copy(this),e);let t=oi.r,i=oi.g,s=oi.b;return e!==Hi?`color(${e} ${t.toFixed(3)} ${i.toFixed(3)} ${s.toFixed(3)})`:`rgb(${Math.round(t*255)},${Math.round(i*255)},${Math.round(s*255)})`}offsetHSL(e,t,i){return this.getHSL(Hr),this.setHSL(Hr.h+e,Hr.s+t,Hr.l+i)}add(e){return this.r+=e.r,this.g+=e.g,this.b+=e.b,this}addColors(e,t){return this.r=e.r+t.r,this.g=e.g+t.g,this.b=e.b+t.b,this}addScalar(e){return this.r+=e,this.g+=e,this.b+=e,this}sub(e){return this.r=Math.max(0,this.r-e.r),this.g=Math.max(0,this.g-e.g),this.b=Math.max(0,this.b-e.b),this}multiply(e){return this.r*=e.r,this.g*=e.g,this.b*=e.b,this}multiplyScalar(e){return this.r*=e,this.g*=e,this.b*=e,this}lerp(e,t){return this.r+=(e.r-this.r)*t,this.g+=(e.g-this.g)*t,this.b+=(e.b-this.b)*t,this}lerpColors(e,t,i){return this.r=e.r+(t.r-e.r)*i,this.g=e.g+(t.g-e.g)*i,this.b=e.b+(t.b-e.b)*i,this}lerpHSL(e,t){this.getHSL(Hr),e.getHSL(Pu);let i=Ql(Hr.h,Pu.h,t),s=Ql(Hr.s,Pu.s,t),r=Ql(Hr.l,Pu.l,t);return this.setHSL(i,s,r),this}setFromVector3(e){return this.r=e.x,this.g=e.y,this.b=e.z,this}applyMatrix3(e){let t=this.r,i=this.g,s=this.b,r=e.elements;return this.r=r[0]*t+r[3]*i+r[6]*s,this.g=r[1]*t+r[4]*i+r[7]*s,this.b=r[2]*t+r[5]*i+r[8]*s,this}equals(e){return e.r===this.r&&e.g===this.g&&e.b===this.b}fromArray(e,t=0){return this.r=e[t],this.g=e[t+1],this.b=e[t+2],this}toArray(e=[],t=0){return e[t]=this.r,e[t+1]=this.g,e[t+2]=this.b,e}fromBufferAttribute(e,t){return this.r=e.getX(t),this.g=e.getY(t),this.b=e.getZ(t),this}toJSON(){return this.getHex()}*[Symbol.iterator](){yield this.r,yield this.g,yield this.b}},oi=new ut;ut.NAMES=av;var Vs=class extends Qn{constructor(){super(),this.isScene=!0,this.type="Scene",this.background=null,this.environment=null,this.fog=null,this.backgroundBlurriness=0,this.backgroundIntensity=1,this.backgroundRotation=new yr,this.environmentIntensity=1,this.environmentRotation=new yr,this.overrideMaterial=null,typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("observe",{detail:this}))}copy(e,t){return super.copy(e,t),this.background=e.background!==null?e.background.clone():null,this.environment=e.environment!==null?e.environment.clone():null,this.fog=e.fog!==null?e.fog.clone():null,this.backgroundBlurriness=e.backgroundBlurriness,this.backgroundIntensity=e.backgroundIntensity,this.backgroundRotation.copy(e.backgroundRotation),this.environmentIntensity=e.environmentIntensity,this.environmentRotation.copy(e.environmentRotation),this.overrideMaterial=e.overrideMaterial!==null?e.overrideMaterial.clone():null,this.matrixAutoUpdate=e.matrixAutoUpdate,this}toJSON(e){let t=super.toJSON(e);return this.fog!==null&&(t.object.fog=this.fog.toJSON()),t.object.backgroundBlurriness=this.backgroundBlurriness,t.object.backgroundIntensity=this.backgroundIntensity,t.object.backgroundRotation=this.backgroundRotation.toArray(),t.object.environmentIntensity=this.environmentIntensity,t.object.environmentRotation=this.environmentRotation.toArray(),t}},gs=new F,dr=new F,mp=new F,pr=new F,Ma=new F,wa=new F,o_=new F,gp=new F,_p=new F,vp=new F,yp=new Rt,xp=new Rt,bp=new Rt,Xr=class n{constructor(e=new F,t=new F,i=new F){this.a=e,this.b=t,this.c=i}static getNormal(e,t,i,s){s.subVectors(i,t),gs.subVectors(e,t),s.cross(gs);let r=s.lengthSq();return r>0?s.multiplyScalar(1/Math.sqrt(r)):s.set(0,0,0)}static getBarycoord(e,t,i,s,r){gs.subVectors(s,t),dr.subVectors(i,t),mp.subVectors(e,t);let o=gs.dot(gs),a=gs.dot(dr),l=gs.dot(mp),c=dr.dot(dr),u=dr.dot(mp),h=o*c-a*a;if(h===0)return r.set(0,0,0),null;let f=1/h,d=(c*l-a*u)*f,p=(o*u-a*l)*f;return r.set(1-d-p,p,d)}static containsPoint(e,t,i,s){return this.getBarycoord(e,t,i,s,pr)===null?!1:pr.x>=0&&pr.y>=0&&pr.x+pr.y<=1}static getInterpolation(e,t,i,s,r,o,a,l){return this.getBarycoord(e,t,i,s,pr)===null?(l.x=0,l.y=0,"z"in l&&(l.z=0),"w"in l&&(l.w=0),null):(l.setScalar(0),l.addScaledVector(r,pr.x),l.addScaledVector(o,pr.y),l.addScaledVector(a,pr.z),l)}static getInterpolatedAttribute(e,t,i,s,r,o){return yp.setScalar(0),xp.setScalar(0),bp.setScalar(0),yp.fromBufferAttribute(e,t),xp.fromBufferAttribute(e,i),bp.fromBufferAttribute(e,s),o.setScalar(0),o.addScaledVector(yp,r.x),o.addScaledVector(xp,r.y),o.addScaledVector(bp,r.z),o}static isFrontFacing(e,t,i,s){return gs.subVectors(i,t),dr.subVectors(e,t),gs.cross(dr).dot(s)<0}set(e,t,i){return this.a.copy(e),this.b.copy(t),this.c.copy(i),this}setFromPointsAndIndices(e,t,i,s){return this.a.copy(e[t]),this.b.copy(e[i]),this.c.copy(e[s]),this}setFromAttributeAndIndices(e,t,i,s){return this.a.fromBufferAttribute(e,t),this.b.fromBufferAttribute(e,i),this.c.fromBufferAttribute(e,s),this}clone(){return new this.constructor().copy(this)}copy(e){return this.a.copy(e.a),this.b.copy(e.b),this.c.copy(e.c),this}getArea(){return gs.subVectors(this.c,this.b),dr.subVectors(this.a,this.b),gs.cross(dr).length()*.5}getMidpoint(e){return e.addVectors(this.a,this.b).add(this.c).multiplyScalar(1/3)}getNormal(e){return n.getNormal(this.a,this.b,this.c,e)}getPlane(e){return e.setFromCoplanarPoints(this.a,this.b,this.c)}getBarycoord(e,t){return n.getBarycoord(e,this.a,this.b,this.c,t)}getInterpolation(e,t,i,s,r){return n.getInterpolation(e,this.a,this.b,this.c,t,i,s,r)}containsPoint(e){return n.containsPoint(e,this.a,this.b,this.c)}isFrontFacing(e){return n.isFrontFacing(this.a,this.b,this.c,e)}intersectsBox(e){return e.intersectsTriangle(this)}closestPointToPoint(e,t){let i=this.a,s=this.b,r=this.c,o,a;Ma.subVectors(s,i),wa.subVectors(r,i),gp.subVectors(e,i);let l=Ma.dot(gp),c=wa.dot(gp);if(l<=0&&c<=0)return t.copy(i);_p.subVectors(e,s);let u=Ma.dot(_p),h=wa.dot(_p);if(u>=0&&h<=u)return t.copy(s);let f=l*h-u*c;if(f<=0&&l>=0&&u<=0&&l-u>0)return o=l/(l-u),t.copy(i).addScaledVector(Ma,o);vp.subVectors(e,r);let d=Ma.dot(vp),p=wa.dot(vp);if(p>=0&&d<=p)return t.copy(r);let y=d*c-l*p;if(y<=0&&c>=0&&p<=0)return a=c/(c-p),t.copy(i).addScaledVector(wa,a);let m=u*p-d*h;if(m<=0&&h-u>=0&&d-p>=0)return o_.subVectors(r,s),a=(h-u)/(h-u+(d-p)),t.copy(s).addScaledVector(o_,a);let g=1/(m+y+f);return o=y*g,a=f*g,t.copy(i).addScaledVector(Ma,o).addScaledVector(wa,a)}equals(e){return e.a.equals(this.a)&&e.b.equals(this.b)&&e.c.equals(this.c)}},Zn=class{constructor(e=new F(1/0,1/0,1/0),t=new F(-1/0,-1/0,-1/0)){this.isBox3=!0,this.min=e,this.max=t}set(e,t){return this.min.copy(e),this.max.copy(t),this}setFromArray(e){this.makeEmpty();for(let t=0,i=e.length;t<i;t+=3)this.expandByPoint(_s.fromArray(e,t));return this}setFromBufferAttribute(e){this.makeEmpty();for(let t=0,i=e.count;t<i;t++)this.expandByPoint(_s.fromBufferAttribute(e,t));return this}setFromPoints(e){this.makeEmpty();for(let t=0,i=e.length;t<i;t++)this.expandByPoint(e[t]);return this}setFromCenterAndSize(e,t){let i=_s.copy(t).multiplyScalar(.5);return this.min.copy(e).sub(i),this.max.copy(e).add(i),this}setFromObject(e,t=!1){return this.makeEmpty(),this.expandByObject(e,t)}clone(){return new this.constructor().copy(this)}copy(e){return this.min.copy(e.min),this.max.copy(e.max),this}makeEmpty(){return this.min.x=this.min.y=this.min.z=1/0,this.max.x=this.max.y=this.max.z=-1/0,this}isEmpty(){return this.max.x<this.min.x||this.max.y<this.min.y||this.max.z<this.min.z}getCenter(e){return this.isEmpty()?e.set(0,0,0):e.addVectors(this.min,this.max).multiplyScalar(.5)}getSize(e){return this.isEmpty()?e.set(0,0,0):e.subVectors(this.max,this.min)}expandByPoint(e){return this.min.min(e),this.max.max(e),this}expandByVector(e){return this.min.sub(e),this.max.add(e),this}expandByScalar(e){return this.min.addScalar(-e),this.max.addScalar(e),this}expandByObject(e,t=!1){e.updateWorldMatrix(!1,!1);let i=e.geometry;if(i!==void 0){let r=i.getAttribute("position");if(t===!0&&r!==void 0&&e.isInstancedMesh!==!0&&e.isBatchedMesh!==!0)for(let o=0,a=r.count;o<a;o++)e.isMesh===!0?e.getVertexPosition(o,_s):_s.fromBufferAttribute(r,o),_s.applyMatrix4(e.matrixWorld),this.expandByPoint(_s);else e.boundingBox!==void 0?(e.boundingBox===null&&e.computeBoundingBox(),Iu.copy(e.boundingBox)):(i.boundingBox===null&&i.computeBoundingBox(),Iu.copy(i.boundingBox)),Iu.applyMatrix4(e.matrixWorld),this.union(Iu)}let s=e.children;for(let r=0,o=s.length;r<o;r++)this.expandByObject(s[r],t);return this}containsPoint(e){return e.x>=this.min.x&&e.x<=this.max.x&&e.y>=this.min.y&&e.y<=this.max.y&&e.z>=this.min.z&&e.z<=this.max.z}containsBox(e){return this.min.x<=e.min.x&&e.max.x<=this.max.x&&this.min.y<=e.min.y&&e.max.y<=this.max.y&&this.min.z<=e.min.z&&e.max.z<=this.max.z}getParameter(e,t){return t.set((e.x-this.min.x)/(this.max.x-this.min.x),(e.y-this.min.y)/(this.max.y-this.min.y),(e.z-this.min.z)/(this.max.z-this.min.z))}intersectsBox(e){return e.max.x>=this.min.x&&e.min.x<=this.max.x&&e.max.y>=this.min.y&&e.min.y<=this.max.y&&e.max.z>=this.min.z&&e.min.z<=this.max.z}intersectsSphere(e){return this.clampPoint(e.center,_s),_s.distanceToSquared(e.center)<=e.radius*e.radius}intersectsPlane(e){let t,i;return e.normal.x>0?(t=e.normal.x*this.min.x,i=e.normal.x*this.max.x):(t=e.normal.x*this.max.x,i=e.normal.x*this.min.x),e.normal.y>0?(t+=e.normal.y*this.min.y,i+=e.normal.y*this.max.y):(t+=e.normal.y*this.max.y,i+=e.normal.y*this.min.y),e.normal.z>0?(t+=e.normal.z*this.min.z,i+=e.normal.z*this.max.z):(t+=e.normal.z*this.max.z,i+=e.normal.z*this.min.z),t<=-e.constant&&i>=-e.constant}intersectsTriangle(e){if(this.isEmpty())return!1;this.getCenter(Xl),Lu.subVectors(this.max,Xl),Ea.subVectors(e.a,Xl),Ta.subVectors(e.b,Xl),Aa.subVectors(e.c,Xl),Gr.subVectors(Ta,Ea),$r.subVectors(Aa,Ta),Mo.subVectors(Ea,Aa);let t=[0,-Gr.z,Gr.y,0,-$r.z,$r.y,0,-Mo.z,Mo.y,Gr.z,0,-Gr.x,$r.z,0,-$r.x,Mo.z,0,-Mo.x,-Gr.y,Gr.x,0,-$r.y,$r.x,0,-Mo.y,Mo.x,0];return!Sp(t,Ea,Ta,Aa,Lu)||(t=[1,0,0,0,1,0,0,0,1],!Sp(t,Ea,Ta,Aa,Lu))?!1:(Du.crossVectors(Gr,$r),t=[Du.x,Du.y,Du.z],Sp(t,Ea,Ta,Aa,Lu))}clampPoint(e,t){return t.copy(e).clamp(this.min,this.max)}distanceToPoint(e){return this.clampPoint(e,_s).distanceTo(e)}getBoundingSphere(e){return this.isEmpty()?e.makeEmpty():(this.getCenter(e.center),e.radius=this.getSize(_s).length()*.5),e}intersect(e){return this.min.max(e.min),this.max.min(e.max),this.isEmpty()&&this.makeEmpty(),this}union(e){return this.min.min(e.min),this.max.max(e.max),this}applyMatrix4(e){return this.isEmpty()?this:(mr[0].set(this.min.x,this.min.y,this.min.z).applyMatrix4(e),mr[1].set(this.min.x,this.min.y,this.max.z).applyMatrix4(e),mr[2].set(this.min.x,this.max.y,this.min.z).applyMatrix4(e),mr[3].set(this.min.x,this.max.y,this.max.z).applyMatrix4(e),mr[4].set(this.max.x,this.min.y,this.min.z).applyMatrix4(e),mr[5].set(this.max.x,this.min.y,this.max.z).applyMatrix4(e),mr[6].set(this.max.x,this.max.y,this.min.z).applyMatrix4(e),mr[7].set(this.max.x,this.max.y,this.max.z).applyMatrix4(e),this.setFromPoints(mr),this)}translate(e){return this.min.add(e),this.max.add(e),this}equals(e){return e.min.equals(this.min)&&e.max.equals(this.max)}toJSON(){return{min:this.min.toArray(),max:this.max.toArray()}}fromJSON(e){return this.min.fromArray(e.min),this.max.fromArray(e.max),this}},mr=[new F,new F,new F,new F,new F,new F,new F,new F],_s=new F,Iu=new Zn,Ea=new F,Ta=new F,Aa=new F,Gr=new F,$r=new F,Mo=new F,Xl=new F,Lu=new F,Du=new F,wo=new F;function Sp(n,e,t,i,s){for(let r=0,o=n.length-3;r<=o;r+=3){wo.fromArray(n,r);let a=s.x*Math.abs(wo.x)+s.y*Math.abs(wo.y)+s.z*Math.abs(wo.z),l=e.dot(wo),c=t.dot(wo),u=i.dot(wo);if(Math.max(-Math.max(l,c,u),Math.min(l,c,u))>a)return!1}return!0}var Cn=new F,Nu=new at,NM=0,_n=class extends zs{constructor(e,t,i=!1){if(super(),Array.isArray(e))throw new TypeError("THREE.BufferAttribute: array should be a Typed Array.");this.isBufferAttribute=!0,Object.defineProperty(this,"id",{value:NM++}),this.name="",this.array=e,this.itemSize=t,this.count=e!==void 0?e.length/t:0,this.normalized=i,this.usage=am,this.updateRanges=[],this.gpuType=Li,this.version=0,this._normalizationScale=e!==void 0?xf(e):void 0}onUploadCallback(){}set needsUpdate(e){e===!0&&this.version++}setUsage(e){return this.usage=e,this}addUpdateRange(e,t){this.updateRanges.push({start:e,count:t})}clearUpdateRanges(){this.updateRanges.length=0}copy(e){return this.name=e.name,this.array=new e.array.constructor(e.array),this.itemSize=e.itemSize,this.count=e.count,this.normalized=e.normalized,this.usage=e.usage,this.gpuType=e.gpuType,this._normalizationScale=e._normalizationScale,this}copyAt(e,t,i){e*=this.itemSize,i*=t.itemSize;for(let s=0,r=this.itemSize;s<r;s++)this.array[e+s]=t.array[i+s];return this}copyArray(e){return this.array.set(e),this}applyMatrix3(e){if(this.itemSize===2)for(let t=0,i=this.count;t<i;t++)Nu.fromBufferAttribute(this,t),Nu.applyMatrix3(e),this.setXY(t,Nu.x,Nu.y);else if(this.itemSize===3)for(let t=0,i=this.count;t<i;t++)Cn.fromBufferAttribute(this,t),Cn.applyMatrix3(e),this.setXYZ(t,Cn.x,Cn.y,Cn.z);return this}applyMatrix4(e){for(let t=0,i=this.count;t<i;t++)Cn.fromBufferAttribute(this,t),Cn.applyMatrix4(e),this.setXYZ(t,Cn.x,Cn.y,Cn.z);return this}applyNormalMatrix(e){for(let t=0,i=this.count;t<i;t++)Cn.fromBufferAttribute(this,t),Cn.applyNormalMatrix(e),this.setXYZ(t,Cn.x,Cn.y,Cn.z);return this}transformDirection(e){for(let t=0,i=this.count;t<i;t++)Cn.fromBufferAttribute(this,t),Cn.transformDirection(e),this.setXYZ(t,Cn.x,Cn.y,Cn.z);return this}set(e,t=0){return this.array.set(e,t),this}getComponent(e,t){let i=this.array[e*this.itemSize+t];return this.normalized&&(i=this._denormalize(i)),i}setComponent(e,t,i){return this.normalized&&(i=this._normalize(i)),this.array[e*this.itemSize+t]=i,this}getX(e){let t=this.array[e*this.itemSize];return this.normalized&&(t=this._denormalize(t)),t}setX(e,t){return this.normalized&&(t=this._normalize(t)),this.array[e*this.itemSize]=t,this}getY(e){let t=this.array[e*this.itemSize+1];return this.normalized&&(t=this._denormalize(t)),t}setY(e,t){return this.normalized&&(t=this._normalize(t)),this.array[e*this.itemSize+1]=t,this}getZ(e){let t=this.array[e*this.itemSize+2];return this.normalized&&(t=this._denormalize(t)),t}setZ(e,t){return this.normalized&&(t=this._normalize(t)),this.array[e*this.itemSize+2]=t,this}getW(e){let t=this.array[e*this.itemSize+3];return this.normalized&&(t=this._denormalize(t)),t}setW(e,t){return this.normalized&&(t=this._normalize(t)),this.array[e*this.itemSize+3]=t,this}setXY(e,t,i){return e*=this.itemSize,this.normalized&&(t=this._normalize(t),i=this._normalize(i)),this.array[e+0]=t,this.array[e+1]=i,this}setXYZ(e,t,i,s){return e*=this.itemSize,this.normalized&&(t=this._normalize(t),i=this._normalize(i),s=this._normalize(s)),this.array[e+0]=t,this.array[e+1]=i,this.array[e+2]=s,this}setXYZW(e,t,i,s,r){return e*=this.itemSize,this.normalized&&(t=this._normalize(t),i=this._normalize(i),s=this._normalize(s),r=this._normalize(r)),this.array[e+0]=t,this.array[e+1]=i,this.array[e+2]=s,this.array[e+3]=r,this}onUpload(e){return this.onUploadCallback=e,this}clone(){return new this.constructor(this.array,this.itemSize).copy(this)}toJSON(){let e={itemSize:this.itemSize,type:this.array.constructor.name,array:Array.from(this.array),normalized:this.normalized};return e.name=this.name,e.usage=this.usage,e.gpuType=this.gpuType,e}dispose(){this.dispatchEvent({type:"dispose"})}_denormalize(e){let t=this._normalizationScale;return t!==void 0?Math.max(e/t,-1):um(e,this.array)}_normalize(e){let t=this._normalizationScale;return t!==void 0?Math.round(e*t):hm(e,this.array)}};var oc=class extends _n{constructor(e,t,i){super(new Uint16Array(e),t,i)}};var ac=class extends _n{constructor(e,t,i){super(new Uint32Array(e),t,i)}};var hn=class extends _n{constructor(e,t,i){super(new Float32Array(e),t,i)}},UM=new Zn,ql=new F,Mp=new F,Pn=class{constructor(e=new F,t=-1){this.isSphere=!0,this.center=e,this.radius=t}set(e,t){return this.center.copy(e),this.radius=t,this}setFromPoints(e,t){let i=this.center;t!==void 0?i.copy(t):UM.setFromPoints(e).getCenter(i);let s=0;for(let r=0,o=e.length;r<o;r++)s=Math.max(s,i.distanceToSquared(e[r]));return this.radius=Math.sqrt(s),this}copy(e){return this.center.copy(e.center),this.radius=e.radius,this}isEmpty(){return this.radius<0}makeEmpty(){return this.center.set(0,0,0),this.radius=-1,this}containsPoint(e){return e.distanceToSquared(this.center)<=this.radius*this.radius}distanceToPoint(e){return e.distanceTo(this.center)-this.radius}intersectsSphere(e){let t=this.radius+e.radius;return e.center.distanceToSquared(this.center)<=t*t}intersectsBox(e){return e.intersectsSphere(this)}intersectsPlane(e){return Math.abs(e.distanceToPoint(this.center))<=this.radius}clampPoint(e,t){let i=this.center.distanceToSquared(e);return t.copy(e),i>this.radius*this.radius&&(t.sub(this.center).normalize(),t.multiplyScalar(this.radius).add(this.center)),t}getBoundingBox(e){return this.isEmpty()?(e.makeEmpty(),e):(e.set(this.center,this.center),e.expandByScalar(this.radius),e)}applyMatrix4(e){return this.center.applyMatrix4(e),this.radius=this.radius*e.getMaxScaleOnAxis(),this}translate(e){return this.center.add(e),this}expandByPoint(e){if(this.isEmpty())return this.center.copy(e),this.radius=0,this;ql.subVectors(e,this.center);let t=ql.lengthSq();if(t>this.radius*this.radius){let i=Math.sqrt(t),s=(i-this.radius)*.5;this.center.addScaledVector(ql,s/i),this.radius+=s}return this}union(e){return e.isEmpty()?this:this.isEmpty()?(this.copy(e),this):(this.center.equals(e.center)===!0?this.radius=Math.max(this.radius,e.radius):(Mp.subVectors(e.center,this.center).setLength(e.radius),this.expandByPoint(ql.copy(e.center).add(Mp)),this.expandByPoint(ql.copy(e.center).sub(Mp))),this)}equals(e){return e.center.equals(this.center)&&e.radius===this.radius}clone(){return new this.constructor().copy(this)}toJSON(){return{radius:this.radius,center:this.center.toArray()}}fromJSON(e){return this.radius=e.radius,this.center.fromArray(e.center),this}},OM=0,Qi=new ht,wp=new Qn,Ca=new F,Vi=new Zn,Yl=new Zn,Yn=new F,Fn=class n extends zs{constructor(){super(),this.isBufferGeometry=!0,Object.defineProperty(this,"id",{value:OM++}),this.uuid=Qr(),this.name="",this.type="BufferGeometry",this.index=null,this.indirect=null,this.indirectOffset=0,this.attributes={},this.morphAttributes={},this.morphTargetsRelative=!1,this.groups=[],this.boundingBox=null,this.boundingSphere=null,this.drawRange={start:0,count:1/0},this.userData={},this._transformed=!1}getIndex(){return this.index}setIndex(e){return Array.isArray(e)?this.index=new(aM(e)?ac:oc)(e,1):this.index=e,this}setIndirect(e,t=0){return this.indirect=e,this.indirectOffset=t,this}getIndirect(){return this.indirect}getAttribute(e){return this.attributes[e]}setAttribute(e,t){return this.attributes[e]=t,this}deleteAttribute(e){return delete this.attributes[e],this}hasAttribute(e){return this.attributes[e]!==void 0}addGroup(e,t,i=0){this.groups.push({start:e,count:t,materialIndex:i})}clearGroups(){this.groups=[]}setDrawRange(e,t){this.drawRange.start=e,this.drawRange.count=t}applyMatrix4(e){let t=this.attributes.position;t!==void 0&&(t.applyMatrix4(e),t.needsUpdate=!0);let i=this.attributes.normal;if(i!==void 0){let r=new nt().getNormalMatrix(e);i.applyNormalMatrix(r),i.needsUpdate=!0}let s=this.attributes.tangent;return s!==void 0&&(s.transformDirection(e),s.needsUpdate=!0),this.boundingBox!==null&&this.computeBoundingBox(),this.boundingSphere!==null&&this.computeBoundingSphere(),this._transformed=!0,this}applyQuaternion(e){return Qi.makeRotationFromQuaternion(e),this.applyMatrix4(Qi),this}rotateX(e){return Qi.makeRotationX(e),this.applyMatrix4(Qi),this}rotateY(e){return Qi.makeRotationY(e),this.applyMatrix4(Qi),this}rotateZ(e){return Qi.makeRotationZ(e),this.applyMatrix4(Qi),this}translate(e,t,i){return Qi.makeTranslation(e,t,i),this.applyMatrix4(Qi),this}scale(e,t,i){return Qi.makeScale(e,t,i),this.applyMatrix4(Qi),this}lookAt(e){return wp.lookAt(e),wp.updateMatrix(),this.applyMatrix4(wp.matrix),this}center(){return this.computeBoundingBox(),this.boundingBox.getCenter(Ca).negate(),this.translate(Ca.x,Ca.y,Ca.z),this}setFromPoints(e){let t=this.getAttribute("position");if(t===void 0){let i=[];for(let s=0,r=e.length;s<r;s++){let o=e[s];i.push(o.x,o.y,o.z||0)}this.setAttribute("position",new hn(i,3))}else{let i=Math.min(e.length,t.count);for(let s=0;s<i;s++){let r=e[s];t.setXYZ(s,r.x,r.y,r.z||0)}e.length>t.count&&Ze("BufferGeometry: Buffer size too small for points data. Use .dispose() and create a new geometry."),t.needsUpdate=!0}return this}computeBoundingBox(){this.boundingBox===null&&(this.boundingBox=new Zn);let e=this.attributes.position,t=this.morphAttributes.position;if(e&&e.isGLBufferAttribute){et("BufferGeometry.computeBoundingBox(): GLBufferAttribute requires a manual bounding box.",this),this.boundingBox.set(new F(-1/0,-1/0,-1/0),new F(1/0,1/0,1/0));return}if(e!==void 0){if(this.boundingBox.setFromBufferAttribute(e),t)for(let i=0,s=t.length;i<s;i++){let r=t[i];Vi.setFromBufferAttribute(r),this.morphTargetsRelative?(Yn.addVectors(this.boundingBox.min,Vi.min),this.boundingBox.expandByPoint(Yn),Yn.addVectors(this.boundingBox.max,Vi.max),this.boundingBox.expandByPoint(Yn)):(this.boundingBox.expandByPoint(Vi.min),this.boundingBox.expandByPoint(Vi.max))}}else this.boundingBox.makeEmpty();(isNaN(this.boundingBox.min.x)||isNaN(this.boundingBox.min.y)||isNaN(this.boundingBox.min.z))&&et('BufferGeometry.computeBoundingBox(): Computed min/max have NaN values. The "position" attribute is likely to have NaN values.',this)}computeBoundingSphere(){this.boundingSphere===null&&(this.boundingSphere=new Pn);let e=this.attributes.position,t=this.morphAttributes.position;if(e&&e.isGLBufferAttribute){et("BufferGeometry.computeBoundingSphere(): GLBufferAttribute requires a manual bounding sphere.",this),this.boundingSphere.set(new F,1/0);return}if(e){let i=this.boundingSphere.center;if(Vi.setFromBufferAttribute(e),t)for(let r=0,o=t.length;r<o;r++){let a=t[r];Yl.setFromBufferAttribute(a),this.morphTargetsRelative?(Yn.addVectors(Vi.min,Yl.min),Vi.expandByPoint(Yn),Yn.addVectors(Vi.max,Yl.max),Vi.expandByPoint(Yn)):(Vi.expandByPoint(Yl.min),Vi.expandByPoint(Yl.max))}Vi.getCenter(i);let s=0;for(let r=0,o=e.count;r<o;r++)Yn.fromBufferAttribute(e,r),s=Math.max(s,i.distanceToSquared(Yn));if(t)for(let r=0,o=t.length;r<o;r++){let a=t[r],l=this.morphTargetsRelative;for(let c=0,u=a.count;c<u;c++)Yn.fromBufferAttribute(a,c),l&&(Ca.fromBufferAttribute(e,c),Yn.add(Ca)),s=Math.max(s,i.distanceToSquared(Yn))}this.boundingSphere.radius=Math.sqrt(s),isNaN(this.boundingSphere.radius)&&et('BufferGeometry.computeBoundingSphere(): Computed radius is NaN. The "position" attribute is likely to have NaN values.',this)}}computeTangents(){let e=this.index,t=this.attributes;if(e===null||t.position===void 0||t.normal===void 0||t.uv===void 0){et("BufferGeometry: .computeTangents() failed. Missing required attributes (index, position, normal or uv)");return}let i=t.position,s=t.normal,r=t.uv,o=this.getAttribute("tangent");(o===void 0||o.count!==i.count)&&(o=new _n(new Float32Array(4*i.count),4),this.setAttribute("tangent",o));let a=[],l=[],c=new Uint8Array(i.count);for(let B=0;B<i.count;B++)a[B]=new F,l[B]=new F;let u=new F,h=new F,f=new F,d=new at,p=new at,y=new at,m=new F,g=new F;function x(B,N,I){c[B]=c[N]=c[I]=1,u.fromBufferAttribute(i,B),h.fromBufferAttribute(i,N),f.fromBufferAttribute(i,I),d.fromBufferAttribute(r,B),p.fromBufferAttribute(r,N),y.fromBufferAttribute(r,I),h.sub(u),f.sub(u),p.sub(d),y.sub(d);let z=1/(p.x*y.y-y.x*p.y);isFinite(z)&&(m.copy(h).multiplyScalar(y.y).addScaledVector(f,-p.y).multiplyScalar(z),g.copy(f).multiplyScalar(p.x).addScaledVector(h,-y.x).multiplyScalar(z),a[B].add(m),a[N].add(m),a[I].add(m),l[B].add(g),l[N].add(g),l[I].add(g))}let A=this.groups;A.length===0&&(A=[{start:0,count:e.count}]);for(let B=0,N=A.length;B<N;++B){let I=A[B],z=I.start,H=I.count;for(let D=z,$=z+H;D<$;D+=3)x(e.getX(D+0),e.getX(D+1),e.getX(D+2))}let b=new F,R=new F,T=new F,v=new F;function E(B){T.fromBufferAttribute(s,B),v.copy(T);let N=a[B];b.copy(N),b.sub(T.multiplyScalar(T.dot(N))).normalize(),R.crossVectors(v,N);let z=R.dot(l[B])<0?-1:1;o.setXYZW(B,b.x,b.y,b.z,z)}for(let B=0,N=i.count;B<N;++B)c[B]&&E(B);this._transformed=!0}computeVertexNormals(){let e=this.index,t=this.getAttribute("position");if(t!==void 0){let i=this.getAttribute("normal");if(i===void 0||i.count!==t.count)i=new _n(new Float32Array(t.count*3),3),this.setAttribute("normal",i);else for(let f=0,d=i.count;f<d;f++)i.setXYZ(f,0,0,0);let s=new F,r=new F,o=new F,a=new F,l=new F,c=new F,u=new F,h=new F;if(e)for(let f=0,d=e.count;f<d;f+=3){let p=e.getX(f+0),y=e.getX(f+1),m=e.getX(f+2);s.fromBufferAttribute(t,p),r.fromBufferAttribute(t,y),o.fromBufferAttribute(t,m),u.subVectors(o,r),h.subVectors(s,r),u.cross(h),a.fromBufferAttribute(i,p),l.fromBufferAttribute(i,y),c.fromBufferAttribute(i,m),a.add(u),l.add(u),c.add(u),i.setXYZ(p,a.x,a.y,a.z),i.setXYZ(y,l.x,l.y,l.z),i.setXYZ(m,c.x,c.y,c.z)}else for(let f=0,d=t.count;f<d;f+=3)s.fromBufferAttribute(t,f+0),r.fromBufferAttribute(t,f+1),o.fromBufferAttribute(t,f+2),u.subVectors(o,r),h.subVectors(s,r),u.cross(h),i.setXYZ(f+0,u.x,u.y,u.z),i.setXYZ(f+1,u.x,u.y,u.z),i.setXYZ(f+2,u.x,u.y,u.z);this.normalizeNormals(),i.needsUpdate=!0}}normalizeNormals(){let e=this.attributes.normal;for(let t=0,i=e.count;t<i;t++)Yn.fromBufferAttribute(e,t),Yn.normalize(),e.setXYZ(t,Yn.x,Yn.y,Yn.z)}toNonIndexed(){function e(a,l){let c=a.array,u=a.itemSize,h=a.normalized,f=new c.constructor(l.length*u),d=0,p=0;for(let y=0,m=l.length;y<m;y++){a.isInterleavedBufferAttribute?d=l[y]*a.data.stride+a.offset:d=l[y]*u;for(let g=0;g<u;g++)f[p++]=c[d++]}return new _n(f,u,h)}if(this.index===null)return Ze("BufferGeometry.toNonIndexed(): BufferGeometry is already non-indexed."),this;let t=new n,i=this.index.array,s=this.attributes;for(let a in s){let l=s[a],c=e(l,i);t.setAttribute(a,c)}let r=this.morphAttributes;for(let a in r){let l=[],c=r[a];for(let u=0,h=c.length;u<h;u++){let f=c[u],d=e(f,i);l.push(d)}t.morphAttributes[a]=l}t.morphTargetsRelative=this.morphTargetsRelative;let o=this.groups;for(let a=0,l=o.length;a<l;a++){let c=o[a];t.addGroup(c.start,c.count,c.materialIndex)}return t}toJSON(){let e={metadata:{version:4.7,type:"BufferGeometry",generator:"BufferGeometry.toJSON"}};if(e.uuid=this.uuid,e.type=this.parameters!==void 0&&this._transformed===!0?"BufferGeometry":this.type,e.name=this.name,Object.keys(this.userData).length>0&&(e.userData=this.userData),this.parameters!==void 0&&this._transformed!==!0){let l=this.parameters;for(let c in l)l[c]!==void 0&&(e[c]=l[c]);return e}e.data={attributes:{}};let t=this.index;t!==null&&(e.data.index={type:t.array.constructor.name,array:Array.prototype.slice.call(t.array)});let i=this.attributes;for(let l in i){let c=i[l];e.data.attributes[l]=c.toJSON(e.data)}let s={},r=!1;for(let l in this.morphAttributes){let c=this.morphAttributes[l],u=[];for(let h=0,f=c.length;h<f;h++){let d=c[h];u.push(d.toJSON(e.data))}u.length>0&&(s[l]=u,r=!0)}r&&(e.data.morphAttributes=s,e.data.morphTargetsRelative=this.morphTargetsRelative);let o=this.groups;o.length>0&&(e.data.groups=JSON.parse(JSON.stringify(o)));let a=this.boundingSphere;return a!==null&&(e.data.boundingSphere=a.toJSON()),e}clone(){return new this.constructor().copy(this)}copy(e){this.index=null,this.attributes={},this.morphAttributes={},this.groups=[],this.boundingBox=null,this.boundingSphere=null;let t={};this.name=e.name;let i=e.index;i!==null&&this.setIndex(i.clone());let s=e.attributes;for(let c in s){let u=s[c];this.setAttribute(c,u.clone(t))}let r=e.morphAttributes;for(let c in r){let u=[],h=r[c];for(let f=0,d=h.length;f<d;f++)u.push(h[f].clone(t));this.morphAttributes[c]=u}this.morphTargetsRelative=e.morphTargetsRelative;let o=e.groups;for(let c=0,u=o.length;c<u;c++){let h=o[c];this.addGroup(h.start,h.count,h.materialIndex)}let a=e.boundingBox;a!==null&&(this.boundingBox=a.clone());let l=e.boundingSphere;return l!==null&&(this.boundingSphere=l.clone()),this.drawRange.start=e.drawRange.start,this.drawRange.count=e.drawRange.count,this.userData=e.userData,this._transformed=e._transformed,this}dispose(){this.dispatchEvent({type:"dispose"})}},fh=class{constructor(e,t){this.isInterleavedBuffer=!0,this.array=e,this.stride=t,this.count=e!==void 0?e.length/t:0,this.usage=am,this.updateRanges=[],this.version=0,this.uuid=Qr()}onUploadCallback(){}set needsUpdate(e){e===!0&&this.version++}setUsage(e){return this.usage=e,this}addUpdateRange(e,t){this.updateRanges.push({start:e,count:t})}clearUpdateRanges(){this.updateRanges.length=0}copy(e){return this.array=new e.array.constructor(e.array),this.count=e.count,this.stride=e.stride,this.usage=e.usage,this}copyAt(e,t,i){e*=this.stride,i*=t.stride;for(let s=0,r=this.stride;s<r;s++)this.array[e+s]=t.array[i+s];return this}set(e,t=0){return this.array.set(e,t),this}clone(e){e.arrayBuffers===void 0&&(e.arrayBuffers={});let t=a_(this.array);e.arrayBuffers[t]===void 0&&(e.arrayBuffers[t]=this.array.slice(0).buffer);let i=new this.array.constructor(e.arrayBuffers[t]),s=new this.constructor(i,this.stride);return s.setUsage(this.usage),s}onUpload(e){return this.onUploadCallback=e,this}toJSON(e){e.arrayBuffers===void 0&&(e.arrayBuffers={});let t=a_(this.array);e.arrayBuffers[t]===void 0&&(e.arrayBuffers[t]=Array.from(new Uint32Array(this.array.slice(0).buffer)));let i={uuid:this.uuid,buffer:t,type:this.array.constructor.name,stride:this.stride};return i.usage=this.usage,i}};function a_(n){return n.buffer._uuid===void 0&&(n.buffer._uuid=Qr()),n.byteOffset===0&&n.byteLength===n.buffer.byteLength?n.buffer._uuid:n.buffer._uuid+":"+n.byteOffset+":"+n.byteLength}var bi=new F,ys=class n{constructor(e,t,i,s=!1){this.isInterleavedBufferAttribute=!0,this.name="",this.data=e,this.itemSize=t,this.offset=i,this.normalized=s,this._normalizationScale=e!==void 0?xf(e.array):void 0}get count(){return this.data.count}get array(){return this.data.array}set needsUpdate(e){this.data.needsUpdate=e}applyMatrix4(e){for(let t=0,i=this.data.count;t<i;t++)bi.fromBufferAttribute(this,t),bi.applyMatrix4(e),this.setXYZ(t,bi.x,bi.y,bi.z);return this}applyNormalMatrix(e){for(let t=0,i=this.count;t<i;t++)bi.fromBufferAttribute(this,t),bi.applyNormalMatrix(e),this.setXYZ(t,bi.x,bi.y,bi.z);return this}transformDirection(e){for(let t=0,i=this.count;t<i;t++)bi.fromBufferAttribute(this,t),bi.transformDirection(e),this.setXYZ(t,bi.x,bi.y,bi.z);return this}getComponent(e,t){let i=this.array[e*this.data.stride+this.offset+t];return this.normalized&&(i=this._denormalize(i)),i}setComponent(e,t,i){return this.normalized&&(i=this._normalize(i)),this.data.array[e*this.data.stride+this.offset+t]=i,this}setX(e,t){return this.normalized&&(t=this._normalize(t)),this.data.array[e*this.data.stride+this.offset]=t,this}setY(e,t){return this.normalized&&(t=this._normalize(t)),this.data.array[e*this.data.stride+this.offset+1]=t,this}setZ(e,t){return this.normalized&&(t=this._normalize(t)),this.data.array[e*this.data.stride+this.offset+2]=t,this}setW(e,t){return this.normalized&&(t=this._normalize(t)),this.data.array[e*this.data.stride+this.offset+3]=t,this}getX(e){let t=this.data.array[e*this.data.stride+this.offset];return this.normalized&&(t=this._denormalize(t)),t}getY(e){let t=this.data.array[e*this.data.stride+this.offset+1];return this.normalized&&(t=this._denormalize(t)),t}getZ(e){let t=this.data.array[e*this.data.stride+this.offset+2];return this.normalized&&(t=this._denormalize(t)),t}getW(e){let t=this.data.array[e*this.data.stride+this.offset+3];return this.normalized&&(t=this._denormalize(t)),t}setXY(e,t,i){return e=e*this.data.stride+this.offset,this.normalized&&(t=this._normalize(t),i=this._normalize(i)),this.data.array[e+0]=t,this.data.array[e+1]=i,this}setXYZ(e,t,i,s){return e=e*this.data.stride+this.offset,this.normalized&&(t=this._normalize(t),i=this._normalize(i),s=this._normalize(s)),this.data.array[e+0]=t,this.data.array[e+1]=i,this.data.array[e+2]=s,this}setXYZW(e,t,i,s,r){return e=e*this.data.stride+this.offset,this.normalized&&(t=this._normalize(t),i=this._normalize(i),s=this._normalize(s),r=this._normalize(r)),this.data.array[e+0]=t,this.data.array[e+1]=i,this.data.array[e+2]=s,this.data.array[e+3]=r,this}clone(e){if(e===void 0){ic("InterleavedBufferAttribute.clone(): Cloning an interleaved buffer attribute will de-interleave buffer data.");let t=[];for(let i=0;i<this.count;i++){let s=i*this.data.stride+this.offset;for(let r=0;r<this.itemSize;r++)t.push(this.data.array[s+r])}return new _n(new this.array.constructor(t),this.itemSize,this.normalized)}else return e.interleavedBuffers===void 0&&(e.interleavedBuffers={}),e.interleavedBuffers[this.data.uuid]===void 0&&(e.interleavedBuffers[this.data.uuid]=this.data.clone(e)),new n(e.interleavedBuffers[this.data.uuid],this.itemSize,this.offset,this.normalized)}toJSON(e){if(e===void 0){ic("InterleavedBufferAttribute.toJSON(): Serializing an interleaved buffer attribute will de-interleave buffer data.");let t=[];for(let i=0;i<this.count;i++){let s=i*this.data.stride+this.offset;for(let r=0;r<this.itemSize;r++)t.push(this.data.array[s+r])}return{itemSize:this.itemSize,type:this.array.constructor.name,array:t,normalized:this.normalized}}else return e.interleavedBuffers===void 0&&(e.interleavedBuffers={}),e.interleavedBuffers[this.data.uuid]===void 0&&(e.interleavedBuffers[this.data.uuid]=this.data.toJSON(e)),{isInterleavedBufferAttribute:!0,itemSize:this.itemSize,data:this.data.uuid,offset:this.offset,normalized:this.normalized}}_denormalize(e){let t=this._normalizationScale;return t!==void 0?Math.max(e/t,-1):um(e,this.data.array)}_normalize(e){let t=this._normalizationScale;return t!==void 0?Math.round(e*t):hm(e,this.data.array)}},Ep=new F,FM=new F,BM=new nt,vs=class{constructor(e=new F(1,0,0),t=0){this.isPlane=!0,this.normal=e,this.constant=t}set(e,t){return this.normal.copy(e),this.constant=t,this}setComponents(e,t,i,s){return this.normal.set(e,t,i),this.constant=s,this}setFromNormalAndCoplanarPoint(e,t){return this.normal.copy(e),this.constant=-t.dot(this.normal),this}setFromCoplanarPoints(e,t,i){let s=Ep.subVectors(i,t).cross(FM.subVectors(e,t)).normalize();return this.setFromNormalAndCoplanarPoint(s,e),this}copy(e){return this.normal.copy(e.normal),this.constant=e.constant,this}normalize(){let e=1/this.normal.length();return this.normal.multiplyScalar(e),this.constant*=e,this}negate(){return this.constant*=-1,this.normal.negate(),this}distanceToPoint(e){return this.normal.dot(e)+this.constant}distanceToSphere(e){return this.distanceToPoint(e.center)-e.radius}projectPoint(e,t){return t.copy(e).addScaledVector(this.normal,-this.distanceToPoint(e))}intersectLine(e,t,i=!0){let s=e.delta(Ep),r=this.normal.dot(s);if(r===0)return this.distanceToPoint(e.start)===0?t.copy(e.start):null;let o=-(e.start.dot(this.normal)+this.constant)/r;return i===!0&&(o<0||o>1)?null:t.copy(e.start).addScaledVector(s,o)}intersectsLine(e){let t=this.distanceToPoint(e.start),i=this.distanceToPoint(e.end);return t<0&&i>0||i<0&&t>0}intersectsBox(e){return e.intersectsPlane(this)}intersectsSphere(e){return e.intersectsPlane(this)}coplanarPoint(e){return e.copy(this.normal).multiplyScalar(-this.constant)}applyMatrix4(e,t){let i=t||BM.getNormalMatrix(e),s=this.coplanarPoint(Ep).applyMatrix4(e),r=this.normal.applyMatrix3(i).normalize();return this.constant=-s.dot(r),this}translate(e){return this.constant-=e.dot(this.normal),this}equals(e){return e.normal.equals(this.normal)&&e.constant===this.constant}clone(){return new this.constructor().copy(this)}toJSON(){return{normal:this.normal.toArray(),constant:this.constant}}fromJSON(e){return this.normal.fromArray(e.normal),this.constant=e.constant,this}},kM=0,xr=class extends zs{constructor(){super(),this.isMaterial=!0,Object.defineProperty(this,"id",{value:kM++}),this.uuid=Qr(),this.name="",this.type="Material",this.blending=qa,this.side=jr,this.vertexColors=!1,this.opacity=1,this.transparent=!1,this.alphaHash=!1,this.blendSrc=Hp,this.blendDst=Gp,this.blendEquation=Do,this.blendSrcAlpha=null,this.blendDstAlpha=null,this.blendEquationAlpha=null,this.blendColor=new ut(0,0,0),this.blendAlpha=0,this.depthFunc=Fa,this.depthTest=!0,this.depthWrite=!0,this.stencilWriteMask=255,this.stencilFunc=j_,this.stencilRef=0,this.stencilFuncMask=255,this.stencilFail=Qu,this.stencilZFail=Qu,this.stencilZPass=Qu,this.stencilWrite=!1,this.clippingPlanes=null,this.clipIntersection=!1,this.clipShadows=!1,this.shadowSide=null,this.colorWrite=!0,this.precision=null,this.polygonOffset=!1,this.polygonOffsetFactor=0,this.polygonOffsetUnits=0,this.dithering=!1,this.alphaToCoverage=!1,this.premultipliedAlpha=!1,this.forceSinglePass=!1,this.allowOverride=!0,this.visible=!0,this.toneMapped=!0,this.userData={},this.version=0,this._alphaTest=0}get alphaTest(){return this._alphaTest}set alphaTest(e){this._alphaTest>0!=e>0&&this.version++,this._alphaTest=e}onBeforeRender(){}onBeforeCompile(){}customProgramCacheKey(){return this.onBeforeCompile.toString()}setValues(e){if(e!==void 0)for(let t in e){let i=e[t];if(i===void 0){Ze(`Material: parameter '${t}' has value of undefined.`);continue}let s=this[t];if(s===void 0){Ze(`Material: '${t}' is not a property of THREE.${this.type}.`);continue}s&&s.isColor?s.set(i):s&&s.isVector2&&i&&i.isVector2||s&&s.isEuler&&i&&i.isEuler||s&&s.isVector3&&i&&i.isVector3?s.copy(i):this[t]=i}}toJSON(e){let t=e===void 0||typeof e=="string";t&&(e={textures:{},images:{}});let i={metadata:{version:4.7,type:"Material",generator:"Material.toJSON"}};i.uuid=this.uuid,i.type=this.type,i.blending=this.blending,i.side=this.side,i.shadowSide=this.shadowSide,i.vertexColors=this.vertexColors,i.opacity=this.opacity,i.transparent=this.transparent,i.blendSrc=this.blendSrc,i.blendDst=this.blendDst,i.blendEquation=this.blendEquation,i.blendSrcAlpha=this.blendSrcAlpha,i.blendDstAlpha=this.blendDstAlpha,i.blendEquationAlpha=this.blendEquationAlpha,i.blendColor=this.blendColor.getHex(),i.blendAlpha=this.blendAlpha,i.depthFunc=this.depthFunc,i.depthTest=this.depthTest,i.depthWrite=this.depthWrite,i.colorWrite=this.colorWrite,i.clipIntersection=this.clipIntersection,i.clipShadows=this.clipShadows,i.stencilWriteMask=this.stencilWriteMask,i.stencilFunc=this.stencilFunc,i.stencilRef=this.stencilRef,i.stencilFuncMask=this.stencilFuncMask,i.stencilFail=this.stencilFail,i.stencilZFail=this.stencilZFail,i.stencilZPass=this.stencilZPass,i.stencilWrite=this.stencilWrite,i.polygonOffset=this.polygonOffset,i.polygonOffsetFactor=this.polygonOffsetFactor,i.polygonOffsetUnits=this.polygonOffsetUnits,i.dithering=this.dithering,i.alphaTest=this.alphaTest,i.alphaHash=this.alphaHash,i.alphaToCoverage=this.alphaToCoverage,i.premultipliedAlpha=this.premultipliedAlpha,i.forceSinglePass=this.forceSinglePass,i.allowOverride=this.allowOverride,i.visible=this.visible,i.toneMapped=this.toneMapped,i.name=this.name,this.color&&this.color.isColor&&(i.color=this.color.getHex()),this.roughness!==void 0&&(i.roughness=this.roughness),this.metalness!==void 0&&(i.metalness=this.metalness),this.sheen!==void 0&&(i.sheen=this.sheen),this.sheenColor&&this.sheenColor.isColor&&(i.sheenColor=this.sheenColor.getHex()),this.sheenRoughness!==void 0&&(i.sheenRoughness=this.sheenRoughness),this.emissive&&this.emissive.isColor&&(i.emissive=this.emissive.getHex()),this.emissiveIntensity!==void 0&&(i.emissiveIntensity=this.emissiveIntensity),this.specular&&this.specular.isColor&&(i.specular=this.specular.getHex()),this.specularIntensity!==void 0&&(i.specularIntensity=this.specularIntensity),this.specularColor&&this.specularColor.isColor&&(i.specularColor=this.specularColor.getHex()),this.shininess!==void 0&&(i.shininess=this.shininess),this.clearcoat!==void 0&&(i.clearcoat=this.clearcoat),this.clearcoatRoughness!==void 0&&(i.clearcoatRoughness=this.clearcoatRoughness),this.diffuseRoughness!==void 0&&(i.diffuseRoughness=this.diffuseRoughness),this.diffuseRoughnessMap&&this.diffuseRoughnessMap.isTexture&&(i.diffuseRoughnessMap=this.diffuseRoughnessMap.toJSON(e).uuid),this.clearcoatMap&&this.clearcoatMap.isTexture&&(i.clearcoatMap=this.clearcoatMap.toJSON(e).uuid),this.clearcoatRoughnessMap&&this.clearcoatRoughnessMap.isTexture&&(i.clearcoatRoughnessMap=this.clearcoatRoughnessMap.toJSON(e).uuid),this.clearcoatNormalMap&&this.clearcoatNormalMap.isTexture&&(i.clearcoatNormalMap=this.clearcoatNormalMap.toJSON(e).uuid,i.clearcoatNormalScale=this.clearcoatNormalScale.toArray()),this.sheenColorMap&&this.sheenColorMap.isTexture&&(i.sheenColorMap=this.sheenColorMap.toJSON(e).uuid),this.sheenRoughnessMap&&this.sheenRoughnessMap.isTexture&&(i.sheenRoughnessMap=this.sheenRoughnessMap.toJSON(e).uuid),this.dispersion!==void 0&&(i.dispersion=this.dispersion),this.retroreflectivity!==void 0&&(i.retroreflectivity=this.retroreflectivity),this.iridescence!==void 0&&(i.iridescence=this.iridescence),this.iridescenceIOR!==void 0&&(i.iridescenceIOR=this.iridescenceIOR),this.iridescenceThicknessMinimum!==void 0&&(i.iridescenceThicknessMinimum=this.iridescenceThicknessMinimum),this.iridescenceThicknessMaximum!==void 0&&(i.iridescenceThicknessMaximum=this.iridescenceThicknessMaximum),this.iridescenceMap&&this.iridescenceMap.isTexture&&(i.iridescenceMap=this.iridescenceMap.toJSON(e).uuid),this.iridescenceThicknessMap&&this.iridescenceThicknessMap.isTexture&&(i.iridescenceThicknessMap=this.iridescenceThicknessMap.toJSON(e).uuid),this.anisotropy!==void 0&&(i.anisotropy=this.anisotropy),this.anisotropyRotation!==void 0&&(i.anisotropyRotation=this.anisotropyRotation),this.anisotropyMap&&this.anisotropyMap.isTexture&&(i.anisotropyMap=this.anisotropyMap.toJSON(e).uuid),this.map&&this.map.isTexture&&(i.map=this.map.toJSON(e).uuid),this.matcap&&this.matcap.isTexture&&(i.matcap=this.matcap.toJSON(e).uuid),this.alphaMap&&this.alphaMap.isTexture&&(i.alphaMap=this.alphaMap.toJSON(e).uuid),this.lightMap&&this.lightMap.isTexture&&(i.lightMap=this.lightMap.toJSON(e).uuid,i.lightMapIntensity=this.lightMapIntensity),this.aoMap&&this.aoMap.isTexture&&(i.aoMap=this.aoMap.toJSON(e).uuid,i.aoMapIntensity=this.aoMapIntensity),this.bumpMap&&this.bumpMap.isTexture&&(i.bumpMap=this.bumpMap.toJSON(e).uuid,i.bumpScale=this.bumpScale),this.normalMap&&this.normalMap.isTexture&&(i.normalMap=this.normalMap.toJSON(e).uuid,i.normalMapType=this.normalMapType,i.normalScale=this.normalScale.toArray()),this.displacementMap&&this.displacementMap.isTexture&&(i.displacementMap=this.displacementMap.toJSON(e).uuid,i.displacementScale=this.displacementScale,i.displacementBias=this.displacementBias),this.roughnessMap&&this.roughnessMap.isTexture&&(i.roughnessMap=this.roughnessMap.toJSON(e).uuid),this.metalnessMap&&this.metalnessMap.isTexture&&(i.metalnessMap=this.metalnessMap.toJSON(e).uuid),this.emissiveMap&&this.emissiveMap.isTexture&&(i.emissiveMap=this.emissiveMap.toJSON(e).uuid),this.specularMap&&this.specularMap.isTexture&&(i.specularMap=this.specularMap.toJSON(e).uuid),this.specularIntensityMap&&this.specularIntensityMap.isTexture&&(i.specularIntensityMap=this.specularIntensityMap.toJSON(e).uuid),this.specularColorMap&&this.specularColorMap.isTexture&&(i.specularColorMap=this.specularColorMap.toJSON(e).uuid),this.envMap&&this.envMap.isTexture&&(i.envMap=this.envMap.toJSON(e).uuid,this.combine!==void 0&&(i.combine=this.combine)),this.envMapRotation!==void 0&&(i.envMapRotation=this.envMapRotation.toArray()),this.envMapIntensity!==void 0&&(i.envMapIntensity=this.envMapIntensity),this.reflectivity!==void 0&&(i.reflectivity=this.reflectivity),this.refractionRatio!==void 0&&(i.refractionRatio=this.refractionRatio),this.gradientMap&&this.gradientMap.isTexture&&(i.gradientMap=this.gradientMap.toJSON(e).uuid),this.transmission!==void 0&&(i.transmission=this.transmission),this.transmissionMap&&this.transmissionMap.isTexture&&(i.transmissionMap=this.transmissionMap.toJSON(e).uuid),this.thickness!==void 0&&(i.thickness=this.thickness),this.thicknessMap&&this.thicknessMap.isTexture&&(i.thicknessMap=this.thicknessMap.toJSON(e).uuid),this.attenuationDistance!==void 0&&(i.attenuationDistance=this.attenuationDistance),this.attenuationColor!==void 0&&(i.attenuationColor=this.attenuationColor.getHex()),this.size!==void 0&&(i.size=this.size),this.sizeAttenuation!==void 0&&(i.sizeAttenuation=this.sizeAttenuation),Array.isArray(this.clippingPlanes)&&this.clippingPlanes.length>0&&(i.clippingPlanes=this.clippingPlanes.map(r=>r.toJSON())),this.rotation!==void 0&&(i.rotation=this.rotation),this.depthPacking!==void 0&&(i.depthPacking=this.depthPacking),this.linewidth!==void 0&&(i.linewidth=this.linewidth),this.linecap!==void 0&&(i.linecap=this.linecap),this.linejoin!==void 0&&(i.linejoin=this.linejoin),this.dashSize!==void 0&&(i.dashSize=this.dashSize),this.gapSize!==void 0&&(i.gapSize=this.gapSize),this.scale!==void 0&&(i.scale=this.scale),this.wireframe!==void 0&&(i.wireframe=this.wireframe),this.wireframeLinewidth!==void 0&&(i.wireframeLinewidth=this.wireframeLinewidth),this.wireframeLinecap!==void 0&&(i.wireframeLinecap=this.wireframeLinecap),this.wireframeLinejoin!==void 0&&(i.wireframeLinejoin=this.wireframeLinejoin),this.flatShading!==void 0&&(i.flatShading=this.flatShading),this.fog!==void 0&&(i.fog=this.fog),Object.keys(this.userData).length>0&&(i.userData=this.userData);function s(r){let o=[];for(let a in r){let l=r[a];delete l.metadata,o.push(l)}return o}if(t){let r=s(e.textures),o=s(e.images);r.length>0&&(i.textures=r),o.length>0&&(i.images=o)}return i}fromJSON(e,t){if(e.uuid!==void 0&&(this.uuid=e.uuid),e.name!==void 0&&(this.name=e.name),e.color!==void 0&&this.color!==void 0&&this.color.setHex(e.color),e.roughness!==void 0&&(this.roughness=e.roughness),e.metalness!==void 0&&(this.metalness=e.metalness),e.sheen!==void 0&&(this.sheen=e.sheen),e.sheenColor!==void 0&&(this.sheenColor=new ut().setHex(e.sheenColor)),e.sheenRoughness!==void 0&&(this.sheenRoughness=e.sheenRoughness),e.emissive!==void 0&&this.emissive!==void 0&&this.emissive.setHex(e.emissive),e.specular!==void 0&&this.specular!==void 0&&this.specular.setHex(e.specular),e.specularIntensity!==void 0&&(this.specularIntensity=e.specularIntensity),e.specularColor!==void 0&&this.specularColor!==void 0&&this.specularColor.setHex(e.specularColor),e.shininess!==void 0&&(this.shininess=e.shininess),e.clearcoat!==void 0&&(this.clearcoat=e.clearcoat),e.clearcoatRoughness!==void 0&&(this.clearcoatRoughness=e.clearcoatRoughness),e.diffuseRoughness!==void 0&&(this.diffuseRoughness=e.diffuseRoughness),e.dispersion!==void 0&&(this.dispersion=e.dispersion),e.retroreflectivity!==void 0&&(this.retroreflectivity=e.retroreflectivity),e.iridescence!==void 0&&(this.iridescence=e.iridescence),e.iridescenceIOR!==void 0&&(this.iridescenceIOR=e.iridescenceIOR),e.iridescenceThicknessMinimum!==void 0&&(this.iridescenceThicknessMinimum=e.iridescenceThicknessMinimum),e.iridescenceThicknessMaximum!==void 0&&(this.iridescenceThicknessMaximum=e.iridescenceThicknessMaximum),e.iridescenceThicknessRange!==void 0&&(this.iridescenceThicknessMinimum=e.iridescenceThicknessRange[0],this.iridescenceThicknessMaximum=e.iridescenceThicknessRange[1]),e.transmission!==void 0&&(this.transmission=e.transmission),e.thickness!==void 0&&(this.thickness=e.thickness),e.attenuationDistance!==void 0&&(this.attenuationDistance=e.attenuationDistance),e.attenuationColor!==void 0&&this.attenuationColor!==void 0&&this.attenuationColor.setHex(e.attenuationColor),e.anisotropy!==void 0&&(this.anisotropy=e.anisotropy),e.anisotropyRotation!==void 0&&(this.anisotropyRotation=e.anisotropyRotation),e.fog!==void 0&&(this.fog=e.fog),e.flatShading!==void 0&&(this.flatShading=e.flatShading),e.blending!==void 0&&(this.blending=e.blending),e.combine!==void 0&&(this.combine=e.combine),e.side!==void 0&&(this.side=e.side),e.shadowSide!==void 0&&(this.shadowSide=e.shadowSide),e.opacity!==void 0&&(this.opacity=e.opacity),e.transparent!==void 0&&(this.transparent=e.transparent),e.alphaTest!==void 0&&(this.alphaTest=e.alphaTest),e.alphaHash!==void 0&&(this.alphaHash=e.alphaHash),e.depthFunc!==void 0&&(this.depthFunc=e.depthFunc),e.depthTest!==void 0&&(this.depthTest=e.depthTest),e.depthWrite!==void 0&&(this.depthWrite=e.depthWrite),e.colorWrite!==void 0&&(this.colorWrite=e.colorWrite),e.clippingPlanes!==void 0&&(this.clippingPlanes=e.clippingPlanes.map(i=>new vs().fromJSON(i))),e.clipIntersection!==void 0&&(this.clipIntersection=e.clipIntersection),e.clipShadows!==void 0&&(this.clipShadows=e.clipShadows),e.depthPacking!==void 0&&(this.depthPacking=e.depthPacking),e.blendSrc!==void 0&&(this.blendSrc=e.blendSrc),e.blendDst!==void 0&&(this.blendDst=e.blendDst),e.blendEquation!==void 0&&(this.blendEquation=e.blendEquation),e.blendSrcAlpha!==void 0&&(this.blendSrcAlpha=e.blendSrcAlpha),e.blendDstAlpha!==void 0&&(this.blendDstAlpha=e.blendDstAlpha),e.blendEquationAlpha!==void 0&&(this.blendEquationAlpha=e.blendEquationAlpha),e.blendColor!==void 0&&this.blendColor!==void 0&&this.blendColor.setHex(e.blendColor),e.blendAlpha!==void 0&&(this.blendAlpha=e.blendAlpha),e.stencilWriteMask!==void 0&&(this.stencilWriteMask=e.stencilWriteMask),e.stencilFunc!==void 0&&(this.stencilFunc=e.stencilFunc),e.stencilRef!==void 0&&(this.stencilRef=e.stencilRef),e.stencilFuncMask!==void 0&&(this.stencilFuncMask=e.stencilFuncMask),e.stencilFail!==void 0&&(this.stencilFail=e.stencilFail),e.stencilZFail!==void 0&&(this.stencilZFail=e.stencilZFail),e.stencilZPass!==void 0&&(this.stencilZPass=e.stencilZPass),e.stencilWrite!==void 0&&(this.stencilWrite=e.stencilWrite),e.wireframe!==void 0&&(this.wireframe=e.wireframe),e.wireframeLinewidth!==void 0&&(this.wireframeLinewidth=e.wireframeLinewidth),e.wireframeLinecap!==void 0&&(this.wireframeLinecap=e.wireframeLinecap),e.wireframeLinejoin!==void 0&&(this.wireframeLinejoin=e.wireframeLinejoin),e.rotation!==void 0&&(this.rotation=e.rotation),e.linewidth!==void 0&&(this.linewidth=e.linewidth),e.linecap!==void 0&&(this.linecap=e.linecap),e.linejoin!==void 0&&(this.linejoin=e.linejoin),e.dashSize!==void 0&&(this.dashSize=e.dashSize),e.gapSize!==void 0&&(this.gapSize=e.gapSize),e.scale!==void 0&&(this.scale=e.scale),e.polygonOffset!==void 0&&(this.polygonOffset=e.polygonOffset),e.polygonOffsetFactor!==void 0&&(this.polygonOffsetFactor=e.polygonOffsetFactor),e.polygonOffsetUnits!==void 0&&(this.polygonOffsetUnits=e.polygonOffsetUnits),e.dithering!==void 0&&(this.dithering=e.dithering),e.alphaToCoverage!==void 0&&(this.alphaToCoverage=e.alphaToCoverage),e.premultipliedAlpha!==void 0&&(this.premultipliedAlpha=e.premultipliedAlpha),e.forceSinglePass!==void 0&&(this.forceSinglePass=e.forceSinglePass),e.allowOverride!==void 0&&(this.allowOverride=e.allowOverride),e.visible!==void 0&&(this.visible=e.visible),e.toneMapped!==void 0&&(this.toneMapped=e.toneMapped),e.userData!==void 0&&(this.userData=e.userData),e.vertexColors!==void 0&&(typeof e.vertexColors=="number"?this.vertexColors=e.vertexColors>0:this.vertexColors=e.vertexColors),e.size!==void 0&&(this.size=e.size),e.sizeAttenuation!==void 0&&(this.sizeAttenuation=e.sizeAttenuation),e.map!==void 0&&(this.map=t[e.map]||null),e.matcap!==void 0&&(this.matcap=t[e.matcap]||null),e.alphaMap!==void 0&&(this.alphaMap=t[e.alphaMap]||null),e.bumpMap!==void 0&&(this.bumpMap=t[e.bumpMap]||null),e.bumpScale!==void 0&&(this.bumpScale=e.bumpScale),e.normalMap!==void 0&&(this.normalMap=t[e.normalMap]||null),e.normalMapType!==void 0&&(this.normalMapType=e.normalMapType),e.normalScale!==void 0){let i=e.normalScale;Array.isArray(i)===!1&&(i=[i,i]),this.normalScale=new at().fromArray(i)}return e.displacementMap!==void 0&&(this.displacementMap=t[e.displacementMap]||null),e.displacementScale!==void 0&&(this.displacementScale=e.displacementScale),e.displacementBias!==void 0&&(this.displacementBias=e.displacementBias),e.roughnessMap!==void 0&&(this.roughnessMap=t[e.roughnessMap]||null),e.metalnessMap!==void 0&&(this.metalnessMap=t[e.metalnessMap]||null),e.emissiveMap!==void 0&&(this.emissiveMap=t[e.emissiveMap]||null),e.emissiveIntensity!==void 0&&(this.emissiveIntensity=e.emissiveIntensity),e.specularMap!==void 0&&(this.specularMap=t[e.specularMap]||null),e.specularIntensityMap!==void 0&&(this.specularIntensityMap=t[e.specularIntensityMap]||null),e.specularColorMap!==void 0&&(this.specularColorMap=t[e.specularColorMap]||null),e.envMap!==void 0&&(this.envMap=t[e.envMap]||null),e.envMapRotation!==void 0&&this.envMapRotation.fromArray(e.envMapRotation),e.envMapIntensity!==void 0&&(this.envMapIntensity=e.envMapIntensity),e.reflectivity!==void 0&&(this.reflectivity=e.reflectivity),e.refractionRatio!==void 0&&(this.refractionRatio=e.refractionRatio),e.lightMap!==void 0&&(this.lightMap=t[e.lightMap]||null),e.lightMapIntensity!==void 0&&(this.lightMapIntensity=e.lightMapIntensity),e.aoMap!==void 0&&(this.aoMap=t[e.aoMap]||null),e.aoMapIntensity!==void 0&&(this.aoMapIntensity=e.aoMapIntensity),e.gradientMap!==void 0&&(this.gradientMap=t[e.gradientMap]||null),e.clearcoatMap!==void 0&&(this.clearcoatMap=t[e.clearcoatMap]||null),e.clearcoatRoughnessMap!==void 0&&(this.clearcoatRoughnessMap=t[e.clearcoatRoughnessMap]||null),e.clearcoatNormalMap!==void 0&&(this.clearcoatNormalMap=t[e.clearcoatNormalMap]||null),e.clearcoatNormalScale!==void 0&&(this.clearcoatNormalScale=new at().fromArray(e.clearcoatNormalScale)),e.diffuseRoughnessMap!==void 0&&(this.diffuseRoughnessMap=t[e.diffuseRoughnessMap]||null),e.iridescenceMap!==void 0&&(this.iridescenceMap=t[e.iridescenceMap]||null),e.iridescenceThicknessMap!==void 0&&(this.iridescenceThicknessMap=t[e.iridescenceThicknessMap]||null),e.transmissionMap!==void 0&&(this.transmissionMap=t[e.transmissionMap]||null),e.thicknessMap!==void 0&&(this.thicknessMap=t[e.thicknessMap]||null),e.anisotropyMap!==void 0&&(this.anisotropyMap=t[e.anisotropyMap]||null),e.sheenColorMap!==void 0&&(this.sheenColorMap=t[e.sheenColorMap]||null),e.sheenRoughnessMap!==void 0&&(this.sheenRoughnessMap=t[e.sheenRoughnessMap]||null),this}clone(){return new this.constructor().copy(this)}copy(e){this.name=e.name,this.blending=e.blending,this.side=e.side,this.vertexColors=e.vertexColors,this.opacity=e.opacity,this.transparent=e.transparent,this.blendSrc=e.blendSrc,this.blendDst=e.blendDst,this.blendEquation=e.blendEquation,this.blendSrcAlpha=e.blendSrcAlpha,this.blendDstAlpha=e.blendDstAlpha,this.blendEquationAlpha=e.blendEquationAlpha,this.blendColor.copy(e.blendColor),this.blendAlpha=e.blendAlpha,this.depthFunc=e.depthFunc,this.depthTest=e.depthTest,this.depthWrite=e.depthWrite,this.stencilWriteMask=e.stencilWriteMask,this.stencilFunc=e.stencilFunc,this.stencilRef=e.stencilRef,this.stencilFuncMask=e.stencilFuncMask,this.stencilFail=e.stencilFail,this.stencilZFail=e.stencilZFail,this.stencilZPass=e.stencilZPass,this.stencilWrite=e.stencilWrite;let t=e.clippingPlanes,i=null;if(t!==null){let s=t.length;i=new Array(s);for(let r=0;r!==s;++r)i[r]=t[r].clone()}return this.clippingPlanes=i,this.clipIntersection=e.clipIntersection,this.clipShadows=e.clipShadows,this.shadowSide=e.shadowSide,this.colorWrite=e.colorWrite,this.precision=e.precision,this.polygonOffset=e.polygonOffset,this.polygonOffsetFactor=e.polygonOffsetFactor,this.polygonOffsetUnits=e.polygonOffsetUnits,this.dithering=e.dithering,this.alphaTest=e.alphaTest,this.alphaHash=e.alphaHash,this.alphaToCoverage=e.alphaToCoverage,this.premultipliedAlpha=e.premultipliedAlpha,this.forceSinglePass=e.forceSinglePass,this.allowOverride=e.allowOverride,this.visible=e.visible,this.toneMapped=e.toneMapped,this.userData=JSON.parse(JSON.stringify(e.userData)),this}dispose(){this.dispatchEvent({type:"dispose"})}set needsUpdate(e){e===!0&&this.version++}};var gr=new F,Tp=new F,Uu=new F,Ou=new F,lc=class{constructor(e=new F,t=new F(0,0,-1)){this.origin=e,this.direction=t}set(e,t){return this.origin.copy(e),this.direction.copy(t),this}copy(e){return this.origin.copy(e.origin),this.direction.copy(e.direction),this}at(e,t){return t.copy(this.origin).addScaledVector(this.direction,e)}lookAt(e){return this.direction.copy(e).sub(this.origin).normalize(),this}recast(e){return this.origin.copy(this.at(e,gr)),this}closestPointToPoint(e,t){t.subVectors(e,this.origin);let i=t.dot(this.direction);return i<0?t.copy(this.origin):t.copy(this.origin).addScaledVector(this.direction,i)}distanceToPoint(e){return Math.sqrt(this.distanceSqToPoint(e))}distanceSqToPoint(e){let t=gr.subVectors(e,this.origin).dot(this.direction);return t<0?this.origin.distanceToSquared(e):(gr.copy(this.origin).addScaledVector(this.direction,t),gr.distanceToSquared(e))}distanceSqToSegment(e,t,i,s){Tp.copy(e).add(t).multiplyScalar(.5),Uu.copy(t).sub(e).normalize(),Ou.copy(this.origin).sub(Tp);let r=e.distanceTo(t)*.5,o=-this.direction.dot(Uu),a=Ou.dot(this.direction),l=-Ou.dot(Uu),c=Ou.lengthSq(),u=Math.abs(1-o*o),h,f,d,p;if(u>0)if(h=o*l-a,f=o*a-l,p=r*u,h>=0)if(f>=-p)if(f<=p){let y=1/u;h*=y,f*=y,d=h*(h+o*f+2*a)+f*(o*h+f+2*l)+c}else f=r,h=Math.max(0,-(o*f+a)),d=-h*h+f*(f+2*l)+c;else f=-r,h=Math.max(0,-(o*f+a)),d=-h*h+f*(f+2*l)+c;else f<=-p?(h=Math.max(0,-(-o*r+a)),f=h>0?-r:Math.min(Math.max(-r,-l),r),d=-h*h+f*(f+2*l)+c):f<=p?(h=0,f=Math.min(Math.max(-r,-l),r),d=f*(f+2*l)+c):(h=Math.max(0,-(o*r+a)),f=h>0?r:Math.min(Math.max(-r,-l),r),d=-h*h+f*(f+2*l)+c);else f=o>0?-r:r,h=Math.max(0,-(o*f+a)),d=-h*h+f*(f+2*l)+c;return i&&i.copy(this.origin).addScaledVector(this.direction,h),s&&s.copy(Tp).addScaledVector(Uu,f),d}intersectSphere(e,t){if(e.radius<0)return null;gr.subVectors(e.center,this.origin);let i=gr.dot(this.direction),s=gr.dot(gr)-i*i,r=e.radius*e.radius;if(s>r)return null;let o=Math.sqrt(r-s),a=i-o,l=i+o;return l<0?null:a<0?this.at(l,t):this.at(a,t)}intersectsSphere(e){return e.radius<0?!1:this.distanceSqToPoint(e.center)<=e.radius*e.radius}distanceToPlane(e){let t=e.normal.dot(this.direction);if(t===0)return e.distanceToPoint(this.origin)===0?0:null;let i=-(this.origin.dot(e.normal)+e.constant)/t;return i>=0?i:null}intersectPlane(e,t){let i=this.distanceToPlane(e);return i===null?null:this.at(i,t)}intersectsPlane(e){let t=e.distanceToPoint(this.origin);return t===0||e.normal.dot(this.direction)*t<0}intersectBox(e,t){let i,s,r,o,a,l,c=1/this.direction.x,u=1/this.direction.y,h=1/this.direction.z,f=this.origin;return c>=0?(i=(e.min.x-f.x)*c,s=(e.max.x-f.x)*c):(i=(e.max.x-f.x)*c,s=(e.min.x-f.x)*c),u>=0?(r=(e.min.y-f.y)*u,o=(e.max.y-f.y)*u):(r=(e.max.y-f.y)*u,o=(e.min.y-f.y)*u),i>o||r>s||((r>i||isNaN(i))&&(i=r),(o<s||isNaN(s))&&(s=o),h>=0?(a=(e.min.z-f.z)*h,l=(e.max.z-f.z)*h):(a=(e.max.z-f.z)*h,l=(e.min.z-f.z)*h),i>l||a>s)||((a>i||i!==i)&&(i=a),(l<s||s!==s)&&(s=l),s<0)?null:this.at(i>=0?i:s,t)}intersectsBox(e){return this.intersectBox(e,gr)!==null}intersectTriangle(e,t,i,s,r){let o=this.origin,a=this.direction,l=a.x,c=a.y,u=a.z,h=e.x-o.x,f=e.y-o.y,d=e.z-o.z,p=t.x-o.x,y=t.y-o.y,m=t.z-o.z,g=i.x-o.x,x=i.y-o.y,A=i.z-o.z,b=Math.abs(l),R=Math.abs(c),T=Math.abs(u),v,E,B,N,I,z,H,D,$,Y,W,ce;if(b>=R&&b>=T?(B=l,z=h,$=p,ce=g,l>=0?(v=c,E=u,N=f,I=d,H=y,D=m,Y=x,W=A):(v=u,E=c,N=d,I=f,H=m,D=y,Y=A,W=x)):R>=T?(B=c,z=f,$=y,ce=x,c>=0?(v=u,E=l,N=d,I=h,H=m,D=p,Y=A,W=g):(v=l,E=u,N=h,I=d,H=p,D=m,Y=g,W=A)):(B=u,z=d,$=m,ce=A,u>=0?(v=l,E=c,N=h,I=f,H=p,D=y,Y=g,W=x):(v=c,E=l,N=f,I=h,H=y,D=p,Y=x,W=g)),B===0)return null;let j=v/B,Q=E/B,se=1/B,fe=N-j*z,he=I-Q*z,ee=H-j*$,me=D-Q*$,ve=Y-j*ce,Ce=W-Q*ce,Se=ve*me-Ce*ee,$e=fe*Ce-he*ve,rt=ee*he-me*fe;if(s){if(Se<0||$e<0||rt<0)return null}else if((Se<0||$e<0||rt<0)&&(Se>0||$e>0||rt>0))return null;let He=Se+$e+rt;if(He===0)return null;let mt=se*(Se*z+$e*$+rt*ce);return(He>0?mt<0:mt>0)?null:this.at(mt/He,r)}applyMatrix4(e){return this.origin.applyMatrix4(e),this.direction.transformDirection(e),this}equals(e){return e.origin.equals(this.origin)&&e.direction.equals(this.direction)}clone(){return new this.constructor().copy(this)}},Co=class extends xr{constructor(e){super(),this.isMeshBasicMaterial=!0,this.type="MeshBasicMaterial",this.color=new ut(16777215),this.map=null,this.lightMap=null,this.lightMapIntensity=1,this.aoMap=null,this.aoMapIntensity=1,this.specularMap=null,this.alphaMap=null,this.envMap=null,this.envMapRotation=new yr,this.combine=Ih,this.reflectivity=1,this.refractionRatio=.98,this.wireframe=!1,this.wireframeLinewidth=1,this.wireframeLinecap="round",this.wireframeLinejoin="round",this.fog=!0,this.setValues(e)}copy(e){return super.copy(e),this.color.copy(e.color),this.map=e.map,this.lightMap=e.lightMap,this.lightMapIntensity=e.lightMapIntensity,this.aoMap=e.aoMap,this.aoMapIntensity=e.aoMapIntensity,this.specularMap=e.specularMap,this.alphaMap=e.alphaMap,this.envMap=e.envMap,this.envMapRotation.copy(e.envMapRotation),this.combine=e.combine,this.reflectivity=e.reflectivity,this.refractionRatio=e.refractionRatio,this.wireframe=e.wireframe,this.wireframeLinewidth=e.wireframeLinewidth,this.wireframeLinecap=e.wireframeLinecap,this.wireframeLinejoin=e.wireframeLinejoin,this.fog=e.fog,this}},l_=new ht,Eo=new lc,Fu=new Pn,c_=new F,Bu=new F,ku=new F,zu=new F,Ap=new F,Vu=new F,u_=new F,Hu=new F,Jn=class extends Qn{constructor(e=new Fn,t=new Co){super(),this.isMesh=!0,this.type="Mesh",this.geometry=e,this.material=t,this.morphTargetDictionary=void 0,this.morphTargetInfluences=void 0,this.count=1,this.updateMorphTargets()}copy(e,t){return super.copy(e,t),e.morphTargetInfluences!==void 0?this.morphTargetInfluences=e.morphTargetInfluences.slice():this.morphTargetInfluences=void 0,e.morphTargetDictionary!==void 0?this.morphTargetDictionary=Object.assign({},e.morphTargetDictionary):this.morphTargetDictionary=void 0,this.material=Array.isArray(e.material)?e.material.slice():e.material,this.geometry=e.geometry,this}updateMorphTargets(){let t=this.geometry.morphAttributes,i=Object.keys(t);if(i.length>0){let s=t[i[0]];if(s!==void 0){this.morphTargetInfluences=[],this.morphTargetDictionary={};for(let r=0,o=s.length;r<o;r++){let a=s[r].name||String(r);this.morphTargetInfluences.push(0),this.morphTargetDictionary[a]=r}}}}getVertexPosition(e,t){let i=this.geometry,s=i.attributes.position,r=i.morphAttributes.position,o=i.morphTargetsRelative;t.fromBufferAttribute(s,e);let a=this.morphTargetInfluences;if(r&&a){Vu.set(0,0,0);for(let l=0,c=r.length;l<c;l++){let u=a[l],h=r[l];u!==0&&(Ap.fromBufferAttribute(h,e),o?Vu.addScaledVector(Ap,u):Vu.addScaledVector(Ap.sub(t),u))}t.add(Vu)}return t}intersectsFrustum(e){return e.intersectsObject(this)}raycast(e,t){let i=this.geometry,s=this.material,r=this.matrixWorld;s!==void 0&&(i.boundingSphere===null&&i.computeBoundingSphere(),Fu.copy(i.boundingSphere),Fu.applyMatrix4(r),Eo.copy(e.ray).recast(e.near),!(Fu.containsPoint(Eo.origin)===!1&&(Eo.intersectSphere(Fu,c_)===null||Eo.origin.distanceToSquared(c_)>(e.far-e.near)**2))&&(l_.copy(r).invert(),Eo.copy(e.ray).applyMatrix4(l_),!(i.boundingBox!==null&&Eo.intersectsBox(i.boundingBox)===!1)&&this._computeIntersections(e,t,Eo)))}_computeIntersections(e,t,i){let s,r=this.geometry,o=this.material,a=r.index,l=r.attributes.position,c=r.attributes.uv,u=r.attributes.uv1,h=r.attributes.normal,f=r.groups,d=r.drawRange;if(a!==null)if(Array.isArray(o))for(let p=0,y=f.length;p<y;p++){let m=f[p],g=o[m.materialIndex],x=Math.max(m.start,d.start),A=Math.min(a.count,Math.min(m.start+m.count,d.start+d.count));for(let b=x,R=A;b<R;b+=3){let T=a.getX(b),v=a.getX(b+1),E=a.getX(b+2);s=Gu(this,g,e,i,c,u,h,T,v,E),s&&(s.faceIndex=Math.floor(b/3),s.face.materialIndex=m.materialIndex,t.push(s))}}else{let p=Math.max(0,d.start),y=Math.min(a.count,d.start+d.count);for(let m=p,g=y;m<g;m+=3){let x=a.getX(m),A=a.getX(m+1),b=a.getX(m+2);s=Gu(this,o,e,i,c,u,h,x,A,b),s&&(s.faceIndex=Math.floor(m/3),t.push(s))}}else if(l!==void 0)if(Array.isArray(o))for(let p=0,y=f.length;p<y;p++){let m=f[p],g=o[m.materialIndex],x=Math.max(m.start,d.start),A=Math.min(l.count,Math.min(m.start+m.count,d.start+d.count));for(let b=x,R=A;b<R;b+=3){let T=b,v=b+1,E=b+2;s=Gu(this,g,e,i,c,u,h,T,v,E),s&&(s.faceIndex=Math.floor(b/3),s.face.materialIndex=m.materialIndex,t.push(s))}}else{let p=Math.max(0,d.start),y=Math.min(l.count,d.start+d.count);for(let m=p,g=y;m<g;m+=3){let x=m,A=m+1,b=m+2;s=Gu(this,o,e,i,c,u,h,x,A,b),s&&(s.faceIndex=Math.floor(m/3),t.push(s))}}}};function zM(n,e,t,i,s,r,o,a){let l;if(e.side===Ei?l=i.intersectTriangle(o,r,s,!0,a):l=i.intersectTriangle(s,r,o,e.side===jr,a),l===null)return null;Hu.copy(a),Hu.applyMatrix4(n.matrixWorld);let c=t.ray.origin.distanceTo(Hu);return c<t.near||c>t.far?null:{distance:c,point:Hu.clone(),object:n}}function Gu(n,e,t,i,s,r,o,a,l,c){n.getVertexPosition(a,Bu),n.getVertexPosition(l,ku),n.getVertexPosition(c,zu);let u=zM(n,e,t,i,Bu,ku,zu,u_);if(u){let h=new F;Xr.getBarycoord(u_,Bu,ku,zu,h),s&&(u.uv=Xr.getInterpolatedAttribute(s,a,l,c,h,new at)),r&&(u.uv1=Xr.getInterpolatedAttribute(r,a,l,c,h,new at)),o&&(u.normal=Xr.getInterpolatedAttribute(o,a,l,c,h,new F),u.normal.dot(i.direction)>0&&u.normal.multiplyScalar(-1));let f={a,b:l,c,normal:new F,materialIndex:0};Xr.getNormal(Bu,ku,zu,f.normal),u.face=f,u.barycoord=h}return u}var Ro=class extends Ii{constructor(e=null,t=1,i=1,s,r,o,a,l,c=Rn,u=Rn,h,f){super(null,o,a,l,c,u,s,r,h,f),this.isDataTexture=!0,this.image={data:e,width:t,height:i},this.generateMipmaps=!1,this.flipY=!1,this.unpackAlignment=1}};var cc=class extends _n{constructor(e,t,i,s=1){super(e,t,i),this.isInstancedBufferAttribute=!0,this.meshPerAttribute=s}copy(e){return super.copy(e),this.meshPerAttribute=e.meshPerAttribute,this}toJSON(){let e=super.toJSON();return e.meshPerAttribute=this.meshPerAttribute,e.isInstancedBufferAttribute=!0,e}},Ra=new ht,h_=new ht,$u=[],f_=new Zn,VM=new ht,Zl=new Jn,Jl=new Pn,Ga=class extends Jn{constructor(e,t,i){super(e,t),this.isInstancedMesh=!0,this.instanceMatrix=new cc(new Float32Array(i*16),16),this.instanceColor=null,this.morphTexture=null,this.count=i,this.boundingBox=null,this.boundingSphere=null;for(let s=0;s<i;s++)this.setMatrixAt(s,VM)}computeBoundingBox(){let e=this.geometry,t=this.count;this.boundingBox===null&&(this.boundingBox=new Zn),e.boundingBox===null&&e.computeBoundingBox(),this.boundingBox.makeEmpty();for(let i=0;i<t;i++)this.getMatrixAt(i,Ra),f_.copy(e.boundingBox).applyMatrix4(Ra),this.boundingBox.union(f_)}computeBoundingSphere(){let e=this.geometry,t=this.count;this.boundingSphere===null&&(this.boundingSphere=new Pn),e.boundingSphere===null&&e.computeBoundingSphere(),this.boundingSphere.makeEmpty();for(let i=0;i<t;i++)this.getMatrixAt(i,Ra),Jl.copy(e.boundingSphere).applyMatrix4(Ra),this.boundingSphere.union(Jl)}copy(e,t){return super.copy(e,t),this.instanceMatrix.copy(e.instanceMatrix),this.morphTexture=e.morphTexture!==null?e.morphTexture.clone():null,this.instanceColor=e.instanceColor!==null?e.instanceColor.clone():null,this.count=e.count,this.boundingBox=e.boundingBox!==null?e.boundingBox.clone():null,this.boundingSphere=e.boundingSphere!==null?e.boundingSphere.clone():null,this}getColorAt(e,t){return this.instanceColor===null?t.setRGB(1,1,1):t.fromArray(this.instanceColor.array,e*3)}getMatrixAt(e,t){return t.fromArray(this.instanceMatrix.array,e*16)}getMorphAt(e,t){let i=t.morphTargetInfluences,s=this.morphTexture.source.data.data,r=i.length+1,o=e*r+1;for(let a=0;a<i.length;a++)i[a]=s[o+a]}raycast(e,t){let i=this.matrixWorld,s=this.count;if(Zl.geometry=this.geometry,Zl.material=this.material,Zl.material!==void 0&&(this.boundingSphere===null&&this.computeBoundingSphere(),Jl.copy(this.boundingSphere),Jl.applyMatrix4(i),e.ray.intersectsSphere(Jl)!==!1))for(let r=0;r<s;r++){this.getMatrixAt(r,Ra),h_.multiplyMatrices(i,Ra),Zl.matrixWorld=h_,Zl.raycast(e,$u);for(let o=0,a=$u.length;o<a;o++){let l=$u[o];l.instanceId=r,l.object=this,t.push(l)}$u.length=0}}setColorAt(e,t){return this.instanceColor===null&&(this.instanceColor=new cc(new Float32Array(this.instanceMatrix.count*3).fill(1),3)),t.toArray(this.instanceColor.array,e*3),this}setMatrixAt(e,t){return t.toArray(this.instanceMatrix.array,e*16),this}setMorphAt(e,t){let i=t.morphTargetInfluences,s=i.length+1;this.morphTexture===null&&(this.morphTexture=new Ro(new Float32Array(s*this.count),s,this.count,Bh,Li));let r=this.morphTexture.source.data.data,o=0;for(let c=0;c<i.length;c++)o+=i[c];let a=this.geometry.morphTargetsRelative?1:1-o,l=s*e;return r[l]=a,r.set(i,l+1),this}updateMorphTargets(){}dispose(){super.dispose(),this.instanceMatrix.dispose(),this.instanceColor!==null&&this.instanceColor.dispose(),this.morphTexture!==null&&(this.morphTexture.dispose(),this.morphTexture=null)}},To=new Pn,HM=new at(.5,.5),Wu=new F,Hs=class{constructor(e=new vs,t=new vs,i=new vs,s=new vs,r=new vs,o=new vs){this.planes=[e,t,i,s,r,o]}set(e,t,i,s,r,o){let a=this.planes;return a[0].copy(e),a[1].copy(t),a[2].copy(i),a[3].copy(s),a[4].copy(r),a[5].copy(o),this}copy(e){let t=this.planes;for(let i=0;i<6;i++)t[i].copy(e.planes[i]);return this}setFromProjectionMatrix(e,t=es,i=!1){let s=this.planes,r=e.elements,o=r[0],a=r[1],l=r[2],c=r[3],u=r[4],h=r[5],f=r[6],d=r[7],p=r[8],y=r[9],m=r[10],g=r[11],x=r[12],A=r[13],b=r[14],R=r[15];if(s[0].setComponents(c-o,d-u,g-p,R-x).normalize(),s[1].setComponents(c+o,d+u,g+p,R+x).normalize(),s[2].setComponents(c+a,d+h,g+y,R+A).normalize(),s[3].setComponents(c-a,d-h,g-y,R-A).normalize(),i)s[4].setComponents(l,f,m,b).normalize(),s[5].setComponents(c-l,d-f,g-m,R-b).normalize();else if(s[4].setComponents(c-l,d-f,g-m,R-b).normalize(),t===es)s[5].setComponents(c+l,d+f,g+m,R+b).normalize();else if(t===Ba)s[5].setComponents(l,f,m,b).normalize();else throw new Error("THREE.Frustum.setFromProjectionMatrix(): Invalid coordinate system: "+t);return this}intersectsObject(e){if(e.boundingSphere!==void 0)e.boundingSphere===null&&e.computeBoundingSphere(),To.copy(e.boundingSphere).applyMatrix4(e.matrixWorld);else{let t=e.geometry;t.boundingSphere===null&&t.computeBoundingSphere(),To.copy(t.boundingSphere).applyMatrix4(e.matrixWorld)}return this.intersectsSphere(To)}intersectsSprite(e){To.center.set(0,0,0);let t=HM.distanceTo(e.center);return To.radius=.7071067811865476+t,To.applyMatrix4(e.matrixWorld),this.intersectsSphere(To)}intersectsSphere(e){let t=this.planes,i=e.center,s=-e.radius;for(let r=0;r<6;r++)if(t[r].distanceToPoint(i)<s)return!1;return!0}intersectsBox(e){let t=this.planes;for(let i=0;i<6;i++){let s=t[i];if(Wu.x=s.normal.x>0?e.max.x:e.min.x,Wu.y=s.normal.y>0?e.max.y:e.min.y,Wu.z=s.normal.z>0?e.max.z:e.min.z,s.distanceToPoint(Wu)<0)return!1}return!0}containsPoint(e){let t=this.planes;for(let i=0;i<6;i++)if(t[i].distanceToPoint(e)<0)return!1;return!0}clone(){return new this.constructor().copy(this)}},d_=new ht,dh=class n{constructor(){this.coordinateSystem=es,this._frustums=[],this._count=0}setFromArrayCamera(e){let t=e.cameras,i=this._frustums;for(let s=0;s<t.length;s++){let r=t[s];d_.multiplyMatrices(r.projectionMatrix,r.matrixWorldInverse),i[s]===void 0&&(i[s]=new Hs),i[s].setFromProjectionMatrix(d_,r.coordinateSystem,r.reversedDepth)}return this._count=t.length,this}getFrustum(e){return this._frustums[e]}intersectsObject(e){let t=this._frustums;for(let i=0;i<this._count;i++)if(t[i].intersectsObject(e))return!0;return!1}intersectsSprite(e){let t=this._frustums;for(let i=0;i<this._count;i++)if(t[i].intersectsSprite(e))return!0;return!1}intersectsSphere(e){let t=this._frustums;for(let i=0;i<this._count;i++)if(t[i].intersectsSphere(e))return!0;return!1}intersectsBox(e){let t=this._frustums;for(let i=0;i<this._count;i++)if(t[i].intersectsBox(e))return!0;return!1}containsPoint(e){let t=this._frustums;for(let i=0;i<this._count;i++)if(t[i].containsPoint(e))return!0;return!1}copy(e){this.coordinateSystem=e.coordinateSystem;let t=this._frustums,i=e._frustums;for(let s=0;s<e._count;s++)t[s]===void 0&&(t[s]=new Hs),t[s].copy(i[s]);return this._count=e._count,this}clone(){return new n().copy(this)}};var ph=class extends xr{constructor(e){super(),this.isPointsMaterial=!0,this.type="PointsMaterial",this.color=new ut(16777215),this.map=null,this.alphaMap=null,this.size=1,this.sizeAttenuation=!0,this.fog=!0,this.setValues(e)}copy(e){return super.copy(e),this.color.copy(e.color),this.map=e.map,this.alphaMap=e.alphaMap,this.size=e.size,this.sizeAttenuation=e.sizeAttenuation,this.fog=e.fog,this}},p_=new ht,Np=new lc,Xu=new Pn,qu=new F,uc=class extends Qn{constructor(e=new Fn,t=new ph){super(),this.isPoints=!0,this.type="Points",this.geometry=e,this.material=t,this.morphTargetDictionary=void 0,this.morphTargetInfluences=void 0,this.updateMorphTargets()}copy(e,t){return super.copy(e,t),e.morphTargetInfluences!==void 0?this.morphTargetInfluences=e.morphTargetInfluences.slice():this.morphTargetInfluences=void 0,e.morphTargetDictionary!==void 0?this.morphTargetDictionary=Object.assign({},e.morphTargetDictionary):this.morphTargetDictionary=void 0,this.material=Array.isArray(e.material)?e.material.slice():e.material,this.geometry=e.geometry,this}intersectsFrustum(e){return e.intersectsObject(this)}raycast(e,t){let i=this.geometry,s=this.matrixWorld,r=e.params.Points.threshold,o=i.drawRange;if(i.boundingSphere===null&&i.computeBoundingSphere(),Xu.copy(i.boundingSphere),Xu.applyMatrix4(s),Xu.radius+=r,e.ray.intersectsSphere(Xu)===!1)return;p_.copy(s).invert(),Np.copy(e.ray).applyMatrix4(p_);let a=r/((this.scale.x+this.scale.y+this.scale.z)/3),l=a*a,c=i.index,h=i.attributes.position;if(c!==null){let f=Math.max(0,o.start),d=Math.min(c.count,o.start+o.count);for(let p=f,y=d;p<y;p++){let m=c.getX(p);qu.fromBufferAttribute(h,m),m_(qu,m,l,s,e,t,this)}}else{let f=Math.max(0,o.start),d=Math.min(h.count,o.start+o.count);for(let p=f,y=d;p<y;p++)qu.fromBufferAttribute(h,p),m_(qu,p,l,s,e,t,this)}}updateMorphTargets(){let t=this.geometry.morphAttributes,i=Object.keys(t);if(i.length>0){let s=t[i[0]];if(s!==void 0){this.morphTargetInfluences=[],this.morphTargetDictionary={};for(let r=0,o=s.length;r<o;r++){let a=s[r].name||String(r);this.morphTargetInfluences.push(0),this.morphTargetDictionary[a]=r}}}}};function m_(n,e,t,i,s,r,o){let a=Np.distanceSqToPoint(n);if(a<t){let l=new F;Np.closestPointToPoint(n,l),l.applyMatrix4(i);let c=s.ray.origin.distanceTo(l);if(c<s.near||c>s.far)return;r.push({distance:c,distanceToRay:Math.sqrt(a),point:l,index:e,face:null,faceIndex:null,barycoord:null,object:o})}}var hc=class extends Ii{constructor(e=[],t=No,i,s,r,o,a,l,c,u){super(e,t,i,s,r,o,a,l,c,u),this.isCubeTexture=!0,this.flipY=!1}get images(){return this.image}set images(e){this.image=e}};var xs=class extends Ii{constructor(e,t,i=bs,s,r,o,a=Rn,l=Rn,c,u=vr,h=1){if(u!==vr&&u!==Sr)throw new Error("THREE.DepthTexture: format must be either THREE.DepthFormat or THREE.DepthStencilFormat");let f={width:e,height:t,depth:h};super(f,s,r,o,a,l,u,i,c),this.isDepthTexture=!0,this.flipY=!1,this.generateMipmaps=!1,this.compareFunction=null}copy(e){return super.copy(e),this.source=new Va(Object.assign({},e.image)),this.compareFunction=e.compareFunction,this}toJSON(e){let t=super.toJSON(e);return t.compareFunction=this.compareFunction,t}},fc=class extends xs{constructor(e,t=bs,i=No,s,r,o=Rn,a=Rn,l,c=vr){let u={width:e,height:e,depth:1},h=[u,u,u,u,u,u];super(e,e,t,i,s,r,o,a,l,c),this.image=h,this.isCubeDepthTexture=!0,this.isCubeTexture=!0}get images(){return this.image}set images(e){this.image=e}},dc=class extends Ii{constructor(e=null){super(),this.sourceTexture=e,this.isExternalTexture=!0}copy(e){return super.copy(e),this.sourceTexture=e.sourceTexture,this}},$a=class n extends Fn{constructor(e=1,t=1,i=1,s=1,r=1,o=1){super(),this.type="BoxGeometry",this.parameters={width:e,height:t,depth:i,widthSegments:s,heightSegments:r,depthSegments:o};let a=this;s=Math.floor(s),r=Math.floor(r),o=Math.floor(o);let l=[],c=[],u=[],h=[],f=0,d=0;p("z","y","x",-1,-1,i,t,e,o,r,0),p("z","y","x",1,-1,i,t,-e,o,r,1),p("x","z","y",1,1,e,i,t,s,o,2),p("x","z","y",1,-1,e,i,-t,s,o,3),p("x","y","z",1,-1,e,t,i,s,r,4),p("x","y","z",-1,-1,e,t,-i,s,r,5),this.setIndex(l),this.setAttribute("position",new hn(c,3)),this.setAttribute("normal",new hn(u,3)),this.setAttribute("uv",new hn(h,2));function p(y,m,g,x,A,b,R,T,v,E,B){let N=b/v,I=R/E,z=b/2,H=R/2,D=T/2,$=v+1,Y=E+1,W=0,ce=0,j=new F;for(let Q=0;Q<Y;Q++){let se=Q*I-H;for(let fe=0;fe<$;fe++){let he=fe*N-z;j[y]=he*x,j[m]=se*A,j[g]=D,c.push(j.x,j.y,j.z),j[y]=0,j[m]=0,j[g]=T>0?1:-1,u.push(j.x,j.y,j.z),h.push(fe/v),h.push(1-Q/E),W+=1}}for(let Q=0;Q<E;Q++)for(let se=0;se<v;se++){let fe=f+se+$*Q,he=f+se+$*(Q+1),ee=f+(se+1)+$*(Q+1),me=f+(se+1)+$*Q;l.push(fe,he,me),l.push(he,ee,me),ce+=6}a.addGroup(d,ce,B),d+=ce,f+=W}}copy(e){return super.copy(e),this.parameters=Object.assign({},e.parameters),this}static fromJSON(e){return new n(e.width,e.height,e.depth,e.widthSegments,e.heightSegments,e.depthSegments)}};var mh=class n extends Fn{constructor(e=1,t=1,i=1,s=32,r=1,o=!1,a=0,l=Math.PI*2){super(),this.type="CylinderGeometry",this.parameters={radiusTop:e,radiusBottom:t,height:i,radialSegments:s,heightSegments:r,openEnded:o,thetaStart:a,thetaLength:l};let c=this;s=Math.floor(s),r=Math.floor(r);let u=[],h=[],f=[],d=[],p=0,y=[],m=i/2,g=0;x(),o===!1&&(e>0&&A(!0),t>0&&A(!1)),this.setIndex(u),this.setAttribute("position",new hn(h,3)),this.setAttribute("normal",new hn(f,3)),this.setAttribute("uv",new hn(d,2));function x(){let b=new F,R=new F,T=0,v=(t-e)/i;for(let E=0;E<=r;E++){let B=[],N=E/r,I=N*(t-e)+e;for(let z=0;z<=s;z++){let H=z/s,D=H*l+a,$=Math.sin(D),Y=Math.cos(D);R.x=I*$,R.y=-N*i+m,R.z=I*Y,h.push(R.x,R.y,R.z),b.set($,v,Y).normalize(),f.push(b.x,b.y,b.z),d.push(H,1-N),B.push(p++)}y.push(B)}for(let E=0;E<s;E++)for(let B=0;B<r;B++){let N=y[B][E],I=y[B+1][E],z=y[B+1][E+1],H=y[B][E+1];(e>0||B!==0)&&(u.push(N,I,H),T+=3),(t>0||B!==r-1)&&(u.push(I,z,H),T+=3)}c.addGroup(g,T,0),g+=T}function A(b){let R=p,T=new at,v=new F,E=0,B=b===!0?e:t,N=b===!0?1:-1;for(let z=1;z<=s;z++)h.push(0,m*N,0),f.push(0,N,0),d.push(.5,.5),p++;let I=p;for(let z=0;z<=s;z++){let D=z/s*l+a,$=Math.cos(D),Y=Math.sin(D);v.x=B*Y,v.y=m*N,v.z=B*$,h.push(v.x,v.y,v.z),f.push(0,N,0),T.x=$*.5+.5,T.y=Y*.5*N+.5,d.push(T.x,T.y),p++}for(let z=0;z<s;z++){let H=R+z,D=I+z;b===!0?u.push(D,D+1,H):u.push(D+1,D,H),E+=3}c.addGroup(g,E,b===!0?1:2),g+=E}}copy(e){return super.copy(e),this.parameters=Object.assign({},e.parameters),this}static fromJSON(e){return new n(e.radiusTop,e.radiusBottom,e.height,e.radialSegments,e.heightSegments,e.openEnded,e.thetaStart,e.thetaLength)}},pc=class n extends mh{constructor(e=1,t=1,i=32,s=1,r=!1,o=0,a=Math.PI*2){super(0,e,t,i,s,r,o,a),this.type="ConeGeometry",this.parameters={radius:e,height:t,radialSegments:i,heightSegments:s,openEnded:r,thetaStart:o,thetaLength:a}}static fromJSON(e){return new n(e.radius,e.height,e.radialSegments,e.heightSegments,e.openEnded,e.thetaStart,e.thetaLength)}};var mc=class n extends Fn{constructor(e=1,t=1,i=1,s=1){super(),this.type="PlaneGeometry",this.parameters={width:e,height:t,widthSegments:i,heightSegments:s};let r=e/2,o=t/2,a=Math.floor(i),l=Math.floor(s),c=a+1,u=l+1,h=e/a,f=t/l,d=[],p=[],y=[],m=[];for(let g=0;g<u;g++){let x=g*f-o;for(let A=0;A<c;A++){let b=A*h-r;p.push(b,-x,0),y.push(0,0,1),m.push(A/a),m.push(1-g/l)}}for(let g=0;g<l;g++)for(let x=0;x<a;x++){let A=x+c*g,b=x+c*(g+1),R=x+1+c*(g+1),T=x+1+c*g;d.push(A,b,T),d.push(b,R,T)}this.setIndex(d),this.setAttribute("position",new hn(p,3)),this.setAttribute("normal",new hn(y,3)),this.setAttribute("uv",new hn(m,2))}copy(e){return super.copy(e),this.parameters=Object.assign({},e.parameters),this}static fromJSON(e){return new n(e.width,e.height,e.widthSegments,e.heightSegments)}};var gc=class n extends Fn{constructor(e=1,t=32,i=16,s=0,r=Math.PI*2,o=0,a=Math.PI){super(),this.type="SphereGeometry",this.parameters={radius:e,widthSegments:t,heightSegments:i,phiStart:s,phiLength:r,thetaStart:o,thetaLength:a},t=Math.max(3,Math.floor(t)),i=Math.max(2,Math.floor(i));let l=Math.min(o+a,Math.PI),c=0,u=[],h=new F,f=new F,d=[],p=[],y=[],m=[];for(let g=0;g<=i;g++){let x=[],A=g/i,b=o+A*a,R=e*Math.cos(b),T=Math.sqrt(e*e-R*R),v=0;g===0&&o===0?v=.5/t:g===i&&l===Math.PI&&(v=-.5/t);for(let E=0;E<=t;E++){let B=E/t,N=s+B*r;h.x=-T*Math.cos(N),h.y=R,h.z=T*Math.sin(N),p.push(h.x,h.y,h.z),f.copy(h).normalize(),y.push(f.x,f.y,f.z),m.push(B+v,1-A),x.push(c++)}u.push(x)}for(let g=0;g<i;g++)for(let x=0;x<t;x++){let A=u[g][x+1],b=u[g][x],R=u[g+1][x],T=u[g+1][x+1];(g!==0||o>0)&&d.push(A,b,T),(g!==i-1||l<Math.PI)&&d.push(b,R,T)}this.setIndex(d),this.setAttribute("position",new hn(p,3)),this.setAttribute("normal",new hn(y,3)),this.setAttribute("uv",new hn(m,2))}copy(e){return super.copy(e),this.parameters=Object.assign({},e.parameters),this}static fromJSON(e){return new n(e.radius,e.widthSegments,e.heightSegments,e.phiStart,e.phiLength,e.thetaStart,e.thetaLength)}};var _c=class extends Fn{constructor(e=null){if(super(),this.type="WireframeGeometry",this.parameters={geometry:e},e!==null){let t=[],i=new Set,s=new F,r=new F;if(e.index!==null){let o=e.attributes.position,a=e.index,l=e.groups;l.length===0&&(l=[{start:0,count:a.count,materialIndex:0}]);for(let c=0,u=l.length;c<u;++c){let h=l[c],f=h.start,d=h.count;for(let p=f,y=f+d;p<y;p+=3)for(let m=0;m<3;m++){let g=a.getX(p+m),x=a.getX(p+(m+1)%3);s.fromBufferAttribute(o,g),r.fromBufferAttribute(o,x),g_(s,r,i)===!0&&(t.push(s.x,s.y,s.z),t.push(r.x,r.y,r.z))}}}else{let o=e.attributes.position;for(let a=0,l=o.count/3;a<l;a++)for(let c=0;c<3;c++){let u=3*a+c,h=3*a+(c+1)%3;s.fromBufferAttribute(o,u),r.fromBufferAttribute(o,h),g_(s,r,i)===!0&&(t.push(s.x,s.y,s.z),t.push(r.x,r.y,r.z))}}this.setAttribute("position",new hn(t,3))}}copy(e){return super.copy(e),this.parameters=Object.assign({},e.parameters),this}};function g_(n,e,t){let i=`${n.x},${n.y},${n.z}-${e.x},${e.y},${e.z}`,s=`${e.x},${e.y},${e.z}-${n.x},${n.y},${n.z}`;return t.has(i)===!0||t.has(s)===!0?!1:(t.add(i),t.add(s),!0)}function Fo(n){let e={};for(let t in n){e[t]={};for(let i in n[t]){let s=n[t][i];if(__(s))s.isRenderTargetTexture?(Ze("UniformsUtils: Textures of render targets cannot be cloned via cloneUniforms() or mergeUniforms()."),e[t][i]=null):e[t][i]=s.clone();else if(Array.isArray(s))if(__(s[0])){let r=[];for(let o=0,a=s.length;o<a;o++)r[o]=s[o].clone();e[t][i]=r}else e[t][i]=s.slice();else e[t][i]=s}}return e}function ci(n){let e={};for(let t=0;t<n.length;t++){let i=Fo(n[t]);for(let s in i)e[s]=i[s]}return e}function __(n){return n&&(n.isColor||n.isMatrix3||n.isMatrix4||n.isVector2||n.isVector3||n.isVector4||n.isTexture||n.isQuaternion)}function GM(n){let e=[];for(let t=0;t<n.length;t++)e.push(n[t].clone());return e}function dm(n){let e=n.getRenderTarget();return e===null?n.outputColorSpace:e.isXRRenderTarget===!0?e.texture.colorSpace:vt.workingColorSpace}var Dc={clone:Fo,merge:ci},$M=`void main() {
+	gl_Position = projectionMatrix * modelViewMatrix * vec4( position, 1.0 );
+}`,WM=`void main() {
+	gl_FragColor = vec4( 1.0, 0.0, 0.0, 1.0 );
+}`,ai=class extends xr{constructor(e){super(),this.isShaderMaterial=!0,this.type="ShaderMaterial",this.defines={},this.uniforms={},this.uniformsGroups=[],this.vertexShader=$M,this.fragmentShader=WM,this.linewidth=1,this.wireframe=!1,this.wireframeLinewidth=1,this.fog=!1,this.lights=!1,this.clipping=!1,this.forceSinglePass=!0,this.extensions={clipCullDistance:!1,multiDraw:!1},this.defaultAttributeValues={color:[1,1,1],uv:[0,0],uv1:[0,0]},this.index0AttributeName=void 0,this.uniformsNeedUpdate=!1,this.glslVersion=null,e!==void 0&&this.setValues(e)}copy(e){return super.copy(e),this.fragmentShader=e.fragmentShader,this.vertexShader=e.vertexShader,this.uniforms=Fo(e.uniforms),this.uniformsGroups=GM(e.uniformsGroups),this.defines=Object.assign({},e.defines),this.wireframe=e.wireframe,this.wireframeLinewidth=e.wireframeLinewidth,this.fog=e.fog,this.lights=e.lights,this.clipping=e.clipping,this.extensions=Object.assign({},e.extensions),this.glslVersion=e.glslVersion,this.defaultAttributeValues=Object.assign({},e.defaultAttributeValues),this.index0AttributeName=e.index0AttributeName,this.uniformsNeedUpdate=e.uniformsNeedUpdate,this}toJSON(e){let t=super.toJSON(e);t.glslVersion=this.glslVersion,t.uniforms={};for(let s in this.uniforms){let o=this.uniforms[s].value;o&&o.isTexture?t.uniforms[s]={type:"t",value:o.toJSON(e).uuid}:o&&o.isColor?t.uniforms[s]={type:"c",value:o.getHex()}:o&&o.isVector2?t.uniforms[s]={type:"v2",value:o.toArray()}:o&&o.isVector3?t.uniforms[s]={type:"v3",value:o.toArray()}:o&&o.isVector4?t.uniforms[s]={type:"v4",value:o.toArray()}:o&&o.isMatrix3?t.uniforms[s]={type:"m3",value:o.toArray()}:o&&o.isMatrix4?t.uniforms[s]={type:"m4",value:o.toArray()}:t.uniforms[s]={value:o}}Object.keys(this.defines).length>0&&(t.defines=this.defines),t.vertexShader=this.vertexShader,t.fragmentShader=this.fragmentShader,t.lights=this.lights,t.clipping=this.clipping;let i={};for(let s in this.extensions)this.extensions[s]===!0&&(i[s]=!0);return Object.keys(i).length>0&&(t.extensions=i),t}fromJSON(e,t){if(super.fromJSON(e,t),e.uniforms!==void 0)for(let i in e.uniforms){let s=e.uniforms[i];switch(this.uniforms[i]={},s.type){case"t":this.uniforms[i].value=t[s.value]||null;break;case"c":this.uniforms[i].value=new ut().setHex(s.value);break;case"v2":this.uniforms[i].value=new at().fromArray(s.value);break;case"v3":this.uniforms[i].value=new F().fromArray(s.value);break;case"v4":this.uniforms[i].value=new Rt().fromArray(s.value);break;case"m3":this.uniforms[i].value=new nt().fromArray(s.value);break;case"m4":this.uniforms[i].value=new ht().fromArray(s.value);break;default:this.uniforms[i].value=s.value}}if(e.defines!==void 0&&(this.defines=e.defines),e.vertexShader!==void 0&&(this.vertexShader=e.vertexShader),e.fragmentShader!==void 0&&(this.fragmentShader=e.fragmentShader),e.glslVersion!==void 0&&(this.glslVersion=e.glslVersion),e.extensions!==void 0)for(let i in e.extensions)this.extensions[i]=e.extensions[i];return e.lights!==void 0&&(this.lights=e.lights),e.clipping!==void 0&&(this.clipping=e.clipping),this}},gh=class extends ai{constructor(e){super(e),this.isRawShaderMaterial=!0,this.type="RawShaderMaterial"}};var vc=class extends xr{constructor(e){super(),this.isMeshLambertMaterial=!0,this.type="MeshLambertMaterial",this.color=new ut(16777215),this.map=null,this.lightMap=null,this.lightMapIntensity=1,this.aoMap=null,this.aoMapIntensity=1,this.emissive=new ut(0),this.emissiveIntensity=1,this.emissiveMap=null,this.bumpMap=null,this.bumpScale=1,this.normalMap=null,this.normalMapType=yf,this.normalScale=new at(1,1),this.displacementMap=null,this.displacementScale=1,this.displacementBias=0,this.specularMap=null,this.alphaMap=null,this.envMap=null,this.envMapRotation=new yr,this.combine=Ih,this.reflectivity=1,this.envMapIntensity=1,this.refractionRatio=.98,this.wireframe=!1,this.wireframeLinewidth=1,this.wireframeLinecap="round",this.wireframeLinejoin="round",this.flatShading=!1,this.fog=!0,this.setValues(e)}copy(e){return super.copy(e),this.color.copy(e.color),this.map=e.map,this.lightMap=e.lightMap,this.lightMapIntensity=e.lightMapIntensity,this.aoMap=e.aoMap,this.aoMapIntensity=e.aoMapIntensity,this.emissive.copy(e.emissive),this.emissiveMap=e.emissiveMap,this.emissiveIntensity=e.emissiveIntensity,this.bumpMap=e.bumpMap,this.bumpScale=e.bumpScale,this.normalMap=e.normalMap,this.normalMapType=e.normalMapType,this.normalScale.copy(e.normalScale),this.displacementMap=e.displacementMap,this.displacementScale=e.displacementScale,this.displacementBias=e.displacementBias,this.specularMap=e.specularMap,this.alphaMap=e.alphaMap,this.envMap=e.envMap,this.envMapRotation.copy(e.envMapRotation),this.combine=e.combine,this.reflectivity=e.reflectivity,this.envMapIntensity=e.envMapIntensity,this.refractionRatio=e.refractionRatio,this.wireframe=e.wireframe,this.wireframeLinewidth=e.wireframeLinewidth,this.wireframeLinecap=e.wireframeLinecap,this.wireframeLinejoin=e.wireframeLinejoin,this.flatShading=e.flatShading,this.fog=e.fog,this}},_h=class extends xr{constructor(e){super(),this.isMeshDepthMaterial=!0,this.type="MeshDepthMaterial",this.depthPacking=Z_,this.map=null,this.alphaMap=null,this.displacementMap=null,this.displacementScale=1,this.displacementBias=0,this.wireframe=!1,this.wireframeLinewidth=1,this.setValues(e)}copy(e){return super.copy(e),this.depthPacking=e.depthPacking,this.map=e.map,this.alphaMap=e.alphaMap,this.displacementMap=e.displacementMap,this.displacementScale=e.displacementScale,this.displacementBias=e.displacementBias,this.wireframe=e.wireframe,this.wireframeLinewidth=e.wireframeLinewidth,this}},vh=class extends xr{constructor(e){super(),this.isMeshDistanceMaterial=!0,this.type="MeshDistanceMaterial",this.map=null,this.alphaMap=null,this.displacementMap=null,this.displacementScale=1,this.displacementBias=0,this.setValues(e)}copy(e){return super.copy(e),this.map=e.map,this.alphaMap=e.alphaMap,this.displacementMap=e.displacementMap,this.displacementScale=e.displacementScale,this.displacementBias=e.displacementBias,this}};function Pa(n,e){return!n||n.constructor===e?n:typeof e.BYTES_PER_ELEMENT=="number"?new e(n):Array.prototype.slice.call(n)}function Yu(n){return n!==void 0&&n.inTangents!==void 0&&n.outTangents!==void 0}var qr=class{constructor(e,t,i,s){this.parameterPositions=e,this._cachedIndex=0,this.resultBuffer=s!==void 0?s:new t.constructor(i),this.sampleValues=t,this.valueSize=i,this.settings=null,this.DefaultSettings_={}}evaluate(e){let t=this.parameterPositions,i=this._cachedIndex,s=t[i],r=t[i-1];e:{t:{let o;n:{i:if(!(e<s)){for(let a=i+2;;){if(s===void 0){if(e<r)break i;return i=t.length,this._cachedIndex=i,this.copySampleValue_(i-1)}if(i===a)break;if(r=s,s=t[++i],e<s)break t}o=t.length;break n}if(!(e>=r)){let a=t[1];e<a&&(i=2,r=a);for(let l=i-2;;){if(r===void 0)return this._cachedIndex=0,this.copySampleValue_(0);if(i===l)break;if(s=r,r=t[--i-1],e>=r)break t}o=i,i=0;break n}break e}for(;i<o;){let a=i+o>>>1;e<t[a]?o=a:i=a+1}if(s=t[i],r=t[i-1],r===void 0)return this._cachedIndex=0,this.copySampleValue_(0);if(s===void 0)return i=t.length,this._cachedIndex=i,this.copySampleValue_(i-1)}this._cachedIndex=i,this.intervalChanged_(i,r,s)}return this.interpolate_(i,r,e,s)}getSettings_(){return this.settings||this.DefaultSettings_}copySampleValue_(e){let t=this.resultBuffer,i=this.sampleValues,s=this.valueSize,r=e*s;for(let o=0;o!==s;++o)t[o]=i[r+o];return t}interpolate_(){throw new Error("THREE.Interpolant: Call to abstract method.")}intervalChanged_(){}},yh=class extends qr{constructor(e,t,i,s){super(e,t,i,s),this._weightPrev=-0,this._offsetPrev=-0,this._weightNext=-0,this._offsetNext=-0,this.DefaultSettings_={endingStart:Ip,endingEnd:Ip}}intervalChanged_(e,t,i){let s=this.parameterPositions,r=e-2,o=e+1,a=s[r],l=s[o];if(a===void 0)switch(this.getSettings_().endingStart){case Lp:r=e,a=2*t-i;break;case Dp:r=s.length-2,a=t+s[r]-s[r+1];break;default:r=e,a=i}if(l===void 0)switch(this.getSettings_().endingEnd){case Lp:o=e,l=2*i-t;break;case Dp:o=1,l=i+s[1]-s[0];break;default:o=e-1,l=t}let c=(i-t)*.5,u=this.valueSize;this._weightPrev=c/(t-a),this._weightNext=c/(l-i),this._offsetPrev=r*u,this._offsetNext=o*u}interpolate_(e,t,i,s){let r=this.resultBuffer,o=this.sampleValues,a=this.valueSize,l=e*a,c=l-a,u=this._offsetPrev,h=this._offsetNext,f=this._weightPrev,d=this._weightNext,p=(i-t)/(s-t),y=p*p,m=y*p,g=-f*m+2*f*y-f*p,x=(1+f)*m+(-1.5-2*f)*y+(-.5+f)*p+1,A=(-1-d)*m+(1.5+d)*y+.5*p,b=d*m-d*y;for(let R=0;R!==a;++R)r[R]=g*o[u+R]+x*o[c+R]+A*o[l+R]+b*o[h+R];return r}},xh=class extends qr{constructor(e,t,i,s){super(e,t,i,s)}interpolate_(e,t,i,s){let r=this.resultBuffer,o=this.sampleValues,a=this.valueSize,l=e*a,c=l-a,u=(i-t)/(s-t),h=1-u;for(let f=0;f!==a;++f)r[f]=o[c+f]*h+o[l+f]*u;return r}},bh=class extends qr{constructor(e,t,i,s){super(e,t,i,s)}interpolate_(e){return this.copySampleValue_(e-1)}},Sh=class extends qr{interpolate_(e,t,i,s){let r=this.resultBuffer,o=this.sampleValues,a=this.valueSize,l=e*a,c=l-a,u=this.inTangents,h=this.outTangents;if(!u||!h){let p=(i-t)/(s-t),y=1-p;for(let m=0;m!==a;++m)r[m]=o[c+m]*y+o[l+m]*p;return r}let f=a*2,d=e-1;for(let p=0;p!==a;++p){let y=o[c+p],m=o[l+p],g=d*f+p*2,x=h[g],A=h[g+1],b=e*f+p*2,R=u[b],T=u[b+1],v=qM(i,t,x,R,s);r[p]=lv(v,y,A,T,m)}return r}};function lv(n,e,t,i,s){let r=1-n;return r*r*r*e+3*r*r*n*t+3*r*n*n*i+n*n*n*s}function XM(n,e,t,i,s){let r=1-n;return 3*r*r*(t-e)+6*r*n*(i-t)+3*n*n*(s-i)}function qM(n,e,t,i,s){let r=(n-e)/(s-e);for(let o=0;o<8;o++){let a=lv(r,e,t,i,s)-n;if(Math.abs(a)<1e-10)break;let l=XM(r,e,t,i,s);if(Math.abs(l)<1e-10)break;r=Math.max(0,Math.min(1,r-a/l))}return r}var Gi=class{constructor(e,t,i,s){if(e===void 0)throw new Error("THREE.KeyframeTrack: track name is undefined");if(t===void 0||t.length===0)throw new Error("THREE.KeyframeTrack: no keyframes in track named "+e);this.name=e,this.times=Pa(t,this.TimeBufferType),this.values=Pa(i,this.ValueBufferType),this.setInterpolation(s||this.DefaultInterpolation)}static toJSON(e){let t=e.constructor,i;if(t.toJSON!==this.toJSON)i=t.toJSON(e);else{i={name:e.name,times:Pa(e.times,Array),values:Pa(e.values,Array)};let s=e.getInterpolation();s!==e.DefaultInterpolation&&(i.interpolation=s),Yu(e.settings)&&(i.settings={inTangents:Pa(e.settings.inTangents,Array),outTangents:Pa(e.settings.outTangents,Array)})}return i.type=e.ValueTypeName,i}InterpolantFactoryMethodDiscrete(e){return new bh(this.times,this.values,this.getValueSize(),e)}InterpolantFactoryMethodLinear(e){return new xh(this.times,this.values,this.getValueSize(),e)}InterpolantFactoryMethodSmooth(e){return new yh(this.times,this.values,this.getValueSize(),e)}InterpolantFactoryMethodBezier(e){let t=new Sh(this.times,this.values,this.getValueSize(),e);return this.settings&&(t.inTangents=this.settings.inTangents,t.outTangents=this.settings.outTangents),t}setInterpolation(e){let t;switch(e){case ec:t=this.InterpolantFactoryMethodDiscrete;break;case lh:t=this.InterpolantFactoryMethodLinear;break;case Ku:t=this.InterpolantFactoryMethodSmooth;break;case Pp:t=this.InterpolantFactoryMethodBezier;break}if(t===void 0){let i="unsupported interpolation for "+this.ValueTypeName+" keyframe track named "+this.name;if(this.createInterpolant===void 0)if(e!==this.DefaultInterpolation)this.setInterpolation(this.DefaultInterpolation);else throw new Error(i);return Ze("KeyframeTrack:",i),this}return this.createInterpolant=t,this}getInterpolation(){switch(this.createInterpolant){case this.InterpolantFactoryMethodDiscrete:return ec;case this.InterpolantFactoryMethodLinear:return lh;case this.InterpolantFactoryMethodSmooth:return Ku;case this.InterpolantFactoryMethodBezier:return Pp}}getValueSize(){return this.values.length/this.times.length}shift(e){if(e!==0){let t=this.times;for(let i=0,s=t.length;i!==s;++i)t[i]+=e;Yu(this.settings)&&(v_(this.settings.inTangents,e),v_(this.settings.outTangents,e))}return this}scale(e){if(e!==1){let t=this.times;for(let i=0,s=t.length;i!==s;++i)t[i]*=e;Yu(this.settings)&&(y_(this.settings.inTangents,e),y_(this.settings.outTangents,e))}return this}trim(e,t){let i=this.times,s=i.length,r=0,o=s-1;for(;r!==s&&i[r]<e;)++r;for(;o!==-1&&i[o]>t;)--o;if(++o,r!==0||o!==s){r>=o&&(o=Math.max(o,1),r=o-1);let a=this.getValueSize();this.times=i.slice(r,o),this.values=this.values.slice(r*a,o*a)}return this}validate(){let e=!0,t=this.getValueSize();t-Math.floor(t)!==0&&(et("KeyframeTrack: Invalid value size in track.",this),e=!1);let i=this.times,s=this.values,r=i.length;r===0&&(et("KeyframeTrack: Track is empty.",this),e=!1);let o=null;for(let a=0;a!==r;a++){let l=i[a];if(typeof l=="number"&&isNaN(l)){et("KeyframeTrack: Time is not a valid number.",this,a,l),e=!1;break}if(o!==null&&o>l){et("KeyframeTrack: Out of order keys.",this,a,l,o),e=!1;break}o=l}if(s!==void 0&&lM(s))for(let a=0,l=s.length;a!==l;++a){let c=s[a];if(isNaN(c)){et("KeyframeTrack: Value is not a valid number.",this,a,c),e=!1;break}}return e}optimize(){let e=this.times.slice(),t=this.values.slice(),i=this.getValueSize(),s=this.getInterpolation()===Ku,r=e.length-1,o=1;for(let a=1;a<r;++a){let l=!1,c=e[a],u=e[a+1];if(c!==u&&(a!==1||c!==e[0]))if(s)l=!0;else{let h=a*i,f=h-i,d=h+i;for(let p=0;p!==i;++p){let y=t[h+p];if(y!==t[f+p]||y!==t[d+p]){l=!0;break}}}if(l){if(a!==o){e[o]=e[a];let h=a*i,f=o*i;for(let d=0;d!==i;++d)t[f+d]=t[h+d]}++o}}if(r>0){e[o]=e[r];for(let a=r*i,l=o*i,c=0;c!==i;++c)t[l+c]=t[a+c];++o}return o!==e.length?(this.times=e.slice(0,o),this.values=t.slice(0,o*i)):(this.times=e,this.values=t),this}clone(){let e=this.times.slice(),t=this.values.slice(),i=this.constructor,s=new i(this.name,e,t);return s.createInterpolant=this.createInterpolant,Yu(this.settings)&&(s.settings={inTangents:this.settings.inTangents.slice(),outTangents:this.settings.outTangents.slice()}),s}};function v_(n,e){for(let t=0,i=n.length;t!==i;t+=2)n[t]+=e}function y_(n,e){for(let t=0,i=n.length;t!==i;t+=2)n[t]*=e}Gi.prototype.ValueTypeName="";Gi.prototype.TimeBufferType=Float32Array;Gi.prototype.ValueBufferType=Float32Array;Gi.prototype.DefaultInterpolation=lh;var Yr=class extends Gi{constructor(e,t,i){super(e,t,i)}};Yr.prototype.ValueTypeName="bool";Yr.prototype.ValueBufferType=Array;Yr.prototype.DefaultInterpolation=ec;Yr.prototype.InterpolantFactoryMethodLinear=void 0;Yr.prototype.InterpolantFactoryMethodSmooth=void 0;var Mh=class extends Gi{constructor(e,t,i,s){super(e,t,i,s)}};Mh.prototype.ValueTypeName="color";var wh=class extends Gi{constructor(e,t,i,s){super(e,t,i,s)}};wh.prototype.ValueTypeName="number";var Eh=class extends qr{constructor(e,t,i,s){super(e,t,i,s)}interpolate_(e,t,i,s){let r=this.resultBuffer,o=this.sampleValues,a=this.valueSize,l=(i-t)/(s-t),c=e*a;for(let u=c+a;c!==u;c+=4)ns.slerpFlat(r,0,o,c-a,o,c,l);return r}},yc=class extends Gi{constructor(e,t,i,s){super(e,t,i,s)}InterpolantFactoryMethodLinear(e){return new Eh(this.times,this.values,this.getValueSize(),e)}};yc.prototype.ValueTypeName="quaternion";yc.prototype.InterpolantFactoryMethodSmooth=void 0;var Zr=class extends Gi{constructor(e,t,i){super(e,t,i)}};Zr.prototype.ValueTypeName="string";Zr.prototype.ValueBufferType=Array;Zr.prototype.DefaultInterpolation=ec;Zr.prototype.InterpolantFactoryMethodLinear=void 0;Zr.prototype.InterpolantFactoryMethodSmooth=void 0;var Th=class extends Gi{constructor(e,t,i,s){super(e,t,i,s)}};Th.prototype.ValueTypeName="vector";var Ah=class{constructor(e,t,i){let s=this,r=!1,o=0,a=0,l,c=[];this.onStart=void 0,this.onLoad=e,this.onProgress=t,this.onError=i,this._abortController=null,this.itemStart=function(u){a++,r===!1&&s.onStart!==void 0&&s.onStart(u,o,a),r=!0},this.itemEnd=function(u){o++,s.onProgress!==void 0&&s.onProgress(u,o,a),o===a&&(r=!1,s.onLoad!==void 0&&s.onLoad())},this.itemError=function(u){s.onError!==void 0&&s.onError(u)},this.resolveURL=function(u){return u=u.normalize("NFC"),l?l(u):u},this.setURLModifier=function(u){return l=u,this},this.addHandler=function(u,h){return c.push(u,h),this},this.removeHandler=function(u){let h=c.indexOf(u);return h!==-1&&c.splice(h,2),this},this.getHandler=function(u){for(let h=0,f=c.length;h<f;h+=2){let d=c[h],p=c[h+1];if(d.global&&(d.lastIndex=0),d.test(u))return p}return null},this.abort=function(){return this.abortController.abort(),this._abortController=null,this}}get abortController(){return this._abortController||(this._abortController=new AbortController),this._abortController}},cv=new Ah,Ch=class{constructor(e){this.manager=e!==void 0?e:cv,this.crossOrigin="anonymous",this.withCredentials=!1,this.path="",this.resourcePath="",this.requestHeader={},this.priority="auto",this.cache="default",typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("observe",{detail:this}))}load(){}loadAsync(e,t){let i=this;return new Promise(function(s,r){i.load(e,s,t,r)})}parse(){}setCrossOrigin(e){return this.crossOrigin=e,this}setWithCredentials(e){return this.withCredentials=e,this}setPath(e){return this.path=e,this}setResourcePath(e){return this.resourcePath=e,this}setRequestHeader(e){return this.requestHeader=e,this}setPriority(e){return this.priority=e,this}setCache(e){return this.cache=e,this}abort(){return this}};Ch.DEFAULT_MATERIAL_NAME="__DEFAULT";var xc=class extends Qn{static registerNode(e){this.prototype._lightNode=e}constructor(e,t=1){super(),this.isLight=!0,this.type="Light",this.color=new ut(e),this.intensity=t}copy(e,t){return super.copy(e,t),this.color.copy(e.color),this.intensity=e.intensity,this}toJSON(e){let t=super.toJSON(e);return t.object.color=this.color.getHex(),t.object.intensity=this.intensity,t}},bc=class extends xc{constructor(e,t,i){super(e,i),this.isHemisphereLight=!0,this.type="HemisphereLight",this.position.copy(Qn.DEFAULT_UP),this.updateMatrix(),this.groundColor=new ut(t)}copy(e,t){return super.copy(e,t),this.groundColor.copy(e.groundColor),this}toJSON(e){let t=super.toJSON(e);return t.object.groundColor=this.groundColor.getHex(),t}},Cp=new ht,x_=new F,b_=new F,Rh=class{constructor(e){this.camera=e,this.intensity=1,this.bias=0,this.biasNode=null,this.normalBias=0,this.radius=1,this.blurSamples=8,this.mapSize=new at(512,512),this.mapType=li,this.map=null,this.mapPass=null,this.matrix=new ht,this.autoUpdate=!0,this.needsUpdate=!1,this._frustum=new Hs,this._frameExtents=new at(1,1),this._viewportCount=1,this._viewports=[new Rt(0,0,1,1)]}getViewportCount(){return this._viewportCount}getCamera(){return this.camera}getFrustum(){return this._frustum}updateMatrices(e){let t=this.camera;x_.setFromMatrixPosition(e.matrixWorld),t.position.copy(x_),b_.setFromMatrixPosition(e.target.matrixWorld),t.lookAt(b_),t.updateMatrixWorld(),this._updateMatrix(t,this.matrix,this._frustum)}_updateMatrix(e,t,i,s){Cp.multiplyMatrices(e.projectionMatrix,e.matrixWorldInverse),i.setFromProjectionMatrix(Cp,e.coordinateSystem,e.reversedDepth);let r=this._frameExtents,o=s?s.z/r.x:1,a=s?s.w/r.y:1,l=s?s.x/r.x:0,c=s?s.y/r.y:0;e.coordinateSystem===Ba||e.reversedDepth?t.set(.5*o,0,0,.5*o+l,0,.5*a,0,.5*a+c,0,0,1,0,0,0,0,1):t.set(.5*o,0,0,.5*o+l,0,.5*a,0,.5*a+c,0,0,.5,.5,0,0,0,1),t.multiply(Cp)}getViewport(e){return this._viewports[e]}getFrameExtents(){return this._frameExtents}dispose(){this.map&&this.map.dispose(),this.mapPass&&this.mapPass.dispose()}copy(e){return this.camera=e.camera.clone(),this.intensity=e.intensity,this.bias=e.bias,this.radius=e.radius,this.autoUpdate=e.autoUpdate,this.needsUpdate=e.needsUpdate,this.normalBias=e.normalBias,this.blurSamples=e.blurSamples,this.mapSize.copy(e.mapSize),this.mapType=e.mapType,this.biasNode=e.biasNode,this}clone(){return new this.constructor().copy(this)}toJSON(){let e={};return e.intensity=this.intensity,e.bias=this.bias,e.normalBias=this.normalBias,e.radius=this.radius,e.blurSamples=this.blurSamples,e.mapSize=this.mapSize.toArray(),e.mapType=this.mapType,e.camera=this.camera.toJSON(!1).object,delete e.camera.matrix,e}},Zu=new F,Ju=new ns,Bs=new F,Po=class extends Qn{constructor(){super(),this.isCamera=!0,this.type="Camera",this.matrixWorldInverse=new ht,this.projectionMatrix=new ht,this.projectionMatrixInverse=new ht,this.coordinateSystem=es,this._reversedDepth=!1}get reversedDepth(){return this._reversedDepth}copy(e,t){return super.copy(e,t),this.matrixWorldInverse.copy(e.matrixWorldInverse),this.projectionMatrix.copy(e.projectionMatrix),this.projectionMatrixInverse.copy(e.projectionMatrixInverse),this.coordinateSystem=e.coordinateSystem,this}getWorldDirection(e){return super.getWorldDirection(e).negate()}updateMatrixWorld(e){super.updateMatrixWorld(e),this.matrixWorld.decompose(Zu,Ju,Bs),Bs.x===1&&Bs.y===1&&Bs.z===1?this.matrixWorldInverse.copy(this.matrixWorld).invert():this.matrixWorldInverse.compose(Zu,Ju,Bs.set(1,1,1)).invert()}updateWorldMatrix(e,t,i=!1){super.updateWorldMatrix(e,t,i),this.matrixWorld.decompose(Zu,Ju,Bs),Bs.x===1&&Bs.y===1&&Bs.z===1?this.matrixWorldInverse.copy(this.matrixWorld).invert():this.matrixWorldInverse.compose(Zu,Ju,Bs.set(1,1,1)).invert()}clone(){return new this.constructor().copy(this)}},Wr=new F,S_=new at,M_=new at,Si=class extends Po{constructor(e=50,t=1,i=.1,s=2e3){super(),this.isPerspectiveCamera=!0,this.type="PerspectiveCamera",this.fov=e,this.zoom=1,this.near=i,this.far=s,this.focus=10,this.aspect=t,this.view=null,this.filmGauge=35,this.filmOffset=0,this.updateProjectionMatrix()}copy(e,t){return super.copy(e,t),this.fov=e.fov,this.zoom=e.zoom,this.near=e.near,this.far=e.far,this.focus=e.focus,this.aspect=e.aspect,this.view=e.view===null?null:Object.assign({},e.view),this.filmGauge=e.filmGauge,this.filmOffset=e.filmOffset,this}setFocalLength(e){let t=.5*this.getFilmHeight()/e;this.fov=za*2*Math.atan(t),this.updateProjectionMatrix()}getFocalLength(){let e=Math.tan(Kl*.5*this.fov);return .5*this.getFilmHeight()/e}getEffectiveFOV(){return za*2*Math.atan(Math.tan(Kl*.5*this.fov)/this.zoom)}getFilmWidth(){return this.filmGauge*Math.min(this.aspect,1)}getFilmHeight(){return this.filmGauge/Math.max(this.aspect,1)}getViewBounds(e,t,i){Wr.set(-1,-1,.5).applyMatrix4(this.projectionMatrixInverse),t.set(Wr.x,Wr.y).multiplyScalar(-e/Wr.z),Wr.set(1,1,.5).applyMatrix4(this.projectionMatrixInverse),i.set(Wr.x,Wr.y).multiplyScalar(-e/Wr.z)}getViewSize(e,t){return this.getViewBounds(e,S_,M_),t.subVectors(M_,S_)}setViewOffset(e,t,i,s,r,o){this.aspect=e/t,this.view===null&&(this.view={enabled:!0,fullWidth:1,fullHeight:1,offsetX:0,offsetY:0,width:1,height:1}),this.view.enabled=!0,this.view.fullWidth=e,this.view.fullHeight=t,this.view.offsetX=i,this.view.offsetY=s,this.view.width=r,this.view.height=o,this.updateProjectionMatrix()}clearViewOffset(){this.view!==null&&(this.view.enabled=!1),this.updateProjectionMatrix()}updateProjectionMatrix(){let e=this.near,t=e*Math.tan(Kl*.5*this.fov)/this.zoom,i=2*t,s=this.aspect*i,r=-.5*s,o=this.view;if(this.view!==null&&this.view.enabled){let l=o.fullWidth,c=o.fullHeight;r+=o.offsetX*s/l,t-=o.offsetY*i/c,s*=o.width/l,i*=o.height/c}let a=this.filmOffset;a!==0&&(r+=e*a/this.getFilmWidth()),this.projectionMatrix.makePerspective(r,r+s,t,t-i,e,this.far,this.coordinateSystem,this.reversedDepth),this.projectionMatrixInverse.copy(this.projectionMatrix).invert()}toJSON(e){let t=super.toJSON(e);return t.object.fov=this.fov,t.object.zoom=this.zoom,t.object.near=this.near,t.object.far=this.far,t.object.focus=this.focus,t.object.aspect=this.aspect,this.view!==null&&(t.object.view=Object.assign({},this.view)),t.object.filmGauge=this.filmGauge,t.object.filmOffset=this.filmOffset,t}};var Io=class extends Po{constructor(e=-1,t=1,i=1,s=-1,r=.1,o=2e3){super(),this.isOrthographicCamera=!0,this.type="OrthographicCamera",this.zoom=1,this.view=null,this.left=e,this.right=t,this.top=i,this.bottom=s,this.near=r,this.far=o,this.updateProjectionMatrix()}copy(e,t){return super.copy(e,t),this.left=e.left,this.right=e.right,this.top=e.top,this.bottom=e.bottom,this.near=e.near,this.far=e.far,this.zoom=e.zoom,this.view=e.view===null?null:Object.assign({},e.view),this}setViewOffset(e,t,i,s,r,o){this.view===null&&(this.view={enabled:!0,fullWidth:1,fullHeight:1,offsetX:0,offsetY:0,width:1,height:1}),this.view.enabled=!0,this.view.fullWidth=e,this.view.fullHeight=t,this.view.offsetX=i,this.view.offsetY=s,this.view.width=r,this.view.height=o,this.updateProjectionMatrix()}clearViewOffset(){this.view!==null&&(this.view.enabled=!1),this.updateProjectionMatrix()}updateProjectionMatrix(){let e=(this.right-this.left)/(2*this.zoom),t=(this.top-this.bottom)/(2*this.zoom),i=(this.right+this.left)/2,s=(this.top+this.bottom)/2,r=i-e,o=i+e,a=s+t,l=s-t;if(this.view!==null&&this.view.enabled){let c=(this.right-this.left)/this.view.fullWidth/this.zoom,u=(this.top-this.bottom)/this.view.fullHeight/this.zoom;r+=c*this.view.offsetX,o=r+c*this.view.width,a-=u*this.view.offsetY,l=a-u*this.view.height}this.projectionMatrix.makeOrthographic(r,o,a,l,this.near,this.far,this.coordinateSystem,this.reversedDepth),this.projectionMatrixInverse.copy(this.projectionMatrix).invert()}toJSON(e){let t=super.toJSON(e);return t.object.zoom=this.zoom,t.object.left=this.left,t.object.right=this.right,t.object.top=this.top,t.object.bottom=this.bottom,t.object.near=this.near,t.object.far=this.far,this.view!==null&&(t.object.view=Object.assign({},this.view)),t}},Up=class extends Rh{constructor(){super(new Io(-5,5,5,-5,.5,500)),this.isDirectionalLightShadow=!0}},Sc=class extends xc{constructor(e,t){super(e,t),this.isDirectionalLight=!0,this.type="DirectionalLight",this.position.copy(Qn.DEFAULT_UP),this.updateMatrix(),this.target=new Qn,this.shadow=new Up}dispose(){super.dispose(),this.shadow.dispose()}copy(e){return super.copy(e),this.target=e.target.clone(),this.shadow=e.shadow.clone(),this}toJSON(e){let t=super.toJSON(e);return t.object.shadow=this.shadow.toJSON(),t.object.target=this.target.uuid,t}};var Mc=class extends Fn{constructor(){super(),this.isInstancedBufferGeometry=!0,this.type="InstancedBufferGeometry",this.instanceCount=1/0}copy(e){return super.copy(e),this.instanceCount=e.instanceCount,this}toJSON(){let e=super.toJSON();return e.instanceCount=this.instanceCount,e.isInstancedBufferGeometry=!0,e}};var Ia=-90,La=1,Wa=class extends Qn{constructor(e,t,i){super(),this.type="CubeCamera",this.renderTarget=i,this.coordinateSystem=null,this.activeMipmapLevel=0;let s=new Si(Ia,La,e,t);s.layers=this.layers,this.add(s);let r=new Si(Ia,La,e,t);r.layers=this.layers,this.add(r);let o=new Si(Ia,La,e,t);o.layers=this.layers,this.add(o);let a=new Si(Ia,La,e,t);a.layers=this.layers,this.add(a);let l=new Si(Ia,La,e,t);l.layers=this.layers,this.add(l);let c=new Si(Ia,La,e,t);c.layers=this.layers,this.add(c)}updateCoordinateSystem(){let e=this.coordinateSystem,t=this.children.concat(),[i,s,r,o,a,l]=t;for(let c of t)this.remove(c);if(e===es)i.up.set(0,1,0),i.lookAt(1,0,0),s.up.set(0,1,0),s.lookAt(-1,0,0),r.up.set(0,0,-1),r.lookAt(0,1,0),o.up.set(0,0,1),o.lookAt(0,-1,0),a.up.set(0,1,0),a.lookAt(0,0,1),l.up.set(0,1,0),l.lookAt(0,0,-1);else if(e===Ba)i.up.set(0,-1,0),i.lookAt(-1,0,0),s.up.set(0,-1,0),s.lookAt(1,0,0),r.up.set(0,0,1),r.lookAt(0,1,0),o.up.set(0,0,-1),o.lookAt(0,-1,0),a.up.set(0,-1,0),a.lookAt(0,0,1),l.up.set(0,-1,0),l.lookAt(0,0,-1);else throw new Error("THREE.CubeCamera.updateCoordinateSystem(): Invalid coordinate system: "+e);for(let c of t)this.add(c),c.updateMatrixWorld()}update(e,t){this.parent===null&&this.updateMatrixWorld();let{renderTarget:i,activeMipmapLevel:s}=this;this.coordinateSystem!==e.coordinateSystem&&(this.coordinateSystem=e.coordinateSystem,this.updateCoordinateSystem());let[r,o,a,l,c,u]=this.children,h=e.getRenderTarget(),f=e.getActiveCubeFace(),d=e.getActiveMipmapLevel(),p=e.xr.enabled;e.xr.enabled=!1;let y=i.texture.mipmapsAutoUpdate;i.texture.mipmapsAutoUpdate=!1;let m=!1;e.isWebGLRenderer===!0?m=e.state.buffers.depth.getReversed():m=e.reversedDepthBuffer,e.setRenderTarget(i,0,s),m&&e.autoClear===!1&&e.clearDepth(),e.render(t,r),e.setRenderTarget(i,1,s),m&&e.autoClear===!1&&e.clearDepth(),e.render(t,o),e.setRenderTarget(i,2,s),m&&e.autoClear===!1&&e.clearDepth(),e.render(t,a),e.setRenderTarget(i,3,s),m&&e.autoClear===!1&&e.clearDepth(),e.render(t,l),e.setRenderTarget(i,4,s),m&&e.autoClear===!1&&e.clearDepth(),e.render(t,c),i.texture.mipmapsAutoUpdate=y,e.setRenderTarget(i,5,s),m&&e.autoClear===!1&&e.clearDepth(),e.render(t,u),e.setRenderTarget(h,f,d),e.xr.enabled=p,i.texture.needsPMREMUpdate=!0}},Ph=class extends Si{constructor(e=[]){super(),this.isArrayCamera=!0,this.isMultiViewCamera=!1,this.cameras=e,this.perCameraFrustumCulled=!1}};var pm="\\[\\]\\.:\\/",YM=new RegExp("["+pm+"]","g"),mm="[^"+pm+"]",ZM="[^"+pm.replace("\\.","")+"]",JM=/((?:WC+[\/:])*)/.source.replace("WC",mm),jM=/(WCOD+)?/.source.replace("WCOD",ZM),KM=/(?:\.(WC+)(?:\[(.+)\])?)?/.source.replace("WC",mm),QM=/\.(WC+)(?:\[(.+)\])?/.source.replace("WC",mm),ew=new RegExp("^"+JM+jM+KM+QM+"$"),tw=["material","materials","bones","map"],Op=class{constructor(e,t,i){let s=i||Zt.parseTrackName(t);this._targetGroup=e,this._bindings=e.subscribe_(t,s)}getValue(e,t){this.bind();let i=this._targetGroup.nCachedObjects_,s=this._bindings[i];s!==void 0&&s.getValue(e,t)}setValue(e,t){let i=this._bindings;for(let s=this._targetGroup.nCachedObjects_,r=i.length;s!==r;++s)i[s].setValue(e,t)}bind(){let e=this._bindings;for(let t=this._targetGroup.nCachedObjects_,i=e.length;t!==i;++t)e[t].bind()}unbind(){let e=this._bindings;for(let t=this._targetGroup.nCachedObjects_,i=e.length;t!==i;++t)e[t].unbind()}},Zt=class n{constructor(e,t,i){this.path=t,this.parsedPath=i||n.parseTrackName(t),this.node=n.findNode(e,this.parsedPath.nodeName),this.rootNode=e,this.getValue=this._getValue_unbound,this.setValue=this._setValue_unbound}static create(e,t,i){return e&&e.isAnimationObjectGroup?new n.Composite(e,t,i):new n(e,t,i)}static sanitizeNodeName(e){return e.replace(/\s/g,"_").replace(YM,"")}static parseTrackName(e){let t=ew.exec(e);if(t===null)throw new Error("THREE.PropertyBinding: Cannot parse trackName: "+e);let i={nodeName:t[2],objectName:t[3],objectIndex:t[4],propertyName:t[5],propertyIndex:t[6]},s=i.nodeName&&i.nodeName.lastIndexOf(".");if(s!==void 0&&s!==-1){let r=i.nodeName.substring(s+1);tw.indexOf(r)!==-1&&(i.nodeName=i.nodeName.substring(0,s),i.objectName=r)}if(i.propertyName===null||i.propertyName.length===0)throw new Error("THREE.PropertyBinding: can not parse propertyName from trackName: "+e);return i}static findNode(e,t){if(t===void 0||t===""||t==="."||t===-1||t===e.name||t===e.uuid)return e;if(e.skeleton){let i=e.skeleton.getBoneByName(t);if(i!==void 0)return i}if(e.children){let i=function(r){for(let o=0;o<r.length;o++){let a=r[o];if(a.name===t||a.uuid===t)return a;let l=i(a.children);if(l)return l}return null},s=i(e.children);if(s)return s}return null}_getValue_unavailable(){}_setValue_unavailable(){}_getValue_direct(e,t){e[t]=this.targetObject[this.propertyName]}_getValue_array(e,t){let i=this.resolvedProperty;for(let s=0,r=i.length;s!==r;++s)e[t++]=i[s]}_getValue_arrayElement(e,t){e[t]=this.resolvedProperty[this.propertyIndex]}_getValue_toArray(e,t){this.resolvedProperty.toArray(e,t)}_setValue_direct(e,t){this.targetObject[this.propertyName]=e[t]}_setValue_direct_setNeedsUpdate(e,t){this.targetObject[this.propertyName]=e[t],this.targetObject.needsUpdate=!0}_setValue_direct_setMatrixWorldNeedsUpdate(e,t){this.targetObject[this.propertyName]=e[t],this.targetObject.matrixWorldNeedsUpdate=!0}_setValue_array(e,t){let i=this.resolvedProperty;for(let s=0,r=i.length;s!==r;++s)i[s]=e[t++]}_setValue_array_setNeedsUpdate(e,t){let i=this.resolvedProperty;for(let s=0,r=i.length;s!==r;++s)i[s]=e[t++];this.targetObject.needsUpdate=!0}_setValue_array_setMatrixWorldNeedsUpdate(e,t){let i=this.resolvedProperty;for(let s=0,r=i.length;s!==r;++s)i[s]=e[t++];this.targetObject.matrixWorldNeedsUpdate=!0}_setValue_arrayElement(e,t){this.resolvedProperty[this.propertyIndex]=e[t]}_setValue_arrayElement_setNeedsUpdate(e,t){this.resolvedProperty[this.propertyIndex]=e[t],this.targetObject.needsUpdate=!0}_setValue_arrayElement_setMatrixWorldNeedsUpdate(e,t){this.resolvedProperty[this.propertyIndex]=e[t],this.targetObject.matrixWorldNeedsUpdate=!0}_setValue_fromArray(e,t){this.resolvedProperty.fromArray(e,t)}_setValue_fromArray_setNeedsUpdate(e,t){this.resolvedProperty.fromArray(e,t),this.targetObject.needsUpdate=!0}_setValue_fromArray_setMatrixWorldNeedsUpdate(e,t){this.resolvedProperty.fromArray(e,t),this.targetObject.matrixWorldNeedsUpdate=!0}_getValue_unbound(e,t){this.bind(),this.getValue(e,t)}_setValue_unbound(e,t){this.bind(),this.setValue(e,t)}bind(){let e=this.node,t=this.parsedPath,i=t.objectName,s=t.propertyName,r=t.propertyIndex;if(e||(e=n.findNode(this.rootNode,t.nodeName),this.node=e),this.getValue=this._getValue_unavailable,this.setValue=this._setValue_unavailable,!e){Ze("PropertyBinding: No target node found for track: "+this.path+".");return}if(i){let c=t.objectIndex;switch(i){case"materials":if(!e.material){et("PropertyBinding: Can not bind to material as node does not have a material.",this);return}if(!e.material.materials){et("PropertyBinding: Can not bind to material.materials as node.material does not have a materials array.",this);return}e=e.material.materials;break;case"bones":if(!e.skeleton){et("PropertyBinding: Can not bind to bones as node does not have a skeleton.",this);return}e=e.skeleton.bones;for(let u=0;u<e.length;u++)if(e[u].name===c){c=u;break}break;case"map":if("map"in e){e=e.map;break}if(!e.material){et("PropertyBinding: Can not bind to material as node does not have a material.",this);return}if(!e.material.map){et("PropertyBinding: Can not bind to material.map as node.material does not have a map.",this);return}e=e.material.map;break;default:if(e[i]===void 0){et("PropertyBinding: Can not bind to objectName of node undefined.",this);return}e=e[i]}if(c!==void 0){if(e[c]===void 0){et("PropertyBinding: Trying to bind to objectIndex of objectName, but is undefined.",this,e);return}e=e[c]}}let o=e[s];if(o===void 0){let c=t.nodeName;et("PropertyBinding: Trying to update property for track: "+c+"."+s+" but it wasn't found.",e);return}let a=this.Versioning.None;this.targetObject=e,e.isMaterial===!0?a=this.Versioning.NeedsUpdate:e.isObject3D===!0&&(a=this.Versioning.MatrixWorldNeedsUpdate);let l=this.BindingType.Direct;if(r!==void 0){if(s==="morphTargetInfluences"){if(!e.geometry){et("PropertyBinding: Can not bind to morphTargetInfluences because node does not have a geometry.",this);return}if(!e.geometry.morphAttributes){et("PropertyBinding: Can not bind to morphTargetInfluences because node does not have a geometry.morphAttributes.",this);return}e.morphTargetDictionary[r]!==void 0&&(r=e.morphTargetDictionary[r])}l=this.BindingType.ArrayElement,this.resolvedProperty=o,this.propertyIndex=r}else o.fromArray!==void 0&&o.toArray!==void 0?(l=this.BindingType.HasFromToArray,this.resolvedProperty=o):Array.isArray(o)?(l=this.BindingType.EntireArray,this.resolvedProperty=o):this.propertyName=s;this.getValue=this.GetterByBindingType[l],this.setValue=this.SetterByBindingTypeAndVersioning[l][a]}unbind(){this.node=null,this.getValue=this._getValue_unbound,this.setValue=this._setValue_unbound}};Zt.Composite=Op;Zt.prototype.BindingType={Direct:0,EntireArray:1,ArrayElement:2,HasFromToArray:3};Zt.prototype.Versioning={None:0,NeedsUpdate:1,MatrixWorldNeedsUpdate:2};Zt.prototype.GetterByBindingType=[Zt.prototype._getValue_direct,Zt.prototype._getValue_array,Zt.prototype._getValue_arrayElement,Zt.prototype._getValue_toArray];Zt.prototype.SetterByBindingTypeAndVersioning=[[Zt.prototype._setValue_direct,Zt.prototype._setValue_direct_setNeedsUpdate,Zt.prototype._setValue_direct_setMatrixWorldNeedsUpdate],[Zt.prototype._setValue_array,Zt.prototype._setValue_array_setNeedsUpdate,Zt.prototype._setValue_array_setMatrixWorldNeedsUpdate],[Zt.prototype._setValue_arrayElement,Zt.prototype._setValue_arrayElement_setNeedsUpdate,Zt.prototype._setValue_arrayElement_setMatrixWorldNeedsUpdate],[Zt.prototype._setValue_fromArray,Zt.prototype._setValue_fromArray_setNeedsUpdate,Zt.prototype._setValue_fromArray_setMatrixWorldNeedsUpdate]];var iI=new Float32Array(1);var Jr=class extends fh{constructor(e,t,i=1){super(e,t),this.isInstancedInterleavedBuffer=!0,this.meshPerAttribute=i}copy(e){return super.copy(e),this.meshPerAttribute=e.meshPerAttribute,this}clone(e){let t=super.clone(e);return t.meshPerAttribute=this.meshPerAttribute,t}toJSON(e){let t=super.toJSON(e);return t.isInstancedInterleavedBuffer=!0,t.meshPerAttribute=this.meshPerAttribute,t}};var Fp=class{static{this.prototype.isMatrix2=!0}constructor(e,t,i,s){this.elements=[1,0,0,1],e!==void 0&&this.set(e,t,i,s)}identity(){return this.set(1,0,0,1),this}fromArray(e,t=0){for(let i=0;i<4;i++)this.elements[i]=e[i+t];return this}set(e,t,i,s){let r=this.elements;return r[0]=e,r[2]=t,r[1]=i,r[3]=s,this}};var w_=new F,ju=new F,Da=new F,Na=new F,Rp=new F,nw=new F,iw=new F,wc=class{constructor(e=new F,t=new F){this.start=e,this.end=t}set(e,t){return this.start.copy(e),this.end.copy(t),this}copy(e){return this.start.copy(e.start),this.end.copy(e.end),this}getCenter(e){return e.addVectors(this.start,this.end).multiplyScalar(.5)}delta(e){return e.subVectors(this.end,this.start)}distanceSq(){return this.start.distanceToSquared(this.end)}distance(){return this.start.distanceTo(this.end)}at(e,t){return this.delta(t).multiplyScalar(e).add(this.start)}closestPointToPointParameter(e,t){w_.subVectors(e,this.start),ju.subVectors(this.end,this.start);let i=ju.dot(ju);if(i===0)return 0;let r=ju.dot(w_)/i;return t&&(r=ct(r,0,1)),r}closestPointToPoint(e,t,i){let s=this.closestPointToPointParameter(e,t);return this.delta(i).multiplyScalar(s).add(this.start)}distanceSqToLine3(e,t=nw,i=iw){let s=10000000000000001e-32,r,o,a=this.start,l=e.start,c=this.end,u=e.end;Da.subVectors(c,a),Na.subVectors(u,l),Rp.subVectors(a,l);let h=Da.dot(Da),f=Na.dot(Na),d=Na.dot(Rp);if(h<=s&&f<=s)return t.copy(a),i.copy(l),t.distanceToSquared(i);if(h<=s)r=0,o=d/f,o=ct(o,0,1);else{let p=Da.dot(Rp);if(f<=s)o=0,r=ct(-p/h,0,1);else{let y=Da.dot(Na),m=h*f-y*y;m!==0?r=ct((y*d-p*f)/m,0,1):r=0,o=(y*r+d)/f,o<0?(o=0,r=ct(-p/h,0,1)):o>1&&(o=1,r=ct((y-p)/h,0,1))}}return t.copy(a).addScaledVector(Da,r),i.copy(l).addScaledVector(Na,o),t.distanceToSquared(i)}applyMatrix4(e){return this.start.applyMatrix4(e),this.end.applyMatrix4(e),this}equals(e){return e.start.equals(this.start)&&e.end.equals(this.end)}clone(){return new this.constructor().copy(this)}};function gm(n,e,t,i){let s=sw(i);switch(t){case nm:return n*e;case Bh:return n*e/s.components*s.byteLength;case kh:return n*e/s.components*s.byteLength;case Kr:return n*e*2/s.components*s.byteLength;case zh:return n*e*2/s.components*s.byteLength;case im:return n*e*3/s.components*s.byteLength;case $i:return n*e*4/s.components*s.byteLength;case Vh:return n*e*4/s.components*s.byteLength;case Ac:case Cc:return Math.floor((n+3)/4)*Math.floor((e+3)/4)*8;case Rc:case Pc:return Math.floor((n+3)/4)*Math.floor((e+3)/4)*16;case Gh:case Wh:return Math.max(n,16)*Math.max(e,8)/4;case Hh:case $h:return Math.max(n,8)*Math.max(e,8)/2;case Xh:case qh:case Zh:case Jh:return Math.floor((n+3)/4)*Math.floor((e+3)/4)*8;case Yh:case Ic:case jh:return Math.floor((n+3)/4)*Math.floor((e+3)/4)*16;case Kh:return Math.floor((n+3)/4)*Math.floor((e+3)/4)*16;case Qh:return Math.floor((n+4)/5)*Math.floor((e+3)/4)*16;case ef:return Math.floor((n+4)/5)*Math.floor((e+4)/5)*16;case tf:return Math.floor((n+5)/6)*Math.floor((e+4)/5)*16;case nf:return Math.floor((n+5)/6)*Math.floor((e+5)/6)*16;case sf:return Math.floor((n+7)/8)*Math.floor((e+4)/5)*16;case rf:return Math.floor((n+7)/8)*Math.floor((e+5)/6)*16;case of:return Math.floor((n+7)/8)*Math.floor((e+7)/8)*16;case af:return Math.floor((n+9)/10)*Math.floor((e+4)/5)*16;case lf:return Math.floor((n+9)/10)*Math.floor((e+5)/6)*16;case cf:return Math.floor((n+9)/10)*Math.floor((e+7)/8)*16;case uf:return Math.floor((n+9)/10)*Math.floor((e+9)/10)*16;case hf:return Math.floor((n+11)/12)*Math.floor((e+9)/10)*16;case ff:return Math.floor((n+11)/12)*Math.floor((e+11)/12)*16;case df:case pf:case mf:return Math.ceil(n/4)*Math.ceil(e/4)*16;case gf:case _f:return Math.ceil(n/4)*Math.ceil(e/4)*8;case Lc:case vf:return Math.ceil(n/4)*Math.ceil(e/4)*16}throw new Error(`Unable to determine texture byte length for ${t} format.`)}function sw(n){switch(n){case li:case Kp:return{byteLength:1,components:1};case Za:case Qp:case Ss:return{byteLength:2,components:1};case Oh:case Fh:return{byteLength:2,components:4};case bs:case Uh:case Li:return{byteLength:4,components:1};case em:case tm:return{byteLength:4,components:3}}throw new Error(`THREE.TextureUtils: Unknown texture type ${n}.`)}typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("register",{detail:{revision:"187"}}));typeof window<"u"&&(window.__THREE__?Ze("WARNING: Multiple instances of Three.js being imported."):window.__THREE__="187");function Iv(){let n=null,e=!1,t=null,i=null;function s(r,o){i=n.requestAnimationFrame(s),t(r,o)}return{start:function(){e!==!0&&t!==null&&n!==null&&(i=n.requestAnimationFrame(s),e=!0)},stop:function(){n!==null&&n.cancelAnimationFrame(i),e=!1},setAnimationLoop:function(r){t=r},setContext:function(r){n=r}}}function ow(n){let e=new WeakMap;function t(a,l){let c=a.array,u=a.usage,h=c.byteLength,f=n.createBuffer();n.bindBuffer(l,f),n.bufferData(l,c,u),a.onUploadCallback();let d;if(c instanceof Float32Array)d=n.FLOAT;else if(typeof Float16Array<"u"&&c instanceof Float16Array)d=n.HALF_FLOAT;else if(c instanceof Uint16Array)a.isFloat16BufferAttribute?d=n.HALF_FLOAT:d=n.UNSIGNED_SHORT;else if(c instanceof Int16Array)d=n.SHORT;else if(c instanceof Uint32Array)d=n.UNSIGNED_INT;else if(c instanceof Int32Array)d=n.INT;else if(c instanceof Int8Array)d=n.BYTE;else if(c instanceof Uint8Array)d=n.UNSIGNED_BYTE;else if(c instanceof Uint8ClampedArray)d=n.UNSIGNED_BYTE;else throw new Error("THREE.WebGLAttributes: Unsupported buffer data format: "+c);return{buffer:f,type:d,bytesPerElement:c.BYTES_PER_ELEMENT,version:a.version,size:h}}function i(a,l,c){let u=l.array,h=l.updateRanges;if(n.bindBuffer(c,a),h.length===0)n.bufferSubData(c,0,u);else{h.sort((d,p)=>d.start-p.start);let f=0;for(let d=1;d<h.length;d++){let p=h[f],y=h[d];y.start<=p.start+p.count+1?p.count=Math.max(p.count,y.start+y.count-p.start):(++f,h[f]=y)}h.length=f+1;for(let d=0,p=h.length;d<p;d++){let y=h[d];n.bufferSubData(c,y.start*u.BYTES_PER_ELEMENT,u,y.start,y.count)}l.clearUpdateRanges()}l.onUploadCallback()}function s(a){return a.isInterleavedBufferAttribute&&(a=a.data),e.get(a)}function r(a){a.isInterleavedBufferAttribute&&(a=a.data);let l=e.get(a);l&&(n.deleteBuffer(l.buffer),e.delete(a))}function o(a,l){if(a.isInterleavedBufferAttribute&&(a=a.data),a.isGLBufferAttribute){let u=e.get(a);(!u||u.version<a.version)&&e.set(a,{buffer:a.buffer,type:a.type,bytesPerElement:a.elementSize,version:a.version});return}let c=e.get(a);if(c===void 0)e.set(a,t(a,l));else if(c.version<a.version){if(c.size!==a.array.byteLength)throw new Error("THREE.WebGLAttributes: The size of the buffer attribute's array buffer does not match the original size. Resizing buffer attributes is not supported.");i(c.buffer,a,l),c.version=a.version}}return{get:s,remove:r,update:o}}var aw=`#ifdef USE_ALPHAHASH
+	if ( diffuseColor.a < getAlphaHashThreshold( vPosition ) ) discard;
+#endif`,lw=`#ifdef USE_ALPHAHASH
+	const float ALPHA_HASH_SCALE = 0.05;
+	float hash2D( vec2 value ) {
+		return fract( 1.0e4 * sin( 17.0 * value.x + 0.1 * value.y ) * ( 0.1 + abs( sin( 13.0 * value.y + value.x ) ) ) );
+	}
+	float hash3D( vec3 value ) {
+		return hash2D( vec2( hash2D( value.xy ), value.z ) );
+	}
+	float getAlphaHashThreshold( vec3 position ) {
+		float maxDeriv = max(
+			length( dFdx( position.xyz ) ),
+			length( dFdy( position.xyz ) )
+		);
+		float pixScale = 1.0 / ( ALPHA_HASH_SCALE * maxDeriv );
+		vec2 pixScales = vec2(
+			exp2( floor( log2( pixScale ) ) ),
+			exp2( ceil( log2( pixScale ) ) )
+		);
+		vec2 alpha = vec2(
+			hash3D( floor( pixScales.x * position.xyz ) ),
+			hash3D( floor( pixScales.y * position.xyz ) )
+		);
+		float lerpFactor = fract( log2( pixScale ) );
+		float x = ( 1.0 - lerpFactor ) * alpha.x + lerpFactor * alpha.y;
+		float a = min( lerpFactor, 1.0 - lerpFactor );
+		vec3 cases = vec3(
+			x * x / ( 2.0 * a * ( 1.0 - a ) ),
+			( x - 0.5 * a ) / ( 1.0 - a ),
+			1.0 - ( ( 1.0 - x ) * ( 1.0 - x ) / ( 2.0 * a * ( 1.0 - a ) ) )
+		);
+		float threshold = ( x < ( 1.0 - a ) )
+			? ( ( x < a ) ? cases.x : cases.y )
+			: cases.z;
+		return clamp( threshold , 1.0e-6, 1.0 );
+	}
+#endif`,cw=`#ifdef USE_ALPHAMAP
+	diffuseColor.a *= texture2D( alphaMap, vAlphaMapUv ).g;
+#endif`,uw=`#ifdef USE_ALPHAMAP
+	uniform sampler2D alphaMap;
+#endif`,hw=`#ifdef USE_ALPHATEST
+	#ifdef ALPHA_TO_COVERAGE
+	diffuseColor.a = smoothstep( alphaTest, alphaTest + fwidth( diffuseColor.a ), diffuseColor.a );
+	if ( diffuseColor.a == 0.0 ) discard;
+	#else
+	if ( diffuseColor.a < alphaTest ) discard;
+	#endif
+#endif`,fw=`#ifdef USE_ALPHATEST
+	uniform float alphaTest;
+#endif`,dw=`#ifdef USE_AOMAP
+	float ambientOcclusion = ( texture2D( aoMap, vAoMapUv ).r - 1.0 ) * aoMapIntensity + 1.0;
+	reflectedLight.indirectDiffuse *= ambientOcclusion;
+	#if defined( USE_CLEARCOAT ) 
+		clearcoatSpecularIndirect *= ambientOcclusion;
+	#endif
+	#if defined( USE_SHEEN ) 
+		sheenSpecularIndirect *= ambientOcclusion;
+	#endif
+	#if defined( USE_ENVMAP ) && defined( STANDARD )
+		float dotNV = saturate( dot( geometryNormal, geometryViewDir ) );
+		reflectedLight.indirectSpecular *= computeSpecularOcclusion( dotNV, ambientOcclusion, material.roughness );
+	#endif
+#endif`,pw=`#ifdef USE_AOMAP
+	uniform sampler2D aoMap;
+	uniform float aoMapIntensity;
+#endif`,mw=`#ifdef USE_BATCHING
+	#if ! defined( GL_ANGLE_multi_draw )
+	#define gl_DrawID _gl_DrawID
+	uniform int _gl_DrawID;
+	#endif
+	uniform highp sampler2D batchingTexture;
+	uniform highp usampler2D batchingIdTexture;
+	mat4 getBatchingMatrix( const in float i ) {
+		int size = textureSize( batchingTexture, 0 ).x;
+		int j = int( i ) * 4;
+		int x = j % size;
+		int y = j / size;
+		vec4 v1 = texelFetch( batchingTexture, ivec2( x, y ), 0 );
+		vec4 v2 = texelFetch( batchingTexture, ivec2( x + 1, y ), 0 );
+		vec4 v3 = texelFetch( batchingTexture, ivec2( x + 2, y ), 0 );
+		vec4 v4 = texelFetch( batchingTexture, ivec2( x + 3, y ), 0 );
+		return mat4( v1, v2, v3, v4 );
+	}
+	float getIndirectIndex( const in int i ) {
+		int size = textureSize( batchingIdTexture, 0 ).x;
+		int x = i % size;
+		int y = i / size;
+		return float( texelFetch( batchingIdTexture, ivec2( x, y ), 0 ).r );
+	}
+#endif
+#ifdef USE_BATCHING_COLOR
+	uniform sampler2D batchingColorTexture;
+	vec4 getBatchingColor( const in float i ) {
+		int size = textureSize( batchingColorTexture, 0 ).x;
+		int j = int( i );
+		int x = j % size;
+		int y = j / size;
+		return texelFetch( batchingColorTexture, ivec2( x, y ), 0 );
+	}
+#endif`,gw=`#ifdef USE_BATCHING
+	mat4 batchingMatrix = getBatchingMatrix( getIndirectIndex( gl_DrawID ) );
+#endif`,_w=`vec3 transformed = vec3( position );
+#ifdef USE_ALPHAHASH
+	vPosition = vec3( position );
+#endif`,vw=`vec3 objectNormal = vec3( normal );
+#ifdef USE_TANGENT
+	vec3 objectTangent = vec3( tangent.xyz );
+#endif`,yw=`float G_BlinnPhong_Implicit( ) {
+	return 0.25;
+}
+float D_BlinnPhong( const in float shininess, const in float dotNH ) {
+	return RECIPROCAL_PI * ( shininess * 0.5 + 1.0 ) * pow( dotNH, shininess );
+}
+vec3 BRDF_BlinnPhong( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in vec3 specularColor, const in float shininess ) {
+	vec3 halfDir = normalize( lightDir + viewDir );
+	float dotNH = saturate( dot( normal, halfDir ) );
+	float dotVH = saturate( dot( viewDir, halfDir ) );
+	vec3 F = F_Schlick( specularColor, 1.0, dotVH );
+	float G = G_BlinnPhong_Implicit( );
+	float D = D_BlinnPhong( shininess, dotNH );
+	return F * ( G * D );
+} // validated`,xw=`#ifdef USE_IRIDESCENCE
+	const mat3 XYZ_TO_REC709 = mat3(
+		 3.2404542, -0.9692660,  0.0556434,
+		-1.5371385,  1.8760108, -0.2040259,
+		-0.4985314,  0.0415560,  1.0572252
+	);
+	vec3 Fresnel0ToIor( vec3 fresnel0 ) {
+		vec3 sqrtF0 = sqrt( fresnel0 );
+		return ( vec3( 1.0 ) + sqrtF0 ) / ( vec3( 1.0 ) - sqrtF0 );
+	}
+	vec3 IorToFresnel0( vec3 transmittedIor, float incidentIor ) {
+		return pow2( ( transmittedIor - vec3( incidentIor ) ) / ( transmittedIor + vec3( incidentIor ) ) );
+	}
+	float IorToFresnel0( float transmittedIor, float incidentIor ) {
+		return pow2( ( transmittedIor - incidentIor ) / ( transmittedIor + incidentIor ));
+	}
+	vec3 evalSensitivity( float OPD, vec3 shift ) {
+		float phase = 2.0 * PI * OPD * 1.0e-9;
+		vec3 val = vec3( 5.4856e-13, 4.4201e-13, 5.2481e-13 );
+		vec3 pos = vec3( 1.6810e+06, 1.7953e+06, 2.2084e+06 );
+		vec3 var = vec3( 4.3278e+09, 9.3046e+09, 6.6121e+09 );
+		vec3 xyz = val * sqrt( 2.0 * PI * var ) * cos( pos * phase + shift ) * exp( - pow2( phase ) * var );
+		xyz.x += 9.7470e-14 * sqrt( 2.0 * PI * 4.5282e+09 ) * cos( 2.2399e+06 * phase + shift[ 0 ] ) * exp( - 4.5282e+09 * pow2( phase ) );
+		xyz /= 1.0685e-7;
+		vec3 rgb = XYZ_TO_REC709 * xyz;
+		return rgb;
+	}
+	vec3 evalIridescence( float outsideIOR, float eta2, float cosTheta1, float thinFilmThickness, vec3 baseF0 ) {
+		vec3 I;
+		float iridescenceIOR = mix( outsideIOR, eta2, smoothstep( 0.0, 0.03, thinFilmThickness ) );
+		float sinTheta2Sq = pow2( outsideIOR / iridescenceIOR ) * ( 1.0 - pow2( cosTheta1 ) );
+		float cosTheta2Sq = 1.0 - sinTheta2Sq;
+		if ( cosTheta2Sq < 0.0 ) {
+			return vec3( 1.0 );
+		}
+		float cosTheta2 = sqrt( cosTheta2Sq );
+		float R0 = IorToFresnel0( iridescenceIOR, outsideIOR );
+		float R12 = F_Schlick( R0, 1.0, cosTheta1 );
+		float T121 = 1.0 - R12;
+		float phi12 = 0.0;
+		if ( iridescenceIOR < outsideIOR ) phi12 = PI;
+		float phi21 = PI - phi12;
+		vec3 baseIOR = Fresnel0ToIor( clamp( baseF0, 0.0, 0.9999 ) );		vec3 R1 = IorToFresnel0( baseIOR, iridescenceIOR );
+		vec3 R23 = F_Schlick( R1, 1.0, cosTheta2 );
+		vec3 phi23 = vec3( 0.0 );
+		if ( baseIOR[ 0 ] < iridescenceIOR ) phi23[ 0 ] = PI;
+		if ( baseIOR[ 1 ] < iridescenceIOR ) phi23[ 1 ] = PI;
+		if ( baseIOR[ 2 ] < iridescenceIOR ) phi23[ 2 ] = PI;
+		float OPD = 2.0 * iridescenceIOR * thinFilmThickness * cosTheta2;
+		vec3 phi = vec3( phi21 ) + phi23;
+		vec3 R123 = clamp( R12 * R23, 1e-5, 0.9999 );
+		vec3 r123 = sqrt( R123 );
+		vec3 Rs = pow2( T121 ) * R23 / ( vec3( 1.0 ) - R123 );
+		vec3 C0 = R12 + Rs;
+		I = C0;
+		vec3 Cm = Rs - T121;
+		for ( int m = 1; m <= 2; ++ m ) {
+			Cm *= r123;
+			vec3 Sm = 2.0 * evalSensitivity( float( m ) * OPD, float( m ) * phi );
+			I += Cm * Sm;
+		}
+		return max( I, vec3( 0.0 ) );
+	}
+#endif`,bw=`#ifdef USE_BUMPMAP
+	uniform sampler2D bumpMap;
+	uniform float bumpScale;
+	vec2 dHdxy_fwd() {
+		vec2 dSTdx = dFdx( vBumpMapUv );
+		vec2 dSTdy = dFdy( vBumpMapUv );
+		float Hll = bumpScale * texture2D( bumpMap, vBumpMapUv ).x;
+		float dBx = bumpScale * texture2D( bumpMap, vBumpMapUv + dSTdx ).x - Hll;
+		float dBy = bumpScale * texture2D( bumpMap, vBumpMapUv + dSTdy ).x - Hll;
+		return vec2( dBx, dBy );
+	}
+	vec3 perturbNormalArb( vec3 surf_pos, vec3 surf_norm, vec2 dHdxy, float faceDirection ) {
+		vec3 vSigmaX = normalize( dFdx( surf_pos.xyz ) );
+		vec3 vSigmaY = normalize( dFdy( surf_pos.xyz ) );
+		vec3 vN = surf_norm;
+		vec3 R1 = cross( vSigmaY, vN );
+		vec3 R2 = cross( vN, vSigmaX );
+		float fDet = dot( vSigmaX, R1 ) * faceDirection;
+		vec3 vGrad = sign( fDet ) * ( dHdxy.x * R1 + dHdxy.y * R2 );
+		return normalize( abs( fDet ) * surf_norm - vGrad );
+	}
+#endif`,Sw=`#if NUM_CLIPPING_PLANES > 0
+	vec4 plane;
+	#ifdef ALPHA_TO_COVERAGE
+		float distanceToPlane, distanceGradient;
+		float clipOpacity = 1.0;
+		#pragma unroll_loop_start
+		for ( int i = 0; i < UNION_CLIPPING_PLANES; i ++ ) {
+			plane = clippingPlanes[ i ];
+			distanceToPlane = - dot( vClipPosition, plane.xyz ) + plane.w;
+			distanceGradient = fwidth( distanceToPlane ) / 2.0;
+			clipOpacity *= smoothstep( - distanceGradient, distanceGradient, distanceToPlane );
+			if ( clipOpacity == 0.0 ) discard;
+		}
+		#pragma unroll_loop_end
+		#if UNION_CLIPPING_PLANES < NUM_CLIPPING_PLANES
+			float unionClipOpacity = 1.0;
+			#pragma unroll_loop_start
+			for ( int i = UNION_CLIPPING_PLANES; i < NUM_CLIPPING_PLANES; i ++ ) {
+				plane = clippingPlanes[ i ];
+				distanceToPlane = - dot( vClipPosition, plane.xyz ) + plane.w;
+				distanceGradient = fwidth( distanceToPlane ) / 2.0;
+				unionClipOpacity *= 1.0 - smoothstep( - distanceGradient, distanceGradient, distanceToPlane );
+			}
+			#pragma unroll_loop_end
+			clipOpacity *= 1.0 - unionClipOpacity;
+		#endif
+		diffuseColor.a *= clipOpacity;
+		if ( diffuseColor.a == 0.0 ) discard;
+	#else
+		#pragma unroll_loop_start
+		for ( int i = 0; i < UNION_CLIPPING_PLANES; i ++ ) {
+			plane = clippingPlanes[ i ];
+			if ( dot( vClipPosition, plane.xyz ) > plane.w ) discard;
+		}
+		#pragma unroll_loop_end
+		#if UNION_CLIPPING_PLANES < NUM_CLIPPING_PLANES
+			bool clipped = true;
+			#pragma unroll_loop_start
+			for ( int i = UNION_CLIPPING_PLANES; i < NUM_CLIPPING_PLANES; i ++ ) {
+				plane = clippingPlanes[ i ];
+				clipped = ( dot( vClipPosition, plane.xyz ) > plane.w ) && clipped;
+			}
+			#pragma unroll_loop_end
+			if ( clipped ) discard;
+		#endif
+	#endif
+#endif`,Mw=`#if NUM_CLIPPING_PLANES > 0
+	varying vec3 vClipPosition;
+	uniform vec4 clippingPlanes[ NUM_CLIPPING_PLANES ];
+#endif`,ww=`#if NUM_CLIPPING_PLANES > 0
+	varying vec3 vClipPosition;
+#endif`,Ew=`#if NUM_CLIPPING_PLANES > 0
+	vClipPosition = - mvPosition.xyz;
+#endif`,Tw=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA )
+	diffuseColor *= vColor;
+#endif`,Aw=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA )
+	varying vec4 vColor;
+#endif`,Cw=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA ) || defined( USE_INSTANCING_COLOR ) || defined( USE_BATCHING_COLOR )
+	varying vec4 vColor;
+#endif`,Rw=`#if defined( USE_COLOR ) || defined( USE_COLOR_ALPHA ) || defined( USE_INSTANCING_COLOR ) || defined( USE_BATCHING_COLOR )
+	vColor = vec4( 1.0 );
+#endif
+#ifdef USE_COLOR_ALPHA
+	vColor *= color;
+#elif defined( USE_COLOR )
+	vColor.rgb *= color;
+#endif
+#ifdef USE_INSTANCING_COLOR
+	vColor.rgb *= instanceColor.rgb;
+#endif
+#ifdef USE_BATCHING_COLOR
+	vColor *= getBatchingColor( getIndirectIndex( gl_DrawID ) );
+#endif`,Pw=`#define PI 3.141592653589793
+#define PI2 6.283185307179586
+#define PI_HALF 1.5707963267948966
+#define RECIPROCAL_PI 0.3183098861837907
+#define RECIPROCAL_PI2 0.15915494309189535
+#define EPSILON 1e-6
+#ifndef saturate
+#define saturate( a ) clamp( a, 0.0, 1.0 )
+#endif
+#define whiteComplement( a ) ( 1.0 - saturate( a ) )
+float pow2( const in float x ) { return x*x; }
+vec3 pow2( const in vec3 x ) { return x*x; }
+float pow3( const in float x ) { return x*x*x; }
+float pow4( const in float x ) { float x2 = x*x; return x2*x2; }
+float max3( const in vec3 v ) { return max( max( v.x, v.y ), v.z ); }
+float average( const in vec3 v ) { return dot( v, vec3( 0.3333333 ) ); }
+highp float rand( const in vec2 uv ) {
+	const highp float a = 12.9898, b = 78.233, c = 43758.5453;
+	highp float dt = dot( uv.xy, vec2( a,b ) ), sn = mod( dt, PI );
+	return fract( sin( sn ) * c );
+}
+#ifdef HIGH_PRECISION
+	float precisionSafeLength( vec3 v ) { return length( v ); }
+#else
+	float precisionSafeLength( vec3 v ) {
+		float maxComponent = max3( abs( v ) );
+		return length( v / maxComponent ) * maxComponent;
+	}
+#endif
+struct IncidentLight {
+	vec3 color;
+	vec3 direction;
+	bool visible;
+};
+struct ReflectedLight {
+	vec3 directDiffuse;
+	vec3 directSpecular;
+	vec3 indirectDiffuse;
+	vec3 indirectSpecular;
+};
+#ifdef USE_ALPHAHASH
+	varying vec3 vPosition;
+#endif
+vec3 transformDirection( in vec3 dir, in mat4 matrix ) {
+	return normalize( ( matrix * vec4( dir, 0.0 ) ).xyz );
+}
+#define inverseTransformDirection transformDirectionByInverseViewMatrix
+vec3 transformNormalByInverseViewMatrix( in vec3 normal, in mat4 viewMatrix ) {
+	return normalize( ( vec4( normal, 0.0 ) * viewMatrix ).xyz );
+}
+vec3 transformDirectionByInverseViewMatrix( in vec3 dir, in mat4 viewMatrix ) {
+	return normalize( ( vec4( dir, 0.0 ) * viewMatrix ).xyz );
+}
+bool isPerspectiveMatrix( mat4 m ) {
+	return m[ 2 ][ 3 ] == - 1.0;
+}
+vec2 equirectUv( in vec3 dir ) {
+	float u = atan( dir.z, dir.x ) * RECIPROCAL_PI2 + 0.5;
+	float v = asin( clamp( dir.y, - 1.0, 1.0 ) ) * RECIPROCAL_PI + 0.5;
+	return vec2( u, v );
+}
+vec3 BRDF_Lambert( const in vec3 diffuseColor ) {
+	return RECIPROCAL_PI * diffuseColor;
+}
+vec3 F_Schlick( const in vec3 f0, const in float f90, const in float dotVH ) {
+	float fresnel = exp2( ( - 5.55473 * dotVH - 6.98316 ) * dotVH );
+	return f0 * ( 1.0 - fresnel ) + ( f90 * fresnel );
+}
+float F_Schlick( const in float f0, const in float f90, const in float dotVH ) {
+	float fresnel = exp2( ( - 5.55473 * dotVH - 6.98316 ) * dotVH );
+	return f0 * ( 1.0 - fresnel ) + ( f90 * fresnel );
+} // validated`,Iw=`vec3 transformedNormal = objectNormal;
+#ifdef USE_TANGENT
+	vec3 transformedTangent = objectTangent;
+#endif
+#ifdef USE_BATCHING
+	mat3 bm = mat3( batchingMatrix );
+	transformedNormal /= vec3( dot( bm[ 0 ], bm[ 0 ] ), dot( bm[ 1 ], bm[ 1 ] ), dot( bm[ 2 ], bm[ 2 ] ) );
+	transformedNormal = bm * transformedNormal;
+	#ifdef USE_TANGENT
+		transformedTangent = bm * transformedTangent;
+	#endif
+#endif
+#ifdef USE_INSTANCING
+	mat3 im = mat3( instanceMatrix );
+	transformedNormal /= vec3( dot( im[ 0 ], im[ 0 ] ), dot( im[ 1 ], im[ 1 ] ), dot( im[ 2 ], im[ 2 ] ) );
+	transformedNormal = im * transformedNormal;
+	#ifdef USE_TANGENT
+		transformedTangent = im * transformedTangent;
+	#endif
+#endif
+transformedNormal = normalMatrix * transformedNormal;
+#ifdef FLIP_SIDED
+	transformedNormal = - transformedNormal;
+#endif
+#ifdef USE_TANGENT
+	transformedTangent = ( modelViewMatrix * vec4( transformedTangent, 0.0 ) ).xyz;
+#endif`,Lw=`#ifdef USE_DISPLACEMENTMAP
+	uniform sampler2D displacementMap;
+	uniform float displacementScale;
+	uniform float displacementBias;
+#endif`,Dw=`#ifdef USE_DISPLACEMENTMAP
+	transformed += normalize( objectNormal ) * ( texture2D( displacementMap, vDisplacementMapUv ).x * displacementScale + displacementBias );
+#endif`,Nw=`#ifdef USE_EMISSIVEMAP
+	vec4 emissiveColor = texture2D( emissiveMap, vEmissiveMapUv );
+	#ifdef DECODE_VIDEO_TEXTURE_EMISSIVE
+		emissiveColor = sRGBTransferEOTF( emissiveColor );
+	#endif
+	totalEmissiveRadiance *= emissiveColor.rgb;
+#endif`,Uw=`#ifdef USE_EMISSIVEMAP
+	uniform sampler2D emissiveMap;
+#endif`,Ow="gl_FragColor = linearToOutputTexel( gl_FragColor );",Fw=`vec4 LinearTransferOETF( in vec4 value ) {
+	return value;
+}
+vec4 sRGBTransferEOTF( in vec4 value ) {
+	return vec4( mix( pow( value.rgb * 0.9478672986 + vec3( 0.0521327014 ), vec3( 2.4 ) ), value.rgb * 0.0773993808, vec3( lessThanEqual( value.rgb, vec3( 0.04045 ) ) ) ), value.a );
+}
+vec4 sRGBTransferOETF( in vec4 value ) {
+	return vec4( mix( pow( value.rgb, vec3( 0.41666 ) ) * 1.055 - vec3( 0.055 ), value.rgb * 12.92, vec3( lessThanEqual( value.rgb, vec3( 0.0031308 ) ) ) ), value.a );
+}`,Bw=`#ifdef USE_ENVMAP
+	#ifdef ENV_WORLDPOS
+		vec3 cameraToFrag;
+		if ( isOrthographic ) {
+			cameraToFrag = normalize( vec3( - viewMatrix[ 0 ][ 2 ], - viewMatrix[ 1 ][ 2 ], - viewMatrix[ 2 ][ 2 ] ) );
+		} else {
+			cameraToFrag = normalize( vWorldPosition - cameraPosition );
+		}
+		vec3 worldNormal = transformNormalByInverseViewMatrix( normal, viewMatrix );
+		#ifdef ENVMAP_MODE_REFLECTION
+			vec3 reflectVec = reflect( cameraToFrag, worldNormal );
+		#else
+			vec3 reflectVec = refract( cameraToFrag, worldNormal, refractionRatio );
+		#endif
+	#else
+		vec3 reflectVec = vReflect;
+	#endif
+	#ifdef ENVMAP_TYPE_CUBE
+		vec4 envColor = textureCube( envMap, envMapRotation * reflectVec );
+		#ifdef ENVMAP_BLENDING_MULTIPLY
+			outgoingLight = mix( outgoingLight, outgoingLight * envColor.xyz, specularStrength * reflectivity );
+		#elif defined( ENVMAP_BLENDING_MIX )
+			outgoingLight = mix( outgoingLight, envColor.xyz, specularStrength * reflectivity );
+		#elif defined( ENVMAP_BLENDING_ADD )
+			outgoingLight += envColor.xyz * specularStrength * reflectivity;
+		#endif
+	#endif
+#endif`,kw=`#ifdef USE_ENVMAP
+	uniform float envMapIntensity;
+	uniform mat3 envMapRotation;
+	uniform samplerCube envMap;
+	#ifdef ENVMAP_TYPE_PMREM
+		float roughnessToMip( const in float roughness ) {
+			float r = clamp( roughness, 0.0, 1.0 );
+			return ENVMAP_MAX_LOD * r * ( 2.0 - r );
+		}
+	#endif
+#endif`,zw=`#ifdef USE_ENVMAP
+	uniform float reflectivity;
+	#if defined( USE_BUMPMAP ) || defined( USE_NORMALMAP ) || defined( PHONG ) || defined( LAMBERT )
+		#define ENV_WORLDPOS
+	#endif
+	#ifdef ENV_WORLDPOS
+		varying vec3 vWorldPosition;
+		uniform float refractionRatio;
+	#else
+		varying vec3 vReflect;
+	#endif
+#endif`,Vw=`#ifdef USE_ENVMAP
+	#if defined( USE_BUMPMAP ) || defined( USE_NORMALMAP ) || defined( PHONG ) || defined( LAMBERT )
+		#define ENV_WORLDPOS
+	#endif
+	#ifdef ENV_WORLDPOS
+		
+		varying vec3 vWorldPosition;
+	#else
+		varying vec3 vReflect;
+		uniform float refractionRatio;
+	#endif
+#endif`,Hw=`#ifdef USE_ENVMAP
+	#ifdef ENV_WORLDPOS
+		vWorldPosition = worldPosition.xyz;
+	#else
+		vec3 cameraToVertex;
+		if ( isOrthographic ) {
+			cameraToVertex = normalize( vec3( - viewMatrix[ 0 ][ 2 ], - viewMatrix[ 1 ][ 2 ], - viewMatrix[ 2 ][ 2 ] ) );
+		} else {
+			cameraToVertex = normalize( worldPosition.xyz - cameraPosition );
+		}
+		vec3 worldNormal = transformNormalByInverseViewMatrix( transformedNormal, viewMatrix );
+		#ifdef ENVMAP_MODE_REFLECTION
+			vReflect = reflect( cameraToVertex, worldNormal );
+		#else
+			vReflect = refract( cameraToVertex, worldNormal, refractionRatio );
+		#endif
+	#endif
+#endif`,Gw=`#ifdef USE_FOG
+	vFogDepth = - mvPosition.z;
+#endif`,$w=`#ifdef USE_FOG
+	varying float vFogDepth;
+#endif`,Ww=`#ifdef USE_FOG
+	#ifdef FOG_EXP2
+		float fogFactor = 1.0 - exp( - fogDensity * fogDensity * vFogDepth * vFogDepth );
+	#else
+		float fogFactor = smoothstep( fogNear, fogFar, vFogDepth );
+	#endif
+	gl_FragColor.rgb = mix( gl_FragColor.rgb, fogColor, fogFactor );
+#endif`,Xw=`#ifdef USE_FOG
+	uniform vec3 fogColor;
+	varying float vFogDepth;
+	#ifdef FOG_EXP2
+		uniform float fogDensity;
+	#else
+		uniform float fogNear;
+		uniform float fogFar;
+	#endif
+#endif`,qw=`#ifdef USE_GRADIENTMAP
+	uniform sampler2D gradientMap;
+#endif
+vec3 getGradientIrradiance( vec3 normal, vec3 lightDirection ) {
+	float dotNL = dot( normal, lightDirection );
+	vec2 coord = vec2( dotNL * 0.5 + 0.5, 0.0 );
+	#ifdef USE_GRADIENTMAP
+		return vec3( texture2D( gradientMap, coord ).r );
+	#else
+		vec2 fw = fwidth( coord ) * 0.5;
+		return mix( vec3( 0.7 ), vec3( 1.0 ), smoothstep( 0.7 - fw.x, 0.7 + fw.x, coord.x ) );
+	#endif
+}`,Yw=`#ifdef USE_LIGHTMAP
+	uniform sampler2D lightMap;
+	uniform float lightMapIntensity;
+#endif`,Zw=`LambertMaterial material;
+material.diffuseColor = diffuseColor.rgb;
+material.specularStrength = specularStrength;`,Jw=`varying vec3 vViewPosition;
+struct LambertMaterial {
+	vec3 diffuseColor;
+	float specularStrength;
+};
+void RE_Direct_Lambert( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in LambertMaterial material, inout ReflectedLight reflectedLight ) {
+	float dotNL = saturate( dot( geometryNormal, directLight.direction ) );
+	vec3 irradiance = dotNL * directLight.color;
+	reflectedLight.directDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+void RE_IndirectDiffuse_Lambert( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in LambertMaterial material, inout ReflectedLight reflectedLight ) {
+	reflectedLight.indirectDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+#define RE_Direct				RE_Direct_Lambert
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_Lambert`,jw=`uniform bool receiveShadow;
+uniform vec3 ambientLightColor;
+#if defined( USE_LIGHT_PROBES )
+	uniform vec3 lightProbe[ 9 ];
+#endif
+vec3 shGetIrradianceAt( in vec3 normal, in vec3 shCoefficients[ 9 ] ) {
+	float x = normal.x, y = normal.y, z = normal.z;
+	vec3 result = shCoefficients[ 0 ] * 0.886227;
+	result += shCoefficients[ 1 ] * 2.0 * 0.511664 * y;
+	result += shCoefficients[ 2 ] * 2.0 * 0.511664 * z;
+	result += shCoefficients[ 3 ] * 2.0 * 0.511664 * x;
+	result += shCoefficients[ 4 ] * 2.0 * 0.429043 * x * y;
+	result += shCoefficients[ 5 ] * 2.0 * 0.429043 * y * z;
+	result += shCoefficients[ 6 ] * ( 0.743125 * z * z - 0.247708 );
+	result += shCoefficients[ 7 ] * 2.0 * 0.429043 * x * z;
+	result += shCoefficients[ 8 ] * 0.429043 * ( x * x - y * y );
+	return result;
+}
+vec3 getLightProbeIrradiance( const in vec3 lightProbe[ 9 ], const in vec3 normal ) {
+	vec3 worldNormal = transformNormalByInverseViewMatrix( normal, viewMatrix );
+	vec3 irradiance = shGetIrradianceAt( worldNormal, lightProbe );
+	return irradiance;
+}
+vec3 getAmbientLightIrradiance( const in vec3 ambientLightColor ) {
+	vec3 irradiance = ambientLightColor;
+	return irradiance;
+}
+float getDistanceAttenuation( const in float lightDistance, const in float cutoffDistance, const in float decayExponent ) {
+	float distanceFalloff = 1.0 / max( pow( lightDistance, decayExponent ), 0.01 );
+	if ( cutoffDistance > 0.0 ) {
+		distanceFalloff *= pow2( saturate( 1.0 - pow4( lightDistance / cutoffDistance ) ) );
+	}
+	return distanceFalloff;
+}
+float getSpotAttenuation( const in float coneCosine, const in float penumbraCosine, const in float angleCosine ) {
+	return smoothstep( coneCosine, penumbraCosine, angleCosine );
+}
+#if NUM_SUN_LIGHTS > 0
+	struct SunLight {
+		vec3 direction;
+		vec3 color;
+	};
+	uniform SunLight sunLights[ NUM_SUN_LIGHTS ];
+	void getSunLightInfo( const in SunLight sunLight, out IncidentLight light ) {
+		light.color = sunLight.color;
+		light.direction = sunLight.direction;
+		light.visible = true;
+	}
+#endif
+#if NUM_DIR_LIGHTS > 0
+	struct DirectionalLight {
+		vec3 direction;
+		vec3 color;
+	};
+	uniform DirectionalLight directionalLights[ NUM_DIR_LIGHTS ];
+	void getDirectionalLightInfo( const in DirectionalLight directionalLight, out IncidentLight light ) {
+		light.color = directionalLight.color;
+		light.direction = directionalLight.direction;
+		light.visible = true;
+	}
+#endif
+#if NUM_POINT_LIGHTS > 0
+	struct PointLight {
+		vec3 position;
+		vec3 color;
+		float distance;
+		float decay;
+	};
+	uniform PointLight pointLights[ NUM_POINT_LIGHTS ];
+	void getPointLightInfo( const in PointLight pointLight, const in vec3 geometryPosition, out IncidentLight light ) {
+		vec3 lVector = pointLight.position - geometryPosition;
+		light.direction = normalize( lVector );
+		float lightDistance = length( lVector );
+		light.color = pointLight.color;
+		light.color *= getDistanceAttenuation( lightDistance, pointLight.distance, pointLight.decay );
+		light.visible = ( light.color != vec3( 0.0 ) );
+	}
+#endif
+#if NUM_SPOT_LIGHTS > 0
+	struct SpotLight {
+		vec3 position;
+		vec3 direction;
+		vec3 color;
+		float distance;
+		float decay;
+		float coneCos;
+		float penumbraCos;
+	};
+	uniform SpotLight spotLights[ NUM_SPOT_LIGHTS ];
+	void getSpotLightInfo( const in SpotLight spotLight, const in vec3 geometryPosition, out IncidentLight light ) {
+		vec3 lVector = spotLight.position - geometryPosition;
+		light.direction = normalize( lVector );
+		float angleCos = dot( light.direction, spotLight.direction );
+		float spotAttenuation = getSpotAttenuation( spotLight.coneCos, spotLight.penumbraCos, angleCos );
+		if ( spotAttenuation > 0.0 ) {
+			float lightDistance = length( lVector );
+			light.color = spotLight.color * spotAttenuation;
+			light.color *= getDistanceAttenuation( lightDistance, spotLight.distance, spotLight.decay );
+			light.visible = ( light.color != vec3( 0.0 ) );
+		} else {
+			light.color = vec3( 0.0 );
+			light.visible = false;
+		}
+	}
+#endif
+#if NUM_RECT_AREA_LIGHTS > 0
+	struct RectAreaLight {
+		vec3 color;
+		vec3 position;
+		vec3 halfWidth;
+		vec3 halfHeight;
+	};
+	uniform sampler2D ltc_1;	uniform sampler2D ltc_2;
+	uniform RectAreaLight rectAreaLights[ NUM_RECT_AREA_LIGHTS ];
+#endif
+#if NUM_HEMI_LIGHTS > 0
+	struct HemisphereLight {
+		vec3 direction;
+		vec3 skyColor;
+		vec3 groundColor;
+	};
+	uniform HemisphereLight hemisphereLights[ NUM_HEMI_LIGHTS ];
+	vec3 getHemisphereLightIrradiance( const in HemisphereLight hemiLight, const in vec3 normal ) {
+		float dotNL = dot( normal, hemiLight.direction );
+		float hemiDiffuseWeight = 0.5 * dotNL + 0.5;
+		vec3 irradiance = mix( hemiLight.groundColor, hemiLight.skyColor, hemiDiffuseWeight );
+		return irradiance;
+	}
+#endif
+#include <lightprobes_pars_fragment>`,Kw=`#ifdef USE_ENVMAP
+	vec3 getIBLIrradiance( const in vec3 normal ) {
+		#ifdef ENVMAP_TYPE_PMREM
+			vec3 worldNormal = transformNormalByInverseViewMatrix( normal, viewMatrix );
+			vec4 envMapColor = textureLod( envMap, envMapRotation * worldNormal, ENVMAP_MAX_LOD );
+			return PI * envMapColor.rgb * envMapIntensity;
+		#else
+			return vec3( 0.0 );
+		#endif
+	}
+	vec3 getIBLRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness ) {
+		#ifdef ENVMAP_TYPE_PMREM
+			vec3 reflectVec = reflect( - viewDir, normal );
+			reflectVec = normalize( mix( reflectVec, normal, pow4( roughness ) ) );
+			reflectVec = transformDirectionByInverseViewMatrix( reflectVec, viewMatrix );
+			vec4 envMapColor = textureLod( envMap, envMapRotation * reflectVec, roughnessToMip( roughness ) );
+			return envMapColor.rgb * envMapIntensity;
+		#else
+			return vec3( 0.0 );
+		#endif
+	}
+	#ifdef USE_RETROREFLECTION
+		vec3 getIBLRetroRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness ) {
+			#ifdef ENVMAP_TYPE_PMREM
+				vec3 retroVec = normalize( mix( viewDir, normal, pow4( roughness ) ) );
+				retroVec = transformDirectionByInverseViewMatrix( retroVec, viewMatrix );
+				vec4 envMapColor = textureLod( envMap, envMapRotation * retroVec, roughnessToMip( roughness ) );
+				return envMapColor.rgb * envMapIntensity;
+			#else
+				return vec3( 0.0 );
+			#endif
+		}
+	#endif
+	#ifdef USE_ANISOTROPY
+		vec3 getIBLAnisotropyRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness, const in vec3 bitangent, const in float anisotropy ) {
+			#ifdef ENVMAP_TYPE_PMREM
+				vec3 bentNormal = cross( bitangent, viewDir );
+				bentNormal = normalize( cross( bentNormal, bitangent ) );
+				bentNormal = normalize( mix( bentNormal, normal, pow2( pow2( 1.0 - anisotropy * ( 1.0 - roughness ) ) ) ) );
+				return getIBLRadiance( viewDir, bentNormal, roughness );
+			#else
+				return vec3( 0.0 );
+			#endif
+		}
+		#ifdef USE_RETROREFLECTION
+			vec3 getIBLAnisotropyRetroRadiance( const in vec3 viewDir, const in vec3 normal, const in float roughness, const in vec3 bitangent, const in float anisotropy ) {
+				#ifdef ENVMAP_TYPE_PMREM
+					vec3 bentNormal = cross( bitangent, viewDir );
+					bentNormal = normalize( cross( bentNormal, bitangent ) );
+					bentNormal = normalize( mix( bentNormal, normal, pow2( pow2( 1.0 - anisotropy * ( 1.0 - roughness ) ) ) ) );
+					return getIBLRetroRadiance( viewDir, bentNormal, roughness );
+				#else
+					return vec3( 0.0 );
+				#endif
+			}
+		#endif
+	#endif
+#endif`,Qw=`ToonMaterial material;
+material.diffuseColor = diffuseColor.rgb;`,e1=`varying vec3 vViewPosition;
+struct ToonMaterial {
+	vec3 diffuseColor;
+};
+void RE_Direct_Toon( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in ToonMaterial material, inout ReflectedLight reflectedLight ) {
+	vec3 irradiance = getGradientIrradiance( geometryNormal, directLight.direction ) * directLight.color;
+	reflectedLight.directDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+void RE_IndirectDiffuse_Toon( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in ToonMaterial material, inout ReflectedLight reflectedLight ) {
+	reflectedLight.indirectDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+#define RE_Direct				RE_Direct_Toon
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_Toon`,t1=`BlinnPhongMaterial material;
+material.diffuseColor = diffuseColor.rgb;
+material.specularColor = specular;
+material.specularShininess = shininess;
+material.specularStrength = specularStrength;`,n1=`varying vec3 vViewPosition;
+struct BlinnPhongMaterial {
+	vec3 diffuseColor;
+	vec3 specularColor;
+	float specularShininess;
+	float specularStrength;
+};
+void RE_Direct_BlinnPhong( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in BlinnPhongMaterial material, inout ReflectedLight reflectedLight ) {
+	float dotNL = saturate( dot( geometryNormal, directLight.direction ) );
+	vec3 irradiance = dotNL * directLight.color;
+	reflectedLight.directDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+	reflectedLight.directSpecular += irradiance * BRDF_BlinnPhong( directLight.direction, geometryViewDir, geometryNormal, material.specularColor, material.specularShininess ) * material.specularStrength;
+}
+void RE_IndirectDiffuse_BlinnPhong( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in BlinnPhongMaterial material, inout ReflectedLight reflectedLight ) {
+	reflectedLight.indirectDiffuse += irradiance * BRDF_Lambert( material.diffuseColor );
+}
+#define RE_Direct				RE_Direct_BlinnPhong
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_BlinnPhong`,i1=`PhysicalMaterial material;
+material.diffuseColor = diffuseColor.rgb;
+material.diffuseContribution = diffuseColor.rgb * ( 1.0 - metalnessFactor );
+material.metalness = metalnessFactor;
+vec3 dxy = max( abs( dFdx( nonPerturbedNormal ) ), abs( dFdy( nonPerturbedNormal ) ) );
+float geometryRoughness = max( max( dxy.x, dxy.y ), dxy.z );
+material.roughness = max( roughnessFactor, 0.045 );
+material.roughness += geometryRoughness;
+material.roughness = min( material.roughness, 1.0 );
+#ifdef USE_DIFFUSE_ROUGHNESS
+	float diffuseRoughnessFactor = diffuseRoughness;
+	#ifdef USE_DIFFUSE_ROUGHNESSMAP
+		diffuseRoughnessFactor *= texture2D( diffuseRoughnessMap, vDiffuseRoughnessMapUv ).r;
+	#endif
+	material.diffuseRoughness = saturate( diffuseRoughnessFactor );
+#endif
+#ifdef IOR
+	material.ior = ior;
+	#ifdef USE_SPECULAR
+		float specularIntensityFactor = specularIntensity;
+		vec3 specularColorFactor = specularColor;
+		#ifdef USE_SPECULAR_COLORMAP
+			specularColorFactor *= texture2D( specularColorMap, vSpecularColorMapUv ).rgb;
+		#endif
+		#ifdef USE_SPECULAR_INTENSITYMAP
+			specularIntensityFactor *= texture2D( specularIntensityMap, vSpecularIntensityMapUv ).a;
+		#endif
+		material.specularF90 = mix( specularIntensityFactor, 1.0, metalnessFactor );
+	#else
+		float specularIntensityFactor = 1.0;
+		vec3 specularColorFactor = vec3( 1.0 );
+		material.specularF90 = 1.0;
+	#endif
+	material.specularColor = min( pow2( ( material.ior - 1.0 ) / ( material.ior + 1.0 ) ) * specularColorFactor, vec3( 1.0 ) ) * specularIntensityFactor;
+	material.specularColorBlended = mix( material.specularColor, diffuseColor.rgb, metalnessFactor );
+#else
+	material.specularColor = vec3( 0.04 );
+	material.specularColorBlended = mix( material.specularColor, diffuseColor.rgb, metalnessFactor );
+	material.specularF90 = 1.0;
+#endif
+#ifdef USE_CLEARCOAT
+	material.clearcoat = clearcoat;
+	material.clearcoatRoughness = clearcoatRoughness;
+	material.clearcoatF0 = vec3( 0.04 );
+	material.clearcoatF90 = 1.0;
+	#ifdef USE_CLEARCOATMAP
+		material.clearcoat *= texture2D( clearcoatMap, vClearcoatMapUv ).x;
+	#endif
+	#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+		material.clearcoatRoughness *= texture2D( clearcoatRoughnessMap, vClearcoatRoughnessMapUv ).y;
+	#endif
+	material.clearcoat = saturate( material.clearcoat );	material.clearcoatRoughness = max( material.clearcoatRoughness, 0.045 );
+	material.clearcoatRoughness += geometryRoughness;
+	material.clearcoatRoughness = min( material.clearcoatRoughness, 1.0 );
+#endif
+#ifdef USE_DISPERSION
+	material.dispersion = dispersion;
+#endif
+#ifdef USE_RETROREFLECTION
+	material.retroreflectivity = retroreflectivity;
+#endif
+#ifdef USE_IRIDESCENCE
+	material.iridescence = iridescence;
+	material.iridescenceIOR = iridescenceIOR;
+	#ifdef USE_IRIDESCENCEMAP
+		material.iridescence *= texture2D( iridescenceMap, vIridescenceMapUv ).r;
+	#endif
+	#ifdef USE_IRIDESCENCE_THICKNESSMAP
+		material.iridescenceThickness = (iridescenceThicknessMaximum - iridescenceThicknessMinimum) * texture2D( iridescenceThicknessMap, vIridescenceThicknessMapUv ).g + iridescenceThicknessMinimum;
+	#else
+		material.iridescenceThickness = iridescenceThicknessMaximum;
+	#endif
+#endif
+#ifdef USE_SHEEN
+	material.sheenColor = sheenColor;
+	#ifdef USE_SHEEN_COLORMAP
+		material.sheenColor *= texture2D( sheenColorMap, vSheenColorMapUv ).rgb;
+	#endif
+	material.sheenRoughness = clamp( sheenRoughness, 0.0001, 1.0 );
+	#ifdef USE_SHEEN_ROUGHNESSMAP
+		material.sheenRoughness *= texture2D( sheenRoughnessMap, vSheenRoughnessMapUv ).a;
+	#endif
+#endif
+#ifdef USE_ANISOTROPY
+	#ifdef USE_ANISOTROPYMAP
+		mat2 anisotropyMat = mat2( anisotropyVector.x, anisotropyVector.y, - anisotropyVector.y, anisotropyVector.x );
+		vec3 anisotropyPolar = texture2D( anisotropyMap, vAnisotropyMapUv ).rgb;
+		vec2 anisotropyV = anisotropyMat * normalize( 2.0 * anisotropyPolar.rg - vec2( 1.0 ) ) * anisotropyPolar.b;
+	#else
+		vec2 anisotropyV = anisotropyVector;
+	#endif
+	material.anisotropy = length( anisotropyV );
+	if( material.anisotropy == 0.0 ) {
+		anisotropyV = vec2( 1.0, 0.0 );
+	} else {
+		anisotropyV /= material.anisotropy;
+		material.anisotropy = saturate( material.anisotropy );
+	}
+	material.alphaT = mix( pow2( material.roughness ), 1.0, pow2( material.anisotropy ) );
+	material.anisotropyT = tbn[ 0 ] * anisotropyV.x + tbn[ 1 ] * anisotropyV.y;
+	material.anisotropyB = tbn[ 1 ] * anisotropyV.x - tbn[ 0 ] * anisotropyV.y;
+#endif`,s1=`uniform sampler2D dfgLUT;
+struct PhysicalMaterial {
+	vec3 diffuseColor;
+	vec3 diffuseContribution;
+	vec3 specularColor;
+	vec3 specularColorBlended;
+	float roughness;
+	float metalness;
+	float specularF90;
+	float dispersion;
+	vec2 dfg;
+	vec3 multiScatteringCompensation;
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		float diffuseRoughness;
+	#endif
+	#ifdef USE_RETROREFLECTION
+		float retroreflectivity;
+	#endif
+	#ifdef USE_CLEARCOAT
+		float clearcoat;
+		float clearcoatRoughness;
+		vec3 clearcoatF0;
+		float clearcoatF90;
+	#endif
+	#ifdef USE_IRIDESCENCE
+		float iridescence;
+		float iridescenceIOR;
+		float iridescenceThickness;
+		vec3 iridescenceFresnel;
+		vec3 iridescenceF0Dielectric;
+		vec3 iridescenceF0Metallic;
+	#endif
+	#ifdef USE_SHEEN
+		vec3 sheenColor;
+		float sheenRoughness;
+	#endif
+	#ifdef IOR
+		float ior;
+	#endif
+	#ifdef USE_TRANSMISSION
+		float transmission;
+		float transmissionAlpha;
+		float thickness;
+		float attenuationDistance;
+		vec3 attenuationColor;
+	#endif
+	#ifdef USE_ANISOTROPY
+		float anisotropy;
+		float alphaT;
+		vec3 anisotropyT;
+		vec3 anisotropyB;
+	#endif
+};
+vec3 clearcoatSpecularDirect = vec3( 0.0 );
+vec3 clearcoatSpecularIndirect = vec3( 0.0 );
+vec3 sheenSpecularDirect = vec3( 0.0 );
+vec3 sheenSpecularIndirect = vec3(0.0 );
+vec3 Schlick_to_F0( const in vec3 f, const in float f90, const in float dotVH ) {
+    float x = clamp( 1.0 - dotVH, 0.0, 1.0 );
+    float x2 = x * x;
+    float x5 = clamp( x * x2 * x2, 0.0, 0.9999 );
+    return ( f - vec3( f90 ) * x5 ) / ( 1.0 - x5 );
+}
+#ifdef USE_DIFFUSE_ROUGHNESS
+	const float EON_EPSILON = 1e-7;
+	float FON_DirectionalAlbedo( const in float mu, const in float roughness, const in float A ) {
+		float muComp = 1.0 - mu;
+		float gOverPi = muComp * ( 0.0571085289 + muComp * ( 0.491881867 + muComp * ( - 0.332181442 + muComp * 0.0714429953 ) ) );
+		return A * ( 1.0 + roughness * gOverPi );
+	}
+	vec3 BRDF_EON( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in vec3 diffuseColor, const in float roughness ) {
+		vec3 rho = saturate( diffuseColor );
+		if ( roughness <= EON_EPSILON ) return BRDF_Lambert( rho );
+		float dotNL = saturate( dot( normal, lightDir ) );
+		float dotNV = saturate( dot( normal, viewDir ) );
+		float s = dot( lightDir, viewDir ) - dotNL * dotNV;
+		float sOverT = ( s > 0.0 ) ? s / max( max( dotNL, dotNV ), EON_EPSILON ) : s;
+		float A = 1.0 / ( 1.0 + ( 0.5 - 2.0 / ( 3.0 * PI ) ) * roughness );
+		vec3 singleScatter = rho * RECIPROCAL_PI * A * ( 1.0 + roughness * sOverT );
+		float averageAlbedo = A * ( 1.0 + ( 2.0 / 3.0 - 28.0 / ( 15.0 * PI ) ) * roughness );
+		float albedoV = FON_DirectionalAlbedo( dotNV, roughness, A );
+		float albedoL = FON_DirectionalAlbedo( dotNL, roughness, A );
+		vec3 rhoMultiScatter = rho * rho * averageAlbedo / max( vec3( EON_EPSILON ), vec3( 1.0 ) - rho * ( 1.0 - averageAlbedo ) );
+		vec3 multiScatter = rhoMultiScatter * RECIPROCAL_PI
+			* max( EON_EPSILON, 1.0 - albedoV )
+			* max( EON_EPSILON, 1.0 - albedoL )
+			/ max( EON_EPSILON, 1.0 - averageAlbedo );
+		return singleScatter + multiScatter;
+	}
+	vec3 EON_DirectionalAlbedo( const in vec3 diffuseColor, const in float roughness, const in float dotNV ) {
+		vec3 rho = saturate( diffuseColor );
+		if ( roughness <= EON_EPSILON ) return rho;
+		float A = 1.0 / ( 1.0 + ( 0.5 - 2.0 / ( 3.0 * PI ) ) * roughness );
+		float directionalAlbedo = FON_DirectionalAlbedo( dotNV, roughness, A );
+		float averageAlbedo = A * ( 1.0 + ( 2.0 / 3.0 - 28.0 / ( 15.0 * PI ) ) * roughness );
+		vec3 rhoMultiScatter = rho * rho * averageAlbedo / max( vec3( EON_EPSILON ), vec3( 1.0 ) - rho * ( 1.0 - averageAlbedo ) );
+		return rho * directionalAlbedo + rhoMultiScatter * ( 1.0 - directionalAlbedo );
+	}
+#endif
+float V_GGX_SmithCorrelated( const in float alpha, const in float dotNL, const in float dotNV ) {
+	float a2 = pow2( alpha );
+	float gv = dotNL * sqrt( a2 + ( 1.0 - a2 ) * pow2( dotNV ) );
+	float gl = dotNV * sqrt( a2 + ( 1.0 - a2 ) * pow2( dotNL ) );
+	return 0.5 / max( gv + gl, EPSILON );
+}
+float D_GGX( const in float alpha, const in float dotNH ) {
+	float a2 = pow2( alpha );
+	float denom = pow2( dotNH ) * ( a2 - 1.0 ) + 1.0;
+	return RECIPROCAL_PI * a2 / pow2( denom );
+}
+#ifdef USE_ANISOTROPY
+	float V_GGX_SmithCorrelated_Anisotropic( const in float alphaT, const in float alphaB, const in float dotTV, const in float dotBV, const in float dotTL, const in float dotBL, const in float dotNV, const in float dotNL ) {
+		float gv = dotNL * length( vec3( alphaT * dotTV, alphaB * dotBV, dotNV ) );
+		float gl = dotNV * length( vec3( alphaT * dotTL, alphaB * dotBL, dotNL ) );
+		return 0.5 / max( gv + gl, EPSILON );
+	}
+	float D_GGX_Anisotropic( const in float alphaT, const in float alphaB, const in float dotNH, const in float dotTH, const in float dotBH ) {
+		float a2 = alphaT * alphaB;
+		highp vec3 v = vec3( alphaB * dotTH, alphaT * dotBH, a2 * dotNH );
+		highp float v2 = dot( v, v );
+		float w2 = a2 / v2;
+		return RECIPROCAL_PI * a2 * pow2 ( w2 );
+	}
+#endif
+#ifdef USE_CLEARCOAT
+	vec3 BRDF_GGX_Clearcoat( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in PhysicalMaterial material) {
+		vec3 f0 = material.clearcoatF0;
+		float f90 = material.clearcoatF90;
+		float roughness = max( material.clearcoatRoughness, 0.045 );
+		float alpha = pow2( roughness );
+		vec3 halfDir = normalize( lightDir + viewDir );
+		float dotNL = saturate( dot( normal, lightDir ) );
+		float dotNV = saturate( dot( normal, viewDir ) );
+		float dotNH = saturate( dot( normal, halfDir ) );
+		float dotVH = saturate( dot( viewDir, halfDir ) );
+		vec3 F = F_Schlick( f0, f90, dotVH );
+		float V = V_GGX_SmithCorrelated( alpha, dotNL, dotNV );
+		float D = D_GGX( alpha, dotNH );
+		return F * ( V * D );
+	}
+#endif
+vec3 BRDF_GGX( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, const in PhysicalMaterial material ) {
+	vec3 f0 = material.specularColorBlended;
+	float f90 = material.specularF90;
+	float roughness = max( material.roughness, 0.045 );
+	float alpha = pow2( roughness );
+	vec3 halfDir = normalize( lightDir + viewDir );
+	float dotNL = saturate( dot( normal, lightDir ) );
+	float dotNV = saturate( dot( normal, viewDir ) );
+	float dotNH = saturate( dot( normal, halfDir ) );
+	float dotVH = saturate( dot( viewDir, halfDir ) );
+	vec3 F = F_Schlick( f0, f90, dotVH );
+	#ifdef USE_IRIDESCENCE
+		F = mix( F, material.iridescenceFresnel, material.iridescence );
+	#endif
+	#ifdef USE_ANISOTROPY
+		float dotTL = dot( material.anisotropyT, lightDir );
+		float dotTV = dot( material.anisotropyT, viewDir );
+		float dotTH = dot( material.anisotropyT, halfDir );
+		float dotBL = dot( material.anisotropyB, lightDir );
+		float dotBV = dot( material.anisotropyB, viewDir );
+		float dotBH = dot( material.anisotropyB, halfDir );
+		float alphaT = max( material.alphaT, alpha );
+		float V = V_GGX_SmithCorrelated_Anisotropic( alphaT, alpha, dotTV, dotBV, dotTL, dotBL, dotNV, dotNL );
+		float D = D_GGX_Anisotropic( alphaT, alpha, dotNH, dotTH, dotBH );
+	#else
+		float V = V_GGX_SmithCorrelated( alpha, dotNL, dotNV );
+		float D = D_GGX( alpha, dotNH );
+	#endif
+	return F * ( V * D );
+}
+vec2 LTC_Uv( const in vec3 N, const in vec3 V, const in float roughness ) {
+	const float LUT_SIZE = 64.0;
+	const float LUT_SCALE = ( LUT_SIZE - 1.0 ) / LUT_SIZE;
+	const float LUT_BIAS = 0.5 / LUT_SIZE;
+	float dotNV = saturate( dot( N, V ) );
+	vec2 uv = vec2( roughness, sqrt( 1.0 - dotNV ) );
+	uv = uv * LUT_SCALE + LUT_BIAS;
+	return uv;
+}
+float LTC_ClippedSphereFormFactor( const in vec3 f ) {
+	float l = length( f );
+	return max( ( l * l + f.z ) / ( l + 1.0 ), 0.0 );
+}
+vec3 LTC_EdgeVectorFormFactor( const in vec3 v1, const in vec3 v2 ) {
+	float x = dot( v1, v2 );
+	float y = abs( x );
+	float a = 0.8543985 + ( 0.4965155 + 0.0145206 * y ) * y;
+	float b = 3.4175940 + ( 4.1616724 + y ) * y;
+	float v = a / b;
+	float theta_sintheta = ( x > 0.0 ) ? v : 0.5 * inversesqrt( max( 1.0 - x * x, 1e-7 ) ) - v;
+	return cross( v1, v2 ) * theta_sintheta;
+}
+vec3 LTC_Evaluate( const in vec3 N, const in vec3 V, const in vec3 P, const in mat3 mInv, const in vec3 rectCoords[ 4 ] ) {
+	vec3 v1 = rectCoords[ 1 ] - rectCoords[ 0 ];
+	vec3 v2 = rectCoords[ 3 ] - rectCoords[ 0 ];
+	vec3 lightNormal = cross( v1, v2 );
+	if( dot( lightNormal, P - rectCoords[ 0 ] ) < 0.0 ) return vec3( 0.0 );
+	vec3 T1, T2;
+	T1 = normalize( V - N * dot( V, N ) );
+	T2 = - cross( N, T1 );
+	mat3 mat = mInv * transpose( mat3( T1, T2, N ) );
+	vec3 coords[ 4 ];
+	coords[ 0 ] = mat * ( rectCoords[ 0 ] - P );
+	coords[ 1 ] = mat * ( rectCoords[ 1 ] - P );
+	coords[ 2 ] = mat * ( rectCoords[ 2 ] - P );
+	coords[ 3 ] = mat * ( rectCoords[ 3 ] - P );
+	coords[ 0 ] = normalize( coords[ 0 ] );
+	coords[ 1 ] = normalize( coords[ 1 ] );
+	coords[ 2 ] = normalize( coords[ 2 ] );
+	coords[ 3 ] = normalize( coords[ 3 ] );
+	vec3 vectorFormFactor = vec3( 0.0 );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 0 ], coords[ 1 ] );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 1 ], coords[ 2 ] );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 2 ], coords[ 3 ] );
+	vectorFormFactor += LTC_EdgeVectorFormFactor( coords[ 3 ], coords[ 0 ] );
+	float result = LTC_ClippedSphereFormFactor( vectorFormFactor );
+	return vec3( result );
+}
+#if defined( USE_SHEEN )
+float D_Charlie( float roughness, float dotNH ) {
+	float alpha = pow2( roughness );
+	float invAlpha = 1.0 / alpha;
+	float cos2h = dotNH * dotNH;
+	float sin2h = max( 1.0 - cos2h, 0.0078125 );
+	return ( 2.0 + invAlpha ) * pow( sin2h, invAlpha * 0.5 ) / ( 2.0 * PI );
+}
+float V_Neubelt( float dotNV, float dotNL ) {
+	return saturate( 1.0 / ( 4.0 * ( dotNL + dotNV - dotNL * dotNV ) ) );
+}
+vec3 BRDF_Sheen( const in vec3 lightDir, const in vec3 viewDir, const in vec3 normal, vec3 sheenColor, const in float sheenRoughness ) {
+	vec3 halfDir = normalize( lightDir + viewDir );
+	float dotNL = saturate( dot( normal, lightDir ) );
+	float dotNV = saturate( dot( normal, viewDir ) );
+	float dotNH = saturate( dot( normal, halfDir ) );
+	float D = D_Charlie( sheenRoughness, dotNH );
+	float V = V_Neubelt( dotNV, dotNL );
+	return sheenColor * ( D * V );
+}
+#endif
+float IBLSheenBRDF( const in vec3 normal, const in vec3 viewDir, const in float roughness ) {
+	float dotNV = saturate( dot( normal, viewDir ) );
+	float r2 = roughness * roughness;
+	float rInv = 1.0 / ( roughness + 0.1 );
+	float a = -1.9362 + 1.0678 * roughness + 0.4573 * r2 - 0.8469 * rInv;
+	float b = -0.6014 + 0.5538 * roughness - 0.4670 * r2 - 0.1255 * rInv;
+	float DG = exp( a * dotNV + b );
+	return saturate( DG );
+}
+vec3 EnvironmentBRDF( const in vec3 normal, const in vec3 viewDir, const in vec3 specularColor, const in float specularF90, const in float roughness ) {
+	float dotNV = saturate( dot( normal, viewDir ) );
+	vec2 fab = texture2D( dfgLUT, vec2( roughness, dotNV ) ).rg;
+	return specularColor * fab.x + specularF90 * fab.y;
+}
+#ifdef USE_IRIDESCENCE
+void computeMultiscatteringIridescence( const in vec2 fab, const in vec3 specularColor, const in float specularF90, const in float iridescence, const in vec3 iridescenceF0, inout vec3 singleScatter, inout vec3 multiScatter ) {
+#else
+void computeMultiscattering( const in vec2 fab, const in vec3 specularColor, const in float specularF90, inout vec3 singleScatter, inout vec3 multiScatter ) {
+#endif
+	#ifdef USE_IRIDESCENCE
+		vec3 Fr = mix( specularColor, iridescenceF0, iridescence );
+	#else
+		vec3 Fr = specularColor;
+	#endif
+	vec3 FssEss = Fr * fab.x + specularF90 * fab.y;
+	float Ess = fab.x + fab.y;
+	float Ems = 1.0 - Ess;
+	vec3 Favg = Fr + ( 1.0 - Fr ) * 0.047619;	vec3 Fms = FssEss * Favg / ( 1.0 - Ems * Favg );
+	singleScatter += FssEss;
+	multiScatter += Fms * Ems;
+}
+#if NUM_RECT_AREA_LIGHTS > 0
+	void RE_Direct_RectArea_Physical( const in RectAreaLight rectAreaLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight ) {
+		vec3 normal = geometryNormal;
+		vec3 viewDir = geometryViewDir;
+		vec3 position = geometryPosition;
+		vec3 lightPos = rectAreaLight.position;
+		vec3 halfWidth = rectAreaLight.halfWidth;
+		vec3 halfHeight = rectAreaLight.halfHeight;
+		vec3 lightColor = rectAreaLight.color;
+		float roughness = material.roughness;
+		vec3 rectCoords[ 4 ];
+		rectCoords[ 0 ] = lightPos + halfWidth - halfHeight;		rectCoords[ 1 ] = lightPos - halfWidth - halfHeight;
+		rectCoords[ 2 ] = lightPos - halfWidth + halfHeight;
+		rectCoords[ 3 ] = lightPos + halfWidth + halfHeight;
+		vec2 uv = LTC_Uv( normal, viewDir, roughness );
+		vec4 t1 = texture2D( ltc_1, uv );
+		vec4 t2 = texture2D( ltc_2, uv );
+		mat3 mInv = mat3(
+			vec3( t1.x, 0, t1.y ),
+			vec3(    0, 1,    0 ),
+			vec3( t1.z, 0, t1.w )
+		);
+		vec3 fresnel = ( material.specularColorBlended * t2.x + ( material.specularF90 - material.specularColorBlended ) * t2.y );
+		reflectedLight.directSpecular += lightColor * fresnel * LTC_Evaluate( normal, viewDir, position, mInv, rectCoords );
+		reflectedLight.directDiffuse += lightColor * material.diffuseContribution * LTC_Evaluate( normal, viewDir, position, mat3( 1.0 ), rectCoords );
+		#ifdef USE_CLEARCOAT
+			vec3 Ncc = geometryClearcoatNormal;
+			vec2 uvClearcoat = LTC_Uv( Ncc, viewDir, material.clearcoatRoughness );
+			vec4 t1Clearcoat = texture2D( ltc_1, uvClearcoat );
+			vec4 t2Clearcoat = texture2D( ltc_2, uvClearcoat );
+			mat3 mInvClearcoat = mat3(
+				vec3( t1Clearcoat.x, 0, t1Clearcoat.y ),
+				vec3(             0, 1,             0 ),
+				vec3( t1Clearcoat.z, 0, t1Clearcoat.w )
+			);
+			vec3 fresnelClearcoat = material.clearcoatF0 * t2Clearcoat.x + ( material.clearcoatF90 - material.clearcoatF0 ) * t2Clearcoat.y;
+			clearcoatSpecularDirect += lightColor * fresnelClearcoat * LTC_Evaluate( Ncc, viewDir, position, mInvClearcoat, rectCoords );
+		#endif
+	}
+#endif
+void RE_Direct_Physical( const in IncidentLight directLight, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight ) {
+	float dotNL = saturate( dot( geometryNormal, directLight.direction ) );
+	vec3 irradiance = dotNL * directLight.color;
+	#ifdef USE_CLEARCOAT
+		float dotNLcc = saturate( dot( geometryClearcoatNormal, directLight.direction ) );
+		vec3 ccIrradiance = dotNLcc * directLight.color;
+		clearcoatSpecularDirect += ccIrradiance * BRDF_GGX_Clearcoat( directLight.direction, geometryViewDir, geometryClearcoatNormal, material );
+	#endif
+	#ifdef USE_SHEEN
+ 
+ 		sheenSpecularDirect += irradiance * BRDF_Sheen( directLight.direction, geometryViewDir, geometryNormal, material.sheenColor, material.sheenRoughness );
+ 
+ 		float sheenAlbedoV = IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness );
+ 		float sheenAlbedoL = IBLSheenBRDF( geometryNormal, directLight.direction, material.sheenRoughness );
+ 
+ 		float sheenEnergyComp = 1.0 - max3( material.sheenColor ) * max( sheenAlbedoV, sheenAlbedoL );
+ 
+ 		irradiance *= sheenEnergyComp;
+ 
+ 	#endif
+	vec3 specularBRDF = BRDF_GGX( directLight.direction, geometryViewDir, geometryNormal, material );
+	#ifdef USE_RETROREFLECTION
+		vec3 retroViewDir = reflect( - geometryViewDir, geometryNormal );
+		vec3 retroSpecularBRDF = BRDF_GGX( directLight.direction, retroViewDir, geometryNormal, material );
+		specularBRDF = mix( specularBRDF, retroSpecularBRDF, saturate( material.retroreflectivity ) );
+	#endif
+	reflectedLight.directSpecular += irradiance * specularBRDF * material.multiScatteringCompensation;
+	vec3 halfDir = normalize( directLight.direction + geometryViewDir );
+	float dotVH = saturate( dot( geometryViewDir, halfDir ) );
+	vec3 F = F_Schlick( material.specularColor, material.specularF90, dotVH );
+	#ifdef USE_RETROREFLECTION
+		vec3 retroHalfDir = normalize( directLight.direction + retroViewDir );
+		float dotRetroVH = saturate( dot( retroViewDir, retroHalfDir ) );
+		vec3 retroF = F_Schlick( material.specularColor, material.specularF90, dotRetroVH );
+		F = mix( F, retroF, saturate( material.retroreflectivity ) );
+	#endif
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		vec3 diffuseBRDF = BRDF_EON( directLight.direction, geometryViewDir, geometryNormal, material.diffuseColor, material.diffuseRoughness ) * ( 1.0 - material.metalness );
+	#else
+		vec3 diffuseBRDF = BRDF_Lambert( material.diffuseContribution );
+	#endif
+	reflectedLight.directDiffuse += irradiance * diffuseBRDF * ( 1.0 - F );
+}
+void RE_IndirectDiffuse_Physical( const in vec3 irradiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight ) {
+	vec3 singleScattering = vec3( 0.0 );
+	vec3 multiScattering = vec3( 0.0 );
+	#ifdef USE_IRIDESCENCE
+		computeMultiscatteringIridescence( material.dfg, material.specularColor, material.specularF90, material.iridescence, material.iridescenceF0Dielectric, singleScattering, multiScattering );
+	#else
+		computeMultiscattering( material.dfg, material.specularColor, material.specularF90, singleScattering, multiScattering );
+	#endif
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		float dotNV = saturate( dot( geometryNormal, geometryViewDir ) );
+		vec3 diffuseAlbedo = EON_DirectionalAlbedo( material.diffuseColor, material.diffuseRoughness, dotNV ) * ( 1.0 - material.metalness );
+		vec3 diffuse = irradiance * RECIPROCAL_PI * diffuseAlbedo * ( 1.0 - singleScattering - multiScattering );
+	#else
+		vec3 diffuse = irradiance * BRDF_Lambert( material.diffuseContribution ) * ( 1.0 - singleScattering - multiScattering );
+	#endif
+	#ifdef USE_SHEEN
+		float sheenAlbedo = IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness );
+		sheenSpecularIndirect += irradiance * material.sheenColor * sheenAlbedo * RECIPROCAL_PI;
+		float sheenEnergyComp = 1.0 - max3( material.sheenColor ) * sheenAlbedo;
+		diffuse *= sheenEnergyComp;
+	#endif
+	reflectedLight.indirectDiffuse += diffuse;
+}
+void RE_IndirectSpecular_Physical( const in vec3 radiance, const in vec3 irradiance, const in vec3 clearcoatRadiance, const in vec3 geometryPosition, const in vec3 geometryNormal, const in vec3 geometryViewDir, const in vec3 geometryClearcoatNormal, const in PhysicalMaterial material, inout ReflectedLight reflectedLight) {
+	#ifdef USE_CLEARCOAT
+		clearcoatSpecularIndirect += clearcoatRadiance * EnvironmentBRDF( geometryClearcoatNormal, geometryViewDir, material.clearcoatF0, material.clearcoatF90, material.clearcoatRoughness );
+	#endif
+	#ifdef USE_SHEEN
+		sheenSpecularIndirect += irradiance * material.sheenColor * IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness ) * RECIPROCAL_PI;
+ 	#endif
+	vec3 singleScatteringDielectric = vec3( 0.0 );
+	vec3 multiScatteringDielectric = vec3( 0.0 );
+	vec3 singleScatteringMetallic = vec3( 0.0 );
+	vec3 multiScatteringMetallic = vec3( 0.0 );
+	#ifdef USE_IRIDESCENCE
+		computeMultiscatteringIridescence( material.dfg, material.specularColor, material.specularF90, material.iridescence, material.iridescenceF0Dielectric, singleScatteringDielectric, multiScatteringDielectric );
+		computeMultiscatteringIridescence( material.dfg, material.diffuseColor, material.specularF90, material.iridescence, material.iridescenceF0Metallic, singleScatteringMetallic, multiScatteringMetallic );
+	#else
+		computeMultiscattering( material.dfg, material.specularColor, material.specularF90, singleScatteringDielectric, multiScatteringDielectric );
+		computeMultiscattering( material.dfg, material.diffuseColor, material.specularF90, singleScatteringMetallic, multiScatteringMetallic );
+	#endif
+	vec3 singleScattering = mix( singleScatteringDielectric, singleScatteringMetallic, material.metalness );
+	vec3 multiScattering = mix( multiScatteringDielectric, multiScatteringMetallic, material.metalness );
+	vec3 totalScatteringDielectric = singleScatteringDielectric + multiScatteringDielectric;
+	#ifdef USE_DIFFUSE_ROUGHNESS
+		float dotNV = saturate( dot( geometryNormal, geometryViewDir ) );
+		vec3 diffuse = EON_DirectionalAlbedo( material.diffuseColor, material.diffuseRoughness, dotNV ) * ( 1.0 - material.metalness ) * ( 1.0 - totalScatteringDielectric );
+	#else
+		vec3 diffuse = material.diffuseContribution * ( 1.0 - totalScatteringDielectric );
+	#endif
+	vec3 cosineWeightedIrradiance = irradiance * RECIPROCAL_PI;
+	vec3 indirectSpecular = radiance * singleScattering;
+	indirectSpecular += multiScattering * cosineWeightedIrradiance;
+	vec3 indirectDiffuse = diffuse * cosineWeightedIrradiance;
+	#ifdef USE_SHEEN
+		float sheenAlbedo = IBLSheenBRDF( geometryNormal, geometryViewDir, material.sheenRoughness );
+		float sheenEnergyComp = 1.0 - max3( material.sheenColor ) * sheenAlbedo;
+		indirectSpecular *= sheenEnergyComp;
+		indirectDiffuse *= sheenEnergyComp;
+	#endif
+	reflectedLight.indirectSpecular += indirectSpecular;
+	reflectedLight.indirectDiffuse += indirectDiffuse;
+}
+#define RE_Direct				RE_Direct_Physical
+#define RE_Direct_RectArea		RE_Direct_RectArea_Physical
+#define RE_IndirectDiffuse		RE_IndirectDiffuse_Physical
+#define RE_IndirectSpecular		RE_IndirectSpecular_Physical
+float computeSpecularOcclusion( const in float dotNV, const in float ambientOcclusion, const in float roughness ) {
+	return saturate( pow( dotNV + ambientOcclusion, exp2( - 16.0 * roughness - 1.0 ) ) - 1.0 + ambientOcclusion );
+}`,r1=`
+vec3 geometryPosition = - vViewPosition;
+vec3 geometryNormal = normal;
+vec3 geometryViewDir = ( isOrthographic ) ? vec3( 0, 0, 1 ) : normalize( vViewPosition );
+vec3 geometryClearcoatNormal = vec3( 0.0 );
+#ifdef USE_CLEARCOAT
+	geometryClearcoatNormal = clearcoatNormal;
+#endif
+#ifdef USE_IRIDESCENCE
+	float dotNVi = saturate( dot( normal, geometryViewDir ) );
+	if ( material.iridescenceThickness == 0.0 ) {
+		material.iridescence = 0.0;
+	} else {
+		material.iridescence = saturate( material.iridescence );
+	}
+	if ( material.iridescence > 0.0 ) {
+		vec3 iridescenceFresnelDielectric = evalIridescence( 1.0, material.iridescenceIOR, dotNVi, material.iridescenceThickness, material.specularColor );
+		vec3 iridescenceFresnelMetallic = evalIridescence( 1.0, material.iridescenceIOR, dotNVi, material.iridescenceThickness, material.diffuseColor );
+		material.iridescenceFresnel = mix( iridescenceFresnelDielectric, iridescenceFresnelMetallic, material.metalness );
+		material.iridescenceF0Dielectric = Schlick_to_F0( iridescenceFresnelDielectric, 1.0, dotNVi );
+		material.iridescenceF0Metallic = Schlick_to_F0( iridescenceFresnelMetallic, 1.0, dotNVi );
+	}
+#endif
+#ifdef STANDARD
+	float dotNVms = saturate( dot( geometryNormal, geometryViewDir ) );
+	material.dfg = texture2D( dfgLUT, vec2( material.roughness, dotNVms ) ).rg;
+	#if ( NUM_SUN_LIGHTS > 0 || NUM_DIR_LIGHTS > 0 || NUM_POINT_LIGHTS > 0 || NUM_SPOT_LIGHTS > 0 )
+		float EssMs = material.dfg.x + material.dfg.y;
+		material.multiScatteringCompensation = 1.0 + material.specularColorBlended * ( 1.0 / EssMs - 1.0 );
+	#endif
+#endif
+IncidentLight directLight;
+#if ( NUM_POINT_LIGHTS > 0 ) && defined( RE_Direct )
+	PointLight pointLight;
+	#if defined( USE_SHADOWMAP ) && NUM_POINT_LIGHT_SHADOWS > 0
+	PointLightShadow pointLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_POINT_LIGHTS; i ++ ) {
+		pointLight = pointLights[ i ];
+		getPointLightInfo( pointLight, geometryPosition, directLight );
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_POINT_LIGHT_SHADOWS ) && ( defined( SHADOWMAP_TYPE_PCF ) || defined( SHADOWMAP_TYPE_BASIC ) )
+		pointLightShadow = pointLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getPointShadow( pointShadowMap[ i ], pointLightShadow.shadowMapSize, pointLightShadow.shadowIntensity, pointLightShadow.shadowBias, pointLightShadow.shadowRadius, vPointShadowCoord[ i ], pointLightShadow.shadowCameraNear, pointLightShadow.shadowCameraFar ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_SPOT_LIGHTS > 0 ) && defined( RE_Direct )
+	SpotLight spotLight;
+	vec4 spotColor;
+	vec3 spotLightCoord;
+	bool inSpotLightMap;
+	#if defined( USE_SHADOWMAP ) && NUM_SPOT_LIGHT_SHADOWS > 0
+	SpotLightShadow spotLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SPOT_LIGHTS; i ++ ) {
+		spotLight = spotLights[ i ];
+		getSpotLightInfo( spotLight, geometryPosition, directLight );
+		#if ( UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS_WITH_MAPS )
+		#define SPOT_LIGHT_MAP_INDEX UNROLLED_LOOP_INDEX
+		#elif ( UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS )
+		#define SPOT_LIGHT_MAP_INDEX NUM_SPOT_LIGHT_MAPS
+		#else
+		#define SPOT_LIGHT_MAP_INDEX ( UNROLLED_LOOP_INDEX - NUM_SPOT_LIGHT_SHADOWS + NUM_SPOT_LIGHT_SHADOWS_WITH_MAPS )
+		#endif
+		#if ( SPOT_LIGHT_MAP_INDEX < NUM_SPOT_LIGHT_MAPS )
+			spotLightCoord = vSpotLightCoord[ i ].xyz / vSpotLightCoord[ i ].w;
+			inSpotLightMap = all( lessThan( abs( spotLightCoord * 2. - 1. ), vec3( 1.0 ) ) );
+			spotColor = texture2D( spotLightMap[ SPOT_LIGHT_MAP_INDEX ], spotLightCoord.xy );
+			directLight.color = inSpotLightMap ? directLight.color * spotColor.rgb : directLight.color;
+		#endif
+		#undef SPOT_LIGHT_MAP_INDEX
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS )
+		spotLightShadow = spotLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getShadow( spotShadowMap[ i ], spotLightShadow.shadowMapSize, spotLightShadow.shadowIntensity, spotLightShadow.shadowBias, spotLightShadow.shadowRadius, vSpotLightCoord[ i ] ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_SUN_LIGHTS > 0 ) && defined( RE_Direct )
+	SunLight sunLight;
+	#if defined( USE_SHADOWMAP ) && NUM_SUN_LIGHT_SHADOWS > 0
+	SunLightShadow sunLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SUN_LIGHTS; i ++ ) {
+		sunLight = sunLights[ i ];
+		getSunLightInfo( sunLight, directLight );
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_SUN_LIGHT_SHADOWS )
+		sunLightShadow = sunLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getSunShadow( sunShadowMap[ i ], sunLightShadow, UNROLLED_LOOP_INDEX ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_DIR_LIGHTS > 0 ) && defined( RE_Direct )
+	DirectionalLight directionalLight;
+	#if defined( USE_SHADOWMAP ) && NUM_DIR_LIGHT_SHADOWS > 0
+	DirectionalLightShadow directionalLightShadow;
+	#endif
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_DIR_LIGHTS; i ++ ) {
+		directionalLight = directionalLights[ i ];
+		getDirectionalLightInfo( directionalLight, directLight );
+		#if defined( USE_SHADOWMAP ) && ( UNROLLED_LOOP_INDEX < NUM_DIR_LIGHT_SHADOWS )
+		directionalLightShadow = directionalLightShadows[ i ];
+		directLight.color *= ( directLight.visible && receiveShadow ) ? getShadow( directionalShadowMap[ i ], directionalLightShadow.shadowMapSize, directionalLightShadow.shadowIntensity, directionalLightShadow.shadowBias, directionalLightShadow.shadowRadius, vDirectionalShadowCoord[ i ] ) : 1.0;
+		#endif
+		RE_Direct( directLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if ( NUM_RECT_AREA_LIGHTS > 0 ) && defined( RE_Direct_RectArea )
+	RectAreaLight rectAreaLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_RECT_AREA_LIGHTS; i ++ ) {
+		rectAreaLight = rectAreaLights[ i ];
+		RE_Direct_RectArea( rectAreaLight, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+	}
+	#pragma unroll_loop_end
+#endif
+#if defined( RE_IndirectDiffuse )
+	vec3 iblIrradiance = vec3( 0.0 );
+	vec3 irradiance = getAmbientLightIrradiance( ambientLightColor );
+	#if defined( USE_LIGHT_PROBES )
+		irradiance += getLightProbeIrradiance( lightProbe, geometryNormal );
+	#endif
+	#if ( NUM_HEMI_LIGHTS > 0 )
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_HEMI_LIGHTS; i ++ ) {
+			irradiance += getHemisphereLightIrradiance( hemisphereLights[ i ], geometryNormal );
+		}
+		#pragma unroll_loop_end
+	#endif
+	#if NUM_LIGHT_PROBE_GRIDS > 0
+		vec3 probeWorldPos = ( ( vec4( geometryPosition, 1.0 ) - viewMatrix[ 3 ] ) * viewMatrix ).xyz;
+		vec3 probeWorldNormal = transformNormalByInverseViewMatrix( geometryNormal, viewMatrix );
+		int probeGrid = - 1;
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_LIGHT_PROBE_GRIDS; i ++ ) {
+			if ( isInsideLightProbeGrid( probeWorldPos, probeWorldNormal, probesMin[ i ], probesMax[ i ], probesResolution[ i ] ) ) probeGrid = UNROLLED_LOOP_INDEX;
+		}
+		#pragma unroll_loop_end
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_LIGHT_PROBE_GRIDS; i ++ ) {
+			if ( probeGrid == UNROLLED_LOOP_INDEX ) irradiance += getLightProbeGridIrradiance( probesSH[ i ], probesMin[ i ], probesMax[ i ], probesResolution[ i ], probeWorldPos, probeWorldNormal );
+		}
+		#pragma unroll_loop_end
+	#endif
+#endif
+#if defined( RE_IndirectSpecular )
+	vec3 radiance = vec3( 0.0 );
+	vec3 clearcoatRadiance = vec3( 0.0 );
+#endif`,o1=`#if defined( RE_IndirectDiffuse )
+	#ifdef USE_LIGHTMAP
+		vec4 lightMapTexel = texture2D( lightMap, vLightMapUv );
+		vec3 lightMapIrradiance = lightMapTexel.rgb * lightMapIntensity;
+		irradiance += lightMapIrradiance;
+	#endif
+	#if defined( USE_ENVMAP ) && defined( ENVMAP_TYPE_PMREM )
+		#if defined( STANDARD ) || defined( LAMBERT ) || defined( PHONG )
+			iblIrradiance += getIBLIrradiance( geometryNormal );
+		#endif
+	#endif
+#endif
+#if defined( USE_ENVMAP ) && defined( RE_IndirectSpecular )
+	#ifdef USE_ANISOTROPY
+		vec3 iblRadiance = getIBLAnisotropyRadiance( geometryViewDir, geometryNormal, material.roughness, material.anisotropyB, material.anisotropy );
+	#else
+		vec3 iblRadiance = getIBLRadiance( geometryViewDir, geometryNormal, material.roughness );
+	#endif
+	#ifdef USE_RETROREFLECTION
+		#ifdef USE_ANISOTROPY
+			vec3 retroIBLRadiance = getIBLAnisotropyRetroRadiance( geometryViewDir, geometryNormal, material.roughness, material.anisotropyB, material.anisotropy );
+		#else
+			vec3 retroIBLRadiance = getIBLRetroRadiance( geometryViewDir, geometryNormal, material.roughness );
+		#endif
+		iblRadiance = mix( iblRadiance, retroIBLRadiance, saturate( material.retroreflectivity ) );
+	#endif
+	radiance += iblRadiance;
+	#ifdef USE_CLEARCOAT
+		clearcoatRadiance += getIBLRadiance( geometryViewDir, geometryClearcoatNormal, material.clearcoatRoughness );
+	#endif
+#endif`,a1=`#if defined( RE_IndirectDiffuse )
+	#if defined( LAMBERT ) || defined( PHONG )
+		irradiance += iblIrradiance;
+	#endif
+	RE_IndirectDiffuse( irradiance, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+#endif
+#if defined( RE_IndirectSpecular )
+	RE_IndirectSpecular( radiance, iblIrradiance, clearcoatRadiance, geometryPosition, geometryNormal, geometryViewDir, geometryClearcoatNormal, material, reflectedLight );
+#endif`,l1=`#if NUM_LIGHT_PROBE_GRIDS > 0
+uniform highp sampler3D probesSH[ NUM_LIGHT_PROBE_GRIDS ];
+uniform vec3 probesMin[ NUM_LIGHT_PROBE_GRIDS ];
+uniform vec3 probesMax[ NUM_LIGHT_PROBE_GRIDS ];
+uniform vec3 probesResolution[ NUM_LIGHT_PROBE_GRIDS ];
+bool isInsideLightProbeGrid( vec3 worldPos, vec3 worldNormal, vec3 probesMin, vec3 probesMax, vec3 probesResolution ) {
+	vec3 spacing = ( probesMax - probesMin ) / probesResolution;
+	vec3 samplePos = worldPos + worldNormal * spacing * 0.5;
+	vec3 margin = spacing * 0.01;
+	return all( greaterThanEqual( samplePos, probesMin - margin ) ) && all( lessThanEqual( samplePos, probesMax + margin ) );
+}
+vec3 getLightProbeGridIrradiance( highp sampler3D probesSH, vec3 probesMin, vec3 probesMax, vec3 probesResolution, vec3 worldPos, vec3 worldNormal ) {
+	vec3 res = probesResolution;
+	vec3 gridRange = probesMax - probesMin;
+	vec3 probeSpacing = gridRange / res;
+	vec3 samplePos = worldPos + worldNormal * probeSpacing * 0.5;
+	vec3 uvw = clamp( ( samplePos - probesMin ) / gridRange, 0.5 / res, 1.0 - 0.5 / res );
+	float nz          = res.z;
+	float paddedSlices = nz + 2.0;
+	float atlasDepth  = 7.0 * paddedSlices;
+	float uvZBase     = uvw.z * nz + 1.0;
+	vec4 s0 = texture( probesSH, vec3( uvw.xy, ( uvZBase                       ) / atlasDepth ) );
+	vec4 s1 = texture( probesSH, vec3( uvw.xy, ( uvZBase +       paddedSlices   ) / atlasDepth ) );
+	vec4 s2 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 2.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s3 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 3.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s4 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 4.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s5 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 5.0 * paddedSlices   ) / atlasDepth ) );
+	vec4 s6 = texture( probesSH, vec3( uvw.xy, ( uvZBase + 6.0 * paddedSlices   ) / atlasDepth ) );
+	vec3 c0 = s0.xyz;
+	vec3 c1 = vec3( s0.w, s1.xy );
+	vec3 c2 = vec3( s1.zw, s2.x );
+	vec3 c3 = s2.yzw;
+	vec3 c4 = s3.xyz;
+	vec3 c5 = vec3( s3.w, s4.xy );
+	vec3 c6 = vec3( s4.zw, s5.x );
+	vec3 c7 = s5.yzw;
+	vec3 c8 = s6.xyz;
+	float x = worldNormal.x, y = worldNormal.y, z = worldNormal.z;
+	vec3 result = c0 * 0.886227;
+	result += c1 * 2.0 * 0.511664 * y;
+	result += c2 * 2.0 * 0.511664 * z;
+	result += c3 * 2.0 * 0.511664 * x;
+	result += c4 * 2.0 * 0.429043 * x * y;
+	result += c5 * 2.0 * 0.429043 * y * z;
+	result += c6 * ( 0.743125 * z * z - 0.247708 );
+	result += c7 * 2.0 * 0.429043 * x * z;
+	result += c8 * 0.429043 * ( x * x - y * y );
+	return max( result, vec3( 0.0 ) );
+}
+#endif`,c1=`#if defined( USE_LOGARITHMIC_DEPTH_BUFFER )
+	gl_FragDepth = vIsPerspective == 0.0 ? gl_FragCoord.z : log2( vFragDepth ) * logDepthBufFC * 0.5;
+#endif`,u1=`#if defined( USE_LOGARITHMIC_DEPTH_BUFFER )
+	uniform float logDepthBufFC;
+	varying float vFragDepth;
+	varying float vIsPerspective;
+#endif`,h1=`#ifdef USE_LOGARITHMIC_DEPTH_BUFFER
+	varying float vFragDepth;
+	varying float vIsPerspective;
+#endif`,f1=`#ifdef USE_LOGARITHMIC_DEPTH_BUFFER
+	vFragDepth = 1.0 + gl_Position.w;
+	vIsPerspective = float( isPerspectiveMatrix( projectionMatrix ) );
+#endif`,d1=`#ifdef USE_MAP
+	vec4 sampledDiffuseColor = texture2D( map, vMapUv );
+	#ifdef DECODE_VIDEO_TEXTURE
+		sampledDiffuseColor = sRGBTransferEOTF( sampledDiffuseColor );
+	#endif
+	diffuseColor *= sampledDiffuseColor;
+#endif`,p1=`#ifdef USE_MAP
+	uniform sampler2D map;
+#endif`,m1=`#if defined( USE_MAP ) || defined( USE_ALPHAMAP )
+	#if defined( USE_POINTS_UV )
+		vec2 uv = vUv;
+	#else
+		vec2 uv = ( uvTransform * vec3( gl_PointCoord.x, 1.0 - gl_PointCoord.y, 1 ) ).xy;
+	#endif
+#endif
+#ifdef USE_MAP
+	diffuseColor *= texture2D( map, uv );
+#endif
+#ifdef USE_ALPHAMAP
+	diffuseColor.a *= texture2D( alphaMap, uv ).g;
+#endif`,g1=`#if defined( USE_POINTS_UV )
+	varying vec2 vUv;
+#else
+	#if defined( USE_MAP ) || defined( USE_ALPHAMAP )
+		uniform mat3 uvTransform;
+	#endif
+#endif
+#ifdef USE_MAP
+	uniform sampler2D map;
+#endif
+#ifdef USE_ALPHAMAP
+	uniform sampler2D alphaMap;
+#endif`,_1=`float metalnessFactor = metalness;
+#ifdef USE_METALNESSMAP
+	vec4 texelMetalness = texture2D( metalnessMap, vMetalnessMapUv );
+	metalnessFactor *= texelMetalness.b;
+#endif`,v1=`#ifdef USE_METALNESSMAP
+	uniform sampler2D metalnessMap;
+#endif`,y1=`#ifdef USE_INSTANCING_MORPH
+	float morphTargetInfluences[ MORPHTARGETS_COUNT ];
+	float morphTargetBaseInfluence = texelFetch( morphTexture, ivec2( 0, gl_InstanceID ), 0 ).r;
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		morphTargetInfluences[i] =  texelFetch( morphTexture, ivec2( i + 1, gl_InstanceID ), 0 ).r;
+	}
+#endif`,x1=`#if defined( USE_MORPHCOLORS )
+	#if defined( USE_COLOR_ALPHA )
+		vColor *= morphTargetBaseInfluence;
+	#elif defined( USE_COLOR )
+		vColor.rgb *= morphTargetBaseInfluence;
+	#endif
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		#if defined( USE_COLOR_ALPHA )
+			if ( morphTargetInfluences[ i ] != 0.0 ) vColor += getMorph( gl_VertexID, i, 2 ) * morphTargetInfluences[ i ];
+		#elif defined( USE_COLOR )
+			if ( morphTargetInfluences[ i ] != 0.0 ) vColor.rgb += getMorph( gl_VertexID, i, 2 ).rgb * morphTargetInfluences[ i ];
+		#endif
+	}
+#endif`,b1=`#ifdef USE_MORPHNORMALS
+	objectNormal *= morphTargetBaseInfluence;
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		if ( morphTargetInfluences[ i ] != 0.0 ) objectNormal += getMorph( gl_VertexID, i, 1 ).xyz * morphTargetInfluences[ i ];
+	}
+#endif`,S1=`#ifdef USE_MORPHTARGETS
+	#ifndef USE_INSTANCING_MORPH
+		uniform float morphTargetBaseInfluence;
+		uniform float morphTargetInfluences[ MORPHTARGETS_COUNT ];
+	#endif
+	uniform sampler2DArray morphTargetsTexture;
+	uniform ivec2 morphTargetsTextureSize;
+	vec4 getMorph( const in int vertexIndex, const in int morphTargetIndex, const in int offset ) {
+		int texelIndex = vertexIndex * MORPHTARGETS_TEXTURE_STRIDE + offset;
+		int y = texelIndex / morphTargetsTextureSize.x;
+		int x = texelIndex - y * morphTargetsTextureSize.x;
+		ivec3 morphUV = ivec3( x, y, morphTargetIndex );
+		return texelFetch( morphTargetsTexture, morphUV, 0 );
+	}
+#endif`,M1=`#ifdef USE_MORPHTARGETS
+	transformed *= morphTargetBaseInfluence;
+	for ( int i = 0; i < MORPHTARGETS_COUNT; i ++ ) {
+		if ( morphTargetInfluences[ i ] != 0.0 ) transformed += getMorph( gl_VertexID, i, 0 ).xyz * morphTargetInfluences[ i ];
+	}
+#endif`,w1=`float faceDirection = gl_FrontFacing ? 1.0 : - 1.0;
+#ifdef FLAT_SHADED
+	vec3 fdx = dFdx( vViewPosition );
+	vec3 fdy = dFdy( vViewPosition );
+	vec3 normal = normalize( cross( fdx, fdy ) );
+#else
+	vec3 normal = normalize( vNormal );
+	#ifdef DOUBLE_SIDED
+		normal *= faceDirection;
+	#endif
+#endif
+#if defined( USE_NORMALMAP_TANGENTSPACE ) || defined( USE_CLEARCOAT_NORMALMAP ) || defined( USE_ANISOTROPY )
+	#ifdef USE_TANGENT
+		mat3 tbn = mat3( normalize( vTangent ), normalize( vBitangent ), normal );
+	#else
+		mat3 tbn = getTangentFrame( - vViewPosition, normal,
+		#if defined( USE_NORMALMAP )
+			vNormalMapUv
+		#elif defined( USE_CLEARCOAT_NORMALMAP )
+			vClearcoatNormalMapUv
+		#else
+			vUv
+		#endif
+		);
+	#endif
+	#ifdef DOUBLE_SIDED
+		tbn[0] *= faceDirection;
+		tbn[1] *= faceDirection;
+	#endif
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	#ifdef USE_TANGENT
+		mat3 tbn2 = mat3( normalize( vTangent ), normalize( vBitangent ), normal );
+	#else
+		mat3 tbn2 = getTangentFrame( - vViewPosition, normal, vClearcoatNormalMapUv );
+	#endif
+	#ifdef DOUBLE_SIDED
+		tbn2[0] *= faceDirection;
+		tbn2[1] *= faceDirection;
+	#endif
+#endif
+vec3 nonPerturbedNormal = normal;`,E1=`#ifdef USE_NORMALMAP_OBJECTSPACE
+	normal = texture2D( normalMap, vNormalMapUv ).xyz * 2.0 - 1.0;
+	#ifdef FLIP_SIDED
+		normal = - normal;
+	#endif
+	#ifdef DOUBLE_SIDED
+		normal = normal * faceDirection;
+	#endif
+	normal = normalize( normalMatrix * normal );
+#elif defined( USE_NORMALMAP_TANGENTSPACE )
+	vec3 mapN = texture2D( normalMap, vNormalMapUv ).xyz * 2.0 - 1.0;
+	#if defined( USE_PACKED_NORMALMAP )
+		mapN = vec3( mapN.xy, sqrt( saturate( 1.0 - dot( mapN.xy, mapN.xy ) ) ) );
+	#endif
+	mapN.xy *= normalScale;
+	normal = normalize( tbn * mapN );
+#elif defined( USE_BUMPMAP )
+	normal = perturbNormalArb( - vViewPosition, normal, dHdxy_fwd(), faceDirection );
+#endif`,T1=`#ifndef FLAT_SHADED
+	varying vec3 vNormal;
+	#ifdef USE_TANGENT
+		varying vec3 vTangent;
+		varying vec3 vBitangent;
+	#endif
+#endif`,A1=`#ifndef FLAT_SHADED
+	varying vec3 vNormal;
+	#ifdef USE_TANGENT
+		varying vec3 vTangent;
+		varying vec3 vBitangent;
+	#endif
+#endif`,C1=`#ifndef FLAT_SHADED
+	vNormal = normalize( transformedNormal );
+	#ifdef USE_TANGENT
+		vTangent = normalize( transformedTangent );
+		vBitangent = normalize( cross( vNormal, vTangent ) * tangent.w );
+		#ifdef FLIP_SIDED
+			vBitangent = - vBitangent;
+		#endif
+	#endif
+#endif`,R1=`#ifdef USE_NORMALMAP
+	uniform sampler2D normalMap;
+	uniform vec2 normalScale;
+#endif
+#ifdef USE_NORMALMAP_OBJECTSPACE
+	uniform mat3 normalMatrix;
+#endif
+#if ! defined ( USE_TANGENT ) && ( defined ( USE_NORMALMAP_TANGENTSPACE ) || defined ( USE_CLEARCOAT_NORMALMAP ) || defined( USE_ANISOTROPY ) )
+	mat3 getTangentFrame( vec3 eye_pos, vec3 surf_norm, vec2 uv ) {
+		vec3 q0 = dFdx( eye_pos.xyz );
+		vec3 q1 = dFdy( eye_pos.xyz );
+		vec2 st0 = dFdx( uv.st );
+		vec2 st1 = dFdy( uv.st );
+		vec3 N = surf_norm;
+		vec3 q1perp = cross( q1, N );
+		vec3 q0perp = cross( N, q0 );
+		vec3 T = q1perp * st0.x + q0perp * st1.x;
+		vec3 B = q1perp * st0.y + q0perp * st1.y;
+		float det = max( dot( T, T ), dot( B, B ) );
+		float scale = ( det == 0.0 ) ? 0.0 : inversesqrt( det );
+		return mat3( T * scale, B * scale, N );
+	}
+#endif`,P1=`#ifdef USE_CLEARCOAT
+	vec3 clearcoatNormal = nonPerturbedNormal;
+#endif`,I1=`#ifdef USE_CLEARCOAT_NORMALMAP
+	vec3 clearcoatMapN = texture2D( clearcoatNormalMap, vClearcoatNormalMapUv ).xyz * 2.0 - 1.0;
+	clearcoatMapN.xy *= clearcoatNormalScale;
+	clearcoatNormal = normalize( tbn2 * clearcoatMapN );
+#endif`,L1=`#ifdef USE_CLEARCOATMAP
+	uniform sampler2D clearcoatMap;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	uniform sampler2D clearcoatNormalMap;
+	uniform vec2 clearcoatNormalScale;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	uniform sampler2D clearcoatRoughnessMap;
+#endif`,D1=`#ifdef USE_IRIDESCENCEMAP
+	uniform sampler2D iridescenceMap;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	uniform sampler2D iridescenceThicknessMap;
+#endif`,N1=`#ifdef OPAQUE
+diffuseColor.a = 1.0;
+#endif
+#ifdef USE_TRANSMISSION
+diffuseColor.a *= material.transmissionAlpha;
+#endif
+gl_FragColor = vec4( outgoingLight, diffuseColor.a );`,U1=`vec3 packNormalToRGB( const in vec3 normal ) {
+	return normalize( normal ) * 0.5 + 0.5;
+}
+vec3 unpackRGBToNormal( const in vec3 rgb ) {
+	return 2.0 * rgb.xyz - 1.0;
+}
+const float PackUpscale = 256. / 255.;const float UnpackDownscale = 255. / 256.;const float ShiftRight8 = 1. / 256.;
+const float Inv255 = 1. / 255.;
+const vec4 PackFactors = vec4( 1.0, 256.0, 256.0 * 256.0, 256.0 * 256.0 * 256.0 );
+const vec2 UnpackFactors2 = vec2( UnpackDownscale, 1.0 / PackFactors.g );
+const vec3 UnpackFactors3 = vec3( UnpackDownscale / PackFactors.rg, 1.0 / PackFactors.b );
+const vec4 UnpackFactors4 = vec4( UnpackDownscale / PackFactors.rgb, 1.0 / PackFactors.a );
+vec4 packDepthToRGBA( const in float v ) {
+	if( v <= 0.0 )
+		return vec4( 0., 0., 0., 0. );
+	if( v >= 1.0 )
+		return vec4( 1., 1., 1., 1. );
+	float vuf;
+	float af = modf( v * PackFactors.a, vuf );
+	float bf = modf( vuf * ShiftRight8, vuf );
+	float gf = modf( vuf * ShiftRight8, vuf );
+	return vec4( vuf * Inv255, gf * PackUpscale, bf * PackUpscale, af );
+}
+vec3 packDepthToRGB( const in float v ) {
+	if( v <= 0.0 )
+		return vec3( 0., 0., 0. );
+	if( v >= 1.0 )
+		return vec3( 1., 1., 1. );
+	float vuf;
+	float bf = modf( v * PackFactors.b, vuf );
+	float gf = modf( vuf * ShiftRight8, vuf );
+	return vec3( vuf * Inv255, gf * PackUpscale, bf );
+}
+vec2 packDepthToRG( const in float v ) {
+	if( v <= 0.0 )
+		return vec2( 0., 0. );
+	if( v >= 1.0 )
+		return vec2( 1., 1. );
+	float vuf;
+	float gf = modf( v * 256., vuf );
+	return vec2( vuf * Inv255, gf );
+}
+float unpackRGBAToDepth( const in vec4 v ) {
+	return dot( v, UnpackFactors4 );
+}
+float unpackRGBToDepth( const in vec3 v ) {
+	return dot( v, UnpackFactors3 );
+}
+float unpackRGToDepth( const in vec2 v ) {
+	return v.r * UnpackFactors2.r + v.g * UnpackFactors2.g;
+}
+vec4 pack2HalfToRGBA( const in vec2 v ) {
+	vec4 r = vec4( v.x, fract( v.x * 255.0 ), v.y, fract( v.y * 255.0 ) );
+	return vec4( r.x - r.y / 255.0, r.y, r.z - r.w / 255.0, r.w );
+}
+vec2 unpackRGBATo2Half( const in vec4 v ) {
+	return vec2( v.x + ( v.y / 255.0 ), v.z + ( v.w / 255.0 ) );
+}
+float viewZToOrthographicDepth( const in float viewZ, const in float near, const in float far ) {
+	return ( viewZ + near ) / ( near - far );
+}
+float orthographicDepthToViewZ( const in float depth, const in float near, const in float far ) {
+	#ifdef USE_REVERSED_DEPTH_BUFFER
+	
+		return depth * ( far - near ) - far;
+	#else
+		return depth * ( near - far ) - near;
+	#endif
+}
+float viewZToPerspectiveDepth( const in float viewZ, const in float near, const in float far ) {
+	return ( ( near + viewZ ) * far ) / ( ( far - near ) * viewZ );
+}
+float perspectiveDepthToViewZ( const in float depth, const in float near, const in float far ) {
+	
+	#ifdef USE_REVERSED_DEPTH_BUFFER
+		return ( near * far ) / ( ( near - far ) * depth - near );
+	#else
+		return ( near * far ) / ( ( far - near ) * depth - far );
+	#endif
+}`,O1=`#ifdef PREMULTIPLIED_ALPHA
+	gl_FragColor.rgb *= gl_FragColor.a;
+#endif`,F1=`vec4 mvPosition = vec4( transformed, 1.0 );
+#ifdef USE_BATCHING
+	mvPosition = batchingMatrix * mvPosition;
+#endif
+#ifdef USE_INSTANCING
+	mvPosition = instanceMatrix * mvPosition;
+#endif
+mvPosition = modelViewMatrix * mvPosition;
+gl_Position = projectionMatrix * mvPosition;`,B1=`#ifdef DITHERING
+	gl_FragColor.rgb = dithering( gl_FragColor.rgb );
+#endif`,k1=`#ifdef DITHERING
+	vec3 dithering( vec3 color ) {
+		float grid_position = rand( gl_FragCoord.xy );
+		vec3 dither_shift_RGB = vec3( 0.25 / 255.0, -0.25 / 255.0, 0.25 / 255.0 );
+		dither_shift_RGB = mix( 2.0 * dither_shift_RGB, -2.0 * dither_shift_RGB, grid_position );
+		return color + dither_shift_RGB;
+	}
+#endif`,z1=`float roughnessFactor = roughness;
+#ifdef USE_ROUGHNESSMAP
+	vec4 texelRoughness = texture2D( roughnessMap, vRoughnessMapUv );
+	roughnessFactor *= texelRoughness.g;
+#endif`,V1=`#ifdef USE_ROUGHNESSMAP
+	uniform sampler2D roughnessMap;
+#endif`,H1=`#if NUM_SPOT_LIGHT_COORDS > 0
+	varying vec4 vSpotLightCoord[ NUM_SPOT_LIGHT_COORDS ];
+#endif
+#if NUM_SPOT_LIGHT_MAPS > 0
+	uniform sampler2D spotLightMap[ NUM_SPOT_LIGHT_MAPS ];
+#endif
+#ifdef USE_SHADOWMAP
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		#define SUN_LIGHT_CASCADES 2
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform sampler2DShadow sunShadowMap[ NUM_SUN_LIGHT_SHADOWS ];
+		#else
+			uniform sampler2D sunShadowMap[ NUM_SUN_LIGHT_SHADOWS ];
+		#endif
+		uniform mat4 sunShadowMatrix[ NUM_SUN_LIGHT_SHADOWS * SUN_LIGHT_CASCADES ];
+		uniform vec4 sunShadowCascade[ NUM_SUN_LIGHT_SHADOWS * SUN_LIGHT_CASCADES ];
+		varying vec4 vSunShadowWorldPosition;
+		varying vec3 vSunShadowWorldNormal;
+		struct SunLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform SunLightShadow sunLightShadows[ NUM_SUN_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform sampler2DShadow directionalShadowMap[ NUM_DIR_LIGHT_SHADOWS ];
+		#else
+			uniform sampler2D directionalShadowMap[ NUM_DIR_LIGHT_SHADOWS ];
+		#endif
+		varying vec4 vDirectionalShadowCoord[ NUM_DIR_LIGHT_SHADOWS ];
+		struct DirectionalLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform DirectionalLightShadow directionalLightShadows[ NUM_DIR_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_SPOT_LIGHT_SHADOWS > 0
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform sampler2DShadow spotShadowMap[ NUM_SPOT_LIGHT_SHADOWS ];
+		#else
+			uniform sampler2D spotShadowMap[ NUM_SPOT_LIGHT_SHADOWS ];
+		#endif
+		struct SpotLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform SpotLightShadow spotLightShadows[ NUM_SPOT_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+		#if defined( SHADOWMAP_TYPE_PCF )
+			uniform samplerCubeShadow pointShadowMap[ NUM_POINT_LIGHT_SHADOWS ];
+		#elif defined( SHADOWMAP_TYPE_BASIC )
+			uniform samplerCube pointShadowMap[ NUM_POINT_LIGHT_SHADOWS ];
+		#endif
+		varying vec4 vPointShadowCoord[ NUM_POINT_LIGHT_SHADOWS ];
+		struct PointLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+			float shadowCameraNear;
+			float shadowCameraFar;
+		};
+		uniform PointLightShadow pointLightShadows[ NUM_POINT_LIGHT_SHADOWS ];
+	#endif
+	#if defined( SHADOWMAP_TYPE_PCF )
+		float interleavedGradientNoise( vec2 position ) {
+			return fract( 52.9829189 * fract( dot( position, vec2( 0.06711056, 0.00583715 ) ) ) );
+		}
+		vec2 vogelDiskSample( int sampleIndex, int samplesCount, float phi ) {
+			const float goldenAngle = 2.399963229728653;
+			float r = sqrt( ( float( sampleIndex ) + 0.5 ) / float( samplesCount ) );
+			float theta = float( sampleIndex ) * goldenAngle + phi;
+			return vec2( cos( theta ), sin( theta ) ) * r;
+		}
+	#endif
+	#if defined( SHADOWMAP_TYPE_PCF )
+		float getShadow( sampler2DShadow shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord ) {
+			float shadow = 1.0;
+			shadowCoord.xyz /= shadowCoord.w;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				shadowCoord.z -= shadowBias;
+			#else
+				shadowCoord.z += shadowBias;
+			#endif
+			bool inFrustum = shadowCoord.x >= 0.0 && shadowCoord.x <= 1.0 && shadowCoord.y >= 0.0 && shadowCoord.y <= 1.0;
+			bool frustumTest = inFrustum && shadowCoord.z <= 1.0;
+			if ( frustumTest ) {
+				vec2 texelSize = vec2( 1.0 ) / shadowMapSize;
+				vec2 radius = shadowRadius * texelSize;
+				float phi = interleavedGradientNoise( gl_FragCoord.xy ) * PI2;
+				shadow = (
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 0, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 1, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 2, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 3, 5, phi ) * radius, shadowCoord.z ) ) +
+					texture( shadowMap, vec3( shadowCoord.xy + vogelDiskSample( 4, 5, phi ) * radius, shadowCoord.z ) )
+				) * 0.2;
+			}
+			return mix( 1.0, shadow, shadowIntensity );
+		}
+	#elif defined( SHADOWMAP_TYPE_VSM )
+		float getShadow( sampler2D shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord ) {
+			float shadow = 1.0;
+			shadowCoord.xyz /= shadowCoord.w;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				shadowCoord.z -= shadowBias;
+			#else
+				shadowCoord.z += shadowBias;
+			#endif
+			bool inFrustum = shadowCoord.x >= 0.0 && shadowCoord.x <= 1.0 && shadowCoord.y >= 0.0 && shadowCoord.y <= 1.0;
+			bool frustumTest = inFrustum && shadowCoord.z <= 1.0;
+			if ( frustumTest ) {
+				vec2 distribution = texture2D( shadowMap, shadowCoord.xy ).rg;
+				float mean = distribution.x;
+				float variance = distribution.y * distribution.y;
+				#ifdef USE_REVERSED_DEPTH_BUFFER
+					float hard_shadow = step( mean, shadowCoord.z );
+				#else
+					float hard_shadow = step( shadowCoord.z, mean );
+				#endif
+				
+				if ( hard_shadow == 1.0 ) {
+					shadow = 1.0;
+				} else {
+					variance = max( variance, 0.0000001 );
+					float d = shadowCoord.z - mean;
+					float p_max = variance / ( variance + d * d );
+					p_max = clamp( ( p_max - 0.3 ) / 0.65, 0.0, 1.0 );
+					shadow = max( hard_shadow, p_max );
+				}
+			}
+			return mix( 1.0, shadow, shadowIntensity );
+		}
+	#else
+		float getShadow( sampler2D shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord ) {
+			float shadow = 1.0;
+			shadowCoord.xyz /= shadowCoord.w;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				shadowCoord.z -= shadowBias;
+			#else
+				shadowCoord.z += shadowBias;
+			#endif
+			bool inFrustum = shadowCoord.x >= 0.0 && shadowCoord.x <= 1.0 && shadowCoord.y >= 0.0 && shadowCoord.y <= 1.0;
+			bool frustumTest = inFrustum && shadowCoord.z <= 1.0;
+			if ( frustumTest ) {
+				float depth = texture2D( shadowMap, shadowCoord.xy ).r;
+				#ifdef USE_REVERSED_DEPTH_BUFFER
+					shadow = step( depth, shadowCoord.z );
+				#else
+					shadow = step( shadowCoord.z, depth );
+				#endif
+			}
+			return mix( 1.0, shadow, shadowIntensity );
+		}
+	#endif
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		float getSunShadow(
+			#if defined( SHADOWMAP_TYPE_PCF )
+				sampler2DShadow shadowMap,
+			#else
+				sampler2D shadowMap,
+			#endif
+			SunLightShadow sunLightShadow,
+			int shadowIndex
+		) {
+			vec4 shadowWorldPosition = vec4( vSunShadowWorldPosition.xyz + vSunShadowWorldNormal * sunLightShadow.shadowNormalBias, 1.0 );
+			float viewDepth = vSunShadowWorldPosition.w;
+			int cascadeOffset = shadowIndex * SUN_LIGHT_CASCADES;
+			float shadow = 1.0;
+			for ( int i = SUN_LIGHT_CASCADES - 1; i >= 0; i -- ) {
+				vec4 cascade = sunShadowCascade[ cascadeOffset + i ];
+				if ( viewDepth >= cascade.x && viewDepth < cascade.y ) {
+					float cascadeShadow = getShadow(
+						shadowMap,
+						sunLightShadow.shadowMapSize,
+						sunLightShadow.shadowIntensity,
+						sunLightShadow.shadowBias,
+						sunLightShadow.shadowRadius,
+						sunShadowMatrix[ cascadeOffset + i ] * shadowWorldPosition
+					);
+					shadow = mix( cascadeShadow, shadow, smoothstep( cascade.z, cascade.y, viewDepth ) );
+				}
+			}
+			return shadow;
+		}
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+	#if defined( SHADOWMAP_TYPE_PCF )
+	float getPointShadow( samplerCubeShadow shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord, float shadowCameraNear, float shadowCameraFar ) {
+		float shadow = 1.0;
+		vec3 lightToPosition = shadowCoord.xyz;
+		vec3 bd3D = normalize( lightToPosition );
+		vec3 absVec = abs( lightToPosition );
+		float viewSpaceZ = max( max( absVec.x, absVec.y ), absVec.z );
+		if ( viewSpaceZ - shadowCameraFar <= 0.0 && viewSpaceZ - shadowCameraNear >= 0.0 ) {
+			float lightDistance = length( lightToPosition );
+			float depthRange = shadowCameraFar - shadowCameraNear;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				float depthA = - shadowCameraNear / depthRange - shadowBias;
+				float depthB = shadowCameraNear * shadowCameraFar / ( depthRange * lightDistance );
+			#else
+				float depthA = shadowCameraFar / depthRange + shadowBias;
+				float depthB = - shadowCameraNear * shadowCameraFar / ( depthRange * lightDistance );
+			#endif
+			float texelSize = shadowRadius / shadowMapSize.x;
+			vec3 absDir = abs( bd3D );
+			vec3 tangent = absDir.x > absDir.z ? vec3( 0.0, 1.0, 0.0 ) : vec3( 1.0, 0.0, 0.0 );
+			tangent = normalize( cross( bd3D, tangent ) );
+			vec3 bitangent = cross( bd3D, tangent );
+			float phi = interleavedGradientNoise( gl_FragCoord.xy ) * PI2;
+			shadow = 0.0;
+			for ( int i = 0; i < 5; i ++ ) {
+				vec2 offset = vogelDiskSample( i, 5, phi );
+				vec3 direction = bd3D + ( tangent * offset.x + bitangent * offset.y ) * texelSize;
+				vec3 absDirection = abs( direction );
+				float dp = depthA + depthB / max( max( absDirection.x, absDirection.y ), absDirection.z );
+				shadow += texture( shadowMap, vec4( direction, dp ) );
+			}
+			shadow *= 0.2;
+		}
+		return mix( 1.0, shadow, shadowIntensity );
+	}
+	#elif defined( SHADOWMAP_TYPE_BASIC )
+	float getPointShadow( samplerCube shadowMap, vec2 shadowMapSize, float shadowIntensity, float shadowBias, float shadowRadius, vec4 shadowCoord, float shadowCameraNear, float shadowCameraFar ) {
+		float shadow = 1.0;
+		vec3 lightToPosition = shadowCoord.xyz;
+		vec3 absVec = abs( lightToPosition );
+		float viewSpaceZ = max( max( absVec.x, absVec.y ), absVec.z );
+		if ( viewSpaceZ - shadowCameraFar <= 0.0 && viewSpaceZ - shadowCameraNear >= 0.0 ) {
+			float dp = ( shadowCameraFar * ( viewSpaceZ - shadowCameraNear ) ) / ( viewSpaceZ * ( shadowCameraFar - shadowCameraNear ) );
+			dp += shadowBias;
+			vec3 bd3D = normalize( lightToPosition );
+			float depth = textureCube( shadowMap, bd3D ).r;
+			#ifdef USE_REVERSED_DEPTH_BUFFER
+				depth = 1.0 - depth;
+			#endif
+			shadow = step( dp, depth );
+		}
+		return mix( 1.0, shadow, shadowIntensity );
+	}
+	#endif
+	#endif
+#endif`,G1=`#if NUM_SPOT_LIGHT_COORDS > 0
+	uniform mat4 spotLightMatrix[ NUM_SPOT_LIGHT_COORDS ];
+	varying vec4 vSpotLightCoord[ NUM_SPOT_LIGHT_COORDS ];
+#endif
+#ifdef USE_SHADOWMAP
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		varying vec4 vSunShadowWorldPosition;
+		varying vec3 vSunShadowWorldNormal;
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+		uniform mat4 directionalShadowMatrix[ NUM_DIR_LIGHT_SHADOWS ];
+		varying vec4 vDirectionalShadowCoord[ NUM_DIR_LIGHT_SHADOWS ];
+		struct DirectionalLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform DirectionalLightShadow directionalLightShadows[ NUM_DIR_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_SPOT_LIGHT_SHADOWS > 0
+		struct SpotLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+		};
+		uniform SpotLightShadow spotLightShadows[ NUM_SPOT_LIGHT_SHADOWS ];
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+		uniform mat4 pointShadowMatrix[ NUM_POINT_LIGHT_SHADOWS ];
+		varying vec4 vPointShadowCoord[ NUM_POINT_LIGHT_SHADOWS ];
+		struct PointLightShadow {
+			float shadowIntensity;
+			float shadowBias;
+			float shadowNormalBias;
+			float shadowRadius;
+			vec2 shadowMapSize;
+			float shadowCameraNear;
+			float shadowCameraFar;
+		};
+		uniform PointLightShadow pointLightShadows[ NUM_POINT_LIGHT_SHADOWS ];
+	#endif
+#endif`,$1=`#if ( defined( USE_SHADOWMAP ) && ( NUM_DIR_LIGHT_SHADOWS > 0 || NUM_SUN_LIGHT_SHADOWS > 0 || NUM_POINT_LIGHT_SHADOWS > 0 ) ) || ( NUM_SPOT_LIGHT_COORDS > 0 )
+	#ifdef HAS_NORMAL
+		vec3 shadowWorldNormal = transformNormalByInverseViewMatrix( transformedNormal, viewMatrix );
+	#else
+		vec3 shadowWorldNormal = vec3( 0.0 );
+	#endif
+	vec4 shadowWorldPosition;
+#endif
+#if defined( USE_SHADOWMAP )
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+		vSunShadowWorldPosition = vec4( worldPosition.xyz, - mvPosition.z );
+		vSunShadowWorldNormal = shadowWorldNormal;
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_DIR_LIGHT_SHADOWS; i ++ ) {
+			shadowWorldPosition = worldPosition + vec4( shadowWorldNormal * directionalLightShadows[ i ].shadowNormalBias, 0 );
+			vDirectionalShadowCoord[ i ] = directionalShadowMatrix[ i ] * shadowWorldPosition;
+		}
+		#pragma unroll_loop_end
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0
+		#pragma unroll_loop_start
+		for ( int i = 0; i < NUM_POINT_LIGHT_SHADOWS; i ++ ) {
+			shadowWorldPosition = worldPosition + vec4( shadowWorldNormal * pointLightShadows[ i ].shadowNormalBias, 0 );
+			vPointShadowCoord[ i ] = pointShadowMatrix[ i ] * shadowWorldPosition;
+		}
+		#pragma unroll_loop_end
+	#endif
+#endif
+#if NUM_SPOT_LIGHT_COORDS > 0
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SPOT_LIGHT_COORDS; i ++ ) {
+		shadowWorldPosition = worldPosition;
+		#if ( defined( USE_SHADOWMAP ) && UNROLLED_LOOP_INDEX < NUM_SPOT_LIGHT_SHADOWS )
+			shadowWorldPosition.xyz += shadowWorldNormal * spotLightShadows[ i ].shadowNormalBias;
+		#endif
+		vSpotLightCoord[ i ] = spotLightMatrix[ i ] * shadowWorldPosition;
+	}
+	#pragma unroll_loop_end
+#endif`,W1=`float getShadowMask() {
+	float shadow = 1.0;
+	#ifdef USE_SHADOWMAP
+	#if NUM_SUN_LIGHT_SHADOWS > 0
+	SunLightShadow sunLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SUN_LIGHT_SHADOWS; i ++ ) {
+		sunLight = sunLightShadows[ i ];
+		shadow *= receiveShadow ? getSunShadow( sunShadowMap[ i ], sunLight, UNROLLED_LOOP_INDEX ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#if NUM_DIR_LIGHT_SHADOWS > 0
+	DirectionalLightShadow directionalLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_DIR_LIGHT_SHADOWS; i ++ ) {
+		directionalLight = directionalLightShadows[ i ];
+		shadow *= receiveShadow ? getShadow( directionalShadowMap[ i ], directionalLight.shadowMapSize, directionalLight.shadowIntensity, directionalLight.shadowBias, directionalLight.shadowRadius, vDirectionalShadowCoord[ i ] ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#if NUM_SPOT_LIGHT_SHADOWS > 0
+	SpotLightShadow spotLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_SPOT_LIGHT_SHADOWS; i ++ ) {
+		spotLight = spotLightShadows[ i ];
+		shadow *= receiveShadow ? getShadow( spotShadowMap[ i ], spotLight.shadowMapSize, spotLight.shadowIntensity, spotLight.shadowBias, spotLight.shadowRadius, vSpotLightCoord[ i ] ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#if NUM_POINT_LIGHT_SHADOWS > 0 && ( defined( SHADOWMAP_TYPE_PCF ) || defined( SHADOWMAP_TYPE_BASIC ) )
+	PointLightShadow pointLight;
+	#pragma unroll_loop_start
+	for ( int i = 0; i < NUM_POINT_LIGHT_SHADOWS; i ++ ) {
+		pointLight = pointLightShadows[ i ];
+		shadow *= receiveShadow ? getPointShadow( pointShadowMap[ i ], pointLight.shadowMapSize, pointLight.shadowIntensity, pointLight.shadowBias, pointLight.shadowRadius, vPointShadowCoord[ i ], pointLight.shadowCameraNear, pointLight.shadowCameraFar ) : 1.0;
+	}
+	#pragma unroll_loop_end
+	#endif
+	#endif
+	return shadow;
+}`,X1=`#ifdef USE_SKINNING
+	mat4 boneMatX = getBoneMatrix( skinIndex.x );
+	mat4 boneMatY = getBoneMatrix( skinIndex.y );
+	mat4 boneMatZ = getBoneMatrix( skinIndex.z );
+	mat4 boneMatW = getBoneMatrix( skinIndex.w );
+#endif`,q1=`#ifdef USE_SKINNING
+	uniform mat4 bindMatrix;
+	uniform mat4 bindMatrixInverse;
+	uniform highp sampler2D boneTexture;
+	mat4 getBoneMatrix( const in float i ) {
+		int size = textureSize( boneTexture, 0 ).x;
+		int j = int( i ) * 4;
+		int x = j % size;
+		int y = j / size;
+		vec4 v1 = texelFetch( boneTexture, ivec2( x, y ), 0 );
+		vec4 v2 = texelFetch( boneTexture, ivec2( x + 1, y ), 0 );
+		vec4 v3 = texelFetch( boneTexture, ivec2( x + 2, y ), 0 );
+		vec4 v4 = texelFetch( boneTexture, ivec2( x + 3, y ), 0 );
+		return mat4( v1, v2, v3, v4 );
+	}
+#endif`,Y1=`#ifdef USE_SKINNING
+	vec4 skinVertex = bindMatrix * vec4( transformed, 1.0 );
+	vec4 skinned = vec4( 0.0 );
+	skinned += boneMatX * skinVertex * skinWeight.x;
+	skinned += boneMatY * skinVertex * skinWeight.y;
+	skinned += boneMatZ * skinVertex * skinWeight.z;
+	skinned += boneMatW * skinVertex * skinWeight.w;
+	transformed = ( bindMatrixInverse * skinned ).xyz;
+#endif`,Z1=`#ifdef USE_SKINNING
+	mat4 skinMatrix = mat4( 0.0 );
+	skinMatrix += skinWeight.x * boneMatX;
+	skinMatrix += skinWeight.y * boneMatY;
+	skinMatrix += skinWeight.z * boneMatZ;
+	skinMatrix += skinWeight.w * boneMatW;
+	skinMatrix = bindMatrixInverse * skinMatrix * bindMatrix;
+	objectNormal = vec4( skinMatrix * vec4( objectNormal, 0.0 ) ).xyz;
+	#ifdef USE_TANGENT
+		objectTangent = vec4( skinMatrix * vec4( objectTangent, 0.0 ) ).xyz;
+	#endif
+#endif`,J1=`float specularStrength;
+#ifdef USE_SPECULARMAP
+	vec4 texelSpecular = texture2D( specularMap, vSpecularMapUv );
+	specularStrength = texelSpecular.r;
+#else
+	specularStrength = 1.0;
+#endif`,j1=`#ifdef USE_SPECULARMAP
+	uniform sampler2D specularMap;
+#endif`,K1=`#if defined( TONE_MAPPING )
+	gl_FragColor.rgb = toneMapping( gl_FragColor.rgb );
+#endif`,Q1=`#ifndef saturate
+#define saturate( a ) clamp( a, 0.0, 1.0 )
+#endif
+uniform float toneMappingExposure;
+vec3 LinearToneMapping( vec3 color ) {
+	return saturate( toneMappingExposure * color );
+}
+vec3 ReinhardToneMapping( vec3 color ) {
+	color *= toneMappingExposure;
+	return saturate( color / ( vec3( 1.0 ) + color ) );
+}
+vec3 CineonToneMapping( vec3 color ) {
+	color *= toneMappingExposure;
+	color = max( vec3( 0.0 ), color - 0.004 );
+	return pow( ( color * ( 6.2 * color + 0.5 ) ) / ( color * ( 6.2 * color + 1.7 ) + 0.06 ), vec3( 2.2 ) );
+}
+vec3 RRTAndODTFit( vec3 v ) {
+	vec3 a = v * ( v + 0.0245786 ) - 0.000090537;
+	vec3 b = v * ( 0.983729 * v + 0.4329510 ) + 0.238081;
+	return a / b;
+}
+vec3 ACESFilmicToneMapping( vec3 color ) {
+	const mat3 ACESInputMat = mat3(
+		vec3( 0.59719, 0.07600, 0.02840 ),		vec3( 0.35458, 0.90834, 0.13383 ),
+		vec3( 0.04823, 0.01566, 0.83777 )
+	);
+	const mat3 ACESOutputMat = mat3(
+		vec3(  1.60475, -0.10208, -0.00327 ),		vec3( -0.53108,  1.10813, -0.07276 ),
+		vec3( -0.07367, -0.00605,  1.07602 )
+	);
+	color *= toneMappingExposure / 0.6;
+	color = ACESInputMat * color;
+	color = RRTAndODTFit( color );
+	color = ACESOutputMat * color;
+	return saturate( color );
+}
+const mat3 LINEAR_REC2020_TO_LINEAR_SRGB = mat3(
+	vec3( 1.6605, - 0.1246, - 0.0182 ),
+	vec3( - 0.5876, 1.1329, - 0.1006 ),
+	vec3( - 0.0728, - 0.0083, 1.1187 )
+);
+const mat3 LINEAR_SRGB_TO_LINEAR_REC2020 = mat3(
+	vec3( 0.6274, 0.0691, 0.0164 ),
+	vec3( 0.3293, 0.9195, 0.0880 ),
+	vec3( 0.0433, 0.0113, 0.8956 )
+);
+vec3 agxDefaultContrastApprox( vec3 x ) {
+	vec3 x2 = x * x;
+	vec3 x4 = x2 * x2;
+	return + 15.5 * x4 * x2
+		- 40.14 * x4 * x
+		+ 31.96 * x4
+		- 6.868 * x2 * x
+		+ 0.4298 * x2
+		+ 0.1191 * x
+		- 0.00232;
+}
+vec3 AgXToneMapping( vec3 color ) {
+	const mat3 AgXInsetMatrix = mat3(
+		vec3( 0.856627153315983, 0.137318972929847, 0.11189821299995 ),
+		vec3( 0.0951212405381588, 0.761241990602591, 0.0767994186031903 ),
+		vec3( 0.0482516061458583, 0.101439036467562, 0.811302368396859 )
+	);
+	const mat3 AgXOutsetMatrix = mat3(
+		vec3( 1.1271005818144368, - 0.1413297634984383, - 0.14132976349843826 ),
+		vec3( - 0.11060664309660323, 1.157823702216272, - 0.11060664309660294 ),
+		vec3( - 0.016493938717834573, - 0.016493938717834257, 1.2519364065950405 )
+	);
+	const float AgxMinEv = - 12.47393;	const float AgxMaxEv = 4.026069;
+	color *= toneMappingExposure;
+	color = LINEAR_SRGB_TO_LINEAR_REC2020 * color;
+	color = AgXInsetMatrix * color;
+	color = max( color, 1e-10 );	color = log2( color );
+	color = ( color - AgxMinEv ) / ( AgxMaxEv - AgxMinEv );
+	color = clamp( color, 0.0, 1.0 );
+	color = agxDefaultContrastApprox( color );
+	color = AgXOutsetMatrix * color;
+	color = pow( max( vec3( 0.0 ), color ), vec3( 2.2 ) );
+	color = LINEAR_REC2020_TO_LINEAR_SRGB * color;
+	color = clamp( color, 0.0, 1.0 );
+	return color;
+}
+vec3 NeutralToneMapping( vec3 color ) {
+	const float StartCompression = 0.8 - 0.04;
+	const float Desaturation = 0.15;
+	color *= toneMappingExposure;
+	float x = min( color.r, min( color.g, color.b ) );
+	float offset = x < 0.08 ? x - 6.25 * x * x : 0.04;
+	color -= offset;
+	float peak = max( color.r, max( color.g, color.b ) );
+	if ( peak < StartCompression ) return color;
+	float d = 1. - StartCompression;
+	float newPeak = 1. - d * d / ( peak + d - StartCompression );
+	color *= newPeak / peak;
+	float g = 1. - 1. / ( Desaturation * ( peak - newPeak ) + 1. );
+	return mix( color, vec3( newPeak ), g );
+}
+vec3 CustomToneMapping( vec3 color ) { return color; }`,eE=`#ifdef USE_TRANSMISSION
+	material.transmission = transmission;
+	material.transmissionAlpha = 1.0;
+	material.thickness = thickness;
+	material.attenuationDistance = attenuationDistance;
+	material.attenuationColor = attenuationColor;
+	#ifdef USE_TRANSMISSIONMAP
+		material.transmission *= texture2D( transmissionMap, vTransmissionMapUv ).r;
+	#endif
+	#ifdef USE_THICKNESSMAP
+		material.thickness *= texture2D( thicknessMap, vThicknessMapUv ).g;
+	#endif
+	vec3 pos = vWorldPosition;
+	vec3 v = normalize( cameraPosition - pos );
+	vec3 n = transformNormalByInverseViewMatrix( normal, viewMatrix );
+	vec4 transmitted = getIBLVolumeRefraction(
+		n, v, material.roughness, material.diffuseContribution, material.specularColorBlended, material.specularF90,
+		pos, modelMatrix, viewMatrix, projectionMatrix, material.dispersion, material.ior, material.thickness,
+		material.attenuationColor, material.attenuationDistance );
+	material.transmissionAlpha = mix( material.transmissionAlpha, transmitted.a, material.transmission );
+	totalDiffuse = mix( totalDiffuse, transmitted.rgb, material.transmission );
+#endif`,tE=`#ifdef USE_TRANSMISSION
+	uniform float transmission;
+	uniform float thickness;
+	uniform float attenuationDistance;
+	uniform vec3 attenuationColor;
+	#ifdef USE_TRANSMISSIONMAP
+		uniform sampler2D transmissionMap;
+	#endif
+	#ifdef USE_THICKNESSMAP
+		uniform sampler2D thicknessMap;
+	#endif
+	uniform vec2 transmissionSamplerSize;
+	uniform sampler2D transmissionSamplerMap;
+	uniform mat4 modelMatrix;
+	uniform mat4 projectionMatrix;
+	varying vec3 vWorldPosition;
+	float w0( float a ) {
+		return ( 1.0 / 6.0 ) * ( a * ( a * ( - a + 3.0 ) - 3.0 ) + 1.0 );
+	}
+	float w1( float a ) {
+		return ( 1.0 / 6.0 ) * ( a *  a * ( 3.0 * a - 6.0 ) + 4.0 );
+	}
+	float w2( float a ){
+		return ( 1.0 / 6.0 ) * ( a * ( a * ( - 3.0 * a + 3.0 ) + 3.0 ) + 1.0 );
+	}
+	float w3( float a ) {
+		return ( 1.0 / 6.0 ) * ( a * a * a );
+	}
+	float g0( float a ) {
+		return w0( a ) + w1( a );
+	}
+	float g1( float a ) {
+		return w2( a ) + w3( a );
+	}
+	float h0( float a ) {
+		return - 1.0 + w1( a ) / ( w0( a ) + w1( a ) );
+	}
+	float h1( float a ) {
+		return 1.0 + w3( a ) / ( w2( a ) + w3( a ) );
+	}
+	vec4 bicubic( sampler2D tex, vec2 uv, vec4 texelSize, float lod ) {
+		uv = uv * texelSize.zw + 0.5;
+		vec2 iuv = floor( uv );
+		vec2 fuv = fract( uv );
+		float g0x = g0( fuv.x );
+		float g1x = g1( fuv.x );
+		float h0x = h0( fuv.x );
+		float h1x = h1( fuv.x );
+		float h0y = h0( fuv.y );
+		float h1y = h1( fuv.y );
+		vec2 p0 = ( vec2( iuv.x + h0x, iuv.y + h0y ) - 0.5 ) * texelSize.xy;
+		vec2 p1 = ( vec2( iuv.x + h1x, iuv.y + h0y ) - 0.5 ) * texelSize.xy;
+		vec2 p2 = ( vec2( iuv.x + h0x, iuv.y + h1y ) - 0.5 ) * texelSize.xy;
+		vec2 p3 = ( vec2( iuv.x + h1x, iuv.y + h1y ) - 0.5 ) * texelSize.xy;
+		return g0( fuv.y ) * ( g0x * textureLod( tex, p0, lod ) + g1x * textureLod( tex, p1, lod ) ) +
+			g1( fuv.y ) * ( g0x * textureLod( tex, p2, lod ) + g1x * textureLod( tex, p3, lod ) );
+	}
+	vec4 textureBicubic( sampler2D sampler, vec2 uv, float lod ) {
+		vec2 fLodSize = vec2( textureSize( sampler, int( lod ) ) );
+		vec2 cLodSize = vec2( textureSize( sampler, int( lod + 1.0 ) ) );
+		vec2 fLodSizeInv = 1.0 / fLodSize;
+		vec2 cLodSizeInv = 1.0 / cLodSize;
+		vec4 fSample = bicubic( sampler, uv, vec4( fLodSizeInv, fLodSize ), floor( lod ) );
+		vec4 cSample = bicubic( sampler, uv, vec4( cLodSizeInv, cLodSize ), ceil( lod ) );
+		return mix( fSample, cSample, fract( lod ) );
+	}
+	vec3 getVolumeTransmissionRay( const in vec3 n, const in vec3 v, const in float thickness, const in float ior, const in mat4 modelMatrix ) {
+		vec3 refractionVector = refract( - v, normalize( n ), 1.0 / ior );
+		vec3 modelScale;
+		modelScale.x = length( vec3( modelMatrix[ 0 ].xyz ) );
+		modelScale.y = length( vec3( modelMatrix[ 1 ].xyz ) );
+		modelScale.z = length( vec3( modelMatrix[ 2 ].xyz ) );
+		return normalize( refractionVector ) * thickness * modelScale;
+	}
+	float applyIorToRoughness( const in float roughness, const in float ior ) {
+		return roughness * clamp( ior * 2.0 - 2.0, 0.0, 1.0 );
+	}
+	vec4 getTransmissionSample( const in vec2 fragCoord, const in float roughness, const in float ior ) {
+		float lod = log2( transmissionSamplerSize.x ) * applyIorToRoughness( roughness, ior );
+		return textureBicubic( transmissionSamplerMap, fragCoord.xy, lod );
+	}
+	vec3 volumeAttenuation( const in float transmissionDistance, const in vec3 attenuationColor, const in float attenuationDistance ) {
+		if ( isinf( attenuationDistance ) ) {
+			return vec3( 1.0 );
+		} else {
+			vec3 attenuationCoefficient = -log( attenuationColor ) / attenuationDistance;
+			vec3 transmittance = exp( - attenuationCoefficient * transmissionDistance );			return transmittance;
+		}
+	}
+	vec4 getIBLVolumeRefraction( const in vec3 n, const in vec3 v, const in float roughness, const in vec3 diffuseColor,
+		const in vec3 specularColor, const in float specularF90, const in vec3 position, const in mat4 modelMatrix,
+		const in mat4 viewMatrix, const in mat4 projMatrix, const in float dispersion, const in float ior, const in float thickness,
+		const in vec3 attenuationColor, const in float attenuationDistance ) {
+		vec4 transmittedLight;
+		vec3 transmittance;
+		#ifdef USE_DISPERSION
+			float halfSpread = ( ior - 1.0 ) * 0.025 * dispersion;
+			vec3 iors = vec3( ior - halfSpread, ior, ior + halfSpread );
+			for ( int i = 0; i < 3; i ++ ) {
+				vec3 transmissionRay = getVolumeTransmissionRay( n, v, thickness, iors[ i ], modelMatrix );
+				vec3 refractedRayExit = position + transmissionRay;
+				vec4 ndcPos = projMatrix * viewMatrix * vec4( refractedRayExit, 1.0 );
+				vec2 refractionCoords = ndcPos.xy / ndcPos.w;
+				refractionCoords += 1.0;
+				refractionCoords /= 2.0;
+				vec4 transmissionSample = getTransmissionSample( refractionCoords, roughness, iors[ i ] );
+				transmittedLight[ i ] = transmissionSample[ i ];
+				transmittedLight.a += transmissionSample.a;
+				transmittance[ i ] = diffuseColor[ i ] * volumeAttenuation( length( transmissionRay ), attenuationColor, attenuationDistance )[ i ];
+			}
+			transmittedLight.a /= 3.0;
+		#else
+			vec3 transmissionRay = getVolumeTransmissionRay( n, v, thickness, ior, modelMatrix );
+			vec3 refractedRayExit = position + transmissionRay;
+			vec4 ndcPos = projMatrix * viewMatrix * vec4( refractedRayExit, 1.0 );
+			vec2 refractionCoords = ndcPos.xy / ndcPos.w;
+			refractionCoords += 1.0;
+			refractionCoords /= 2.0;
+			transmittedLight = getTransmissionSample( refractionCoords, roughness, ior );
+			transmittance = diffuseColor * volumeAttenuation( length( transmissionRay ), attenuationColor, attenuationDistance );
+		#endif
+		vec3 attenuatedColor = transmittance * transmittedLight.rgb;
+		vec3 F = EnvironmentBRDF( n, v, specularColor, specularF90, roughness );
+		float transmittanceFactor = ( transmittance.r + transmittance.g + transmittance.b ) / 3.0;
+		return vec4( ( 1.0 - F ) * attenuatedColor, 1.0 - ( 1.0 - transmittedLight.a ) * transmittanceFactor );
+	}
+#endif`,nE=`#if defined( USE_UV ) || defined( USE_ANISOTROPY )
+	varying vec2 vUv;
+#endif
+#ifdef USE_MAP
+	varying vec2 vMapUv;
+#endif
+#ifdef USE_ALPHAMAP
+	varying vec2 vAlphaMapUv;
+#endif
+#ifdef USE_LIGHTMAP
+	varying vec2 vLightMapUv;
+#endif
+#ifdef USE_AOMAP
+	varying vec2 vAoMapUv;
+#endif
+#ifdef USE_BUMPMAP
+	varying vec2 vBumpMapUv;
+#endif
+#ifdef USE_NORMALMAP
+	varying vec2 vNormalMapUv;
+#endif
+#ifdef USE_EMISSIVEMAP
+	varying vec2 vEmissiveMapUv;
+#endif
+#ifdef USE_METALNESSMAP
+	varying vec2 vMetalnessMapUv;
+#endif
+#ifdef USE_ROUGHNESSMAP
+	varying vec2 vRoughnessMapUv;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESSMAP
+	varying vec2 vDiffuseRoughnessMapUv;
+#endif
+#ifdef USE_ANISOTROPYMAP
+	varying vec2 vAnisotropyMapUv;
+#endif
+#ifdef USE_CLEARCOATMAP
+	varying vec2 vClearcoatMapUv;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	varying vec2 vClearcoatNormalMapUv;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	varying vec2 vClearcoatRoughnessMapUv;
+#endif
+#ifdef USE_IRIDESCENCEMAP
+	varying vec2 vIridescenceMapUv;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	varying vec2 vIridescenceThicknessMapUv;
+#endif
+#ifdef USE_SHEEN_COLORMAP
+	varying vec2 vSheenColorMapUv;
+#endif
+#ifdef USE_SHEEN_ROUGHNESSMAP
+	varying vec2 vSheenRoughnessMapUv;
+#endif
+#ifdef USE_SPECULARMAP
+	varying vec2 vSpecularMapUv;
+#endif
+#ifdef USE_SPECULAR_COLORMAP
+	varying vec2 vSpecularColorMapUv;
+#endif
+#ifdef USE_SPECULAR_INTENSITYMAP
+	varying vec2 vSpecularIntensityMapUv;
+#endif
+#ifdef USE_TRANSMISSIONMAP
+	uniform mat3 transmissionMapTransform;
+	varying vec2 vTransmissionMapUv;
+#endif
+#ifdef USE_THICKNESSMAP
+	uniform mat3 thicknessMapTransform;
+	varying vec2 vThicknessMapUv;
+#endif`,iE=`#if defined( USE_UV ) || defined( USE_ANISOTROPY )
+	varying vec2 vUv;
+#endif
+#ifdef USE_MAP
+	uniform mat3 mapTransform;
+	varying vec2 vMapUv;
+#endif
+#ifdef USE_ALPHAMAP
+	uniform mat3 alphaMapTransform;
+	varying vec2 vAlphaMapUv;
+#endif
+#ifdef USE_LIGHTMAP
+	uniform mat3 lightMapTransform;
+	varying vec2 vLightMapUv;
+#endif
+#ifdef USE_AOMAP
+	uniform mat3 aoMapTransform;
+	varying vec2 vAoMapUv;
+#endif
+#ifdef USE_BUMPMAP
+	uniform mat3 bumpMapTransform;
+	varying vec2 vBumpMapUv;
+#endif
+#ifdef USE_NORMALMAP
+	uniform mat3 normalMapTransform;
+	varying vec2 vNormalMapUv;
+#endif
+#ifdef USE_DISPLACEMENTMAP
+	uniform mat3 displacementMapTransform;
+	varying vec2 vDisplacementMapUv;
+#endif
+#ifdef USE_EMISSIVEMAP
+	uniform mat3 emissiveMapTransform;
+	varying vec2 vEmissiveMapUv;
+#endif
+#ifdef USE_METALNESSMAP
+	uniform mat3 metalnessMapTransform;
+	varying vec2 vMetalnessMapUv;
+#endif
+#ifdef USE_ROUGHNESSMAP
+	uniform mat3 roughnessMapTransform;
+	varying vec2 vRoughnessMapUv;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESSMAP
+	uniform mat3 diffuseRoughnessMapTransform;
+	varying vec2 vDiffuseRoughnessMapUv;
+#endif
+#ifdef USE_ANISOTROPYMAP
+	uniform mat3 anisotropyMapTransform;
+	varying vec2 vAnisotropyMapUv;
+#endif
+#ifdef USE_CLEARCOATMAP
+	uniform mat3 clearcoatMapTransform;
+	varying vec2 vClearcoatMapUv;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	uniform mat3 clearcoatNormalMapTransform;
+	varying vec2 vClearcoatNormalMapUv;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	uniform mat3 clearcoatRoughnessMapTransform;
+	varying vec2 vClearcoatRoughnessMapUv;
+#endif
+#ifdef USE_SHEEN_COLORMAP
+	uniform mat3 sheenColorMapTransform;
+	varying vec2 vSheenColorMapUv;
+#endif
+#ifdef USE_SHEEN_ROUGHNESSMAP
+	uniform mat3 sheenRoughnessMapTransform;
+	varying vec2 vSheenRoughnessMapUv;
+#endif
+#ifdef USE_IRIDESCENCEMAP
+	uniform mat3 iridescenceMapTransform;
+	varying vec2 vIridescenceMapUv;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	uniform mat3 iridescenceThicknessMapTransform;
+	varying vec2 vIridescenceThicknessMapUv;
+#endif
+#ifdef USE_SPECULARMAP
+	uniform mat3 specularMapTransform;
+	varying vec2 vSpecularMapUv;
+#endif
+#ifdef USE_SPECULAR_COLORMAP
+	uniform mat3 specularColorMapTransform;
+	varying vec2 vSpecularColorMapUv;
+#endif
+#ifdef USE_SPECULAR_INTENSITYMAP
+	uniform mat3 specularIntensityMapTransform;
+	varying vec2 vSpecularIntensityMapUv;
+#endif
+#ifdef USE_TRANSMISSIONMAP
+	uniform mat3 transmissionMapTransform;
+	varying vec2 vTransmissionMapUv;
+#endif
+#ifdef USE_THICKNESSMAP
+	uniform mat3 thicknessMapTransform;
+	varying vec2 vThicknessMapUv;
+#endif`,sE=`#if defined( USE_UV ) || defined( USE_ANISOTROPY )
+	vUv = vec3( uv, 1 ).xy;
+#endif
+#ifdef USE_MAP
+	vMapUv = ( mapTransform * vec3( MAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_ALPHAMAP
+	vAlphaMapUv = ( alphaMapTransform * vec3( ALPHAMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_LIGHTMAP
+	vLightMapUv = ( lightMapTransform * vec3( LIGHTMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_AOMAP
+	vAoMapUv = ( aoMapTransform * vec3( AOMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_BUMPMAP
+	vBumpMapUv = ( bumpMapTransform * vec3( BUMPMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_NORMALMAP
+	vNormalMapUv = ( normalMapTransform * vec3( NORMALMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_DISPLACEMENTMAP
+	vDisplacementMapUv = ( displacementMapTransform * vec3( DISPLACEMENTMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_EMISSIVEMAP
+	vEmissiveMapUv = ( emissiveMapTransform * vec3( EMISSIVEMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_METALNESSMAP
+	vMetalnessMapUv = ( metalnessMapTransform * vec3( METALNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_ROUGHNESSMAP
+	vRoughnessMapUv = ( roughnessMapTransform * vec3( ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESSMAP
+	vDiffuseRoughnessMapUv = ( diffuseRoughnessMapTransform * vec3( DIFFUSE_ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_ANISOTROPYMAP
+	vAnisotropyMapUv = ( anisotropyMapTransform * vec3( ANISOTROPYMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_CLEARCOATMAP
+	vClearcoatMapUv = ( clearcoatMapTransform * vec3( CLEARCOATMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_CLEARCOAT_NORMALMAP
+	vClearcoatNormalMapUv = ( clearcoatNormalMapTransform * vec3( CLEARCOAT_NORMALMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_CLEARCOAT_ROUGHNESSMAP
+	vClearcoatRoughnessMapUv = ( clearcoatRoughnessMapTransform * vec3( CLEARCOAT_ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_IRIDESCENCEMAP
+	vIridescenceMapUv = ( iridescenceMapTransform * vec3( IRIDESCENCEMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_IRIDESCENCE_THICKNESSMAP
+	vIridescenceThicknessMapUv = ( iridescenceThicknessMapTransform * vec3( IRIDESCENCE_THICKNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SHEEN_COLORMAP
+	vSheenColorMapUv = ( sheenColorMapTransform * vec3( SHEEN_COLORMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SHEEN_ROUGHNESSMAP
+	vSheenRoughnessMapUv = ( sheenRoughnessMapTransform * vec3( SHEEN_ROUGHNESSMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SPECULARMAP
+	vSpecularMapUv = ( specularMapTransform * vec3( SPECULARMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SPECULAR_COLORMAP
+	vSpecularColorMapUv = ( specularColorMapTransform * vec3( SPECULAR_COLORMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_SPECULAR_INTENSITYMAP
+	vSpecularIntensityMapUv = ( specularIntensityMapTransform * vec3( SPECULAR_INTENSITYMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_TRANSMISSIONMAP
+	vTransmissionMapUv = ( transmissionMapTransform * vec3( TRANSMISSIONMAP_UV, 1 ) ).xy;
+#endif
+#ifdef USE_THICKNESSMAP
+	vThicknessMapUv = ( thicknessMapTransform * vec3( THICKNESSMAP_UV, 1 ) ).xy;
+#endif`,rE=`#if defined( USE_ENVMAP ) || defined( DISTANCE ) || defined ( USE_SHADOWMAP ) || defined ( USE_TRANSMISSION ) || NUM_SPOT_LIGHT_COORDS > 0
+	vec4 worldPosition = vec4( transformed, 1.0 );
+	#ifdef USE_BATCHING
+		worldPosition = batchingMatrix * worldPosition;
+	#endif
+	#ifdef USE_INSTANCING
+		worldPosition = instanceMatrix * worldPosition;
+	#endif
+	worldPosition = modelMatrix * worldPosition;
+#endif`,oE=`varying vec2 vUv;
+uniform mat3 uvTransform;
+void main() {
+	vUv = ( uvTransform * vec3( uv, 1 ) ).xy;
+	gl_Position = vec4( position.xy, 1.0, 1.0 );
+}`,aE=`uniform sampler2D t2D;
+uniform float backgroundIntensity;
+varying vec2 vUv;
+void main() {
+	vec4 texColor = texture2D( t2D, vUv );
+	#ifdef DECODE_VIDEO_TEXTURE
+		texColor = vec4( mix( pow( texColor.rgb * 0.9478672986 + vec3( 0.0521327014 ), vec3( 2.4 ) ), texColor.rgb * 0.0773993808, vec3( lessThanEqual( texColor.rgb, vec3( 0.04045 ) ) ) ), texColor.w );
+	#endif
+	texColor.rgb *= backgroundIntensity;
+	gl_FragColor = texColor;
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,lE=`varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vWorldDirection = transformDirection( position, modelMatrix );
+	#include <begin_vertex>
+	#include <project_vertex>
+	gl_Position.z = gl_Position.w;
+}`,cE=`uniform float backgroundBlurriness;
+uniform float backgroundIntensity;
+uniform mat3 backgroundRotation;
+varying vec3 vWorldDirection;
+#include <envmap_common_pars_fragment>
+void main() {
+	#ifdef ENVMAP_TYPE_PMREM
+		vec4 texColor = textureLod( envMap, backgroundRotation * vWorldDirection, roughnessToMip( backgroundBlurriness ) );
+	#else
+		vec4 texColor = textureCube( envMap, backgroundRotation * vWorldDirection );
+	#endif
+	texColor.rgb *= backgroundIntensity;
+	gl_FragColor = texColor;
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,uE=`varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vWorldDirection = transformDirection( position, modelMatrix );
+	#include <begin_vertex>
+	#include <project_vertex>
+	gl_Position.z = gl_Position.w;
+}`,hE=`uniform samplerCube tCube;
+uniform float tFlip;
+uniform float opacity;
+varying vec3 vWorldDirection;
+void main() {
+	vec4 texColor = textureCube( tCube, vec3( tFlip * vWorldDirection.x, vWorldDirection.yz ) );
+	gl_FragColor = texColor;
+	gl_FragColor.a *= opacity;
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,fE=`#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+varying vec2 vHighPrecisionZW;
+void main() {
+	#include <uv_vertex>
+	#include <batching_vertex>
+	#include <skinbase_vertex>
+	#include <morphinstance_vertex>
+	#ifdef USE_DISPLACEMENTMAP
+		#include <beginnormal_vertex>
+		#include <morphnormal_vertex>
+		#include <skinnormal_vertex>
+	#endif
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vHighPrecisionZW = gl_Position.zw;
+}`,dE=`#if DEPTH_PACKING == 3200
+	uniform float opacity;
+#endif
+#include <common>
+#include <packing>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+varying vec2 vHighPrecisionZW;
+void main() {
+	vec4 diffuseColor = vec4( 1.0 );
+	#include <clipping_planes_fragment>
+	#if DEPTH_PACKING == 3200
+		diffuseColor.a = opacity;
+	#endif
+	#include <map_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <logdepthbuf_fragment>
+	#ifdef USE_REVERSED_DEPTH_BUFFER
+		float fragCoordZ = vHighPrecisionZW[ 0 ] / vHighPrecisionZW[ 1 ];
+	#else
+		float fragCoordZ = 0.5 * vHighPrecisionZW[ 0 ] / vHighPrecisionZW[ 1 ] + 0.5;
+	#endif
+	#if DEPTH_PACKING == 3200
+		gl_FragColor = vec4( vec3( 1.0 - fragCoordZ ), opacity );
+	#elif DEPTH_PACKING == 3201
+		gl_FragColor = packDepthToRGBA( fragCoordZ );
+	#elif DEPTH_PACKING == 3202
+		gl_FragColor = vec4( packDepthToRGB( fragCoordZ ), 1.0 );
+	#elif DEPTH_PACKING == 3203
+		gl_FragColor = vec4( packDepthToRG( fragCoordZ ), 0.0, 1.0 );
+	#endif
+}`,pE=`#define DISTANCE
+varying vec3 vWorldPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <batching_vertex>
+	#include <skinbase_vertex>
+	#include <morphinstance_vertex>
+	#ifdef USE_DISPLACEMENTMAP
+		#include <beginnormal_vertex>
+		#include <morphnormal_vertex>
+		#include <skinnormal_vertex>
+	#endif
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <worldpos_vertex>
+	#include <clipping_planes_vertex>
+	vWorldPosition = worldPosition.xyz;
+}`,mE=`#define DISTANCE
+uniform vec3 referencePosition;
+uniform float nearDistance;
+uniform float farDistance;
+varying vec3 vWorldPosition;
+#include <common>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( 1.0 );
+	#include <clipping_planes_fragment>
+	#include <map_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	float dist = length( vWorldPosition - referencePosition );
+	dist = ( dist - nearDistance ) / ( farDistance - nearDistance );
+	dist = saturate( dist );
+	gl_FragColor = vec4( dist, 0.0, 0.0, 1.0 );
+}`,gE=`varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vWorldDirection = transformDirection( position, modelMatrix );
+	#include <begin_vertex>
+	#include <project_vertex>
+}`,_E=`uniform sampler2D tEquirect;
+varying vec3 vWorldDirection;
+#include <common>
+void main() {
+	vec3 direction = normalize( vWorldDirection );
+	vec2 sampleUV = equirectUv( direction );
+	gl_FragColor = texture2D( tEquirect, sampleUV );
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+}`,vE=`uniform float scale;
+attribute float lineDistance;
+varying float vLineDistance;
+#include <common>
+#include <uv_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	vLineDistance = scale * lineDistance;
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <fog_vertex>
+}`,yE=`uniform vec3 diffuse;
+uniform float opacity;
+uniform float dashSize;
+uniform float totalSize;
+varying float vLineDistance;
+#include <common>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <fog_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	if ( mod( vLineDistance, totalSize ) > dashSize ) {
+		discard;
+	}
+	vec3 outgoingLight = vec3( 0.0 );
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	outgoingLight = diffuseColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+}`,xE=`#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <envmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#if defined ( USE_ENVMAP ) || defined ( USE_SKINNING )
+		#include <beginnormal_vertex>
+		#include <morphnormal_vertex>
+		#include <skinbase_vertex>
+		#include <skinnormal_vertex>
+		#include <defaultnormal_vertex>
+	#endif
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <worldpos_vertex>
+	#include <envmap_vertex>
+	#include <fog_vertex>
+}`,bE=`uniform vec3 diffuse;
+uniform float opacity;
+#ifndef FLAT_SHADED
+	varying vec3 vNormal;
+#endif
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_pars_fragment>
+#include <fog_pars_fragment>
+#include <specularmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <specularmap_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	#ifdef USE_LIGHTMAP
+		vec4 lightMapTexel = texture2D( lightMap, vLightMapUv );
+		reflectedLight.indirectDiffuse += lightMapTexel.rgb * lightMapIntensity * RECIPROCAL_PI;
+	#else
+		reflectedLight.indirectDiffuse += vec3( 1.0 );
+	#endif
+	#include <aomap_fragment>
+	reflectedLight.indirectDiffuse *= diffuseColor.rgb;
+	vec3 outgoingLight = reflectedLight.indirectDiffuse;
+	#include <envmap_fragment>
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,SE=`#define LAMBERT
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <envmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <envmap_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,ME=`#define LAMBERT
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform float opacity;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_pars_fragment>
+#include <envmap_physical_pars_fragment>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_lambert_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <specularmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <specularmap_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_lambert_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;
+	#include <envmap_fragment>
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,wE=`#define MATCAP
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <color_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <fog_vertex>
+	vViewPosition = - mvPosition.xyz;
+}`,EE=`#define MATCAP
+uniform vec3 diffuse;
+uniform float opacity;
+uniform sampler2D matcap;
+varying vec3 vViewPosition;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <fog_pars_fragment>
+#include <normal_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	vec3 viewDir = normalize( vViewPosition );
+	vec3 x = normalize( vec3( viewDir.z, 0.0, - viewDir.x ) );
+	vec3 y = cross( viewDir, x );
+	vec2 uv = vec2( dot( x, normal ), dot( y, normal ) ) * 0.495 + 0.5;
+	#ifdef USE_MATCAP
+		vec4 matcapColor = texture2D( matcap, uv );
+	#else
+		vec4 matcapColor = vec4( vec3( mix( 0.2, 0.8, uv.y ) ), 1.0 );
+	#endif
+	vec3 outgoingLight = diffuseColor.rgb * matcapColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,TE=`#define NORMAL
+#if defined( FLAT_SHADED ) || defined( USE_BUMPMAP ) || defined( USE_NORMALMAP_TANGENTSPACE )
+	varying vec3 vViewPosition;
+#endif
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphinstance_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+#if defined( FLAT_SHADED ) || defined( USE_BUMPMAP ) || defined( USE_NORMALMAP_TANGENTSPACE )
+	vViewPosition = - mvPosition.xyz;
+#endif
+}`,AE=`#define NORMAL
+uniform float opacity;
+#if defined( FLAT_SHADED ) || defined( USE_BUMPMAP ) || defined( USE_NORMALMAP_TANGENTSPACE )
+	varying vec3 vViewPosition;
+#endif
+#include <uv_pars_fragment>
+#include <normal_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( 0.0, 0.0, 0.0, opacity );
+	#include <clipping_planes_fragment>
+	#include <logdepthbuf_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	gl_FragColor = vec4( normalize( normal ) * 0.5 + 0.5, diffuseColor.a );
+	#ifdef OPAQUE
+		gl_FragColor.a = 1.0;
+	#endif
+}`,CE=`#define PHONG
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <envmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphinstance_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <envmap_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,RE=`#define PHONG
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform vec3 specular;
+uniform float shininess;
+uniform float opacity;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_pars_fragment>
+#include <envmap_physical_pars_fragment>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_phong_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <specularmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <specularmap_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_phong_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + reflectedLight.directSpecular + reflectedLight.indirectSpecular + totalEmissiveRadiance;
+	#include <envmap_fragment>
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,PE=`#define STANDARD
+varying vec3 vViewPosition;
+#ifdef USE_TRANSMISSION
+	varying vec3 vWorldPosition;
+#endif
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+#ifdef USE_TRANSMISSION
+	vWorldPosition = worldPosition.xyz;
+#endif
+}`,IE=`#define STANDARD
+#ifdef PHYSICAL
+	#define IOR
+	#define USE_SPECULAR
+#endif
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform float roughness;
+uniform float metalness;
+uniform float opacity;
+#ifdef IOR
+	uniform float ior;
+#endif
+#ifdef USE_SPECULAR
+	uniform float specularIntensity;
+	uniform vec3 specularColor;
+	#ifdef USE_SPECULAR_COLORMAP
+		uniform sampler2D specularColorMap;
+	#endif
+	#ifdef USE_SPECULAR_INTENSITYMAP
+		uniform sampler2D specularIntensityMap;
+	#endif
+#endif
+#ifdef USE_CLEARCOAT
+	uniform float clearcoat;
+	uniform float clearcoatRoughness;
+#endif
+#ifdef USE_DIFFUSE_ROUGHNESS
+	uniform float diffuseRoughness;
+	#ifdef USE_DIFFUSE_ROUGHNESSMAP
+		uniform sampler2D diffuseRoughnessMap;
+	#endif
+#endif
+#ifdef USE_DISPERSION
+	uniform float dispersion;
+#endif
+#ifdef USE_RETROREFLECTION
+	uniform float retroreflectivity;
+#endif
+#ifdef USE_IRIDESCENCE
+	uniform float iridescence;
+	uniform float iridescenceIOR;
+	uniform float iridescenceThicknessMinimum;
+	uniform float iridescenceThicknessMaximum;
+#endif
+#ifdef USE_SHEEN
+	uniform vec3 sheenColor;
+	uniform float sheenRoughness;
+	#ifdef USE_SHEEN_COLORMAP
+		uniform sampler2D sheenColorMap;
+	#endif
+	#ifdef USE_SHEEN_ROUGHNESSMAP
+		uniform sampler2D sheenRoughnessMap;
+	#endif
+#endif
+#ifdef USE_ANISOTROPY
+	uniform vec2 anisotropyVector;
+	#ifdef USE_ANISOTROPYMAP
+		uniform sampler2D anisotropyMap;
+	#endif
+#endif
+varying vec3 vViewPosition;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <iridescence_fragment>
+#include <envmap_common_pars_fragment>
+#include <envmap_physical_pars_fragment>
+#include <fog_pars_fragment>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_physical_pars_fragment>
+#include <transmission_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <clearcoat_pars_fragment>
+#include <iridescence_pars_fragment>
+#include <roughnessmap_pars_fragment>
+#include <metalnessmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <roughnessmap_fragment>
+	#include <metalnessmap_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <clearcoat_normal_fragment_begin>
+	#include <clearcoat_normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_physical_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 totalDiffuse = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse;
+	vec3 totalSpecular = reflectedLight.directSpecular + reflectedLight.indirectSpecular;
+	#include <transmission_fragment>
+	vec3 outgoingLight = totalDiffuse + totalSpecular + totalEmissiveRadiance;
+	#ifdef USE_SHEEN
+ 
+		outgoingLight = outgoingLight + sheenSpecularDirect + sheenSpecularIndirect;
+ 
+ 	#endif
+	#ifdef USE_CLEARCOAT
+		float dotNVcc = saturate( dot( geometryClearcoatNormal, geometryViewDir ) );
+		vec3 Fcc = F_Schlick( material.clearcoatF0, material.clearcoatF90, dotNVcc );
+		outgoingLight = outgoingLight * ( 1.0 - material.clearcoat * Fcc ) + ( clearcoatSpecularDirect + clearcoatSpecularIndirect ) * material.clearcoat;
+	#endif
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,LE=`#define TOON
+varying vec3 vViewPosition;
+#include <common>
+#include <batching_pars_vertex>
+#include <uv_pars_vertex>
+#include <displacementmap_pars_vertex>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <normal_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <shadowmap_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <normal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <displacementmap_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	vViewPosition = - mvPosition.xyz;
+	#include <worldpos_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,DE=`#define TOON
+uniform vec3 diffuse;
+uniform vec3 emissive;
+uniform float opacity;
+#include <common>
+#include <dithering_pars_fragment>
+#include <color_pars_fragment>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <aomap_pars_fragment>
+#include <lightmap_pars_fragment>
+#include <emissivemap_pars_fragment>
+#include <gradientmap_pars_fragment>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <normal_pars_fragment>
+#include <lights_toon_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <bumpmap_pars_fragment>
+#include <normalmap_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	ReflectedLight reflectedLight = ReflectedLight( vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ), vec3( 0.0 ) );
+	vec3 totalEmissiveRadiance = emissive;
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <color_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	#include <normal_fragment_begin>
+	#include <normal_fragment_maps>
+	#include <emissivemap_fragment>
+	#include <lights_toon_fragment>
+	#include <lights_fragment_begin>
+	#include <lights_fragment_maps>
+	#include <lights_fragment_end>
+	#include <aomap_fragment>
+	vec3 outgoingLight = reflectedLight.directDiffuse + reflectedLight.indirectDiffuse + totalEmissiveRadiance;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+	#include <dithering_fragment>
+}`,NE=`uniform float size;
+uniform float scale;
+#include <common>
+#include <color_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+#ifdef USE_POINTS_UV
+	varying vec2 vUv;
+	uniform mat3 uvTransform;
+#endif
+void main() {
+	#ifdef USE_POINTS_UV
+		vUv = ( uvTransform * vec3( uv, 1 ) ).xy;
+	#endif
+	#include <color_vertex>
+	#include <morphinstance_vertex>
+	#include <morphcolor_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <project_vertex>
+	gl_PointSize = size;
+	#ifdef USE_SIZEATTENUATION
+		bool isPerspective = isPerspectiveMatrix( projectionMatrix );
+		if ( isPerspective ) gl_PointSize *= ( scale / - mvPosition.z );
+	#endif
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <worldpos_vertex>
+	#include <fog_vertex>
+}`,UE=`uniform vec3 diffuse;
+uniform float opacity;
+#include <common>
+#include <color_pars_fragment>
+#include <map_particle_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <fog_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	vec3 outgoingLight = vec3( 0.0 );
+	#include <logdepthbuf_fragment>
+	#include <map_particle_fragment>
+	#include <color_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	outgoingLight = diffuseColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+}`,OE=`#include <common>
+#include <batching_pars_vertex>
+#include <fog_pars_vertex>
+#include <morphtarget_pars_vertex>
+#include <skinning_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <shadowmap_pars_vertex>
+void main() {
+	#include <batching_vertex>
+	#include <beginnormal_vertex>
+	#include <morphinstance_vertex>
+	#include <morphnormal_vertex>
+	#include <skinbase_vertex>
+	#include <skinnormal_vertex>
+	#include <defaultnormal_vertex>
+	#include <begin_vertex>
+	#include <morphtarget_vertex>
+	#include <skinning_vertex>
+	#include <project_vertex>
+	#include <logdepthbuf_vertex>
+	#include <worldpos_vertex>
+	#include <shadowmap_vertex>
+	#include <fog_vertex>
+}`,FE=`uniform vec3 color;
+uniform float opacity;
+#include <common>
+#include <fog_pars_fragment>
+#include <bsdfs>
+#include <lights_pars_begin>
+#include <logdepthbuf_pars_fragment>
+#include <shadowmap_pars_fragment>
+#include <shadowmask_pars_fragment>
+void main() {
+	#include <logdepthbuf_fragment>
+	gl_FragColor = vec4( color, opacity * ( 1.0 - getShadowMask() ) );
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+	#include <premultiplied_alpha_fragment>
+}`,BE=`uniform float rotation;
+uniform vec2 center;
+#include <common>
+#include <uv_pars_vertex>
+#include <fog_pars_vertex>
+#include <logdepthbuf_pars_vertex>
+#include <clipping_planes_pars_vertex>
+void main() {
+	#include <uv_vertex>
+	vec4 mvPosition = modelViewMatrix[ 3 ];
+	vec2 scale = vec2( length( modelMatrix[ 0 ].xyz ), length( modelMatrix[ 1 ].xyz ) );
+	#ifndef USE_SIZEATTENUATION
+		bool isPerspective = isPerspectiveMatrix( projectionMatrix );
+		if ( isPerspective ) scale *= - mvPosition.z;
+	#endif
+	vec2 alignedPosition = ( position.xy - ( center - vec2( 0.5 ) ) ) * scale;
+	vec2 rotatedPosition;
+	rotatedPosition.x = cos( rotation ) * alignedPosition.x - sin( rotation ) * alignedPosition.y;
+	rotatedPosition.y = sin( rotation ) * alignedPosition.x + cos( rotation ) * alignedPosition.y;
+	mvPosition.xy += rotatedPosition;
+	gl_Position = projectionMatrix * mvPosition;
+	#include <logdepthbuf_vertex>
+	#include <clipping_planes_vertex>
+	#include <fog_vertex>
+}`,kE=`uniform vec3 diffuse;
+uniform float opacity;
+#include <common>
+#include <uv_pars_fragment>
+#include <map_pars_fragment>
+#include <alphamap_pars_fragment>
+#include <alphatest_pars_fragment>
+#include <alphahash_pars_fragment>
+#include <fog_pars_fragment>
+#include <logdepthbuf_pars_fragment>
+#include <clipping_planes_pars_fragment>
+void main() {
+	vec4 diffuseColor = vec4( diffuse, opacity );
+	#include <clipping_planes_fragment>
+	vec3 outgoingLight = vec3( 0.0 );
+	#include <logdepthbuf_fragment>
+	#include <map_fragment>
+	#include <alphamap_fragment>
+	#include <alphatest_fragment>
+	#include <alphahash_fragment>
+	outgoingLight = diffuseColor.rgb;
+	#include <opaque_fragment>
+	#include <tonemapping_fragment>
+	#include <colorspace_fragment>
+	#include <fog_fragment>
+}`,pt={alphahash_fragment:aw,alphahash_pars_fragment:lw,alphamap_fragment:cw,alphamap_pars_fragment:uw,alphatest_fragment:hw,alphatest_pars_fragment:fw,aomap_fragment:dw,aomap_pars_fragment:pw,batching_pars_vertex:mw,batching_vertex:gw,begin_vertex:_w,beginnormal_vertex:vw,bsdfs:yw,iridescence_fragment:xw,bumpmap_pars_fragment:bw,clipping_planes_fragment:Sw,clipping_planes_pars_fragment:Mw,clipping_planes_pars_vertex:ww,clipping_planes_vertex:Ew,color_fragment:Tw,color_pars_fragment:Aw,color_pars_vertex:Cw,color_vertex:Rw,common:Pw,defaultnormal_vertex:Iw,displacementmap_pars_vertex:Lw,displacementmap_vertex:Dw,emissivemap_fragment:Nw,emissivemap_pars_fragment:Uw,colorspace_fragment:Ow,colorspace_pars_fragment:Fw,envmap_fragment:Bw,envmap_common_pars_fragment:kw,envmap_pars_fragment:zw,envmap_pars_vertex:Vw,envmap_physical_pars_fragment:Kw,envmap_vertex:Hw,fog_vertex:Gw,fog_pars_vertex:$w,fog_fragment:Ww,fog_pars_fragment:Xw,gradientmap_pars_fragment:qw,lightmap_pars_fragment:Yw,lights_lambert_fragment:Zw,lights_lambert_pars_fragment:Jw,lights_pars_begin:jw,lights_toon_fragment:Qw,lights_toon_pars_fragment:e1,lights_phong_fragment:t1,lights_phong_pars_fragment:n1,lights_physical_fragment:i1,lights_physical_pars_fragment:s1,lights_fragment_begin:r1,lights_fragment_maps:o1,lights_fragment_end:a1,lightprobes_pars_fragment:l1,logdepthbuf_fragment:c1,logdepthbuf_pars_fragment:u1,logdepthbuf_pars_vertex:h1,logdepthbuf_vertex:f1,map_fragment:d1,map_pars_fragment:p1,map_particle_fragment:m1,map_particle_pars_fragment:g1,metalnessmap_fragment:_1,metalnessmap_pars_fragment:v1,morphinstance_vertex:y1,morphcolor_vertex:x1,morphnormal_vertex:b1,morphtarget_pars_vertex:S1,morphtarget_vertex:M1,normal_fragment_begin:w1,normal_fragment_maps:E1,normal_pars_fragment:T1,normal_pars_vertex:A1,normal_vertex:C1,normalmap_pars_fragment:R1,clearcoat_normal_fragment_begin:P1,clearcoat_normal_fragment_maps:I1,clearcoat_pars_fragment:L1,iridescence_pars_fragment:D1,opaque_fragment:N1,packing:U1,premultiplied_alpha_fragment:O1,project_vertex:F1,dithering_fragment:B1,dithering_pars_fragment:k1,roughnessmap_fragment:z1,roughnessmap_pars_fragment:V1,shadowmap_pars_fragment:H1,shadowmap_pars_vertex:G1,shadowmap_vertex:$1,shadowmask_pars_fragment:W1,skinbase_vertex:X1,skinning_pars_vertex:q1,skinning_vertex:Y1,skinnormal_vertex:Z1,specularmap_fragment:J1,specularmap_pars_fragment:j1,tonemapping_fragment:K1,tonemapping_pars_fragment:Q1,transmission_fragment:eE,transmission_pars_fragment:tE,uv_pars_fragment:nE,uv_pars_vertex:iE,uv_vertex:sE,worldpos_vertex:rE,background_vert:oE,background_frag:aE,backgroundCube_vert:lE,backgroundCube_frag:cE,cube_vert:uE,cube_frag:hE,depth_vert:fE,depth_frag:dE,distance_vert:pE,distance_frag:mE,equirect_vert:gE,equirect_frag:_E,linedashed_vert:vE,linedashed_frag:yE,meshbasic_vert:xE,meshbasic_frag:bE,meshlambert_vert:SE,meshlambert_frag:ME,meshmatcap_vert:wE,meshmatcap_frag:EE,meshnormal_vert:TE,meshnormal_frag:AE,meshphong_vert:CE,meshphong_frag:RE,meshphysical_vert:PE,meshphysical_frag:IE,meshtoon_vert:LE,meshtoon_frag:DE,points_vert:NE,points_frag:UE,shadow_vert:OE,shadow_frag:FE,sprite_vert:BE,sprite_frag:kE},Ie={common:{diffuse:{value:new ut(16777215)},opacity:{value:1},map:{value:null},mapTransform:{value:new nt},alphaMap:{value:null},alphaMapTransform:{value:new nt},alphaTest:{value:0}},specularmap:{specularMap:{value:null},specularMapTransform:{value:new nt}},envmap:{envMap:{value:null},envMapRotation:{value:new nt},reflectivity:{value:1},ior:{value:1.5},refractionRatio:{value:.98},dfgLUT:{value:null}},aomap:{aoMap:{value:null},aoMapIntensity:{value:1},aoMapTransform:{value:new nt}},lightmap:{lightMap:{value:null},lightMapIntensity:{value:1},lightMapTransform:{value:new nt}},bumpmap:{bumpMap:{value:null},bumpMapTransform:{value:new nt},bumpScale:{value:1}},normalmap:{normalMap:{value:null},normalMapTransform:{value:new nt},normalScale:{value:new at(1,1)}},displacementmap:{displacementMap:{value:null},displacementMapTransform:{value:new nt},displacementScale:{value:1},displacementBias:{value:0}},emissivemap:{emissiveMap:{value:null},emissiveMapTransform:{value:new nt}},metalnessmap:{metalnessMap:{value:null},metalnessMapTransform:{value:new nt}},roughnessmap:{roughnessMap:{value:null},roughnessMapTransform:{value:new nt}},gradientmap:{gradientMap:{value:null}},fog:{fogDensity:{value:25e-5},fogNear:{value:1},fogFar:{value:2e3},fogColor:{value:new ut(16777215)}},lights:{ambientLightColor:{value:[]},lightProbe:{value:[]},sunLights:{value:[],properties:{direction:{},color:{}}},sunLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{}}},sunShadowMatrix:{value:[]},sunShadowCascade:{value:[]},directionalLights:{value:[],properties:{direction:{},color:{}}},directionalLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{}}},directionalShadowMatrix:{value:[]},spotLights:{value:[],properties:{color:{},position:{},direction:{},distance:{},coneCos:{},penumbraCos:{},decay:{}}},spotLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{}}},spotLightMap:{value:[]},spotLightMatrix:{value:[]},pointLights:{value:[],properties:{color:{},position:{},decay:{},distance:{}}},pointLightShadows:{value:[],properties:{shadowIntensity:1,shadowBias:{},shadowNormalBias:{},shadowRadius:{},shadowMapSize:{},shadowCameraNear:{},shadowCameraFar:{}}},pointShadowMatrix:{value:[]},hemisphereLights:{value:[],properties:{direction:{},skyColor:{},groundColor:{}}},rectAreaLights:{value:[],properties:{color:{},position:{},width:{},height:{}}},ltc_1:{value:null},ltc_2:{value:null},probesSH:{value:[]},probesMin:{value:[]},probesMax:{value:[]},probesResolution:{value:[]}},points:{diffuse:{value:new ut(16777215)},opacity:{value:1},size:{value:1},scale:{value:1},map:{value:null},alphaMap:{value:null},alphaMapTransform:{value:new nt},alphaTest:{value:0},uvTransform:{value:new nt}},sprite:{diffuse:{value:new ut(16777215)},opacity:{value:1},center:{value:new at(.5,.5)},rotation:{value:0},map:{value:null},mapTransform:{value:new nt},alphaMap:{value:null},alphaMapTransform:{value:new nt},alphaTest:{value:0}}},Ti={basic:{uniforms:ci([Ie.common,Ie.specularmap,Ie.envmap,Ie.aomap,Ie.lightmap,Ie.fog]),vertexShader:pt.meshbasic_vert,fragmentShader:pt.meshbasic_frag},lambert:{uniforms:ci([Ie.common,Ie.specularmap,Ie.envmap,Ie.aomap,Ie.lightmap,Ie.emissivemap,Ie.bumpmap,Ie.normalmap,Ie.displacementmap,Ie.fog,Ie.lights,{emissive:{value:new ut(0)},envMapIntensity:{value:1}}]),vertexShader:pt.meshlambert_vert,fragmentShader:pt.meshlambert_frag},phong:{uniforms:ci([Ie.common,Ie.specularmap,Ie.envmap,Ie.aomap,Ie.lightmap,Ie.emissivemap,Ie.bumpmap,Ie.normalmap,Ie.displacementmap,Ie.fog,Ie.lights,{emissive:{value:new ut(0)},specular:{value:new ut(1118481)},shininess:{value:30},envMapIntensity:{value:1}}]),vertexShader:pt.meshphong_vert,fragmentShader:pt.meshphong_frag},standard:{uniforms:ci([Ie.common,Ie.envmap,Ie.aomap,Ie.lightmap,Ie.emissivemap,Ie.bumpmap,Ie.normalmap,Ie.displacementmap,Ie.roughnessmap,Ie.metalnessmap,Ie.fog,Ie.lights,{emissive:{value:new ut(0)},roughness:{value:1},metalness:{value:0},envMapIntensity:{value:1}}]),vertexShader:pt.meshphysical_vert,fragmentShader:pt.meshphysical_frag},toon:{uniforms:ci([Ie.common,Ie.aomap,Ie.lightmap,Ie.emissivemap,Ie.bumpmap,Ie.normalmap,Ie.displacementmap,Ie.gradientmap,Ie.fog,Ie.lights,{emissive:{value:new ut(0)}}]),vertexShader:pt.meshtoon_vert,fragmentShader:pt.meshtoon_frag},matcap:{uniforms:ci([Ie.common,Ie.bumpmap,Ie.normalmap,Ie.displacementmap,Ie.fog,{matcap:{value:null}}]),vertexShader:pt.meshmatcap_vert,fragmentShader:pt.meshmatcap_frag},points:{uniforms:ci([Ie.points,Ie.fog]),vertexShader:pt.points_vert,fragmentShader:pt.points_frag},dashed:{uniforms:ci([Ie.common,Ie.fog,{scale:{value:1},dashSize:{value:1},totalSize:{value:2}}]),vertexShader:pt.linedashed_vert,fragmentShader:pt.linedashed_frag},depth:{uniforms:ci([Ie.common,Ie.displacementmap]),vertexShader:pt.depth_vert,fragmentShader:pt.depth_frag},normal:{uniforms:ci([Ie.common,Ie.bumpmap,Ie.normalmap,Ie.displacementmap,{opacity:{value:1}}]),vertexShader:pt.meshnormal_vert,fragmentShader:pt.meshnormal_frag},sprite:{uniforms:ci([Ie.sprite,Ie.fog]),vertexShader:pt.sprite_vert,fragmentShader:pt.sprite_frag},background:{uniforms:{uvTransform:{value:new nt},t2D:{value:null},backgroundIntensity:{value:1}},vertexShader:pt.background_vert,fragmentShader:pt.background_frag},backgroundCube:{uniforms:{envMap:{value:null},backgroundBlurriness:{value:0},backgroundIntensity:{value:1},backgroundRotation:{value:new nt}},vertexShader:pt.backgroundCube_vert,fragmentShader:pt.backgroundCube_frag},cube:{uniforms:{tCube:{value:null},tFlip:{value:-1},opacity:{value:1}},vertexShader:pt.cube_vert,fragmentShader:pt.cube_frag},equirect:{uniforms:{tEquirect:{value:null}},vertexShader:pt.equirect_vert,fragmentShader:pt.equirect_frag},distance:{uniforms:ci([Ie.common,Ie.displacementmap,{referencePosition:{value:new F},nearDistance:{value:1},farDistance:{value:1e3}}]),vertexShader:pt.distance_vert,fragmentShader:pt.distance_frag},shadow:{uniforms:ci([Ie.lights,Ie.fog,{color:{value:new ut(0)},opacity:{value:1}}]),vertexShader:pt.shadow_vert,fragmentShader:pt.shadow_frag}};Ti.physical={uniforms:ci([Ti.standard.uniforms,{clearcoat:{value:0},clearcoatMap:{value:null},clearcoatMapTransform:{value:new nt},clearcoatNormalMap:{value:null},clearcoatNormalMapTransform:{value:new nt},clearcoatNormalScale:{value:new at(1,1)},clearcoatRoughness:{value:0},clearcoatRoughnessMap:{value:null},clearcoatRoughnessMapTransform:{value:new nt},diffuseRoughness:{value:0},diffuseRoughnessMap:{value:null},diffuseRoughnessMapTransform:{value:new nt},dispersion:{value:0},retroreflectivity:{value:0},iridescence:{value:0},iridescenceMap:{value:null},iridescenceMapTransform:{value:new nt},iridescenceIOR:{value:1.3},iridescenceThicknessMinimum:{value:100},iridescenceThicknessMaximum:{value:400},iridescenceThicknessMap:{value:null},iridescenceThicknessMapTransform:{value:new nt},sheen:{value:0},sheenColor:{value:new ut(0)},sheenColorMap:{value:null},sheenColorMapTransform:{value:new nt},sheenRoughness:{value:1},sheenRoughnessMap:{value:null},sheenRoughnessMapTransform:{value:new nt},transmission:{value:0},transmissionMap:{value:null},transmissionMapTransform:{value:new nt},transmissionSamplerSize:{value:new at},transmissionSamplerMap:{value:null},thickness:{value:0},thicknessMap:{value:null},thicknessMapTransform:{value:new nt},attenuationDistance:{value:0},attenuationColor:{value:new ut(0)},specularColor:{value:new ut(1,1,1)},specularColorMap:{value:null},specularColorMapTransform:{value:new nt},specularIntensity:{value:1},specularIntensityMap:{value:null},specularIntensityMapTransform:{value:new nt},anisotropyVector:{value:new at},anisotropyMap:{value:null},anisotropyMapTransform:{value:new nt}}]),vertexShader:pt.meshphysical_vert,fragmentShader:pt.meshphysical_frag};var bf={r:0,b:0,g:0},zE=new ht,Lv=new nt;Lv.set(-1,0,0,0,1,0,0,0,1);function VE(n,e,t,i,s,r){let o=new ut(0),a=s===!0?0:1,l,c,u=null,h=0,f=null;function d(x){let A=x.isScene===!0?x.background:null;if(A&&A.isTexture){let b=x.backgroundBlurriness>0;A=e.get(A,b)}return A}function p(x){let A=!1,b=d(x);b===null?m(o,a):b&&b.isColor&&(m(b,1),A=!0);let R=n.xr.getEnvironmentBlendMode();R==="additive"?t.buffers.color.setClear(0,0,0,1,r):R==="alpha-blend"&&t.buffers.color.setClear(0,0,0,0,r),(n.autoClear||A)&&(t.buffers.depth.setTest(!0),t.buffers.depth.setMask(!0),t.buffers.color.setMask(!0),n.clear(n.autoClearColor,n.autoClearDepth,n.autoClearStencil))}function y(x,A){let b=d(A);b&&b.isCubeTexture?(c===void 0&&(c=new Jn(new $a(1,1,1),new ai({name:"BackgroundCubeMaterial",uniforms:Fo(Ti.backgroundCube.uniforms),vertexShader:Ti.backgroundCube.vertexShader,fragmentShader:Ti.backgroundCube.fragmentShader,side:Ei,depthTest:!1,depthWrite:!1,fog:!1,allowOverride:!1})),c.geometry.deleteAttribute("normal"),c.geometry.deleteAttribute("uv"),c.onBeforeRender=function(R,T,v){this.matrixWorld.copyPosition(v.matrixWorld)},Object.defineProperty(c.material,"envMap",{get:function(){return this.uniforms.envMap.value}}),i.update(c)),c.material.uniforms.envMap.value=b,c.material.uniforms.backgroundBlurriness.value=A.backgroundBlurriness,c.material.uniforms.backgroundIntensity.value=A.backgroundIntensity,c.material.uniforms.backgroundRotation.value.setFromMatrix4(zE.makeRotationFromEuler(A.backgroundRotation)).transpose(),b.isRenderTargetTexture===!1&&c.material.uniforms.backgroundRotation.value.premultiply(Lv),c.material.toneMapped=vt.getTransfer(b.colorSpace)!==Ct,(u!==b||h!==b.version||f!==n.toneMapping)&&(c.material.needsUpdate=!0,u=b,h=b.version,f=n.toneMapping),c.layers.enableAll(),x.unshift(c,c.geometry,c.material,0,0,null)):b&&b.isTexture&&(l===void 0&&(l=new Jn(new mc(2,2),new ai({name:"BackgroundMaterial",uniforms:Fo(Ti.background.uniforms),vertexShader:Ti.background.vertexShader,fragmentShader:Ti.background.fragmentShader,side:jr,depthTest:!1,depthWrite:!1,fog:!1,allowOverride:!1})),l.geometry.deleteAttribute("normal"),Object.defineProperty(l.material,"map",{get:function(){return this.uniforms.t2D.value}}),i.update(l)),l.material.uniforms.t2D.value=b,l.material.uniforms.backgroundIntensity.value=A.backgroundIntensity,l.material.toneMapped=vt.getTransfer(b.colorSpace)!==Ct,b.matrixAutoUpdate===!0&&b.updateMatrix(),l.material.uniforms.uvTransform.value.copy(b.matrix),(u!==b||h!==b.version||f!==n.toneMapping)&&(l.material.needsUpdate=!0,u=b,h=b.version,f=n.toneMapping),l.layers.enableAll(),x.unshift(l,l.geometry,l.material,0,0,null))}function m(x,A){x.getRGB(bf,dm(n)),t.buffers.color.setClear(bf.r,bf.g,bf.b,A,r)}function g(){c!==void 0&&(c.geometry.dispose(),c.material.dispose(),c=void 0),l!==void 0&&(l.geometry.dispose(),l.material.dispose(),l=void 0)}return{getClearColor:function(){return o},setClearColor:function(x,A=1){o.set(x),a=A,m(o,a)},getClearAlpha:function(){return a},setClearAlpha:function(x){a=x,m(o,a)},render:p,addToRenderList:y,dispose:g}}function HE(n,e){let t=n.getParameter(n.MAX_VERTEX_ATTRIBS),i={},s=f(null),r=s,o=!1;function a(I,z,H,D,$){let Y=!1,W=h(I,D,H,z);r!==W&&(r=W,c(r.object)),Y=d(I,D,H,$),Y&&p(I,D,H,$),$!==null&&e.update($,n.ELEMENT_ARRAY_BUFFER),(Y||o)&&(o=!1,b(I,z,H,D),$!==null&&n.bindBuffer(n.ELEMENT_ARRAY_BUFFER,e.get($).buffer))}function l(){return n.createVertexArray()}function c(I){return n.bindVertexArray(I)}function u(I){return n.deleteVertexArray(I)}function h(I,z,H,D){let $=D.wireframe===!0,Y=i[z.id];Y===void 0&&(Y={},i[z.id]=Y);let W=I.isInstancedMesh===!0?I.id:0,ce=Y[W];ce===void 0&&(ce={},Y[W]=ce);let j=ce[H.id];j===void 0&&(j={},ce[H.id]=j);let Q=j[$];return Q===void 0&&(Q=f(l()),j[$]=Q),Q}function f(I){let z=[],H=[],D=[];for(let $=0;$<t;$++)z[$]=0,H[$]=0,D[$]=0;return{geometry:null,program:null,wireframe:!1,newAttributes:z,enabledAttributes:H,attributeDivisors:D,object:I,attributes:{},index:null}}function d(I,z,H,D){let $=r.attributes,Y=z.attributes,W=0,ce=H.getAttributes();for(let j in ce)if(ce[j].location>=0){let se=$[j],fe=Y[j];if(fe===void 0&&(j==="instanceMatrix"&&I.instanceMatrix&&(fe=I.instanceMatrix),j==="instanceColor"&&I.instanceColor&&(fe=I.instanceColor)),se===void 0||se.attribute!==fe||fe&&se.data!==fe.data)return!0;W++}return r.attributesNum!==W||r.index!==D}function p(I,z,H,D){let $={},Y=z.attributes,W=0,ce=H.getAttributes();for(let j in ce)if(ce[j].location>=0){let se=Y[j];se===void 0&&(j==="instanceMatrix"&&I.instanceMatrix&&(se=I.instanceMatrix),j==="instanceColor"&&I.instanceColor&&(se=I.instanceColor));let fe={};fe.attribute=se,se&&se.data&&(fe.data=se.data),$[j]=fe,W++}r.attributes=$,r.attributesNum=W,r.index=D}function y(){let I=r.newAttributes;for(let z=0,H=I.length;z<H;z++)I[z]=0}function m(I){g(I,0)}function g(I,z){let H=r.newAttributes,D=r.enabledAttributes,$=r.attributeDivisors;H[I]=1,D[I]===0&&(n.enableVertexAttribArray(I),D[I]=1),$[I]!==z&&(n.vertexAttribDivisor(I,z),$[I]=z)}function x(){let I=r.newAttributes,z=r.enabledAttributes;for(let H=0,D=z.length;H<D;H++)z[H]!==I[H]&&(n.disableVertexAttribArray(H),z[H]=0)}function A(I,z,H,D,$,Y,W){W===!0?n.vertexAttribIPointer(I,z,H,$,Y):n.vertexAttribPointer(I,z,H,D,$,Y)}function b(I,z,H,D){y();let $=D.attributes,Y=H.getAttributes(),W=z.defaultAttributeValues;for(let ce in Y){let j=Y[ce];if(j.location>=0){let Q=$[ce];if(Q===void 0&&(ce==="instanceMatrix"&&I.instanceMatrix&&(Q=I.instanceMatrix),ce==="instanceColor"&&I.instanceColor&&(Q=I.instanceColor)),Q!==void 0){let se=Q.normalized,fe=Q.itemSize,he=e.get(Q);if(he===void 0)continue;let ee=he.buffer,me=he.type,ve=he.bytesPerElement,Ce=me===n.INT||me===n.UNSIGNED_INT||Q.gpuType===Uh;if(Q.isInterleavedBufferAttribute){let Se=Q.data,$e=Se.isInterleavedBuffer===!0?Se.stride:Se.itemSize,rt=Q.offset;if(Se.isInstancedInterleavedBuffer||Se.isInstancedBufferAttribute){for(let He=0;He<j.locationSize;He++)g(j.location+He,Se.meshPerAttribute);I.isInstancedMesh!==!0&&D._maxInstanceCount===void 0&&(D._maxInstanceCount=Se.meshPerAttribute*Se.count)}else for(let He=0;He<j.locationSize;He++)m(j.location+He);n.bindBuffer(n.ARRAY_BUFFER,ee);for(let He=0;He<j.locationSize;He++)A(j.location+He,fe/j.locationSize,me,se,$e*ve,(rt+fe/j.locationSize*He)*ve,Ce)}else{if(Q.isInstancedBufferAttribute){for(let Se=0;Se<j.locationSize;Se++)g(j.location+Se,Q.meshPerAttribute);I.isInstancedMesh!==!0&&D._maxInstanceCount===void 0&&(D._maxInstanceCount=Q.meshPerAttribute*Q.count)}else for(let Se=0;Se<j.locationSize;Se++)m(j.location+Se);n.bindBuffer(n.ARRAY_BUFFER,ee);for(let Se=0;Se<j.locationSize;Se++)A(j.location+Se,fe/j.locationSize,me,se,fe*ve,fe/j.locationSize*Se*ve,Ce)}}else if(W!==void 0){let se=W[ce];if(se!==void 0)switch(se.length){case 2:n.vertexAttrib2fv(j.location,se);break;case 3:n.vertexAttrib3fv(j.location,se);break;case 4:n.vertexAttrib4fv(j.location,se);break;default:n.vertexAttrib1fv(j.location,se)}}}}x()}function R(){B();for(let I in i){let z=i[I];for(let H in z){let D=z[H];for(let $ in D){let Y=D[$];for(let W in Y)u(Y[W].object),delete Y[W];delete D[$]}}delete i[I]}}function T(I){if(i[I.id]===void 0)return;let z=i[I.id];for(let H in z){let D=z[H];for(let $ in D){let Y=D[$];for(let W in Y)u(Y[W].object),delete Y[W];delete D[$]}}delete i[I.id]}function v(I){for(let z in i){let H=i[z];for(let D in H){let $=H[D];if($[I.id]===void 0)continue;let Y=$[I.id];for(let W in Y)u(Y[W].object),delete Y[W];delete $[I.id]}}}function E(I){for(let z in i){let H=i[z],D=I.isInstancedMesh===!0?I.id:0,$=H[D];if($!==void 0){for(let Y in $){let W=$[Y];for(let ce in W)u(W[ce].object),delete W[ce];delete $[Y]}delete H[D],Object.keys(H).length===0&&delete i[z]}}}function B(){N(),o=!0,r!==s&&(r=s,c(r.object))}function N(){s.geometry=null,s.program=null,s.wireframe=!1}return{setup:a,reset:B,resetDefaultState:N,dispose:R,releaseStatesOfGeometry:T,releaseStatesOfObject:E,releaseStatesOfProgram:v,initAttributes:y,enableAttribute:m,disableUnusedAttributes:x}}function GE(n,e,t){let i;function s(l){i=l}function r(l,c){n.drawArrays(i,l,c),t.update(c,i,1)}function o(l,c,u){u!==0&&(n.drawArraysInstanced(i,l,c,u),t.update(c,i,u))}function a(l,c,u){if(u===0)return;e.get("WEBGL_multi_draw").multiDrawArraysWEBGL(i,l,0,c,0,u);let f=0;for(let d=0;d<u;d++)f+=c[d];t.update(f,i,1)}this.setMode=s,this.render=r,this.renderInstances=o,this.renderMultiDraw=a}function $E(n,e,t,i){let s;function r(){if(s!==void 0)return s;if(e.has("EXT_texture_filter_anisotropic")===!0){let v=e.get("EXT_texture_filter_anisotropic");s=n.getParameter(v.MAX_TEXTURE_MAX_ANISOTROPY_EXT)}else s=0;return s}function o(v){return!(v!==$i&&i.convert(v)!==n.getParameter(n.IMPLEMENTATION_COLOR_READ_FORMAT))}function a(v){let E=v===Ss&&(e.has("EXT_color_buffer_half_float")||e.has("EXT_color_buffer_float"));return!(v!==li&&v!==Li&&!E&&i.convert(v)!==n.getParameter(n.IMPLEMENTATION_COLOR_READ_TYPE))}function l(v){if(v==="highp"){if(n.getShaderPrecisionFormat(n.VERTEX_SHADER,n.HIGH_FLOAT).precision>0&&n.getShaderPrecisionFormat(n.FRAGMENT_SHADER,n.HIGH_FLOAT).precision>0)return"highp";v="mediump"}return v==="mediump"&&n.getShaderPrecisionFormat(n.VERTEX_SHADER,n.MEDIUM_FLOAT).precision>0&&n.getShaderPrecisionFormat(n.FRAGMENT_SHADER,n.MEDIUM_FLOAT).precision>0?"mediump":"lowp"}let c=t.precision!==void 0?t.precision:"highp",u=l(c);u!==c&&(Ze("WebGLRenderer:",c,"not supported, using",u,"instead."),c=u);let h=t.reversedDepthBuffer===!0&&e.has("EXT_clip_control"),f=t.logarithmicDepthBuffer===!0&&h===!1;t.reversedDepthBuffer===!0&&h===!1&&Ze("WebGLRenderer: Unable to use reversed depth buffer due to missing EXT_clip_control extension. Fallback to default depth buffer."),t.logarithmicDepthBuffer===!0&&h===!0&&Ze("WebGLRenderer: Logarithmic depth buffer is ignored when reversed depth buffer is enabled.");let d=n.getParameter(n.MAX_TEXTURE_IMAGE_UNITS),p=n.getParameter(n.MAX_VERTEX_TEXTURE_IMAGE_UNITS),y=n.getParameter(n.MAX_TEXTURE_SIZE),m=n.getParameter(n.MAX_CUBE_MAP_TEXTURE_SIZE),g=n.getParameter(n.MAX_VERTEX_ATTRIBS),x=n.getParameter(n.MAX_VERTEX_UNIFORM_VECTORS),A=n.getParameter(n.MAX_VARYING_VECTORS),b=n.getParameter(n.MAX_FRAGMENT_UNIFORM_VECTORS),R=n.getParameter(n.MAX_SAMPLES),T=n.getParameter(n.SAMPLES);return{isWebGL2:!0,getMaxAnisotropy:r,getMaxPrecision:l,textureFormatReadable:o,textureTypeReadable:a,precision:c,logarithmicDepthBuffer:f,reversedDepthBuffer:h,maxTextures:d,maxVertexTextures:p,maxTextureSize:y,maxCubemapSize:m,maxAttributes:g,maxVertexUniforms:x,maxVaryings:A,maxFragmentUniforms:b,maxSamples:R,samples:T}}function WE(n){let e=this,t=null,i=0,s=!1,r=!1,o=new vs,a=new nt,l={value:null,needsUpdate:!1};this.uniform=l,this.numPlanes=0,this.numIntersection=0,this.init=function(h,f){let d=h.length!==0||f||i!==0||s;return s=f,i=h.length,d},this.beginShadows=function(){r=!0,u(null)},this.endShadows=function(){r=!1},this.setGlobalState=function(h,f){t=u(h,f,0)},this.setState=function(h,f,d){let p=h.clippingPlanes,y=h.clipIntersection,m=h.clipShadows,g=n.get(h);if(!s||p===null||p.length===0||r&&!m)r?u(null):c();else{let x=r?0:i,A=x*4,b=g.clippingState||null;l.value=b,b=u(p,f,A,d);for(let R=0;R!==A;++R)b[R]=t[R];g.clippingState=b,this.numIntersection=y?this.numPlanes:0,this.numPlanes+=x}};function c(){l.value!==t&&(l.value=t,l.needsUpdate=i>0),e.numPlanes=i,e.numIntersection=0}function u(h,f,d,p){let y=h!==null?h.length:0,m=null;if(y!==0){if(m=l.value,p!==!0||m===null){let g=d+y*4,x=f.matrixWorldInverse;a.getNormalMatrix(x),(m===null||m.length<g)&&(m=new Float32Array(g));for(let A=0,b=d;A!==y;++A,b+=4)o.copy(h[A]).applyMatrix4(x,a),o.normal.toArray(m,b),m[b+3]=o.constant}l.value=m,l.needsUpdate=!0}return e.numPlanes=y,e.numIntersection=0,m}}var Oc=class extends wi{constructor(e=1,t={}){super(e,e,t),this.isWebGLCubeRenderTarget=!0;let i={width:e,height:e,depth:1},s=[i,i,i,i,i,i];this.texture=new hc(s),this._setTextureOptions(t),this.texture.isRenderTargetTexture=!0}fromEquirectangularTexture(e,t){this.texture.type=t.type,this.texture.colorSpace=t.colorSpace,this.texture.generateMipmaps=t.generateMipmaps,this.texture.minFilter=t.minFilter,this.texture.magFilter=t.magFilter;let i={uniforms:{tEquirect:{value:null}},vertexShader:`
+
+				varying vec3 vWorldDirection;
+
+				vec3 transformDirection( in vec3 dir, in mat4 matrix ) {
+
+					return normalize( ( matrix * vec4( dir, 0.0 ) ).xyz );
+
+				}
+
+				void main() {
+
+					vWorldDirection = transformDirection( position, modelMatrix );
+
+					#include <begin_vertex>
+					#include <project_vertex>
+
+				}
+			`,fragmentShader:`
+
+				uniform sampler2D tEquirect;
+
+				varying vec3 vWorldDirection;
+
+				#include <common>
+
+				void main() {
+
+					vec3 direction = normalize( vWorldDirection );
+
+					vec2 sampleUV = equirectUv( direction );
+
+					gl_FragColor = texture2D( tEquirect, sampleUV );
+
+				}
+			`},s=new $a(5,5,5),r=new ai({name:"CubemapFromEquirect",uniforms:Fo(i.uniforms),vertexShader:i.vertexShader,fragmentShader:i.fragmentShader,side:Ei,blending:Lo});r.uniforms.tEquirect.value=t;let o=new Jn(s,r),a=t.minFilter;return t.minFilter===br&&(t.minFilter=Mi),new Wa(1,10,this).update(e,o),t.minFilter=a,o.geometry.dispose(),o.material.dispose(),this}clear(e,t=!0,i=!0,s=!0){let r=e.getRenderTarget();for(let o=0;o<6;o++)e.setRenderTarget(this,o),e.clear(t,i,s);e.setRenderTarget(r)}},uv=256,XE=3,qE=20,Dv=256,Nv=16,YE=3,ZE=new F,JE=new ut,Mf=class n{constructor(e){this._renderer=e,this._cubeSize=0,this._sourceTarget=null,this._cubeCamera=new Wa(1,10,null),this._boxMesh=new Jn(new $a(5,5,5),null),this._cubemapMaterial=null,this._equirectMaterial=null,this._blurMaterial=null,this._ggxMaterial=null,this._integrationMaterial=null}fromScene(e,t=0,i=.1,s=100,r={}){let{size:o=256,position:a=ZE}=r,l=this._renderer;this._setSize(o);let c=this._allocateTarget(),u=this._getSourceTarget(!0);t>0&&(u.texture.mipmapsAutoUpdate=!1);let h=l.autoClear,f=l.autoClearColor,d=l.autoClearDepth,p=l.autoClearStencil,y=e.background;l.autoClear=!0,l.autoClearColor=!0,l.autoClearDepth=!0,l.autoClearStencil=!0,y===null&&(e.background=l.getClearColor(JE));let m=new Wa(i,s,u);return m.position.copy(a),m.update(l,e),l.autoClear=h,l.autoClearColor=f,l.autoClearDepth=d,l.autoClearStencil=p,e.background=y,t>0&&(u.texture.mipmapsAutoUpdate=!0,this._blur(c,t)),this._applyPMREM(c),c}fromEquirectangular(e,t=null){return this._fromTexture(e,t)}fromCubemap(e,t=null){return this._fromTexture(e,t)}compileCubemapShader(){this._cubemapMaterial===null&&(this._cubemapMaterial=dv(),this._compileMaterial(this._cubemapMaterial))}compileEquirectangularShader(){this._equirectMaterial===null&&(this._equirectMaterial=fv(),this._compileMaterial(this._equirectMaterial))}dispose(){this._sourceTarget!==null&&this._sourceTarget.dispose(),this._cubemapMaterial!==null&&this._cubemapMaterial.dispose(),this._equirectMaterial!==null&&this._equirectMaterial.dispose(),this._blurMaterial!==null&&this._blurMaterial.dispose(),this._ggxMaterial!==null&&this._ggxMaterial.dispose(),this._integrationMaterial!==null&&this._integrationMaterial.dispose(),this._boxMesh.geometry.dispose()}static lodToRoughness(e,t){return t>0?1-Math.sqrt(1-e/t):0}_setSize(e){this._cubeSize=Math.max(uv,cm(e))}_fromTexture(e,t){e.mapping===No||e.mapping===Ya?this._setSize(e.image.length===0?uv:e.image[0].width||e.image[0].image.width):this._setSize(e.image.width/4);let i=t||this._allocateTarget();return this._textureToCubemap(e),this._applyPMREM(i),i}_allocateTarget(){let e=this._cubeSize,t=hv(e,!1,!1),i=Math.log2(e)-XE;for(let s=0;s<=i;s++)t.texture.mipmaps.push({width:e>>s,height:e>>s});return t.texture.name="PMREM",t.texture.isPMREMTexture=!0,t}_getSourceTarget(e=!1){let t=this._cubeSize,i=this._sourceTarget;return(i===null||i.width!==t||e&&i.depthBuffer===!1)&&(i!==null&&i.dispose(),this._sourceTarget=hv(t,!0,e)),this._sourceTarget}_compileMaterial(e){this._boxMesh.material=e,this._renderer.compile(this._boxMesh,this._cubeCamera.children[0])}_renderCube(e,t,i){let s=this._boxMesh,r=this._cubeCamera;s.material=i,r.renderTarget=e,r.activeMipmapLevel=t;let o=e.width>>t;e.viewport.set(0,0,o,o),r.update(this._renderer,s),e.viewport.set(0,0,e.width,e.height)}_textureToCubemap(e){let t;e.mapping===No||e.mapping===Ya?(this._cubemapMaterial===null&&(this._cubemapMaterial=dv()),t=this._cubemapMaterial,t.uniforms.flipEnvMap.value=e.isRenderTargetTexture===!1?-1:1):(this._equirectMaterial===null&&(this._equirectMaterial=fv()),t=this._equirectMaterial),t.uniforms.envMap.value=e,this._renderCube(this._getSourceTarget(),0,t)}_applyPMREM(e){this._ggxMaterial===null&&(this._ggxMaterial=jE(),this._integrationMaterial=KE());let t=this._cubeSize,i=e.texture.mipmaps.length-1,s=this._ggxMaterial.uniforms;s.envMap.value=this._sourceTarget.texture;let r=this._integrationMaterial.uniforms;r.envMap.value=this._sourceTarget.texture,r.sourceLod.value=Math.log2(t/Nv);for(let o=0;o<=i;o++){let a=n.lodToRoughness(o,i);if(o>i-YE)r.roughness.value=a,this._renderCube(e,o,this._integrationMaterial);else{let l=a>0?Math.log2(t)+.5*Math.log2(6/(Dv*Math.pow(a,4)))+.5:0;s.roughness.value=a,s.lodBias.value=l,this._renderCube(e,o,this._ggxMaterial)}}}_blur(e,t){this._blurMaterial===null&&(this._blurMaterial=QE());let i=this._blurMaterial,s=i.uniforms,r=this._sourceTarget;s.sigma.value=Math.min(t,Math.PI)/Math.SQRT2,s.envMap.value=r.texture,this._renderCube(e,0,i),s.envMap.value=e.texture,this._renderCube(r,0,i)}};function hv(n,e,t){return new Oc(n,{minFilter:br,generateMipmaps:e,type:Ss,colorSpace:Ao,depthBuffer:t})}function Fc(n,e,t){return new ai({name:n,uniforms:e,vertexShader:pt.cube_vert,fragmentShader:t,side:Ei,blending:Lo,depthTest:!1,depthWrite:!1})}function jE(){return Fc("PMREMGGXConvolution",{envMap:{value:null},roughness:{value:0},lodBias:{value:0}},`
+
+		#define GGX_SAMPLES ${Dv}u
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float roughness;
+		uniform float lodBias;
+
+		#include <common>
+
+		// Van der Corput radical inverse
+		float radicalInverse_VdC( uint bits ) {
+
+			bits = ( bits << 16u ) | ( bits >> 16u );
+			bits = ( ( bits & 0x55555555u ) << 1u ) | ( ( bits & 0xAAAAAAAAu ) >> 1u );
+			bits = ( ( bits & 0x33333333u ) << 2u ) | ( ( bits & 0xCCCCCCCCu ) >> 2u );
+			bits = ( ( bits & 0x0F0F0F0Fu ) << 4u ) | ( ( bits & 0xF0F0F0F0u ) >> 4u );
+			bits = ( ( bits & 0x00FF00FFu ) << 8u ) | ( ( bits & 0xFF00FF00u ) >> 8u );
+			return float( bits ) * 2.3283064365386963e-10; // / 0x100000000
+
+		}
+
+		// Hammersley sequence
+		vec2 hammersley( uint i, uint N ) {
+
+			return vec2( float( i ) / float( N ), radicalInverse_VdC( i ) );
+
+		}
+
+		void main() {
+
+			vec3 N = normalize( vWorldDirection );
+
+			// For very low roughness, just sample the environment directly
+			if ( roughness < 0.001 ) {
+
+				gl_FragColor = vec4( textureLod( envMap, N, 0.0 ).rgb, 1.0 );
+				return;
+
+			}
+
+			float alpha = roughness * roughness;
+			float alpha2 = alpha * alpha;
+
+			// Tangent space basis for VNDF sampling
+			vec3 up = abs( N.z ) < 0.999 ? vec3( 0.0, 0.0, 1.0 ) : vec3( 1.0, 0.0, 0.0 );
+			vec3 tangent = normalize( cross( up, N ) );
+			vec3 bitangent = cross( N, tangent );
+
+			vec3 prefilteredColor = vec3( 0.0 );
+			float totalWeight = 0.0;
+
+			for ( uint i = 0u; i < GGX_SAMPLES; i ++ ) {
+
+				vec2 Xi = hammersley( i, GGX_SAMPLES );
+
+				// With V = N, sample the reflected direction directly.
+				float invQ = 1.0 / ( 1.0 - Xi.x + alpha2 * Xi.x );
+				float NdotL = ( 1.0 - Xi.x - alpha2 * Xi.x ) * invQ;
+
+				if ( NdotL > 0.0 ) {
+
+					float phi = 2.0 * PI * Xi.y;
+					float sinTheta = 2.0 * alpha * sqrt( Xi.x * ( 1.0 - Xi.x ) ) * invQ;
+					vec3 L = N * NdotL + ( tangent * cos( phi ) + bitangent * sin( phi ) ) * sinTheta;
+
+					// Match the source mip to the sample's solid angle. The terms
+					// independent of the sample are precomputed in lodBias.
+					float d = alpha2 * invQ;
+					float lod = max( log2( d ) + lodBias, 0.0 );
+
+					// Weight by NdotL for the split-sum approximation
+					prefilteredColor += textureLod( envMap, L, lod ).rgb * NdotL;
+					totalWeight += NdotL;
+
+				}
+
+			}
+
+			gl_FragColor = vec4( prefilteredColor / totalWeight, 1.0 );
+
+		}
+	`)}function KE(){return Fc("PMREMGGXIntegration",{envMap:{value:null},roughness:{value:0},sourceLod:{value:0},sourceSize:{value:Nv}},`
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float roughness;
+		uniform float sourceLod;
+		uniform int sourceSize;
+
+		void main() {
+
+			vec3 N = normalize( vWorldDirection );
+
+			float alpha = roughness * roughness;
+			float alpha2 = alpha * alpha;
+
+			float texelSize = 2.0 / float( sourceSize );
+
+			vec3 prefilteredColor = vec3( 0.0 );
+			float totalWeight = 0.0;
+
+			// Pair opposite texels: only the one in N's hemisphere contributes.
+			for ( int face = 0; face < 3; face ++ ) {
+
+				for ( int y = 0; y < sourceSize; y ++ ) {
+
+					for ( int x = 0; x < sourceSize; x ++ ) {
+
+						vec2 uv = ( vec2( x, y ) + 0.5 ) * texelSize - 1.0;
+						vec3 texelDirection = face == 0 ? vec3( 1.0, uv ) : ( face == 1 ? vec3( uv.x, 1.0, uv.y ) : vec3( uv, 1.0 ) );
+
+						float invDistance = inversesqrt( 1.0 + dot( uv, uv ) );
+						float NdotL = dot( N, texelDirection );
+						texelDirection *= NdotL < 0.0 ? - 1.0 : 1.0;
+						NdotL = abs( NdotL ) * invDistance;
+
+						// With V = N, NdotH squared is ( 1 + NdotL ) / 2. Common factors
+						// in the GGX distribution and texel solid angle cancel when normalized.
+						float d = 1.0 + alpha2 + ( alpha2 - 1.0 ) * NdotL;
+						float weight = NdotL * invDistance * invDistance * invDistance / ( d * d );
+
+						prefilteredColor += textureLod( envMap, texelDirection, sourceLod ).rgb * weight;
+						totalWeight += weight;
+
+					}
+
+				}
+
+			}
+
+			gl_FragColor = vec4( prefilteredColor / totalWeight, 1.0 );
+
+		}
+	`)}function QE(){return Fc("PMREMSphericalGaussianBlur",{envMap:{value:null},sigma:{value:0}},`
+
+		#define SAMPLES ${qE}
+		#define GOLDEN_ANGLE 2.39996322973
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float sigma;
+
+		#include <common>
+
+		void main() {
+
+			vec3 outputDirection = normalize( vWorldDirection );
+
+			vec3 up = abs( outputDirection.z ) < 0.999 ? vec3( 0.0, 0.0, 1.0 ) : vec3( 1.0, 0.0, 0.0 );
+			vec3 tangent = normalize( cross( up, outputDirection ) );
+			vec3 bitangent = cross( outputDirection, tangent );
+
+			// Truncate the kernel at three standard deviations or at the antipode.
+			float thetaMax = min( 3.0 * sigma, PI );
+			float truncation = 1.0 - exp( - 0.5 * thetaMax * thetaMax / ( sigma * sigma ) );
+
+			vec3 accumColor = vec3( 0.0 );
+			float accumWeight = 0.0;
+
+			for ( int i = 0; i < SAMPLES; i ++ ) {
+
+				// Stratified inverse-CDF sampling of the Gaussian, placed on a golden-angle spiral.
+				float stratum = ( float( i ) + 0.5 ) / float( SAMPLES );
+				float theta = sigma * sqrt( - 2.0 * log( 1.0 - stratum * truncation ) );
+				float phi = float( i ) * GOLDEN_ANGLE;
+
+				vec3 offset = cos( phi ) * tangent + sin( phi ) * bitangent;
+				vec3 sampleDirection = cos( theta ) * outputDirection + sin( theta ) * offset;
+
+				// Correct the planar sample density to solid angle.
+				float weight = sin( theta ) / theta;
+
+				accumColor += weight * textureLod( envMap, sampleDirection, 0.0 ).rgb;
+				accumWeight += weight;
+
+			}
+
+			gl_FragColor = vec4( accumColor / accumWeight, 1.0 );
+
+		}
+	`)}function fv(){return Fc("PMREMEquirectangularToCubemap",{envMap:{value:null}},`
+
+		varying vec3 vWorldDirection;
+
+		uniform sampler2D envMap;
+
+		#include <common>
+
+		void main() {
+
+			// Average four subpixel samples to preserve small, bright features.
+			vec3 direction = normalize( vWorldDirection );
+			vec3 dx = dFdx( direction ) * 0.25;
+			vec3 dy = dFdy( direction ) * 0.25;
+
+			vec3 color = textureLod( envMap, equirectUv( normalize( direction - dx - dy ) ), 0.0 ).rgb;
+			color += textureLod( envMap, equirectUv( normalize( direction + dx - dy ) ), 0.0 ).rgb;
+			color += textureLod( envMap, equirectUv( normalize( direction - dx + dy ) ), 0.0 ).rgb;
+			color += textureLod( envMap, equirectUv( normalize( direction + dx + dy ) ), 0.0 ).rgb;
+			gl_FragColor = vec4( color * 0.25, 1.0 );
+
+		}
+	`)}function dv(){return Fc("PMREMCubemapToCubemap",{envMap:{value:null},flipEnvMap:{value:-1}},`
+
+		varying vec3 vWorldDirection;
+
+		uniform samplerCube envMap;
+		uniform float flipEnvMap;
+
+		void main() {
+
+			gl_FragColor = vec4( textureCube( envMap, vec3( flipEnvMap * vWorldDirection.x, vWorldDirection.yz ) ).rgb, 1.0 );
+
+		}
+	`)}function eT(n){let e=new WeakMap,t=new WeakMap,i=null;function s(f,d=!1){return f==null?null:d?o(f):r(f)}function r(f){if(f&&f.isTexture){let d=f.mapping;if(d===Lh||d===Dh)if(e.has(f)){let p=e.get(f).texture;return a(p,f.mapping)}else{let p=f.image;if(p&&p.height>0){let y=new Oc(p.height);return y.fromEquirectangularTexture(n,f),e.set(f,y),f.addEventListener("dispose",c),a(y.texture,f.mapping)}else return null}}return f}function o(f){if(f&&f.isTexture&&f.isPMREMTexture!==!0){let d=f.mapping,p=d===Lh||d===Dh,y=d===No||d===Ya;if(p||y){let m=t.get(f),g=m!==void 0?m.texture.pmremVersion:0;if(f.isRenderTargetTexture&&f.pmremVersion!==g)return i===null&&(i=new Mf(n)),m=p?i.fromEquirectangular(f,m):i.fromCubemap(f,m),m.texture.pmremVersion=f.pmremVersion,t.set(f,m),m.texture;if(m!==void 0)return m.texture;{let x=f.image;return p&&x&&x.height>0||y&&x&&l(x)?(i===null&&(i=new Mf(n)),m=p?i.fromEquirectangular(f):i.fromCubemap(f),m.texture.pmremVersion=f.pmremVersion,t.set(f,m),f.addEventListener("dispose",u),m.texture):null}}}return f}function a(f,d){return d===Lh?f.mapping=No:d===Dh&&(f.mapping=Ya),f}function l(f){let d=0,p=6;for(let y=0;y<p;y++)f[y]!==void 0&&d++;return d===p}function c(f){let d=f.target;d.removeEventListener("dispose",c);let p=e.get(d);p!==void 0&&(e.delete(d),p.dispose())}function u(f){let d=f.target;d.removeEventListener("dispose",u);let p=t.get(d);p!==void 0&&(t.delete(d),p.dispose())}function h(){e=new WeakMap,t=new WeakMap,i!==null&&(i.dispose(),i=null)}return{get:s,dispose:h}}function tT(n){let e={};function t(i){if(e[i]!==void 0)return e[i];let s=n.getExtension(i);return e[i]=s,s}return{has:function(i){return t(i)!==null},init:function(){t("EXT_color_buffer_float"),t("WEBGL_clip_cull_distance"),t("OES_texture_float_linear"),t("EXT_color_buffer_half_float"),t("WEBGL_multisampled_render_to_texture"),t("WEBGL_render_shared_exponent")},get:function(i){let s=t(i);return s===null&&jl("WebGLRenderer: "+i+" extension not supported."),s}}}function nT(n,e,t,i){let s={},r=new WeakMap,o=new FinalizationRegistry(p=>delete s[p]);function a(p){l(p.target)}function l(p){p.index!==null&&e.remove(p.index);for(let m in p.attributes)e.remove(p.attributes[m]);p.removeEventListener("dispose",a),delete s[p.id],o.unregister(p);let y=r.get(p);y&&(e.remove(y),r.delete(p)),i.releaseStatesOfGeometry(p),p.isInstancedBufferGeometry===!0&&delete p._maxInstanceCount,t.memory.geometries--}function c(p,y){return s[y.id]!==void 0||(y.addEventListener("dispose",a),s[y.id]=new WeakRef(y),o.register(y,y.id,y),t.memory.geometries++),y}function u(p){let y=p.attributes;for(let m in y)e.update(y[m],n.ARRAY_BUFFER)}function h(p){let y=p.index,m=p.attributes.position,g=0;if(m===void 0)return;let x=y!==null?y.array.length:m.array.length/3-1,A=m.count>=65535?ac:oc,b=new A(Math.ceil(x/3)*6,1),R=b.array;if(y!==null){let v=y.array;g=y.version;for(let E=0,B=0;E<x;E+=3){let N=v[E+0],I=v[E+1],z=v[E+2];R[B++]=N,R[B++]=I,R[B++]=I,R[B++]=z,R[B++]=z,R[B++]=N}}else{g=m.version;for(let v=0,E=0;v<x;v+=3){let B=v+0,N=v+1,I=v+2;R[E++]=B,R[E++]=N,R[E++]=N,R[E++]=I,R[E++]=I,R[E++]=B}}b.version=g;let T=r.get(p);T&&e.remove(T),r.set(p,b)}function f(p){let y=r.get(p);if(y){let m=p.index;m!==null&&y.version<m.version&&h(p)}else h(p);return r.get(p)}function d(){for(let p in s){let y=s[p].deref();y!==void 0&&l(y)}}return{get:c,update:u,getWireframeAttribute:f,dispose:d}}function iT(n,e,t){let i;function s(h){i=h}let r,o;function a(h){r=h.type,o=h.bytesPerElement}function l(h,f){n.drawElements(i,f,r,h*o),t.update(f,i,1)}function c(h,f,d){d!==0&&(n.drawElementsInstanced(i,f,r,h*o,d),t.update(f,i,d))}function u(h,f,d){if(d===0)return;e.get("WEBGL_multi_draw").multiDrawElementsWEBGL(i,f,0,r,h,0,d);let y=0;for(let m=0;m<d;m++)y+=f[m];t.update(y,i,1)}this.setMode=s,this.setIndex=a,this.render=l,this.renderInstances=c,this.renderMultiDraw=u}function sT(n){let e={geometries:0,textures:0},t={frame:0,calls:0,triangles:0,points:0,lines:0};function i(r,o,a){switch(t.calls++,o){case n.TRIANGLES:t.triangles+=a*(r/3);break;case n.LINES:t.lines+=a*(r/2);break;case n.LINE_STRIP:t.lines+=a*(r-1);break;case n.LINE_LOOP:t.lines+=a*r;break;case n.POINTS:t.points+=a*r;break;default:et("WebGLInfo: Unknown draw mode:",o);break}}function s(){t.calls=0,t.triangles=0,t.points=0,t.lines=0}return{memory:e,render:t,programs:null,autoReset:!0,reset:s,update:i}}function rT(n,e,t){let i=new WeakMap,s=new Rt;function r(o,a,l){let c=o.morphTargetInfluences,u=a.morphAttributes.position||a.morphAttributes.normal||a.morphAttributes.color,h=u!==void 0?u.length:0,f=i.get(a);if(f===void 0||f.count!==h){let B=function(){v.dispose(),i.delete(a),a.removeEventListener("dispose",B)};f!==void 0&&f.texture.dispose();let d=a.morphAttributes.position!==void 0,p=a.morphAttributes.normal!==void 0,y=a.morphAttributes.color!==void 0,m=a.morphAttributes.position||[],g=a.morphAttributes.normal||[],x=a.morphAttributes.color||[],A=0;d===!0&&(A=1),p===!0&&(A=2),y===!0&&(A=3);let b=a.attributes.position.count*A,R=1;b>e.maxTextureSize&&(R=Math.ceil(b/e.maxTextureSize),b=e.maxTextureSize);let T=new Float32Array(b*R*4*h),v=new sc(T,b,R,h);v.type=Li,v.needsUpdate=!0;let E=A*4;for(let N=0;N<h;N++){let I=m[N],z=g[N],H=x[N],D=b*R*4*N;for(let $=0;$<I.count;$++){let Y=$*E;d===!0&&(s.fromBufferAttribute(I,$),T[D+Y+0]=s.x,T[D+Y+1]=s.y,T[D+Y+2]=s.z,T[D+Y+3]=0),p===!0&&(s.fromBufferAttribute(z,$),T[D+Y+4]=s.x,T[D+Y+5]=s.y,T[D+Y+6]=s.z,T[D+Y+7]=0),y===!0&&(s.fromBufferAttribute(H,$),T[D+Y+8]=s.x,T[D+Y+9]=s.y,T[D+Y+10]=s.z,T[D+Y+11]=H.itemSize===4?s.w:1)}}f={count:h,texture:v,size:new at(b,R)},i.set(a,f),a.addEventListener("dispose",B)}if(o.isInstancedMesh===!0&&o.morphTexture!==null)l.getUniforms().setValue(n,"morphTexture",o.morphTexture,t);else{let d=0;for(let y=0;y<c.length;y++)d+=c[y];let p=a.morphTargetsRelative?1:1-d;l.getUniforms().setValue(n,"morphTargetBaseInfluence",p),l.getUniforms().setValue(n,"morphTargetInfluences",c)}l.getUniforms().setValue(n,"morphTargetsTexture",f.texture,t),l.getUniforms().setValue(n,"morphTargetsTextureSize",f.size)}return{update:r}}function oT(n,e,t,i,s){let r=new WeakMap;function o(c){let u=s.render.frame,h=c.geometry,f=e.get(c,h);if(r.get(f)!==u&&(e.update(f),r.set(f,u)),c.isInstancedMesh&&(c.hasEventListener("dispose",l)===!1&&c.addEventListener("dispose",l),r.get(c)!==u&&(t.update(c.instanceMatrix,n.ARRAY_BUFFER),c.instanceColor!==null&&t.update(c.instanceColor,n.ARRAY_BUFFER),r.set(c,u))),c.isSkinnedMesh){let d=c.skeleton;r.get(d)!==u&&(d.update(),r.set(d,u))}return f}function a(){r=new WeakMap}function l(c){let u=c.target;u.removeEventListener("dispose",l),i.releaseStatesOfObject(u),t.remove(u.instanceMatrix),u.instanceColor!==null&&t.remove(u.instanceColor)}return{update:o,dispose:a}}var aT={[$p]:"LINEAR_TONE_MAPPING",[Wp]:"REINHARD_TONE_MAPPING",[Xp]:"CINEON_TONE_MAPPING",[qp]:"ACES_FILMIC_TONE_MAPPING",[Zp]:"AGX_TONE_MAPPING",[Jp]:"NEUTRAL_TONE_MAPPING",[Yp]:"CUSTOM_TONE_MAPPING"};function lT(n,e,t,i,s,r){let o=new wi(e,t,{type:n,depthBuffer:s,stencilBuffer:r,samples:i?4:0,storeMultisampledDepthBuffer:!1,storeMultisampledStencilBuffer:!1,resolveDepthBuffer:!1,resolveStencilBuffer:!1}),a=null,l=null,c=null,u=new Fn;u.setAttribute("position",new hn([-1,3,0,-1,-1,0,3,-1,0],3)),u.setAttribute("uv",new hn([0,2,0,0,2,0],2));let h=new gh({uniforms:{tDiffuse:{value:null}},vertexShader:`
+			precision highp float;
+
+			uniform mat4 modelViewMatrix;
+			uniform mat4 projectionMatrix;
+
+			attribute vec3 position;
+			attribute vec2 uv;
+
+			varying vec2 vUv;
+
+			void main() {
+				vUv = uv;
+				gl_Position = projectionMatrix * modelViewMatrix * vec4( position, 1.0 );
+			}`,fragmentShader:`
+			precision highp float;
+
+			uniform sampler2D tDiffuse;
+
+			varying vec2 vUv;
+
+			#include <tonemapping_pars_fragment>
+			#include <colorspace_pars_fragment>
+
+			void main() {
+				gl_FragColor = texture2D( tDiffuse, vUv );
+
+				#ifdef LINEAR_TONE_MAPPING
+					gl_FragColor.rgb = LinearToneMapping( gl_FragColor.rgb );
+				#elif defined( REINHARD_TONE_MAPPING )
+					gl_FragColor.rgb = ReinhardToneMapping( gl_FragColor.rgb );
+				#elif defined( CINEON_TONE_MAPPING )
+					gl_FragColor.rgb = CineonToneMapping( gl_FragColor.rgb );
+				#elif defined( ACES_FILMIC_TONE_MAPPING )
+					gl_FragColor.rgb = ACESFilmicToneMapping( gl_FragColor.rgb );
+				#elif defined( AGX_TONE_MAPPING )
+					gl_FragColor.rgb = AgXToneMapping( gl_FragColor.rgb );
+				#elif defined( NEUTRAL_TONE_MAPPING )
+					gl_FragColor.rgb = NeutralToneMapping( gl_FragColor.rgb );
+				#elif defined( CUSTOM_TONE_MAPPING )
+					gl_FragColor.rgb = CustomToneMapping( gl_FragColor.rgb );
+				#endif
+
+				#ifdef SRGB_TRANSFER
+					gl_FragColor = sRGBTransferOETF( gl_FragColor );
+				#endif
+			}`,depthTest:!1,depthWrite:!1}),f=new Jn(u,h),d=new Io(-1,1,1,-1,0,1),p=null,y=null,m=!1,g,x=null,A=[],b=!1;this.setSize=function(R,T){o.setSize(R,T),a!==null&&a.setSize(R,T),l!==null&&l.setSize(R,T);for(let v=0;v<A.length;v++){let E=A[v];E.setSize&&E.setSize(R,T)}},this.setEffects=function(R){A=R,b=A.length>0&&A[0].isRenderPass===!0;let T=o.width,v=o.height;A.length>0&&a===null&&(a=new wi(T,v,{type:Ss,depthBuffer:!1,stencilBuffer:!1}),l=new wi(T,v,{type:Ss,depthBuffer:!1,stencilBuffer:!1}));let E=s===!0&&A.some(B=>B.needsDepthTexture===!0);E!==(o.depthTexture!==null)&&(E===!0&&c===null&&(c=new xs(T,v),r===!0&&(c.format=Sr,c.type=Uo)),o.dispose(),o.depthTexture=E?c:null,o.resolveDepthBuffer=E,o.storeMultisampledDepthBuffer=E);for(let B=0;B<A.length;B++){let N=A[B];N.setSize&&N.setSize(T,v),E&&N.needsDepthTexture===!0&&N.setDepthTexture&&N.setDepthTexture(c)}},this.begin=function(R,T){if(m||R.toneMapping===Gs&&A.length===0)return!1;if(x=T,T!==null){let v=T.width,E=T.height;(o.width!==v||o.height!==E)&&this.setSize(v,E)}return b===!1&&R.setRenderTarget(o),g=R.toneMapping,R.toneMapping=Gs,!0},this.hasRenderPass=function(){return b},this.end=function(R,T){R.toneMapping=g,m=!0;let v=o,E=a;for(let B=0;B<A.length;B++){let N=A[B];N.enabled!==!1&&(N.render(R,E,v,T),N.needsSwap!==!1&&(v=E,E=E===a?l:a))}if(p!==R.outputColorSpace||y!==R.toneMapping){p=R.outputColorSpace,y=R.toneMapping,h.defines={},vt.getTransfer(p)===Ct&&(h.defines.SRGB_TRANSFER="");let B=aT[y];B&&(h.defines[B]=""),h.needsUpdate=!0}h.uniforms.tDiffuse.value=v.texture,R.setRenderTarget(x),R.render(f,d),x=null,m=!1},this.isCompositing=function(){return m},this.dispose=function(){o.dispose(),a!==null&&a.dispose(),l!==null&&l.dispose(),u.dispose(),h.dispose()}}var Uv=new Ii,Ov=new xs(1,1),Fv=new fc(1),Bv=new sc,kv=new hh,zv=new hc,pv=[],mv=[],gv=new Float32Array(16),_v=new Float32Array(9),vv=new Float32Array(4);function ja(n,e,t){let i=n[0];if(i<=0||i>0)return n;let s=e*t,r=pv[s];if(r===void 0&&(r=new Float32Array(s),pv[s]=r),e!==0){i.toArray(r,0);for(let o=1,a=0;o!==e;++o)a+=t,n[o].toArray(r,a)}return r}function Bn(n,e){if(n.length!==e.length)return!1;for(let t=0,i=n.length;t<i;t++)if(n[t]!==e[t])return!1;return!0}function kn(n,e){for(let t=0,i=e.length;t<i;t++)n[t]=e[t]}function Ef(n,e){let t=mv[e];t===void 0&&(t=new Int32Array(e),mv[e]=t);for(let i=0;i!==e;++i)t[i]=n.allocateTextureUnit();return t}function cT(n,e){let t=this.cache;t[0]!==e&&(n.uniform1f(this.addr,e),t[0]=e)}function uT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y)&&(n.uniform2f(this.addr,e.x,e.y),t[0]=e.x,t[1]=e.y);else{if(Bn(t,e))return;n.uniform2fv(this.addr,e),kn(t,e)}}function hT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y||t[2]!==e.z)&&(n.uniform3f(this.addr,e.x,e.y,e.z),t[0]=e.x,t[1]=e.y,t[2]=e.z);else if(e.r!==void 0)(t[0]!==e.r||t[1]!==e.g||t[2]!==e.b)&&(n.uniform3f(this.addr,e.r,e.g,e.b),t[0]=e.r,t[1]=e.g,t[2]=e.b);else{if(Bn(t,e))return;n.uniform3fv(this.addr,e),kn(t,e)}}function fT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y||t[2]!==e.z||t[3]!==e.w)&&(n.uniform4f(this.addr,e.x,e.y,e.z,e.w),t[0]=e.x,t[1]=e.y,t[2]=e.z,t[3]=e.w);else{if(Bn(t,e))return;n.uniform4fv(this.addr,e),kn(t,e)}}function dT(n,e){let t=this.cache,i=e.elements;if(i===void 0){if(Bn(t,e))return;n.uniformMatrix2fv(this.addr,!1,e),kn(t,e)}else{if(Bn(t,i))return;vv.set(i),n.uniformMatrix2fv(this.addr,!1,vv),kn(t,i)}}function pT(n,e){let t=this.cache,i=e.elements;if(i===void 0){if(Bn(t,e))return;n.uniformMatrix3fv(this.addr,!1,e),kn(t,e)}else{if(Bn(t,i))return;_v.set(i),n.uniformMatrix3fv(this.addr,!1,_v),kn(t,i)}}function mT(n,e){let t=this.cache,i=e.elements;if(i===void 0){if(Bn(t,e))return;n.uniformMatrix4fv(this.addr,!1,e),kn(t,e)}else{if(Bn(t,i))return;gv.set(i),n.uniformMatrix4fv(this.addr,!1,gv),kn(t,i)}}function gT(n,e){let t=this.cache;t[0]!==e&&(n.uniform1i(this.addr,e),t[0]=e)}function _T(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y)&&(n.uniform2i(this.addr,e.x,e.y),t[0]=e.x,t[1]=e.y);else{if(Bn(t,e))return;n.uniform2iv(this.addr,e),kn(t,e)}}function vT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y||t[2]!==e.z)&&(n.uniform3i(this.addr,e.x,e.y,e.z),t[0]=e.x,t[1]=e.y,t[2]=e.z);else{if(Bn(t,e))return;n.uniform3iv(this.addr,e),kn(t,e)}}function yT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y||t[2]!==e.z||t[3]!==e.w)&&(n.uniform4i(this.addr,e.x,e.y,e.z,e.w),t[0]=e.x,t[1]=e.y,t[2]=e.z,t[3]=e.w);else{if(Bn(t,e))return;n.uniform4iv(this.addr,e),kn(t,e)}}function xT(n,e){let t=this.cache;t[0]!==e&&(n.uniform1ui(this.addr,e),t[0]=e)}function bT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y)&&(n.uniform2ui(this.addr,e.x,e.y),t[0]=e.x,t[1]=e.y);else{if(Bn(t,e))return;n.uniform2uiv(this.addr,e),kn(t,e)}}function ST(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y||t[2]!==e.z)&&(n.uniform3ui(this.addr,e.x,e.y,e.z),t[0]=e.x,t[1]=e.y,t[2]=e.z);else{if(Bn(t,e))return;n.uniform3uiv(this.addr,e),kn(t,e)}}function MT(n,e){let t=this.cache;if(e.x!==void 0)(t[0]!==e.x||t[1]!==e.y||t[2]!==e.z||t[3]!==e.w)&&(n.uniform4ui(this.addr,e.x,e.y,e.z,e.w),t[0]=e.x,t[1]=e.y,t[2]=e.z,t[3]=e.w);else{if(Bn(t,e))return;n.uniform4uiv(this.addr,e),kn(t,e)}}function Tf(n){return n.version===0&&(n.compareFunction=om,n.needsUpdate=!0),n}function wT(n,e,t){let i=this.cache,s=t.allocateTextureUnit();i[0]!==s&&(n.uniform1i(this.addr,s),i[0]=s);let r;this.type===n.SAMPLER_2D_SHADOW?r=Tf(Ov):r=Uv,t.setTexture2D(e||r,s)}function ET(n,e,t){let i=this.cache,s=t.allocateTextureUnit();i[0]!==s&&(n.uniform1i(this.addr,s),i[0]=s),t.setTexture3D(e||kv,s)}function TT(n,e,t){let i=this.cache,s=t.allocateTextureUnit();i[0]!==s&&(n.uniform1i(this.addr,s),i[0]=s);let r;this.type===n.SAMPLER_CUBE_SHADOW?r=Tf(Fv):r=zv,t.setTextureCube(e||r,s)}function AT(n,e,t){let i=this.cache,s=t.allocateTextureUnit();i[0]!==s&&(n.uniform1i(this.addr,s),i[0]=s),t.setTexture2DArray(e||Bv,s)}function CT(n){switch(n){case 5126:return cT;case 35664:return uT;case 35665:return hT;case 35666:return fT;case 35674:return dT;case 35675:return pT;case 35676:return mT;case 5124:case 35670:return gT;case 35667:case 35671:return _T;case 35668:case 35672:return vT;case 35669:case 35673:return yT;case 5125:return xT;case 36294:return bT;case 36295:return ST;case 36296:return MT;case 35678:case 36198:case 36298:case 36306:case 35682:return wT;case 35679:case 36299:case 36307:return ET;case 35680:case 36300:case 36308:case 36293:return TT;case 36289:case 36303:case 36311:case 36292:return AT}}function RT(n,e){n.uniform1fv(this.addr,e)}function PT(n,e){let t=ja(e,this.size,2);n.uniform2fv(this.addr,t)}function IT(n,e){let t=ja(e,this.size,3);n.uniform3fv(this.addr,t)}function LT(n,e){let t=ja(e,this.size,4);n.uniform4fv(this.addr,t)}function DT(n,e){let t=ja(e,this.size,4);n.uniformMatrix2fv(this.addr,!1,t)}function NT(n,e){let t=ja(e,this.size,9);n.uniformMatrix3fv(this.addr,!1,t)}function UT(n,e){let t=ja(e,this.size,16);n.uniformMatrix4fv(this.addr,!1,t)}function OT(n,e){n.uniform1iv(this.addr,e)}function FT(n,e){n.uniform2iv(this.addr,e)}function BT(n,e){n.uniform3iv(this.addr,e)}function kT(n,e){n.uniform4iv(this.addr,e)}function zT(n,e){n.uniform1uiv(this.addr,e)}function VT(n,e){n.uniform2uiv(this.addr,e)}function HT(n,e){n.uniform3uiv(this.addr,e)}function GT(n,e){n.uniform4uiv(this.addr,e)}function $T(n,e,t){let i=this.cache,s=e.length,r=Ef(t,s);Bn(i,r)||(n.uniform1iv(this.addr,r),kn(i,r));let o;this.type===n.SAMPLER_2D_SHADOW?o=Tf(Ov):o=Uv;for(let a=0;a!==s;++a)t.setTexture2D(e[a]||o,r[a])}function WT(n,e,t){let i=this.cache,s=e.length,r=Ef(t,s);Bn(i,r)||(n.uniform1iv(this.addr,r),kn(i,r));for(let o=0;o!==s;++o)t.setTexture3D(e[o]||kv,r[o])}function XT(n,e,t){let i=this.cache,s=e.length,r=Ef(t,s);Bn(i,r)||(n.uniform1iv(this.addr,r),kn(i,r));let o;this.type===n.SAMPLER_CUBE_SHADOW?o=Tf(Fv):o=zv;for(let a=0;a!==s;++a)t.setTextureCube(e[a]||o,r[a])}function qT(n,e,t){let i=this.cache,s=e.length,r=Ef(t,s);Bn(i,r)||(n.uniform1iv(this.addr,r),kn(i,r));for(let o=0;o!==s;++o)t.setTexture2DArray(e[o]||Bv,r[o])}function YT(n){switch(n){case 5126:return RT;case 35664:return PT;case 35665:return IT;case 35666:return LT;case 35674:return DT;case 35675:return NT;case 35676:return UT;case 5124:case 35670:return OT;case 35667:case 35671:return FT;case 35668:case 35672:return BT;case 35669:case 35673:return kT;case 5125:return zT;case 36294:return VT;case 36295:return HT;case 36296:return GT;case 35678:case 36198:case 36298:case 36306:case 35682:return $T;case 35679:case 36299:case 36307:return WT;case 35680:case 36300:case 36308:case 36293:return XT;case 36289:case 36303:case 36311:case 36292:return qT}}var ym=class{constructor(e,t,i){this.id=e,this.addr=i,this.cache=[],this.type=t.type,this.setValue=CT(t.type)}},xm=class{constructor(e,t,i){this.id=e,this.addr=i,this.cache=[],this.type=t.type,this.size=t.size,this.setValue=YT(t.type)}},bm=class{constructor(e){this.id=e,this.seq=[],this.map={}}setValue(e,t,i){let s=this.seq;for(let r=0,o=s.length;r!==o;++r){let a=s[r];a.setValue(e,t[a.id],i)}}},_m=/(\w+)(\])?(\[|\.)?/g;function yv(n,e){n.seq.push(e),n.map[e.id]=e}function ZT(n,e,t){let i=n.name,s=i.length;for(_m.lastIndex=0;;){let r=_m.exec(i),o=_m.lastIndex,a=r[1],l=r[2]==="]",c=r[3];if(l&&(a=a|0),c===void 0||c==="["&&o+2===s){yv(t,c===void 0?new ym(a,n,e):new xm(a,n,e));break}else{let h=t.map[a];h===void 0&&(h=new bm(a),yv(t,h)),t=h}}}var Ja=class{constructor(e,t){this.seq=[],this.map={};let i=e.getProgramParameter(t,e.ACTIVE_UNIFORMS);for(let o=0;o<i;++o){let a=e.getActiveUniform(t,o),l=e.getUniformLocation(t,a.name);ZT(a,l,this)}let s=[],r=[];for(let o of this.seq)o.type===e.SAMPLER_2D_SHADOW||o.type===e.SAMPLER_CUBE_SHADOW||o.type===e.SAMPLER_2D_ARRAY_SHADOW?s.push(o):r.push(o);s.length>0&&(this.seq=s.concat(r))}setValue(e,t,i,s){let r=this.map[t];r!==void 0&&r.setValue(e,i,s)}setOptional(e,t,i){let s=t[i];s!==void 0&&this.setValue(e,i,s)}static upload(e,t,i,s){for(let r=0,o=t.length;r!==o;++r){let a=t[r],l=i[a.id];l.needsUpdate!==!1&&a.setValue(e,l.value,s)}}static seqWithValue(e,t){let i=[];for(let s=0,r=e.length;s!==r;++s){let o=e[s];o.id in t&&i.push(o)}return i}};function xv(n,e,t){let i=n.createShader(e);return n.shaderSource(i,t),n.compileShader(i),i}var JT=37297,jT=0;function KT(n,e){let t=n.split(`
+`),i=[],s=Math.max(e-6,0),r=Math.min(e+6,t.length);for(let o=s;o<r;o++){let a=o+1;i.push(`${a===e?">":" "} ${a}: ${t[o]}`)}return i.join(`
+`)}var bv=new nt;function QT(n){vt._getMatrix(bv,vt.workingColorSpace,n);let e=`mat3( ${bv.elements.map(t=>t.toFixed(4))} )`;switch(vt.getTransfer(n)){case tc:return[e,"LinearTransferOETF"];case Ct:return[e,"sRGBTransferOETF"];default:return Ze("WebGLProgram: Unsupported color space: ",n),[e,"LinearTransferOETF"]}}function Sv(n,e,t){let i=n.getShaderParameter(e,n.COMPILE_STATUS),r=(n.getShaderInfoLog(e)||"").trim();if(i&&r==="")return"";let o=/ERROR: 0:(\d+)/.exec(r);if(o){let a=parseInt(o[1]);return t.toUpperCase()+`
+
+`+r+`
+
+`+KT(n.getShaderSource(e),a)}else return r}function eA(n,e){let t=QT(e);return[`vec4 ${n}( vec4 value ) {`,`	return ${t[1]}( vec4( ${t[0]} * value.rgb, value.a ) );`,"}"].join(`
+`)}var tA={[$p]:"Linear",[Wp]:"Reinhard",[Xp]:"Cineon",[qp]:"ACESFilmic",[Zp]:"AgX",[Jp]:"Neutral",[Yp]:"Custom"};function nA(n,e){let t=tA[e];return t===void 0?(Ze("WebGLProgram: Unsupported toneMapping:",e),"vec3 "+n+"( vec3 color ) { return LinearToneMapping( color ); }"):"vec3 "+n+"( vec3 color ) { return "+t+"ToneMapping( color ); }"}var Sf=new F;function iA(){vt.getLuminanceCoefficients(Sf);let n=Sf.x.toFixed(4),e=Sf.y.toFixed(4),t=Sf.z.toFixed(4);return["float luminance( const in vec3 rgb ) {",`	const vec3 weights = vec3( ${n}, ${e}, ${t} );`,"	return dot( weights, rgb );","}"].join(`
+`)}function sA(n){return[n.extensionClipCullDistance?"#extension GL_ANGLE_clip_cull_distance : require":"",n.extensionMultiDraw?"#extension GL_ANGLE_multi_draw : require":""].filter(Uc).join(`
+`)}function rA(n){let e=[];for(let t in n){let i=n[t];i!==!1&&e.push("#define "+t+" "+i)}return e.join(`
+`)}function oA(n,e){let t={},i=n.getProgramParameter(e,n.ACTIVE_ATTRIBUTES);for(let s=0;s<i;s++){let r=n.getActiveAttrib(e,s),o=r.name,a=1;r.type===n.FLOAT_MAT2&&(a=2),r.type===n.FLOAT_MAT3&&(a=3),r.type===n.FLOAT_MAT4&&(a=4),t[o]={type:r.type,location:n.getAttribLocation(e,o),locationSize:a}}return t}function Uc(n){return n!==""}function Mv(n,e){let t=e.numSpotLightShadows+e.numSpotLightMaps-e.numSpotLightShadowsWithMaps;return n.replace(/NUM_SUN_LIGHTS/g,e.numSunLights).replace(/NUM_DIR_LIGHTS/g,e.numDirLights).replace(/NUM_SPOT_LIGHTS/g,e.numSpotLights).replace(/NUM_SPOT_LIGHT_MAPS/g,e.numSpotLightMaps).replace(/NUM_SPOT_LIGHT_COORDS/g,t).replace(/NUM_RECT_AREA_LIGHTS/g,e.numRectAreaLights).replace(/NUM_POINT_LIGHTS/g,e.numPointLights).replace(/NUM_HEMI_LIGHTS/g,e.numHemiLights).replace(/NUM_SUN_LIGHT_SHADOWS/g,e.numSunLightShadows).replace(/NUM_DIR_LIGHT_SHADOWS/g,e.numDirLightShadows).replace(/NUM_SPOT_LIGHT_SHADOWS_WITH_MAPS/g,e.numSpotLightShadowsWithMaps).replace(/NUM_SPOT_LIGHT_SHADOWS/g,e.numSpotLightShadows).replace(/NUM_POINT_LIGHT_SHADOWS/g,e.numPointLightShadows).replace(/NUM_LIGHT_PROBE_GRIDS/g,e.numLightProbeGrids)}function wv(n,e){return n.replace(/NUM_CLIPPING_PLANES/g,e.numClippingPlanes).replace(/UNION_CLIPPING_PLANES/g,e.numClippingPlanes-e.numClipIntersection)}var aA=/^[ \t]*#include +<([\w\d./]+)>/gm;function Sm(n){return n.replace(aA,lA)}function lA(n,e){let t=pt[e];if(t===void 0)throw new Error("THREE.WebGLProgram: Can not resolve #include <"+e+">");return Sm(t)}var cA=/#pragma unroll_loop_start\s+for\s*\(\s*int\s+i\s*=\s*(\d+)\s*;\s*i\s*<\s*(\d+)\s*;\s*i\s*\+\+\s*\)\s*{([\s\S]+?)}\s+#pragma unroll_loop_end/g;function Ev(n){return n.replace(cA,uA)}function uA(n,e,t,i){let s="";for(let r=parseInt(e);r<parseInt(t);r++)s+=i.replace(/\[\s*i\s*\]/g,"[ "+r+" ]").replace(/UNROLLED_LOOP_INDEX/g,r);return s}function Tv(n){let e=`precision ${n.precision} float;
+	precision ${n.precision} int;
+	precision ${n.precision} sampler2D;
+	precision ${n.precision} samplerCube;
+	precision ${n.precision} sampler3D;
+	precision ${n.precision} sampler2DArray;
+	precision ${n.precision} sampler2DShadow;
+	precision ${n.precision} samplerCubeShadow;
+	precision ${n.precision} sampler2DArrayShadow;
+	precision ${n.precision} isampler2D;
+	precision ${n.precision} isampler3D;
+	precision ${n.precision} isamplerCube;
+	precision ${n.precision} isampler2DArray;
+	precision ${n.precision} usampler2D;
+	precision ${n.precision} usampler3D;
+	precision ${n.precision} usamplerCube;
+	precision ${n.precision} usampler2DArray;
+	`;return n.precision==="highp"?e+=`
+#define HIGH_PRECISION`:n.precision==="mediump"?e+=`
+#define MEDIUM_PRECISION`:n.precision==="lowp"&&(e+=`
+#define LOW_PRECISION`),e}var hA={[Ec]:"SHADOWMAP_TYPE_PCF",[Xa]:"SHADOWMAP_TYPE_VSM"};function fA(n){return hA[n.shadowMapType]||"SHADOWMAP_TYPE_BASIC"}var dA={[Ya]:"ENVMAP_MODE_REFRACTION"};function pA(n){return n.envMap===!1?"ENVMAP_MODE_REFLECTION":dA[n.envMapMode]||"ENVMAP_MODE_REFLECTION"}var mA={[Ih]:"ENVMAP_BLENDING_MULTIPLY",[X_]:"ENVMAP_BLENDING_MIX",[q_]:"ENVMAP_BLENDING_ADD"};function gA(n){return n.envMap===!1?"ENVMAP_BLENDING_NONE":mA[n.combine]||"ENVMAP_BLENDING_NONE"}function _A(n,e,t,i){let s=n.getContext(),r=t.defines,o=t.vertexShader,a=t.fragmentShader,l=fA(t),c=t.envMapPMREM===!0?"ENVMAP_TYPE_PMREM":"ENVMAP_TYPE_CUBE",u=pA(t),h=gA(t),f=sA(t),d=rA(r),p=s.createProgram(),y,m,g=t.glslVersion?"#version "+t.glslVersion+`
+`:"";t.isRawShaderMaterial?(y=["#define SHADER_TYPE "+t.shaderType,"#define SHADER_NAME "+t.shaderName,d].filter(Uc).join(`
+`),y.length>0&&(y+=`
+`),m=["#define SHADER_TYPE "+t.shaderType,"#define SHADER_NAME "+t.shaderName,d].filter(Uc).join(`
+`),m.length>0&&(m+=`
+`)):(y=[Tv(t),"#define SHADER_TYPE "+t.shaderType,"#define SHADER_NAME "+t.shaderName,d,t.extensionClipCullDistance?"#define USE_CLIP_DISTANCE":"",t.batching?"#define USE_BATCHING":"",t.batchingColor?"#define USE_BATCHING_COLOR":"",t.instancing?"#define USE_INSTANCING":"",t.instancingColor?"#define USE_INSTANCING_COLOR":"",t.instancingMorph?"#define USE_INSTANCING_MORPH":"",t.useFog&&t.fog?"#define USE_FOG":"",t.useFog&&t.fogExp2?"#define FOG_EXP2":"",t.map?"#define USE_MAP":"",t.envMap?"#define USE_ENVMAP":"",t.envMap?"#define "+u:"",t.lightMap?"#define USE_LIGHTMAP":"",t.aoMap?"#define USE_AOMAP":"",t.bumpMap?"#define USE_BUMPMAP":"",t.normalMap?"#define USE_NORMALMAP":"",t.normalMapObjectSpace?"#define USE_NORMALMAP_OBJECTSPACE":"",t.normalMapTangentSpace?"#define USE_NORMALMAP_TANGENTSPACE":"",t.displacementMap?"#define USE_DISPLACEMENTMAP":"",t.emissiveMap?"#define USE_EMISSIVEMAP":"",t.anisotropy?"#define USE_ANISOTROPY":"",t.anisotropyMap?"#define USE_ANISOTROPYMAP":"",t.clearcoatMap?"#define USE_CLEARCOATMAP":"",t.clearcoatRoughnessMap?"#define USE_CLEARCOAT_ROUGHNESSMAP":"",t.clearcoatNormalMap?"#define USE_CLEARCOAT_NORMALMAP":"",t.diffuseRoughnessMap?"#define USE_DIFFUSE_ROUGHNESSMAP":"",t.iridescenceMap?"#define USE_IRIDESCENCEMAP":"",t.iridescenceThicknessMap?"#define USE_IRIDESCENCE_THICKNESSMAP":"",t.specularMap?"#define USE_SPECULARMAP":"",t.specularColorMap?"#define USE_SPECULAR_COLORMAP":"",t.specularIntensityMap?"#define USE_SPECULAR_INTENSITYMAP":"",t.roughnessMap?"#define USE_ROUGHNESSMAP":"",t.metalnessMap?"#define USE_METALNESSMAP":"",t.alphaMap?"#define USE_ALPHAMAP":"",t.alphaHash?"#define USE_ALPHAHASH":"",t.transmission?"#define USE_TRANSMISSION":"",t.transmissionMap?"#define USE_TRANSMISSIONMAP":"",t.thicknessMap?"#define USE_THICKNESSMAP":"",t.sheenColorMap?"#define USE_SHEEN_COLORMAP":"",t.sheenRoughnessMap?"#define USE_SHEEN_ROUGHNESSMAP":"",t.mapUv?"#define MAP_UV "+t.mapUv:"",t.alphaMapUv?"#define ALPHAMAP_UV "+t.alphaMapUv:"",t.lightMapUv?"#define LIGHTMAP_UV "+t.lightMapUv:"",t.aoMapUv?"#define AOMAP_UV "+t.aoMapUv:"",t.emissiveMapUv?"#define EMISSIVEMAP_UV "+t.emissiveMapUv:"",t.bumpMapUv?"#define BUMPMAP_UV "+t.bumpMapUv:"",t.normalMapUv?"#define NORMALMAP_UV "+t.normalMapUv:"",t.displacementMapUv?"#define DISPLACEMENTMAP_UV "+t.displacementMapUv:"",t.metalnessMapUv?"#define METALNESSMAP_UV "+t.metalnessMapUv:"",t.roughnessMapUv?"#define ROUGHNESSMAP_UV "+t.roughnessMapUv:"",t.anisotropyMapUv?"#define ANISOTROPYMAP_UV "+t.anisotropyMapUv:"",t.clearcoatMapUv?"#define CLEARCOATMAP_UV "+t.clearcoatMapUv:"",t.clearcoatNormalMapUv?"#define CLEARCOAT_NORMALMAP_UV "+t.clearcoatNormalMapUv:"",t.clearcoatRoughnessMapUv?"#define CLEARCOAT_ROUGHNESSMAP_UV "+t.clearcoatRoughnessMapUv:"",t.diffuseRoughnessMapUv?"#define DIFFUSE_ROUGHNESSMAP_UV "+t.diffuseRoughnessMapUv:"",t.iridescenceMapUv?"#define IRIDESCENCEMAP_UV "+t.iridescenceMapUv:"",t.iridescenceThicknessMapUv?"#define IRIDESCENCE_THICKNESSMAP_UV "+t.iridescenceThicknessMapUv:"",t.sheenColorMapUv?"#define SHEEN_COLORMAP_UV "+t.sheenColorMapUv:"",t.sheenRoughnessMapUv?"#define SHEEN_ROUGHNESSMAP_UV "+t.sheenRoughnessMapUv:"",t.specularMapUv?"#define SPECULARMAP_UV "+t.specularMapUv:"",t.specularColorMapUv?"#define SPECULAR_COLORMAP_UV "+t.specularColorMapUv:"",t.specularIntensityMapUv?"#define SPECULAR_INTENSITYMAP_UV "+t.specularIntensityMapUv:"",t.transmissionMapUv?"#define TRANSMISSIONMAP_UV "+t.transmissionMapUv:"",t.thicknessMapUv?"#define THICKNESSMAP_UV "+t.thicknessMapUv:"",t.vertexTangents&&t.flatShading===!1?"#define USE_TANGENT":"",t.vertexNormals?"#define HAS_NORMAL":"",t.vertexColors?"#define USE_COLOR":"",t.vertexAlphas?"#define USE_COLOR_ALPHA":"",t.vertexUv1s?"#define USE_UV1":"",t.vertexUv2s?"#define USE_UV2":"",t.vertexUv3s?"#define USE_UV3":"",t.pointsUvs?"#define USE_POINTS_UV":"",t.flatShading?"#define FLAT_SHADED":"",t.skinning?"#define USE_SKINNING":"",t.morphTargets?"#define USE_MORPHTARGETS":"",t.morphNormals&&t.flatShading===!1?"#define USE_MORPHNORMALS":"",t.morphColors?"#define USE_MORPHCOLORS":"",t.morphTargetsCount>0?"#define MORPHTARGETS_TEXTURE_STRIDE "+t.morphTextureStride:"",t.morphTargetsCount>0?"#define MORPHTARGETS_COUNT "+t.morphTargetsCount:"",t.doubleSided?"#define DOUBLE_SIDED":"",t.flipSided?"#define FLIP_SIDED":"",t.shadowMapEnabled?"#define USE_SHADOWMAP":"",t.shadowMapEnabled?"#define "+l:"",t.sizeAttenuation?"#define USE_SIZEATTENUATION":"",t.numLightProbes>0?"#define USE_LIGHT_PROBES":"",t.logarithmicDepthBuffer?"#define USE_LOGARITHMIC_DEPTH_BUFFER":"",t.reversedDepthBuffer?"#define USE_REVERSED_DEPTH_BUFFER":"","uniform mat4 modelMatrix;","uniform mat4 modelViewMatrix;","uniform mat4 projectionMatrix;","uniform mat4 viewMatrix;","uniform mat3 normalMatrix;","uniform vec3 cameraPosition;","uniform bool isOrthographic;","#ifdef USE_INSTANCING","	attribute mat4 instanceMatrix;","#endif","#ifdef USE_INSTANCING_COLOR","	attribute vec3 instanceColor;","#endif","#ifdef USE_INSTANCING_MORPH","	uniform sampler2D morphTexture;","#endif","attribute vec3 position;","attribute vec3 normal;","attribute vec2 uv;","#ifdef USE_UV1","	attribute vec2 uv1;","#endif","#ifdef USE_UV2","	attribute vec2 uv2;","#endif","#ifdef USE_UV3","	attribute vec2 uv3;","#endif","#ifdef USE_TANGENT","	attribute vec4 tangent;","#endif","#if defined( USE_COLOR_ALPHA )","	attribute vec4 color;","#elif defined( USE_COLOR )","	attribute vec3 color;","#endif","#ifdef USE_SKINNING","	attribute vec4 skinIndex;","	attribute vec4 skinWeight;","#endif",`
+`].filter(Uc).join(`
+`),m=[Tv(t),"#define SHADER_TYPE "+t.shaderType,"#define SHADER_NAME "+t.shaderName,d,t.useFog&&t.fog?"#define USE_FOG":"",t.useFog&&t.fogExp2?"#define FOG_EXP2":"",t.alphaToCoverage?"#define ALPHA_TO_COVERAGE":"",t.map?"#define USE_MAP":"",t.matcap?"#define USE_MATCAP":"",t.envMap?"#define USE_ENVMAP":"",t.envMap?"#define "+c:"",t.envMap?"#define "+u:"",t.envMap?"#define "+h:"",t.envMapPMREM?"#define ENVMAP_MAX_LOD "+t.envMapMaxLod+".0":"",t.envMapPMREM?"#define ENVMAP_SIZE "+t.envMapSize+".0":"",t.lightMap?"#define USE_LIGHTMAP":"",t.aoMap?"#define USE_AOMAP":"",t.bumpMap?"#define USE_BUMPMAP":"",t.normalMap?"#define USE_NORMALMAP":"",t.normalMapObjectSpace?"#define USE_NORMALMAP_OBJECTSPACE":"",t.normalMapTangentSpace?"#define USE_NORMALMAP_TANGENTSPACE":"",t.packedNormalMap?"#define USE_PACKED_NORMALMAP":"",t.emissiveMap?"#define USE_EMISSIVEMAP":"",t.anisotropy?"#define USE_ANISOTROPY":"",t.anisotropyMap?"#define USE_ANISOTROPYMAP":"",t.clearcoat?"#define USE_CLEARCOAT":"",t.clearcoatMap?"#define USE_CLEARCOATMAP":"",t.clearcoatRoughnessMap?"#define USE_CLEARCOAT_ROUGHNESSMAP":"",t.clearcoatNormalMap?"#define USE_CLEARCOAT_NORMALMAP":"",t.diffuseRoughness?"#define USE_DIFFUSE_ROUGHNESS":"",t.diffuseRoughnessMap?"#define USE_DIFFUSE_ROUGHNESSMAP":"",t.dispersion?"#define USE_DISPERSION":"",t.retroreflection?"#define USE_RETROREFLECTION":"",t.iridescence?"#define USE_IRIDESCENCE":"",t.iridescenceMap?"#define USE_IRIDESCENCEMAP":"",t.iridescenceThicknessMap?"#define USE_IRIDESCENCE_THICKNESSMAP":"",t.specularMap?"#define USE_SPECULARMAP":"",t.specularColorMap?"#define USE_SPECULAR_COLORMAP":"",t.specularIntensityMap?"#define USE_SPECULAR_INTENSITYMAP":"",t.roughnessMap?"#define USE_ROUGHNESSMAP":"",t.metalnessMap?"#define USE_METALNESSMAP":"",t.alphaMap?"#define USE_ALPHAMAP":"",t.alphaTest?"#define USE_ALPHATEST":"",t.alphaHash?"#define USE_ALPHAHASH":"",t.sheen?"#define USE_SHEEN":"",t.sheenColorMap?"#define USE_SHEEN_COLORMAP":"",t.sheenRoughnessMap?"#define USE_SHEEN_ROUGHNESSMAP":"",t.transmission?"#define USE_TRANSMISSION":"",t.transmissionMap?"#define USE_TRANSMISSIONMAP":"",t.thicknessMap?"#define USE_THICKNESSMAP":"",t.vertexTangents&&t.flatShading===!1?"#define USE_TANGENT":"",t.vertexColors||t.instancingColor?"#define USE_COLOR":"",t.vertexAlphas||t.batchingColor?"#define USE_COLOR_ALPHA":"",t.vertexUv1s?"#define USE_UV1":"",t.vertexUv2s?"#define USE_UV2":"",t.vertexUv3s?"#define USE_UV3":"",t.pointsUvs?"#define USE_POINTS_UV":"",t.gradientMap?"#define USE_GRADIENTMAP":"",t.flatShading?"#define FLAT_SHADED":"",t.doubleSided?"#define DOUBLE_SIDED":"",t.flipSided?"#define FLIP_SIDED":"",t.shadowMapEnabled?"#define USE_SHADOWMAP":"",t.shadowMapEnabled?"#define "+l:"",t.premultipliedAlpha?"#define PREMULTIPLIED_ALPHA":"",t.numLightProbes>0?"#define USE_LIGHT_PROBES":"",t.decodeVideoTexture?"#define DECODE_VIDEO_TEXTURE":"",t.decodeVideoTextureEmissive?"#define DECODE_VIDEO_TEXTURE_EMISSIVE":"",t.logarithmicDepthBuffer?"#define USE_LOGARITHMIC_DEPTH_BUFFER":"",t.reversedDepthBuffer?"#define USE_REVERSED_DEPTH_BUFFER":"","uniform mat4 viewMatrix;","uniform vec3 cameraPosition;","uniform bool isOrthographic;",t.toneMapping!==Gs?"#define TONE_MAPPING":"",t.toneMapping!==Gs?pt.tonemapping_pars_fragment:"",t.toneMapping!==Gs?nA("toneMapping",t.toneMapping):"",t.dithering?"#define DITHERING":"",t.opaque?"#define OPAQUE":"",pt.colorspace_pars_fragment,eA("linearToOutputTexel",t.outputColorSpace),iA(),t.useDepthPacking?"#define DEPTH_PACKING "+t.depthPacking:"",`
+`].filter(Uc).join(`
+`)),o=Sm(o),o=Mv(o,t),o=wv(o,t),a=Sm(a),a=Mv(a,t),a=wv(a,t),o=Ev(o),a=Ev(a),t.isRawShaderMaterial!==!0&&(g=`#version 300 es
+`,y=[f,"#define attribute in","#define varying out","#define texture2D texture"].join(`
+`)+`
+`+y,m=["#define varying in",t.glslVersion===Oo?"":"layout(location = 0) out highp vec4 pc_fragColor;",t.glslVersion===Oo?"":"#define gl_FragColor pc_fragColor","#define gl_FragDepthEXT gl_FragDepth","#define texture2D texture","#define textureCube texture","#define texture2DProj textureProj","#define texture2DLodEXT textureLod","#define texture2DProjLodEXT textureProjLod","#define textureCubeLodEXT textureLod","#define texture2DGradEXT textureGrad","#define texture2DProjGradEXT textureProjGrad","#define textureCubeGradEXT textureGrad"].join(`
+`)+`
+`+m);let x=g+y+o,A=g+m+a,b=xv(s,s.VERTEX_SHADER,x),R=xv(s,s.FRAGMENT_SHADER,A);s.attachShader(p,b),s.attachShader(p,R),t.index0AttributeName!==void 0?s.bindAttribLocation(p,0,t.index0AttributeName):t.hasPositionAttribute===!0&&s.bindAttribLocation(p,0,"position"),s.linkProgram(p);function T(N){if(n.debug.checkShaderErrors){let I=s.getProgramInfoLog(p)||"",z=s.getShaderInfoLog(b)||"",H=s.getShaderInfoLog(R)||"",D=I.trim(),$=z.trim(),Y=H.trim(),W=!0,ce=!0;if(s.getProgramParameter(p,s.LINK_STATUS)===!1)if(W=!1,typeof n.debug.onShaderError=="function")n.debug.onShaderError(s,p,b,R);else{let j=Sv(s,b,"vertex"),Q=Sv(s,R,"fragment");et("WebGLProgram: Shader Error "+s.getError()+" - VALIDATE_STATUS "+s.getProgramParameter(p,s.VALIDATE_STATUS)+`
+
+Material Name: `+N.name+`
+Material Type: `+N.type+`
+
+Program Info Log: `+D+`
+`+j+`
+`+Q)}else D!==""?Ze("WebGLProgram: Program Info Log:",D):($===""||Y==="")&&(ce=!1);ce&&(N.diagnostics={runnable:W,programLog:D,vertexShader:{log:$,prefix:y},fragmentShader:{log:Y,prefix:m}})}s.deleteShader(b),s.deleteShader(R),v=new Ja(s,p),E=oA(s,p)}let v;this.getUniforms=function(){return v===void 0&&T(this),v};let E;this.getAttributes=function(){return E===void 0&&T(this),E};let B=t.rendererExtensionParallelShaderCompile===!1;return this.isReady=function(){return B===!1&&(B=s.getProgramParameter(p,JT)),B},this.destroy=function(){i.releaseStatesOfProgram(this),s.deleteProgram(p),this.program=void 0},this.type=t.shaderType,this.name=t.shaderName,this.id=jT++,this.cacheKey=e,this.usedTimes=1,this.program=p,this.vertexShader=b,this.fragmentShader=R,this}var vA=0,Mm=class{constructor(){this.shaderCache=new Map,this.materialCache=new Map}update(e,t,i){let s=this._getShaderCacheForMaterial(e);return s.has(t)===!1&&(s.add(t),t.usedTimes++),s.has(i)===!1&&(s.add(i),i.usedTimes++),this}remove(e){let t=this.materialCache.get(e);for(let i of t)i.usedTimes--,i.usedTimes===0&&this.shaderCache.delete(i.code);return this.materialCache.delete(e),this}getVertexShaderStage(e){return this._getShaderStage(e.vertexShader)}getFragmentShaderStage(e){return this._getShaderStage(e.fragmentShader)}dispose(){this.shaderCache.clear(),this.materialCache.clear()}_getShaderCacheForMaterial(e){let t=this.materialCache,i=t.get(e);return i===void 0&&(i=new Set,t.set(e,i)),i}_getShaderStage(e){let t=this.shaderCache,i=t.get(e);return i===void 0&&(i=new wm(e),t.set(e,i)),i}},wm=class{constructor(e){this.id=vA++,this.code=e,this.usedTimes=0}};function yA(n){return n===Kr||n===Ic||n===Lc}function xA(n,e,t,i,s,r){let o=new rc,a=new Mm,l=new Set,c=[],u=new Map,h=i.logarithmicDepthBuffer,f={MeshDepthMaterial:"depth",MeshDistanceMaterial:"distance",MeshNormalMaterial:"normal",MeshBasicMaterial:"basic",MeshLambertMaterial:"lambert",MeshPhongMaterial:"phong",MeshToonMaterial:"toon",MeshStandardMaterial:"physical",MeshPhysicalMaterial:"physical",MeshMatcapMaterial:"matcap",LineBasicMaterial:"basic",LineDashedMaterial:"dashed",PointsMaterial:"points",ShadowMaterial:"shadow",SpriteMaterial:"sprite"};function d(v){return l.add(v),v===0?"uv":`uv${v}`}function p(v,E,B,N,I,z){let H=N.fog,D=I.geometry,$=v.isMeshStandardMaterial||v.isMeshLambertMaterial||v.isMeshPhongMaterial?N.environment:null,Y=v.isMeshStandardMaterial||v.isMeshLambertMaterial&&!v.envMap||v.isMeshPhongMaterial&&!v.envMap,W=e.get(v.envMap||$,Y),ce=f[v.type],j=i.precision;v.precision!==null&&(j=i.getMaxPrecision(v.precision),j!==v.precision&&Ze("WebGLProgram.getParameters:",v.precision,"not supported, using",j,"instead."));let Q=D.morphAttributes.position||D.morphAttributes.normal||D.morphAttributes.color,se=Q!==void 0?Q.length:0,fe=0;D.morphAttributes.position!==void 0&&(fe=1),D.morphAttributes.normal!==void 0&&(fe=2),D.morphAttributes.color!==void 0&&(fe=3);let he,ee,me,ve;if(ce){let Re=Ti[ce];he=Re.vertexShader,ee=Re.fragmentShader}else{he=v.vertexShader,ee=v.fragmentShader;let Re=a.getVertexShaderStage(v),lt=a.getFragmentShaderStage(v);a.update(v,Re,lt),me=Re.id,ve=lt.id}let Ce=n.getRenderTarget(),Se=n.state.buffers.depth.getReversed(),$e=I.isInstancedMesh===!0,rt=I.isBatchedMesh===!0,He=!!v.map,mt=!!v.matcap,ft=!!W,it=ft&&W.isPMREMTexture===!0,jt=!!v.aoMap,Gt=!!v.lightMap,bn=!!v.bumpMap&&v.wireframe===!1,Nt=!!v.normalMap,Gn=!!v.displacementMap,St=!!v.emissiveMap,Nn=!!v.metalnessMap,rn=!!v.roughnessMap,Sn=v.anisotropy>0,O=v.clearcoat>0,Pe=v.diffuseRoughness>0,qe=v.dispersion>0,ot=v.retroreflectivity>0,Me=v.iridescence>0,kt=v.sheen>0,Ve=v.transmission>0,Xe=Sn&&!!v.anisotropyMap,C=O&&!!v.clearcoatMap,S=O&&!!v.clearcoatNormalMap,X=O&&!!v.clearcoatRoughnessMap,ue=Pe&&!!v.diffuseRoughnessMap,oe=Me&&!!v.iridescenceMap,_e=Me&&!!v.iridescenceThicknessMap,ye=kt&&!!v.sheenColorMap,te=kt&&!!v.sheenRoughnessMap,ie=!!v.specularMap,pe=!!v.specularColorMap,U=!!v.specularIntensityMap,re=Ve&&!!v.transmissionMap,ne=Ve&&!!v.thicknessMap,we=!!v.gradientMap,ge=!!v.alphaMap,be=v.alphaTest>0,Ge=!!v.alphaHash,je=!!v.extensions,le=Gs;v.toneMapped&&(Ce===null||Ce.isXRRenderTarget===!0)&&(le=n.toneMapping);let Be=it?W.isCompressedCubeTexture?W.image[0].mipmaps:W.mipmaps:null,Ke={shaderID:ce,shaderType:v.type,shaderName:v.name,vertexShader:he,fragmentShader:ee,defines:v.defines,customVertexShaderID:me,customFragmentShaderID:ve,isRawShaderMaterial:v.isRawShaderMaterial===!0,glslVersion:v.glslVersion,precision:j,batching:rt,batchingColor:rt&&I._colorsTexture!==null,instancing:$e,instancingColor:$e&&I.instanceColor!==null,instancingMorph:$e&&I.morphTexture!==null,outputColorSpace:Ce===null?n.outputColorSpace:Ce.isXRRenderTarget===!0?Ce.texture.colorSpace:vt.workingColorSpace,alphaToCoverage:!!v.alphaToCoverage,map:He,matcap:mt,envMap:ft,envMapMode:ft&&W.mapping,envMapPMREM:it,envMapMaxLod:it?Be.length-1:null,envMapSize:it?Be[0].width:null,aoMap:jt,lightMap:Gt,bumpMap:bn,normalMap:Nt,displacementMap:Gn,emissiveMap:St,normalMapObjectSpace:Nt&&v.normalMapType===J_,normalMapTangentSpace:Nt&&v.normalMapType===yf,packedNormalMap:Nt&&v.normalMapType===yf&&yA(v.normalMap.format),metalnessMap:Nn,roughnessMap:rn,anisotropy:Sn,anisotropyMap:Xe,clearcoat:O,clearcoatMap:C,clearcoatNormalMap:S,clearcoatRoughnessMap:X,diffuseRoughness:Pe,diffuseRoughnessMap:ue,dispersion:qe,retroreflection:ot,iridescence:Me,iridescenceMap:oe,iridescenceThicknessMap:_e,sheen:kt,sheenColorMap:ye,sheenRoughnessMap:te,specularMap:ie,specularColorMap:pe,specularIntensityMap:U,transmission:Ve,transmissionMap:re,thicknessMap:ne,gradientMap:we,opaque:v.transparent===!1&&v.blending===qa&&v.alphaToCoverage===!1,alphaMap:ge,alphaTest:be,alphaHash:Ge,combine:v.combine,mapUv:He&&d(v.map.channel),aoMapUv:jt&&d(v.aoMap.channel),lightMapUv:Gt&&d(v.lightMap.channel),bumpMapUv:bn&&d(v.bumpMap.channel),normalMapUv:Nt&&d(v.normalMap.channel),displacementMapUv:Gn&&d(v.displacementMap.channel),emissiveMapUv:St&&d(v.emissiveMap.channel),metalnessMapUv:Nn&&d(v.metalnessMap.channel),roughnessMapUv:rn&&d(v.roughnessMap.channel),anisotropyMapUv:Xe&&d(v.anisotropyMap.channel),clearcoatMapUv:C&&d(v.clearcoatMap.channel),clearcoatNormalMapUv:S&&d(v.clearcoatNormalMap.channel),clearcoatRoughnessMapUv:X&&d(v.clearcoatRoughnessMap.channel),diffuseRoughnessMapUv:ue&&d(v.diffuseRoughnessMap.channel),iridescenceMapUv:oe&&d(v.iridescenceMap.channel),iridescenceThicknessMapUv:_e&&d(v.iridescenceThicknessMap.channel),sheenColorMapUv:ye&&d(v.sheenColorMap.channel),sheenRoughnessMapUv:te&&d(v.sheenRoughnessMap.channel),specularMapUv:ie&&d(v.specularMap.channel),specularColorMapUv:pe&&d(v.specularColorMap.channel),specularIntensityMapUv:U&&d(v.specularIntensityMap.channel),transmissionMapUv:re&&d(v.transmissionMap.channel),thicknessMapUv:ne&&d(v.thicknessMap.channel),alphaMapUv:ge&&d(v.alphaMap.channel),vertexTangents:!!D.attributes.tangent&&(Nt||Sn),vertexNormals:!!D.attributes.normal,vertexColors:v.vertexColors,vertexAlphas:v.vertexColors===!0&&!!D.attributes.color&&D.attributes.color.itemSize===4,pointsUvs:I.isPoints===!0&&!!D.attributes.uv&&(He||ge),fog:!!H,useFog:v.fog===!0,fogExp2:!!H&&H.isFogExp2,flatShading:v.wireframe===!1&&(v.flatShading===!0||D.attributes.normal===void 0&&Nt===!1&&(v.isMeshLambertMaterial||v.isMeshPhongMaterial||v.isMeshStandardMaterial||v.isMeshPhysicalMaterial)),sizeAttenuation:v.sizeAttenuation===!0,logarithmicDepthBuffer:h,reversedDepthBuffer:Se,skinning:I.isSkinnedMesh===!0,hasPositionAttribute:D.attributes.position!==void 0,morphTargets:D.morphAttributes.position!==void 0,morphNormals:D.morphAttributes.normal!==void 0,morphColors:D.morphAttributes.color!==void 0,morphTargetsCount:se,morphTextureStride:fe,numSunLights:E.sun.length,numDirLights:E.directional.length,numPointLights:E.point.length,numSpotLights:E.spot.length,numSpotLightMaps:E.spotLightMap.length,numRectAreaLights:E.rectArea.length,numHemiLights:E.hemi.length,numSunLightShadows:E.sunShadowMap.length,numDirLightShadows:E.directionalShadowMap.length,numPointLightShadows:E.pointShadowMap.length,numSpotLightShadows:E.spotShadowMap.length,numSpotLightShadowsWithMaps:E.numSpotLightShadowsWithMaps,numLightProbes:E.numLightProbes,numLightProbeGrids:z.filter(Re=>Re.texture!==null).length,numClippingPlanes:r.numPlanes,numClipIntersection:r.numIntersection,dithering:v.dithering,shadowMapEnabled:n.shadowMap.enabled&&B.length>0,shadowMapType:n.shadowMap.type,toneMapping:le,decodeVideoTexture:He&&v.map.isVideoTexture===!0&&vt.getTransfer(v.map.colorSpace)===Ct,decodeVideoTextureEmissive:St&&v.emissiveMap.isVideoTexture===!0&&vt.getTransfer(v.emissiveMap.colorSpace)===Ct,premultipliedAlpha:v.premultipliedAlpha,doubleSided:v.side===is,flipSided:v.side===Ei,useDepthPacking:v.depthPacking>=0,depthPacking:v.depthPacking||0,index0AttributeName:v.index0AttributeName,extensionClipCullDistance:je&&v.extensions.clipCullDistance===!0&&t.has("WEBGL_clip_cull_distance"),extensionMultiDraw:(je&&v.extensions.multiDraw===!0||rt)&&t.has("WEBGL_multi_draw"),rendererExtensionParallelShaderCompile:t.has("KHR_parallel_shader_compile"),customProgramCacheKey:v.customProgramCacheKey()};return Ke.vertexUv1s=l.has(1),Ke.vertexUv2s=l.has(2),Ke.vertexUv3s=l.has(3),l.clear(),Ke}function y(v){let E=[];if(v.shaderID?E.push(v.shaderID):(E.push(v.customVertexShaderID),E.push(v.customFragmentShaderID)),v.defines!==void 0)for(let B in v.defines)E.push(B),E.push(v.defines[B]);return v.isRawShaderMaterial===!1&&(m(E,v),g(E,v),E.push(n.outputColorSpace)),E.push(v.customProgramCacheKey),E.join()}function m(v,E){v.push(E.precision),v.push(E.outputColorSpace),v.push(E.envMapMode),v.push(E.envMapPMREM),v.push(E.envMapMaxLod),v.push(E.envMapSize),v.push(E.mapUv),v.push(E.alphaMapUv),v.push(E.lightMapUv),v.push(E.aoMapUv),v.push(E.bumpMapUv),v.push(E.normalMapUv),v.push(E.displacementMapUv),v.push(E.emissiveMapUv),v.push(E.metalnessMapUv),v.push(E.roughnessMapUv),v.push(E.anisotropyMapUv),v.push(E.clearcoatMapUv),v.push(E.clearcoatNormalMapUv),v.push(E.clearcoatRoughnessMapUv),v.push(E.diffuseRoughnessMapUv),v.push(E.iridescenceMapUv),v.push(E.iridescenceThicknessMapUv),v.push(E.sheenColorMapUv),v.push(E.sheenRoughnessMapUv),v.push(E.specularMapUv),v.push(E.specularColorMapUv),v.push(E.specularIntensityMapUv),v.push(E.transmissionMapUv),v.push(E.thicknessMapUv),v.push(E.combine),v.push(E.fogExp2),v.push(E.sizeAttenuation),v.push(E.morphTargetsCount),v.push(E.numSunLights),v.push(E.numDirLights),v.push(E.numPointLights),v.push(E.numSpotLights),v.push(E.numSpotLightMaps),v.push(E.numHemiLights),v.push(E.numRectAreaLights),v.push(E.numSunLightShadows),v.push(E.numDirLightShadows),v.push(E.numPointLightShadows),v.push(E.numSpotLightShadows),v.push(E.numSpotLightShadowsWithMaps),v.push(E.numLightProbes),v.push(E.numLightProbeGrids),v.push(E.shadowMapType),v.push(E.toneMapping),v.push(E.numClippingPlanes),v.push(E.numClipIntersection),v.push(E.depthPacking)}function g(v,E){o.disableAll(),E.instancing&&o.enable(0),E.instancingColor&&o.enable(1),E.instancingMorph&&o.enable(2),E.matcap&&o.enable(3),E.envMap&&o.enable(4),E.normalMapObjectSpace&&o.enable(5),E.normalMapTangentSpace&&o.enable(6),E.clearcoat&&o.enable(7),E.iridescence&&o.enable(8),E.alphaTest&&o.enable(9),E.vertexColors&&o.enable(10),E.vertexAlphas&&o.enable(11),E.vertexUv1s&&o.enable(12),E.vertexUv2s&&o.enable(13),E.vertexUv3s&&o.enable(14),E.vertexTangents&&o.enable(15),E.anisotropy&&o.enable(16),E.alphaHash&&o.enable(17),E.batching&&o.enable(18),E.dispersion&&o.enable(19),E.retroreflection&&o.enable(24),E.diffuseRoughness&&o.enable(25),E.batchingColor&&o.enable(20),E.gradientMap&&o.enable(21),E.packedNormalMap&&o.enable(22),E.vertexNormals&&o.enable(23),v.push(o.mask),o.disableAll(),E.fog&&o.enable(0),E.useFog&&o.enable(1),E.flatShading&&o.enable(2),E.logarithmicDepthBuffer&&o.enable(3),E.reversedDepthBuffer&&o.enable(4),E.skinning&&o.enable(5),E.morphTargets&&o.enable(6),E.morphNormals&&o.enable(7),E.morphColors&&o.enable(8),E.premultipliedAlpha&&o.enable(9),E.shadowMapEnabled&&o.enable(10),E.doubleSided&&o.enable(11),E.flipSided&&o.enable(12),E.useDepthPacking&&o.enable(13),E.dithering&&o.enable(14),E.transmission&&o.enable(15),E.sheen&&o.enable(16),E.opaque&&o.enable(17),E.pointsUvs&&o.enable(18),E.decodeVideoTexture&&o.enable(19),E.decodeVideoTextureEmissive&&o.enable(20),E.alphaToCoverage&&o.enable(21),E.numLightProbeGrids>0&&o.enable(22),E.hasPositionAttribute&&o.enable(23),v.push(o.mask)}function x(v){let E=f[v.type],B;if(E){let N=Ti[E];B=Dc.clone(N.uniforms)}else B=v.uniforms;return B}function A(v,E){let B=u.get(E);return B!==void 0?++B.usedTimes:(B=new _A(n,E,v,s),c.push(B),u.set(E,B)),B}function b(v){if(--v.usedTimes===0){let E=c.indexOf(v);c[E]=c[c.length-1],c.pop(),u.delete(v.cacheKey),v.destroy()}}function R(v){a.remove(v)}function T(){a.dispose()}return{getParameters:p,getProgramCacheKey:y,getUniforms:x,acquireProgram:A,releaseProgram:b,releaseShaderCache:R,programs:c,dispose:T}}function bA(){let n=new WeakMap;function e(o){return n.has(o)}function t(o){let a=n.get(o);return a===void 0&&(a={},n.set(o,a)),a}function i(o){n.delete(o)}function s(o,a,l){n.get(o)[a]=l}function r(){n=new WeakMap}return{has:e,get:t,remove:i,update:s,dispose:r}}function SA(n,e){return n.groupOrder!==e.groupOrder?n.groupOrder-e.groupOrder:n.renderOrder!==e.renderOrder?n.renderOrder-e.renderOrder:n.material.id!==e.material.id?n.material.id-e.material.id:n.materialVariant!==e.materialVariant?n.materialVariant-e.materialVariant:n.z!==e.z?n.z-e.z:n.id-e.id}function Av(n,e){return n.groupOrder!==e.groupOrder?n.groupOrder-e.groupOrder:n.renderOrder!==e.renderOrder?n.renderOrder-e.renderOrder:n.z!==e.z?e.z-n.z:n.id-e.id}function Cv(){let n=[],e=0,t=[],i=[],s=[];function r(){e=0,t.length=0,i.length=0,s.length=0}function o(f){let d=0;return f.isInstancedMesh&&(d+=2),f.isSkinnedMesh&&(d+=1),d}function a(f,d,p,y,m,g){let x=n[e];return x===void 0?(x={id:f.id,object:f,geometry:d,material:p,materialVariant:o(f),groupOrder:y,renderOrder:f.renderOrder,z:m,group:g},n[e]=x):(x.id=f.id,x.object=f,x.geometry=d,x.material=p,x.materialVariant=o(f),x.groupOrder=y,x.renderOrder=f.renderOrder,x.z=m,x.group=g),e++,x}function l(f,d,p,y,m,g,x){x.reversedDepth===!0&&(m=-m);let A=a(f,d,p,y,m,g);p.transmission>0?i.push(A):p.transparent===!0?s.push(A):t.push(A)}function c(f,d,p,y,m,g){let x=a(f,d,p,y,m,g);p.transmission>0?i.unshift(x):p.transparent===!0?s.unshift(x):t.unshift(x)}function u(f,d){t.length>1&&t.sort(f||SA),i.length>1&&i.sort(d||Av),s.length>1&&s.sort(d||Av)}function h(){for(let f=e,d=n.length;f<d;f++){let p=n[f];if(p.id===null)break;p.id=null,p.object=null,p.geometry=null,p.material=null,p.group=null}}return{opaque:t,transmissive:i,transparent:s,init:r,push:l,unshift:c,finish:h,sort:u}}function MA(){let n=new WeakMap;function e(i,s){let r=n.get(i),o;return r===void 0?(o=new Cv,n.set(i,[o])):s>=r.length?(o=new Cv,r.push(o)):o=r[s],o}function t(){n=new WeakMap}return{get:e,dispose:t}}function wA(){let n={};return{get:function(e){if(n[e.id]!==void 0)return n[e.id];let t;switch(e.type){case"SunLight":case"DirectionalLight":t={direction:new F,color:new ut};break;case"SpotLight":t={position:new F,direction:new F,color:new ut,distance:0,coneCos:0,penumbraCos:0,decay:0};break;case"PointLight":t={position:new F,color:new ut,distance:0,decay:0};break;case"HemisphereLight":t={direction:new F,skyColor:new ut,groundColor:new ut};break;case"RectAreaLight":t={color:new ut,position:new F,halfWidth:new F,halfHeight:new F};break}return n[e.id]=t,t}}}function EA(){let n={};return{get:function(e){if(n[e.id]!==void 0)return n[e.id];let t;switch(e.type){case"SunLight":case"DirectionalLight":t={shadowIntensity:1,shadowBias:0,shadowNormalBias:0,shadowRadius:1,shadowMapSize:new at};break;case"SpotLight":t={shadowIntensity:1,shadowBias:0,shadowNormalBias:0,shadowRadius:1,shadowMapSize:new at};break;case"PointLight":t={shadowIntensity:1,shadowBias:0,shadowNormalBias:0,shadowRadius:1,shadowMapSize:new at,shadowCameraNear:1,shadowCameraFar:1e3};break}return n[e.id]=t,t}}}var TA=0;function AA(n,e){return(e.castShadow?2:0)-(n.castShadow?2:0)+(e.map?1:0)-(n.map?1:0)}function CA(n){let e=new wA,t=EA(),i={version:0,hash:{sunLength:-1,directionalLength:-1,pointLength:-1,spotLength:-1,rectAreaLength:-1,hemiLength:-1,numSunShadows:-1,numDirectionalShadows:-1,numPointShadows:-1,numSpotShadows:-1,numSpotMaps:-1,numLightProbes:-1},ambient:[0,0,0],probe:[],sun:[],sunShadow:[],sunShadowMap:[],sunShadowMatrix:[],sunShadowCascade:[],directional:[],directionalShadow:[],directionalShadowMap:[],directionalShadowMatrix:[],spot:[],spotLightMap:[],spotShadow:[],spotShadowMap:[],spotLightMatrix:[],rectArea:[],rectAreaLTC1:null,rectAreaLTC2:null,point:[],pointShadow:[],pointShadowMap:[],pointShadowMatrix:[],hemi:[],numSpotLightShadowsWithMaps:0,numLightProbes:0};for(let c=0;c<9;c++)i.probe.push(new F);let s=new F,r=new ht,o=new ht;function a(c){let u=0,h=0,f=0;for(let z=0;z<9;z++)i.probe[z].set(0,0,0);let d=0,p=0,y=0,m=0,g=0,x=0,A=0,b=0,R=0,T=0,v=0,E=0,B=0,N=0;c.sort(AA);for(let z=0,H=c.length;z<H;z++){let D=c[z],$=D.color,Y=D.intensity,W=D.distance,ce=null;if(D.shadow&&D.shadow.map&&(D.shadow.map.texture.format===Kr?ce=D.shadow.map.texture:ce=D.shadow.map.depthTexture||D.shadow.map.texture),D.isAmbientLight)u+=$.r*Y,h+=$.g*Y,f+=$.b*Y;else if(D.isLightProbe){for(let j=0;j<9;j++)i.probe[j].addScaledVector(D.sh.coefficients[j],Y);N++}else if(D.isSunLight){let j=e.get(D);if(j.color.copy(D.color).multiplyScalar(D.intensity),D.castShadow){let Q=D.shadow,se=t.get(D);se.shadowIntensity=Q.intensity,se.shadowBias=Q.bias,se.shadowNormalBias=Q.normalBias,se.shadowRadius=Q.radius,se.shadowMapSize.copy(Q.mapSize).multiply(Q.getFrameExtents()),i.sunShadow[p]=se,i.sunShadowMap[p]=ce;let fe=Q.getViewportCount();for(let he=0;he<fe;he++)i.sunShadowMatrix[y+he]=Q.getMatrix(he),i.sunShadowCascade[y+he]=Q._cascadeData[he];y+=fe,p++}i.sun[d]=j,d++}else if(D.isDirectionalLight){let j=e.get(D);if(j.color.copy(D.color).multiplyScalar(D.intensity),D.castShadow){let Q=D.shadow,se=t.get(D);se.shadowIntensity=Q.intensity,se.shadowBias=Q.bias,se.shadowNormalBias=Q.normalBias,se.shadowRadius=Q.radius,se.shadowMapSize=Q.mapSize,i.directionalShadow[m]=se,i.directionalShadowMap[m]=ce,i.directionalShadowMatrix[m]=D.shadow.matrix,R++}i.directional[m]=j,m++}else if(D.isSpotLight){let j=e.get(D);j.position.setFromMatrixPosition(D.matrixWorld),j.color.copy($).multiplyScalar(Y),j.distance=W,j.coneCos=Math.cos(D.angle),j.penumbraCos=Math.cos(D.angle*(1-D.penumbra)),j.decay=D.decay,i.spot[x]=j;let Q=D.shadow;if(D.map&&(i.spotLightMap[E]=D.map,E++,Q.updateMatrices(D),D.castShadow&&B++),i.spotLightMatrix[x]=Q.matrix,D.castShadow){let se=t.get(D);se.shadowIntensity=Q.intensity,se.shadowBias=Q.bias,se.shadowNormalBias=Q.normalBias,se.shadowRadius=Q.radius,se.shadowMapSize=Q.mapSize,i.spotShadow[x]=se,i.spotShadowMap[x]=ce,v++}x++}else if(D.isRectAreaLight){let j=e.get(D);j.color.copy($).multiplyScalar(Y),j.halfWidth.set(D.width*.5,0,0),j.halfHeight.set(0,D.height*.5,0),i.rectArea[A]=j,A++}else if(D.isPointLight){let j=e.get(D);if(j.color.copy(D.color).multiplyScalar(D.intensity),j.distance=D.distance,j.decay=D.decay,D.castShadow){let Q=D.shadow,se=t.get(D);se.shadowIntensity=Q.intensity,se.shadowBias=Q.bias,se.shadowNormalBias=Q.normalBias,se.shadowRadius=Q.radius,se.shadowMapSize=Q.mapSize,se.shadowCameraNear=Q.camera.near,se.shadowCameraFar=Q.camera.far,i.pointShadow[g]=se,i.pointShadowMap[g]=ce,i.pointShadowMatrix[g]=D.shadow.matrix,T++}i.point[g]=j,g++}else if(D.isHemisphereLight){let j=e.get(D);j.skyColor.copy(D.color).multiplyScalar(Y),j.groundColor.copy(D.groundColor).multiplyScalar(Y),i.hemi[b]=j,b++}}A>0&&(n.has("OES_texture_float_linear")===!0?(i.rectAreaLTC1=Ie.LTC_FLOAT_1,i.rectAreaLTC2=Ie.LTC_FLOAT_2):(i.rectAreaLTC1=Ie.LTC_HALF_1,i.rectAreaLTC2=Ie.LTC_HALF_2)),i.ambient[0]=u,i.ambient[1]=h,i.ambient[2]=f;let I=i.hash;(I.sunLength!==d||I.directionalLength!==m||I.pointLength!==g||I.spotLength!==x||I.rectAreaLength!==A||I.hemiLength!==b||I.numSunShadows!==p||I.numDirectionalShadows!==R||I.numPointShadows!==T||I.numSpotShadows!==v||I.numSpotMaps!==E||I.numLightProbes!==N)&&(i.sun.length=d,i.directional.length=m,i.spot.length=x,i.rectArea.length=A,i.point.length=g,i.hemi.length=b,i.sunShadow.length=p,i.sunShadowMap.length=p,i.sunShadowMatrix.length=y,i.sunShadowCascade.length=y,i.directionalShadow.length=R,i.directionalShadowMap.length=R,i.directionalShadowMatrix.length=R,i.pointShadow.length=T,i.pointShadowMap.length=T,i.pointShadowMatrix.length=T,i.spotShadow.length=v,i.spotShadowMap.length=v,i.spotLightMatrix.length=v+E-B,i.spotLightMap.length=E,i.numSpotLightShadowsWithMaps=B,i.numLightProbes=N,I.sunLength=d,I.directionalLength=m,I.pointLength=g,I.spotLength=x,I.rectAreaLength=A,I.hemiLength=b,I.numSunShadows=p,I.numDirectionalShadows=R,I.numPointShadows=T,I.numSpotShadows=v,I.numSpotMaps=E,I.numLightProbes=N,i.version=TA++)}function l(c,u){let h=0,f=0,d=0,p=0,y=0,m=0,g=u.matrixWorldInverse;for(let x=0,A=c.length;x<A;x++){let b=c[x];if(b.isSunLight){let R=i.sun[h];R.direction.setFromMatrixPosition(b.matrixWorld),R.direction.transformDirection(g),h++}else if(b.isDirectionalLight){let R=i.directional[f];R.direction.setFromMatrixPosition(b.matrixWorld),s.setFromMatrixPosition(b.target.matrixWorld),R.direction.sub(s),R.direction.transformDirection(g),f++}else if(b.isSpotLight){let R=i.spot[p];R.position.setFromMatrixPosition(b.matrixWorld),R.position.applyMatrix4(g),R.direction.setFromMatrixPosition(b.matrixWorld),s.setFromMatrixPosition(b.target.matrixWorld),R.direction.sub(s),R.direction.transformDirection(g),p++}else if(b.isRectAreaLight){let R=i.rectArea[y];R.position.setFromMatrixPosition(b.matrixWorld),R.position.applyMatrix4(g),o.identity(),r.copy(b.matrixWorld),r.premultiply(g),o.extractRotation(r),R.halfWidth.set(b.width*.5,0,0),R.halfHeight.set(0,b.height*.5,0),R.halfWidth.applyMatrix4(o),R.halfHeight.applyMatrix4(o),y++}else if(b.isPointLight){let R=i.point[d];R.position.setFromMatrixPosition(b.matrixWorld),R.position.applyMatrix4(g),d++}else if(b.isHemisphereLight){let R=i.hemi[m];R.direction.setFromMatrixPosition(b.matrixWorld),R.direction.transformDirection(g),m++}}}return{setup:a,setupView:l,state:i}}function Rv(n){let e=new CA(n),t=[],i=[],s=[];function r(h){u.camera=h,t.length=0,i.length=0,s.length=0}function o(h){h.isLightProbeGrid?s.push(h):t.push(h)}function a(h){i.push(h)}function l(){e.setup(t),s.sort((h,f)=>h.priority-f.priority||h.id-f.id)}function c(h){e.setupView(t,h)}let u={lightsArray:t,shadowsArray:i,lightProbeGridArray:s,camera:null,lights:e,transmissionRenderTarget:{},textureUnits:0};return{init:r,state:u,setupLights:l,setupLightsView:c,pushLight:o,pushShadow:a}}function RA(n){let e=new WeakMap;function t(s,r=0){let o=e.get(s),a;return o===void 0?(a=new Rv(n),e.set(s,[a])):r>=o.length?(a=new Rv(n),o.push(a)):a=o[r],a}function i(){e=new WeakMap}return{get:t,dispose:i}}var PA=`void main() {
+	gl_Position = vec4( position, 1.0 );
+}`,IA=`uniform sampler2D shadow_pass;
+uniform vec2 resolution;
+uniform float radius;
+void main() {
+	const float samples = float( VSM_SAMPLES );
+	float mean = 0.0;
+	float squared_mean = 0.0;
+	float uvStride = samples <= 1.0 ? 0.0 : 2.0 / ( samples - 1.0 );
+	float uvStart = samples <= 1.0 ? 0.0 : - 1.0;
+	for ( float i = 0.0; i < samples; i ++ ) {
+		float uvOffset = uvStart + i * uvStride;
+		#ifdef HORIZONTAL_PASS
+			vec2 distribution = texture2D( shadow_pass, ( gl_FragCoord.xy + vec2( uvOffset, 0.0 ) * radius ) / resolution ).rg;
+			mean += distribution.x;
+			squared_mean += distribution.y * distribution.y + distribution.x * distribution.x;
+		#else
+			float depth = texture2D( shadow_pass, ( gl_FragCoord.xy + vec2( 0.0, uvOffset ) * radius ) / resolution ).r;
+			mean += depth;
+			squared_mean += depth * depth;
+		#endif
+	}
+	mean = mean / samples;
+	squared_mean = squared_mean / samples;
+	float std_dev = sqrt( max( 0.0, squared_mean - mean * mean ) );
+	gl_FragColor = vec4( mean, std_dev, 0.0, 1.0 );
+}`,LA=[new F(1,0,0),new F(-1,0,0),new F(0,1,0),new F(0,-1,0),new F(0,0,1),new F(0,0,-1)],DA=[new F(0,-1,0),new F(0,-1,0),new F(0,0,1),new F(0,0,-1),new F(0,-1,0),new F(0,-1,0)],Pv=new ht,Nc=new F,vm=new F;function NA(n,e,t){let i=new Hs,s=new at,r=new at,o=new Rt,a=new _h,l=new vh,c={},u=t.maxTextureSize,h={[jr]:Ei,[Ei]:jr,[is]:is},f=new ai({defines:{VSM_SAMPLES:8},uniforms:{shadow_pass:{value:null},resolution:{value:new at},radius:{value:4}},vertexShader:PA,fragmentShader:IA}),d=f.clone();d.defines.HORIZONTAL_PASS=1;let p=new Fn;p.setAttribute("position",new _n(new Float32Array([-1,-1,.5,3,-1,.5,-1,3,.5]),3));let y=new Jn(p,f),m=this;this.enabled=!1,this.autoUpdate=!0,this.needsUpdate=!1,this.type=Ec;let g=this.type;this.render=function(T,v,E){if(m.enabled===!1||m.autoUpdate===!1&&m.needsUpdate===!1||T.length===0)return;this.type===A_&&(Ze("WebGLShadowMap: PCFSoftShadowMap has been removed. Using PCFShadowMap instead."),this.type=Ec);let B=n.getRenderTarget(),N=n.getActiveCubeFace(),I=n.getActiveMipmapLevel(),z=n.state;z.setBlending(Lo),z.buffers.depth.getReversed()===!0?z.buffers.color.setClear(0,0,0,0):z.buffers.color.setClear(1,1,1,1),z.buffers.depth.setTest(!0),z.setScissorTest(!1);let H=g!==this.type;H&&v.traverse(function(D){D.material&&(Array.isArray(D.material)?D.material.forEach($=>$.needsUpdate=!0):D.material.needsUpdate=!0)});for(let D=0,$=T.length;D<$;D++){let Y=T[D],W=Y.shadow;if(W===void 0){Ze("WebGLShadowMap:",Y,"has no shadow.");continue}if(W.autoUpdate===!1&&W.needsUpdate===!1)continue;s.copy(W.mapSize);let ce=W.getFrameExtents();s.multiply(ce),r.copy(W.mapSize),(s.x>u||s.y>u)&&(s.x>u&&(r.x=Math.floor(u/ce.x),s.x=r.x*ce.x,W.mapSize.x=r.x),s.y>u&&(r.y=Math.floor(u/ce.y),s.y=r.y*ce.y,W.mapSize.y=r.y));let j=n.state.buffers.depth.getReversed();if(W.camera._reversedDepth=j,W.map===null||H===!0){if(W.map!==null&&(W.map.depthTexture!==null&&(W.map.depthTexture.dispose(),W.map.depthTexture=null),W.map.dispose()),this.type===Xa){if(Y.isPointLight){Ze("WebGLShadowMap: VSM shadow maps are not supported for PointLights. Use PCF or BasicShadowMap instead.");continue}W.map=new wi(s.x,s.y,{format:Kr,type:Ss,minFilter:Mi,magFilter:Mi,generateMipmaps:!1}),W.map.texture.name=Y.name+".shadowMap",W.map.depthTexture=new xs(s.x,s.y,Li),W.map.depthTexture.name=Y.name+".shadowMapDepth",W.map.depthTexture.format=vr,W.map.depthTexture.compareFunction=null,W.map.depthTexture.minFilter=Rn,W.map.depthTexture.magFilter=Rn}else Y.isPointLight?(W.map=new Oc(s.x),W.map.depthTexture=new fc(s.x,bs)):(W.map=new wi(s.x,s.y),W.map.depthTexture=new xs(s.x,s.y,bs)),W.map.depthTexture.name=Y.name+".shadowMap",W.map.depthTexture.format=vr,this.type===Ec?(W.map.depthTexture.compareFunction=j?rm:sm,W.map.depthTexture.minFilter=Mi,W.map.depthTexture.magFilter=Mi):(W.map.depthTexture.compareFunction=null,W.map.depthTexture.minFilter=Rn,W.map.depthTexture.magFilter=Rn);W.camera.updateProjectionMatrix()}W.map.isWebGLCubeRenderTarget!==!0&&(W.map.width!==s.x||W.map.height!==s.y)&&W.map.setSize(s.x,s.y);let Q=W.map.isWebGLCubeRenderTarget?6:W.getViewportCount();Y.isPointLight!==!0&&W.updateMatrices(Y,E);let se=(W.camera.layers.mask&4294967294)!==0?W.camera.layers:E.layers;for(let fe=0;fe<Q;fe++){let he=W.getCamera(fe);if(Y.isPointLight){let ee=W.camera,me=W.matrix,ve=Y.distance||ee.far;ve!==ee.far&&(ee.far=ve,ee.updateProjectionMatrix()),Nc.setFromMatrixPosition(Y.matrixWorld),ee.position.copy(Nc),vm.copy(ee.position),vm.add(LA[fe]),ee.up.copy(DA[fe]),ee.lookAt(vm),ee.updateMatrixWorld(),me.makeTranslation(-Nc.x,-Nc.y,-Nc.z),Pv.multiplyMatrices(ee.projectionMatrix,ee.matrixWorldInverse),W._frustum.setFromProjectionMatrix(Pv,ee.coordinateSystem,ee.reversedDepth)}if(W.map.isWebGLCubeRenderTarget)n.setRenderTarget(W.map,fe),n.clear();else{fe===0&&(n.setRenderTarget(W.map),n.clear());let ee=W.getViewport(fe);o.set(r.x*ee.x,r.y*ee.y,r.x*ee.z,r.y*ee.w),z.viewport(o)}i=W.getFrustum(fe),b(v,E,he,Y,se,this.type)}W.isPointLightShadow!==!0&&this.type===Xa&&x(W,E),W.needsUpdate=!1}g=this.type,m.needsUpdate=!1,n.setRenderTarget(B,N,I)};function x(T,v){let E=e.update(y);f.defines.VSM_SAMPLES!==T.blurSamples&&(f.defines.VSM_SAMPLES=T.blurSamples,d.defines.VSM_SAMPLES=T.blurSamples,f.needsUpdate=!0,d.needsUpdate=!0),T.mapPass===null?T.mapPass=new wi(s.x,s.y,{format:Kr,type:Ss}):(T.mapPass.width!==T.map.width||T.mapPass.height!==T.map.height)&&T.mapPass.setSize(T.map.width,T.map.height),f.uniforms.shadow_pass.value=T.map.depthTexture,f.uniforms.resolution.value.set(T.map.width,T.map.height),f.uniforms.radius.value=T.radius,n.setRenderTarget(T.mapPass),n.clear(),n.renderBufferDirect(v,null,E,f,y,null),d.uniforms.shadow_pass.value=T.mapPass.texture,d.uniforms.resolution.value.set(T.map.width,T.map.height),d.uniforms.radius.value=T.radius,n.setRenderTarget(T.map),n.clear(),n.renderBufferDirect(v,null,E,d,y,null)}function A(T,v,E,B){let N=null,I=E.isPointLight===!0?T.customDistanceMaterial:T.customDepthMaterial;if(I!==void 0)N=I;else if(N=E.isPointLight===!0?l:a,n.localClippingEnabled&&v.clipShadows===!0&&Array.isArray(v.clippingPlanes)&&v.clippingPlanes.length!==0||v.displacementMap&&v.displacementScale!==0||v.alphaMap&&v.alphaTest>0||v.map&&v.alphaTest>0||v.alphaToCoverage===!0){let z=N.uuid,H=v.uuid,D=c[z];D===void 0&&(D={},c[z]=D);let $=D[H];$===void 0&&($=N.clone(),D[H]=$,v.addEventListener("dispose",R)),N=$}if(N.visible=v.visible,N.wireframe=v.wireframe,B===Xa?N.side=v.shadowSide!==null?v.shadowSide:v.side:N.side=v.shadowSide!==null?v.shadowSide:h[v.side],N.alphaMap=v.alphaMap,N.alphaTest=v.alphaToCoverage===!0?.5:v.alphaTest,N.map=v.map,N.clipShadows=v.clipShadows,N.clippingPlanes=v.clippingPlanes,N.clipIntersection=v.clipIntersection,N.displacementMap=v.displacementMap,N.displacementScale=v.displacementScale,N.displacementBias=v.displacementBias,N.wireframeLinewidth=v.wireframeLinewidth,N.linewidth=v.linewidth,E.isPointLight===!0&&N.isMeshDistanceMaterial===!0){let z=n.properties.get(N);z.light=E}return N}function b(T,v,E,B,N,I){if(T.visible===!1)return;if(T.layers.test(N)&&(T.isMesh||T.isLine||T.isPoints)&&(T.castShadow||T.receiveShadow&&I===Xa)&&(!T.frustumCulled||T.intersectsFrustum(i))){T.modelViewMatrix.multiplyMatrices(E.matrixWorldInverse,T.matrixWorld);let D=e.update(T),$=T.material;if(Array.isArray($)){let Y=D.groups;for(let W=0,ce=Y.length;W<ce;W++){let j=Y[W],Q=$[j.materialIndex];if(Q&&Q.visible){let se=A(T,Q,B,I);T.onBeforeShadow(n,T,v,E,D,se,j),n.renderBufferDirect(E,null,D,se,T,j),T.onAfterShadow(n,T,v,E,D,se,j)}}}else if($.visible){let Y=A(T,$,B,I);T.onBeforeShadow(n,T,v,E,D,Y,null),n.renderBufferDirect(E,null,D,Y,T,null),T.onAfterShadow(n,T,v,E,D,Y,null)}}let H=T.children;for(let D=0,$=H.length;D<$;D++)b(H[D],v,E,B,N,I)}function R(T){T.target.removeEventListener("dispose",R);for(let E in c){let B=c[E],N=T.target.uuid;N in B&&(B[N].dispose(),delete B[N])}}}function UA(n,e){function t(){let U=!1,re=new Rt,ne=null,we=new Rt(0,0,0,0);return{setMask:function(ge){ne!==ge&&!U&&(n.colorMask(ge,ge,ge,ge),ne=ge)},setLocked:function(ge){U=ge},setClear:function(ge,be,Ge,je,le){le===!0&&(ge*=je,be*=je,Ge*=je),re.set(ge,be,Ge,je),we.equals(re)===!1&&(n.clearColor(ge,be,Ge,je),we.copy(re))},reset:function(){U=!1,ne=null,we.set(-1,0,0,0)}}}function i(){let U=!1,re=!1,ne=null,we=null,ge=null;return{setReversed:function(be){if(re!==be){let Ge=e.get("EXT_clip_control");be?Ge.clipControlEXT(Ge.LOWER_LEFT_EXT,Ge.ZERO_TO_ONE_EXT):Ge.clipControlEXT(Ge.LOWER_LEFT_EXT,Ge.NEGATIVE_ONE_TO_ONE_EXT),re=be;let je=ge;ge=null,this.setClear(je)}},getReversed:function(){return re},setTest:function(be){be?Se(n.DEPTH_TEST):$e(n.DEPTH_TEST)},setMask:function(be){ne!==be&&!U&&(n.depthMask(be),ne=be)},setFunc:function(be){if(re&&(be=ov[be]),we!==be){switch(be){case eh:n.depthFunc(n.NEVER);break;case Oa:n.depthFunc(n.ALWAYS);break;case th:n.depthFunc(n.LESS);break;case Fa:n.depthFunc(n.LEQUAL);break;case nh:n.depthFunc(n.EQUAL);break;case ih:n.depthFunc(n.GEQUAL);break;case sh:n.depthFunc(n.GREATER);break;case rh:n.depthFunc(n.NOTEQUAL);break;default:n.depthFunc(n.LEQUAL)}we=be}},setLocked:function(be){U=be},setClear:function(be){ge!==be&&(ge=be,re&&(be=1-be),n.clearDepth(be))},reset:function(){U=!1,ne=null,we=null,ge=null,re=!1}}}function s(){let U=!1,re=null,ne=null,we=null,ge=null,be=null,Ge=null,je=null,le=null;return{setTest:function(Be){U||(Be?Se(n.STENCIL_TEST):$e(n.STENCIL_TEST))},setMask:function(Be){re!==Be&&!U&&(n.stencilMask(Be),re=Be)},setFunc:function(Be,Ke,Re){(ne!==Be||we!==Ke||ge!==Re)&&(n.stencilFunc(Be,Ke,Re),ne=Be,we=Ke,ge=Re)},setOp:function(Be,Ke,Re){(be!==Be||Ge!==Ke||je!==Re)&&(n.stencilOp(Be,Ke,Re),be=Be,Ge=Ke,je=Re)},setLocked:function(Be){U=Be},setClear:function(Be){le!==Be&&(n.clearStencil(Be),le=Be)},reset:function(){U=!1,re=null,ne=null,we=null,ge=null,be=null,Ge=null,je=null,le=null}}}let r=new t,o=new i,a=new s,l={},c=new WeakMap,u={},h={},f={},d=new WeakMap,p=[],y=null,m=!1,g=null,x=null,A=null,b=null,R=null,T=null,v=null,E=new ut(0,0,0),B=0,N=!1,I=null,z=null,H=null,D=null,$=null,Y=n.getParameter(n.MAX_COMBINED_TEXTURE_IMAGE_UNITS),W=!1,ce=0,j=n.getParameter(n.VERSION);j.indexOf("WebGL")!==-1?(ce=parseFloat(/^WebGL (\d)/.exec(j)[1]),W=ce>=1):j.indexOf("OpenGL ES")!==-1&&(ce=parseFloat(/^OpenGL ES (\d)/.exec(j)[1]),W=ce>=2);let Q=null,se={},fe=n.getParameter(n.SCISSOR_BOX),he=n.getParameter(n.VIEWPORT),ee=new Rt().fromArray(fe),me=new Rt().fromArray(he);function ve(U,re,ne,we){let ge=new Uint8Array(4),be=n.createTexture();n.bindTexture(U,be),n.texParameteri(U,n.TEXTURE_MIN_FILTER,n.NEAREST),n.texParameteri(U,n.TEXTURE_MAG_FILTER,n.NEAREST);for(let Ge=0;Ge<ne;Ge++)U===n.TEXTURE_3D||U===n.TEXTURE_2D_ARRAY?n.texImage3D(re,0,n.RGBA,1,1,we,0,n.RGBA,n.UNSIGNED_BYTE,ge):n.texImage2D(re+Ge,0,n.RGBA,1,1,0,n.RGBA,n.UNSIGNED_BYTE,ge);return be}let Ce={};Ce[n.TEXTURE_2D]=ve(n.TEXTURE_2D,n.TEXTURE_2D,1),Ce[n.TEXTURE_CUBE_MAP]=ve(n.TEXTURE_CUBE_MAP,n.TEXTURE_CUBE_MAP_POSITIVE_X,6),Ce[n.TEXTURE_2D_ARRAY]=ve(n.TEXTURE_2D_ARRAY,n.TEXTURE_2D_ARRAY,1,1),Ce[n.TEXTURE_3D]=ve(n.TEXTURE_3D,n.TEXTURE_3D,1,1),r.setClear(0,0,0,1),o.setClear(1),a.setClear(0),Se(n.DEPTH_TEST),o.setFunc(Fa),bn(!1),Nt(Bp),Se(n.CULL_FACE),jt(Lo);function Se(U){u[U]!==!0&&(n.enable(U),u[U]=!0)}function $e(U){u[U]!==!1&&(n.disable(U),u[U]=!1)}function rt(U,re){return f[U]!==re?(n.bindFramebuffer(U,re),f[U]=re,U===n.DRAW_FRAMEBUFFER&&(f[n.FRAMEBUFFER]=re),U===n.FRAMEBUFFER&&(f[n.DRAW_FRAMEBUFFER]=re),!0):!1}function He(U,re){let ne=p,we=!1;if(U){ne=d.get(re),ne===void 0&&(ne=[],d.set(re,ne));let ge=U.textures;if(ne.length!==ge.length||ne[0]!==n.COLOR_ATTACHMENT0){for(let be=0,Ge=ge.length;be<Ge;be++)ne[be]=n.COLOR_ATTACHMENT0+be;ne.length=ge.length,we=!0}}else ne[0]!==n.BACK&&(ne[0]=n.BACK,we=!0);we&&n.drawBuffers(ne)}function mt(U){return y!==U?(n.useProgram(U),y=U,!0):!1}let ft={[Do]:n.FUNC_ADD,[R_]:n.FUNC_SUBTRACT,[P_]:n.FUNC_REVERSE_SUBTRACT};ft[I_]=n.MIN,ft[L_]=n.MAX;let it={[D_]:n.ZERO,[N_]:n.ONE,[U_]:n.SRC_COLOR,[Hp]:n.SRC_ALPHA,[V_]:n.SRC_ALPHA_SATURATE,[k_]:n.DST_COLOR,[F_]:n.DST_ALPHA,[O_]:n.ONE_MINUS_SRC_COLOR,[Gp]:n.ONE_MINUS_SRC_ALPHA,[z_]:n.ONE_MINUS_DST_COLOR,[B_]:n.ONE_MINUS_DST_ALPHA,[H_]:n.CONSTANT_COLOR,[G_]:n.ONE_MINUS_CONSTANT_COLOR,[$_]:n.CONSTANT_ALPHA,[W_]:n.ONE_MINUS_CONSTANT_ALPHA};function jt(U,re,ne,we,ge,be,Ge,je,le,Be){if(U===Lo){m===!0&&($e(n.BLEND),m=!1);return}if(m===!1&&(Se(n.BLEND),m=!0),U!==C_){if(U!==g||Be!==N){if((x!==Do||R!==Do)&&(n.blendEquation(n.FUNC_ADD),x=Do,R=Do),Be)switch(U){case qa:n.blendFuncSeparate(n.ONE,n.ONE_MINUS_SRC_ALPHA,n.ONE,n.ONE_MINUS_SRC_ALPHA);break;case kp:n.blendFunc(n.ONE,n.ONE);break;case zp:n.blendFuncSeparate(n.ZERO,n.ONE_MINUS_SRC_COLOR,n.ZERO,n.ONE);break;case Vp:n.blendFuncSeparate(n.DST_COLOR,n.ONE_MINUS_SRC_ALPHA,n.ZERO,n.ONE);break;default:et("WebGLState: Invalid blending: ",U);break}else switch(U){case qa:n.blendFuncSeparate(n.SRC_ALPHA,n.ONE_MINUS_SRC_ALPHA,n.ONE,n.ONE_MINUS_SRC_ALPHA);break;case kp:n.blendFuncSeparate(n.SRC_ALPHA,n.ONE,n.ONE,n.ONE);break;case zp:et("WebGLState: SubtractiveBlending requires material.premultipliedAlpha = true");break;case Vp:et("WebGLState: MultiplyBlending requires material.premultipliedAlpha = true");break;default:et("WebGLState: Invalid blending: ",U);break}A=null,b=null,T=null,v=null,E.set(0,0,0),B=0,g=U,N=Be}return}ge=ge||re,be=be||ne,Ge=Ge||we,(re!==x||ge!==R)&&(n.blendEquationSeparate(ft[re],ft[ge]),x=re,R=ge),(ne!==A||we!==b||be!==T||Ge!==v)&&(n.blendFuncSeparate(it[ne],it[we],it[be],it[Ge]),A=ne,b=we,T=be,v=Ge),(je.equals(E)===!1||le!==B)&&(n.blendColor(je.r,je.g,je.b,le),E.copy(je),B=le),g=U,N=!1}function Gt(U,re){U.side===is?$e(n.CULL_FACE):Se(n.CULL_FACE);let ne=U.side===Ei;re&&(ne=!ne),bn(ne),U.blending===qa&&U.transparent===!1?jt(Lo):jt(U.blending,U.blendEquation,U.blendSrc,U.blendDst,U.blendEquationAlpha,U.blendSrcAlpha,U.blendDstAlpha,U.blendColor,U.blendAlpha,U.premultipliedAlpha),o.setFunc(U.depthFunc),o.setTest(U.depthTest),o.setMask(U.depthWrite),r.setMask(U.colorWrite);let we=U.stencilWrite;a.setTest(we),we&&(a.setMask(U.stencilWriteMask),a.setFunc(U.stencilFunc,U.stencilRef,U.stencilFuncMask),a.setOp(U.stencilFail,U.stencilZFail,U.stencilZPass)),St(U.polygonOffset,U.polygonOffsetFactor,U.polygonOffsetUnits),U.alphaToCoverage===!0?Se(n.SAMPLE_ALPHA_TO_COVERAGE):$e(n.SAMPLE_ALPHA_TO_COVERAGE)}function bn(U){I!==U&&(U?n.frontFace(n.CW):n.frontFace(n.CCW),I=U)}function Nt(U){U!==E_?(Se(n.CULL_FACE),U!==z&&(U===Bp?n.cullFace(n.BACK):U===T_?n.cullFace(n.FRONT):n.cullFace(n.FRONT_AND_BACK))):$e(n.CULL_FACE),z=U}function Gn(U){U!==H&&(W&&n.lineWidth(U),H=U)}function St(U,re,ne){U?(Se(n.POLYGON_OFFSET_FILL),(D!==re||$!==ne)&&(D=re,$=ne,o.getReversed()&&(re=-re,ne=-ne),n.polygonOffset(re,ne))):$e(n.POLYGON_OFFSET_FILL)}function Nn(U){U?Se(n.SCISSOR_TEST):$e(n.SCISSOR_TEST)}function rn(U){U===void 0&&(U=n.TEXTURE0+Y-1),Q!==U&&(n.activeTexture(U),Q=U)}function Sn(U,re,ne){ne===void 0&&(Q===null?ne=n.TEXTURE0+Y-1:ne=Q);let we=se[ne];we===void 0&&(we={type:void 0,texture:void 0},se[ne]=we),(we.type!==U||we.texture!==re)&&(Q!==ne&&(n.activeTexture(ne),Q=ne),n.bindTexture(U,re||Ce[U]),we.type=U,we.texture=re)}function O(){let U=se[Q];U!==void 0&&U.type!==void 0&&(n.bindTexture(U.type,null),U.type=void 0,U.texture=void 0)}function Pe(){try{n.compressedTexImage2D(...arguments)}catch(U){et("WebGLState:",U)}}function qe(){try{n.compressedTexImage3D(...arguments)}catch(U){et("WebGLState:",U)}}function ot(){try{n.texSubImage2D(...arguments)}catch(U){et("WebGLState:",U)}}function Me(){try{n.texSubImage3D(...arguments)}catch(U){et("WebGLState:",U)}}function kt(){try{n.compressedTexSubImage2D(...arguments)}catch(U){et("WebGLState:",U)}}function Ve(){try{n.compressedTexSubImage3D(...arguments)}catch(U){et("WebGLState:",U)}}function Xe(){try{n.texStorage2D(...arguments)}catch(U){et("WebGLState:",U)}}function C(){try{n.texStorage3D(...arguments)}catch(U){et("WebGLState:",U)}}function S(){try{n.texImage2D(...arguments)}catch(U){et("WebGLState:",U)}}function X(){try{n.texImage3D(...arguments)}catch(U){et("WebGLState:",U)}}function ue(U){return h[U]!==void 0?h[U]:n.getParameter(U)}function oe(U,re){h[U]!==re&&(n.pixelStorei(U,re),h[U]=re)}function _e(U){ee.equals(U)===!1&&(n.scissor(U.x,U.y,U.z,U.w),ee.copy(U))}function ye(U){me.equals(U)===!1&&(n.viewport(U.x,U.y,U.z,U.w),me.copy(U))}function te(U,re){let ne=c.get(re);ne===void 0&&(ne=new WeakMap,c.set(re,ne));let we=ne.get(U);we===void 0&&(we=n.getUniformBlockIndex(re,U.name),n.uniformBlockBinding(re,we,we),ne.set(U,we))}function ie(U,re,ne){let ge=c.get(re).get(U);l[ge]!==ne&&(n.bindBufferBase(n.UNIFORM_BUFFER,ge,ne),l[ge]=ne)}function pe(){n.disable(n.BLEND),n.disable(n.CULL_FACE),n.disable(n.DEPTH_TEST),n.disable(n.POLYGON_OFFSET_FILL),n.disable(n.SCISSOR_TEST),n.disable(n.STENCIL_TEST),n.disable(n.SAMPLE_ALPHA_TO_COVERAGE),n.blendEquation(n.FUNC_ADD),n.blendFunc(n.ONE,n.ZERO),n.blendFuncSeparate(n.ONE,n.ZERO,n.ONE,n.ZERO),n.blendColor(0,0,0,0),n.colorMask(!0,!0,!0,!0),n.clearColor(0,0,0,0),n.depthMask(!0),n.depthFunc(n.LESS),o.setReversed(!1),n.clearDepth(1),n.stencilMask(4294967295),n.stencilFunc(n.ALWAYS,0,4294967295),n.stencilOp(n.KEEP,n.KEEP,n.KEEP),n.clearStencil(0),n.cullFace(n.BACK),n.frontFace(n.CCW),n.polygonOffset(0,0),n.activeTexture(n.TEXTURE0),n.bindFramebuffer(n.FRAMEBUFFER,null),n.bindFramebuffer(n.DRAW_FRAMEBUFFER,null),n.bindFramebuffer(n.READ_FRAMEBUFFER,null),n.useProgram(null),n.lineWidth(1),n.scissor(0,0,n.canvas.width,n.canvas.height),n.viewport(0,0,n.canvas.width,n.canvas.height),n.pixelStorei(n.PACK_ALIGNMENT,4),n.pixelStorei(n.UNPACK_ALIGNMENT,4),n.pixelStorei(n.UNPACK_FLIP_Y_WEBGL,!1),n.pixelStorei(n.UNPACK_PREMULTIPLY_ALPHA_WEBGL,!1),n.pixelStorei(n.UNPACK_COLORSPACE_CONVERSION_WEBGL,n.BROWSER_DEFAULT_WEBGL),n.pixelStorei(n.PACK_ROW_LENGTH,0),n.pixelStorei(n.PACK_SKIP_PIXELS,0),n.pixelStorei(n.PACK_SKIP_ROWS,0),n.pixelStorei(n.UNPACK_ROW_LENGTH,0),n.pixelStorei(n.UNPACK_IMAGE_HEIGHT,0),n.pixelStorei(n.UNPACK_SKIP_PIXELS,0),n.pixelStorei(n.UNPACK_SKIP_ROWS,0),n.pixelStorei(n.UNPACK_SKIP_IMAGES,0),u={},h={},Q=null,se={},f={},l={},d=new WeakMap,p=[],y=null,m=!1,g=null,x=null,A=null,b=null,R=null,T=null,v=null,E=new ut(0,0,0),B=0,N=!1,I=null,z=null,H=null,D=null,$=null,ee.set(0,0,n.canvas.width,n.canvas.height),me.set(0,0,n.canvas.width,n.canvas.height),r.reset(),o.reset(),a.reset()}return{buffers:{color:r,depth:o,stencil:a},enable:Se,disable:$e,bindFramebuffer:rt,drawBuffers:He,useProgram:mt,setBlending:jt,setMaterial:Gt,setFlipSided:bn,setCullFace:Nt,setLineWidth:Gn,setPolygonOffset:St,setScissorTest:Nn,activeTexture:rn,bindTexture:Sn,unbindTexture:O,compressedTexImage2D:Pe,compressedTexImage3D:qe,texImage2D:S,texImage3D:X,pixelStorei:oe,getParameter:ue,updateUBOMapping:te,uniformBlockBinding:ie,texStorage2D:Xe,texStorage3D:C,texSubImage2D:ot,texSubImage3D:Me,compressedTexSubImage2D:kt,compressedTexSubImage3D:Ve,scissor:_e,viewport:ye,reset:pe}}function OA(n,e,t,i,s,r,o){let a=e.has("WEBGL_multisampled_render_to_texture")?e.get("WEBGL_multisampled_render_to_texture"):null,l=typeof navigator>"u"?!1:/OculusBrowser/g.test(navigator.userAgent),c=new at,u=new WeakMap,h=new Set,f,d=new WeakMap,p=new Set,y=new FinalizationRegistry(C=>p.delete(C)),m=!1;try{m=typeof OffscreenCanvas<"u"&&new OffscreenCanvas(1,1).getContext("2d")!==null}catch{}function g(C,S){return m?new OffscreenCanvas(C,S):nc("canvas")}function x(C,S,X){let ue=1,oe=Xe(C);if((oe.width>X||oe.height>X)&&(ue=X/Math.max(oe.width,oe.height)),ue<1)if(typeof HTMLImageElement<"u"&&C instanceof HTMLImageElement||typeof HTMLCanvasElement<"u"&&C instanceof HTMLCanvasElement||typeof ImageBitmap<"u"&&C instanceof ImageBitmap||typeof VideoFrame<"u"&&C instanceof VideoFrame){let _e=Math.floor(ue*oe.width),ye=Math.floor(ue*oe.height);f===void 0&&(f=g(_e,ye));let te=S?g(_e,ye):f;return te.width=_e,te.height=ye,te.getContext("2d").drawImage(C,0,0,_e,ye),Ze("WebGLRenderer: Texture has been resized from ("+oe.width+"x"+oe.height+") to ("+_e+"x"+ye+")."),te}else return"data"in C&&Ze("WebGLRenderer: Image in DataTexture is too big ("+oe.width+"x"+oe.height+")."),C;return C}function A(C){return C.generateMipmaps}function b(C){n.generateMipmap(C)}function R(C){return C.isWebGLCubeRenderTarget?n.TEXTURE_CUBE_MAP:C.isWebGL3DRenderTarget?n.TEXTURE_3D:C.isWebGLArrayRenderTarget||C.isCompressedArrayTexture?n.TEXTURE_2D_ARRAY:n.TEXTURE_2D}function T(C,S,X,ue,oe,_e=!1){if(C!==null){if(n[C]!==void 0)return n[C];Ze("WebGLRenderer: Attempt to use non-existing WebGL internal format '"+C+"'")}let ye;ue&&(ye=e.get("EXT_texture_norm16"),ye||Ze("WebGLRenderer: Unable to use normalized textures without EXT_texture_norm16 extension"));let te=S;if(S===n.RED&&(X===n.FLOAT&&(te=n.R32F),X===n.HALF_FLOAT&&(te=n.R16F),X===n.UNSIGNED_BYTE&&(te=n.R8),X===n.UNSIGNED_SHORT&&ye&&(te=ye.R16_EXT),X===n.SHORT&&ye&&(te=ye.R16_SNORM_EXT)),S===n.RED_INTEGER&&(X===n.UNSIGNED_BYTE&&(te=n.R8UI),X===n.UNSIGNED_SHORT&&(te=n.R16UI),X===n.UNSIGNED_INT&&(te=n.R32UI),X===n.BYTE&&(te=n.R8I),X===n.SHORT&&(te=n.R16I),X===n.INT&&(te=n.R32I)),S===n.RG&&(X===n.FLOAT&&(te=n.RG32F),X===n.HALF_FLOAT&&(te=n.RG16F),X===n.UNSIGNED_BYTE&&(te=n.RG8),X===n.UNSIGNED_SHORT&&ye&&(te=ye.RG16_EXT),X===n.SHORT&&ye&&(te=ye.RG16_SNORM_EXT)),S===n.RG_INTEGER&&(X===n.UNSIGNED_BYTE&&(te=n.RG8UI),X===n.UNSIGNED_SHORT&&(te=n.RG16UI),X===n.UNSIGNED_INT&&(te=n.RG32UI),X===n.BYTE&&(te=n.RG8I),X===n.SHORT&&(te=n.RG16I),X===n.INT&&(te=n.RG32I)),S===n.RGB_INTEGER&&(X===n.UNSIGNED_BYTE&&(te=n.RGB8UI),X===n.UNSIGNED_SHORT&&(te=n.RGB16UI),X===n.UNSIGNED_INT&&(te=n.RGB32UI),X===n.BYTE&&(te=n.RGB8I),X===n.SHORT&&(te=n.RGB16I),X===n.INT&&(te=n.RGB32I)),S===n.RGBA_INTEGER&&(X===n.UNSIGNED_BYTE&&(te=n.RGBA8UI),X===n.UNSIGNED_SHORT&&(te=n.RGBA16UI),X===n.UNSIGNED_INT&&(te=n.RGBA32UI),X===n.BYTE&&(te=n.RGBA8I),X===n.SHORT&&(te=n.RGBA16I),X===n.INT&&(te=n.RGBA32I)),S===n.RGB&&(X===n.UNSIGNED_SHORT&&ye&&(te=ye.RGB16_EXT),X===n.SHORT&&ye&&(te=ye.RGB16_SNORM_EXT),X===n.UNSIGNED_INT_5_9_9_9_REV&&(te=n.RGB9_E5),X===n.UNSIGNED_INT_10F_11F_11F_REV&&(te=n.R11F_G11F_B10F)),S===n.RGBA){let ie=_e?tc:vt.getTransfer(oe);X===n.FLOAT&&(te=n.RGBA32F),X===n.HALF_FLOAT&&(te=n.RGBA16F),X===n.UNSIGNED_BYTE&&(te=ie===Ct?n.SRGB8_ALPHA8:n.RGBA8),X===n.UNSIGNED_SHORT&&ye&&(te=ye.RGBA16_EXT),X===n.SHORT&&ye&&(te=ye.RGBA16_SNORM_EXT),X===n.UNSIGNED_SHORT_4_4_4_4&&(te=n.RGBA4),X===n.UNSIGNED_SHORT_5_5_5_1&&(te=n.RGB5_A1)}return(te===n.R16F||te===n.R32F||te===n.RG16F||te===n.RG32F||te===n.RGBA16F||te===n.RGBA32F)&&e.get("EXT_color_buffer_float"),te}function v(C,S){let X;return C?S===null||S===bs||S===Uo?X=n.DEPTH24_STENCIL8:S===Li?X=n.DEPTH32F_STENCIL8:S===Za&&(X=n.DEPTH24_STENCIL8,Ze("DepthTexture: 16 bit depth attachment is not supported with stencil. Using 24-bit attachment.")):S===null||S===bs||S===Uo?X=n.DEPTH_COMPONENT24:S===Li?X=n.DEPTH_COMPONENT32F:S===Za&&(X=n.DEPTH_COMPONENT16),X}function E(C,S){return A(C)===!0||C.isFramebufferTexture&&C.minFilter!==Rn&&C.minFilter!==Mi?Math.log2(Math.max(S.width,S.height))+1:C.mipmaps.length>0?C.mipmaps.length:C.isCompressedTexture&&Array.isArray(C.image)?S.mipmaps.length:1}function B(C){let S=new WeakRef(C);i.get(C).__ref=S,p.add(S),y.register(C,S,S)}function N(C){let S=i.get(C).__ref;S!==void 0&&(p.delete(S),y.unregister(S))}function I(C){H(C.target)}function z(C){D(C.target)}function H(C){C.removeEventListener("dispose",I),N(C),Y(C),C.isVideoTexture&&u.delete(C),C.isHTMLTexture&&h.delete(C)}function D(C){C.removeEventListener("dispose",z),N(C),ce(C)}function $(){for(let C of p){let S=C.deref();S!==void 0&&(S.isRenderTarget===!0?D(S):H(S))}p.clear(),h.clear()}function Y(C){let S=i.get(C);if(S.__webglInit===void 0)return;let X=C.source,ue=d.get(X);if(ue){let oe=ue[S.__cacheKey];oe.usedTimes--,oe.usedTimes===0&&W(C),Object.keys(ue).length===0&&d.delete(X)}i.remove(C)}function W(C){let S=i.get(C);n.deleteTexture(S.__webglTexture);let X=C.source,ue=d.get(X);delete ue[S.__cacheKey],o.memory.textures--}function ce(C){let S=i.get(C);S.__depthDisposeCallback&&S.__depthDisposeCallback();let X=C.depthTexture;if(X&&X.renderTarget===C&&H(X),C.isWebGLCubeRenderTarget)for(let oe=0;oe<6;oe++){if(Array.isArray(S.__webglFramebuffer[oe]))for(let _e=0;_e<S.__webglFramebuffer[oe].length;_e++)n.deleteFramebuffer(S.__webglFramebuffer[oe][_e]);else n.deleteFramebuffer(S.__webglFramebuffer[oe]);S.__webglDepthbuffer&&n.deleteRenderbuffer(S.__webglDepthbuffer[oe])}else{if(Array.isArray(S.__webglFramebuffer))for(let oe=0;oe<S.__webglFramebuffer.length;oe++)n.deleteFramebuffer(S.__webglFramebuffer[oe]);else n.deleteFramebuffer(S.__webglFramebuffer);if(S.__webglDepthbuffer&&n.deleteRenderbuffer(S.__webglDepthbuffer),S.__webglMultisampledFramebuffer&&n.deleteFramebuffer(S.__webglMultisampledFramebuffer),S.__webglColorRenderbuffer)for(let oe=0;oe<S.__webglColorRenderbuffer.length;oe++)S.__webglColorRenderbuffer[oe]&&n.deleteRenderbuffer(S.__webglColorRenderbuffer[oe]);S.__webglDepthRenderbuffer&&n.deleteRenderbuffer(S.__webglDepthRenderbuffer)}let ue=C.textures;for(let oe=0,_e=ue.length;oe<_e;oe++){let ye=i.get(ue[oe]);ye.__webglTexture&&(n.deleteTexture(ye.__webglTexture),o.memory.textures--),i.remove(ue[oe])}i.remove(C)}let j=0;function Q(){j=0}function se(){return j}function fe(C){j=C}function he(){let C=j;return C>=s.maxTextures&&Ze("WebGLTextures: Trying to use "+(C+1)+" texture units while this GPU supports only "+s.maxTextures),j+=1,C}function ee(C){let S=[];return S.push(C.wrapS),S.push(C.wrapT),S.push(C.wrapR||0),S.push(C.magFilter),S.push(C.minFilter),S.push(C.anisotropy),S.push(C.internalFormat),S.push(C.format),S.push(C.type),S.push(C.generateMipmaps),S.push(C.mipmapsAutoUpdate),S.push(C.premultiplyAlpha),S.push(C.flipY),S.push(C.unpackAlignment),S.push(C.colorSpace),S.join()}function me(C,S){let X=i.get(C);if(C.isVideoTexture&&kt(C),C.isRenderTargetTexture===!1&&C.isExternalTexture!==!0&&C.version>0&&X.__version!==C.version){let ue=C.image;if(ue===null)Ze("WebGLRenderer: Texture marked for update but no image data found.");else if(ue.complete===!1)Ze("WebGLRenderer: Texture marked for update but image is incomplete");else{Gt(X,C,S);return}}else C.isExternalTexture&&(X.__webglTexture=C.sourceTexture?C.sourceTexture:null);t.bindTexture(n.TEXTURE_2D,X.__webglTexture,n.TEXTURE0+S)}function ve(C,S){let X=i.get(C);if(C.isRenderTargetTexture===!1&&C.version>0&&X.__version!==C.version){Gt(X,C,S);return}else C.isExternalTexture&&(X.__webglTexture=C.sourceTexture?C.sourceTexture:null);t.bindTexture(n.TEXTURE_2D_ARRAY,X.__webglTexture,n.TEXTURE0+S)}function Ce(C,S){let X=i.get(C);if(C.isRenderTargetTexture===!1&&C.version>0&&X.__version!==C.version){Gt(X,C,S);return}t.bindTexture(n.TEXTURE_3D,X.__webglTexture,n.TEXTURE0+S)}function Se(C,S){let X=i.get(C);if(C.version>0&&X.__version!==C.version){bn(X,C,S);return}t.bindTexture(n.TEXTURE_CUBE_MAP,X.__webglTexture,n.TEXTURE0+S)}let $e={[oh]:n.REPEAT,[ks]:n.CLAMP_TO_EDGE,[ah]:n.MIRRORED_REPEAT},rt={[Rn]:n.NEAREST,[Y_]:n.NEAREST_MIPMAP_NEAREST,[Tc]:n.NEAREST_MIPMAP_LINEAR,[Mi]:n.LINEAR,[Nh]:n.LINEAR_MIPMAP_NEAREST,[br]:n.LINEAR_MIPMAP_LINEAR},He={[K_]:n.NEVER,[om]:n.ALWAYS,[Q_]:n.LESS,[sm]:n.LEQUAL,[ev]:n.EQUAL,[rm]:n.GEQUAL,[tv]:n.GREATER,[nv]:n.NOTEQUAL};function mt(C,S){if(S.type===Li&&e.has("OES_texture_float_linear")===!1&&(S.magFilter===Mi||S.magFilter===Nh||S.magFilter===Tc||S.magFilter===br||S.minFilter===Mi||S.minFilter===Nh||S.minFilter===Tc||S.minFilter===br)&&Ze("WebGLRenderer: Unable to use linear filtering with floating point textures. OES_texture_float_linear not supported on this device."),n.texParameteri(C,n.TEXTURE_WRAP_S,$e[S.wrapS]),n.texParameteri(C,n.TEXTURE_WRAP_T,$e[S.wrapT]),(C===n.TEXTURE_3D||C===n.TEXTURE_2D_ARRAY)&&n.texParameteri(C,n.TEXTURE_WRAP_R,$e[S.wrapR]),n.texParameteri(C,n.TEXTURE_MAG_FILTER,rt[S.magFilter]),n.texParameteri(C,n.TEXTURE_MIN_FILTER,rt[S.minFilter]),S.compareFunction&&(n.texParameteri(C,n.TEXTURE_COMPARE_MODE,n.COMPARE_REF_TO_TEXTURE),n.texParameteri(C,n.TEXTURE_COMPARE_FUNC,He[S.compareFunction])),e.has("EXT_texture_filter_anisotropic")===!0){if(S.magFilter===Rn||S.minFilter!==Tc&&S.minFilter!==br||S.type===Li&&e.has("OES_texture_float_linear")===!1)return;if(S.anisotropy>1||i.get(S).__currentAnisotropy){let X=e.get("EXT_texture_filter_anisotropic");n.texParameterf(C,X.TEXTURE_MAX_ANISOTROPY_EXT,Math.min(S.anisotropy,s.getMaxAnisotropy())),i.get(S).__currentAnisotropy=S.anisotropy}}}function ft(C,S){let X=!1;C.__webglInit===void 0&&(C.__webglInit=!0,S.addEventListener("dispose",I),B(S));let ue=S.source,oe=d.get(ue);oe===void 0&&(oe={},d.set(ue,oe));let _e=ee(S);if(_e!==C.__cacheKey){oe[_e]===void 0&&(oe[_e]={texture:n.createTexture(),usedTimes:0},o.memory.textures++,X=!0),oe[_e].usedTimes++;let ye=oe[C.__cacheKey];ye!==void 0&&(oe[C.__cacheKey].usedTimes--,ye.usedTimes===0&&W(S)),C.__cacheKey=_e,C.__webglTexture=oe[_e].texture}return X}function it(C,S,X){return Math.floor(Math.floor(C/X)/S)}function jt(C,S,X,ue){let _e=C.updateRanges;if(_e.length===0)t.texSubImage2D(n.TEXTURE_2D,0,0,0,S.width,S.height,X,ue,S.data);else{_e.sort((U,re)=>U.start-re.start);let ye=0;for(let U=1;U<_e.length;U++){let re=_e[ye],ne=_e[U],we=re.start+re.count,ge=it(ne.start,S.width,4),be=it(re.start,S.width,4);ne.start<=we+1&&ge===be&&it(ne.start+ne.count-1,S.width,4)===ge?re.count=Math.max(re.count,ne.start+ne.count-re.start):(++ye,_e[ye]=ne)}_e.length=ye+1;let te=t.getParameter(n.UNPACK_ROW_LENGTH),ie=t.getParameter(n.UNPACK_SKIP_PIXELS),pe=t.getParameter(n.UNPACK_SKIP_ROWS);t.pixelStorei(n.UNPACK_ROW_LENGTH,S.width);for(let U=0,re=_e.length;U<re;U++){let ne=_e[U],we=Math.floor(ne.start/4),ge=Math.ceil(ne.count/4),be=we%S.width,Ge=Math.floor(we/S.width),je=ge,le=1;t.pixelStorei(n.UNPACK_SKIP_PIXELS,be),t.pixelStorei(n.UNPACK_SKIP_ROWS,Ge),t.texSubImage2D(n.TEXTURE_2D,0,be,Ge,je,le,X,ue,S.data)}C.clearUpdateRanges(),t.pixelStorei(n.UNPACK_ROW_LENGTH,te),t.pixelStorei(n.UNPACK_SKIP_PIXELS,ie),t.pixelStorei(n.UNPACK_SKIP_ROWS,pe)}}function Gt(C,S,X){let ue=n.TEXTURE_2D;(S.isDataArrayTexture||S.isCompressedArrayTexture)&&(ue=n.TEXTURE_2D_ARRAY),S.isData3DTexture&&(ue=n.TEXTURE_3D);let oe=ft(C,S),_e=S.source;t.bindTexture(ue,C.__webglTexture,n.TEXTURE0+X);let ye=i.get(_e);if(_e.version!==ye.__version||oe===!0){if(t.activeTexture(n.TEXTURE0+X),(typeof ImageBitmap<"u"&&S.image instanceof ImageBitmap)===!1){let le=vt.getPrimaries(vt.workingColorSpace),Be=S.colorSpace===Mr?null:vt.getPrimaries(S.colorSpace),Ke=S.colorSpace===Mr||le===Be?n.NONE:n.BROWSER_DEFAULT_WEBGL;t.pixelStorei(n.UNPACK_FLIP_Y_WEBGL,S.flipY),t.pixelStorei(n.UNPACK_PREMULTIPLY_ALPHA_WEBGL,S.premultiplyAlpha),t.pixelStorei(n.UNPACK_COLORSPACE_CONVERSION_WEBGL,Ke)}t.pixelStorei(n.UNPACK_ALIGNMENT,S.unpackAlignment);let ie=x(S.image,!1,s.maxTextureSize);ie=Ve(S,ie);let pe=r.convert(S.format,S.colorSpace),U=r.convert(S.type),re=T(S.internalFormat,pe,U,S.normalized,S.colorSpace,S.isVideoTexture);mt(ue,S);let ne,we=S.mipmaps,ge=S.isVideoTexture!==!0,be=ye.__version===void 0||oe===!0,Ge=_e.dataReady,je=E(S,ie);if(S.isDepthTexture)re=v(S.format===Sr,S.type),be&&(ge?t.texStorage2D(n.TEXTURE_2D,1,re,ie.width,ie.height):t.texImage2D(n.TEXTURE_2D,0,re,ie.width,ie.height,0,pe,U,null));else if(S.isDataTexture)if(we.length>0){ge&&be&&t.texStorage2D(n.TEXTURE_2D,je,re,we[0].width,we[0].height);for(let le=0,Be=we.length;le<Be;le++)ne=we[le],ge?Ge&&t.texSubImage2D(n.TEXTURE_2D,le,0,0,ne.width,ne.height,pe,U,ne.data):t.texImage2D(n.TEXTURE_2D,le,re,ne.width,ne.height,0,pe,U,ne.data);S.generateMipmaps=!1}else ge?(be&&t.texStorage2D(n.TEXTURE_2D,je,re,ie.width,ie.height),Ge&&jt(S,ie,pe,U)):t.texImage2D(n.TEXTURE_2D,0,re,ie.width,ie.height,0,pe,U,ie.data);else if(S.isCompressedTexture)if(S.isCompressedArrayTexture){ge&&be&&t.texStorage3D(n.TEXTURE_2D_ARRAY,je,re,we[0].width,we[0].height,ie.depth);for(let le=0,Be=we.length;le<Be;le++)if(ne=we[le],S.format!==$i)if(pe!==null)if(ge){if(Ge)if(S.layerUpdates.size>0){let Ke=gm(ne.width,ne.height,S.format,S.type);for(let Re of S.layerUpdates){let lt=ne.data.subarray(Re*Ke/ne.data.BYTES_PER_ELEMENT,(Re+1)*Ke/ne.data.BYTES_PER_ELEMENT);t.compressedTexSubImage3D(n.TEXTURE_2D_ARRAY,le,0,0,Re,ne.width,ne.height,1,pe,lt)}}else t.compressedTexSubImage3D(n.TEXTURE_2D_ARRAY,le,0,0,0,ne.width,ne.height,ie.depth,pe,ne.data)}else t.compressedTexImage3D(n.TEXTURE_2D_ARRAY,le,re,ne.width,ne.height,ie.depth,0,ne.data,0,0);else Ze("WebGLRenderer: Attempt to load unsupported compressed texture format in .uploadTexture()");else ge?Ge&&t.texSubImage3D(n.TEXTURE_2D_ARRAY,le,0,0,0,ne.width,ne.height,ie.depth,pe,U,ne.data):t.texImage3D(n.TEXTURE_2D_ARRAY,le,re,ne.width,ne.height,ie.depth,0,pe,U,ne.data);S.layerUpdates.size>0&&S.clearLayerUpdates()}else{ge&&be&&t.texStorage2D(n.TEXTURE_2D,je,re,we[0].width,we[0].height);for(let le=0,Be=we.length;le<Be;le++)ne=we[le],S.format!==$i?pe!==null?ge?Ge&&t.compressedTexSubImage2D(n.TEXTURE_2D,le,0,0,ne.width,ne.height,pe,ne.data):t.compressedTexImage2D(n.TEXTURE_2D,le,re,ne.width,ne.height,0,ne.data):Ze("WebGLRenderer: Attempt to load unsupported compressed texture format in .uploadTexture()"):ge?Ge&&t.texSubImage2D(n.TEXTURE_2D,le,0,0,ne.width,ne.height,pe,U,ne.data):t.texImage2D(n.TEXTURE_2D,le,re,ne.width,ne.height,0,pe,U,ne.data)}else if(S.isDataArrayTexture)if(ge){if(be&&t.texStorage3D(n.TEXTURE_2D_ARRAY,je,re,ie.width,ie.height,ie.depth),Ge)if(S.layerUpdates.size>0){let le=gm(ie.width,ie.height,S.format,S.type);for(let Be of S.layerUpdates){let Ke=ie.data.subarray(Be*le/ie.data.BYTES_PER_ELEMENT,(Be+1)*le/ie.data.BYTES_PER_ELEMENT);t.texSubImage3D(n.TEXTURE_2D_ARRAY,0,0,0,Be,ie.width,ie.height,1,pe,U,Ke)}S.clearLayerUpdates()}else t.texSubImage3D(n.TEXTURE_2D_ARRAY,0,0,0,0,ie.width,ie.height,ie.depth,pe,U,ie.data)}else t.texImage3D(n.TEXTURE_2D_ARRAY,0,re,ie.width,ie.height,ie.depth,0,pe,U,ie.data);else if(S.isData3DTexture)ge?(be&&t.texStorage3D(n.TEXTURE_3D,je,re,ie.width,ie.height,ie.depth),Ge&&t.texSubImage3D(n.TEXTURE_3D,0,0,0,0,ie.width,ie.height,ie.depth,pe,U,ie.data)):t.texImage3D(n.TEXTURE_3D,0,re,ie.width,ie.height,ie.depth,0,pe,U,ie.data);else if(S.isFramebufferTexture){if(be)if(ge)t.texStorage2D(n.TEXTURE_2D,je,re,ie.width,ie.height);else{let le=ie.width,Be=ie.height;for(let Ke=0;Ke<je;Ke++)t.texImage2D(n.TEXTURE_2D,Ke,re,le,Be,0,pe,U,null),le>>=1,Be>>=1}}else if(S.isHTMLTexture){if("texElementImage2D"in n){let le=n.canvas;if(le.hasAttribute("layoutsubtree")||le.setAttribute("layoutsubtree","true"),ie.parentNode!==le){le.appendChild(ie),h.add(S),le.onpaint=Be=>{let Ke=Be.changedElements;for(let Re of h)Ke.includes(Re.image)&&(Re.needsUpdate=!0)},le.requestPaint();return}if(n.texElementImage2D.length===3)n.texElementImage2D(n.TEXTURE_2D,n.RGBA8,ie);else{let Ke=n.RGBA,Re=n.RGBA,lt=n.UNSIGNED_BYTE;n.texElementImage2D(n.TEXTURE_2D,0,Ke,Re,lt,ie)}n.texParameteri(n.TEXTURE_2D,n.TEXTURE_MIN_FILTER,n.LINEAR),n.texParameteri(n.TEXTURE_2D,n.TEXTURE_WRAP_S,n.CLAMP_TO_EDGE),n.texParameteri(n.TEXTURE_2D,n.TEXTURE_WRAP_T,n.CLAMP_TO_EDGE)}}else if(we.length>0){if(ge&&be){let le=Xe(we[0]);t.texStorage2D(n.TEXTURE_2D,je,re,le.width,le.height)}for(let le=0,Be=we.length;le<Be;le++)ne=we[le],ge?Ge&&t.texSubImage2D(n.TEXTURE_2D,le,0,0,pe,U,ne):t.texImage2D(n.TEXTURE_2D,le,re,pe,U,ne);S.generateMipmaps=!1}else if(ge){if(be){let le=Xe(ie);t.texStorage2D(n.TEXTURE_2D,je,re,le.width,le.height)}Ge&&t.texSubImage2D(n.TEXTURE_2D,0,0,0,pe,U,ie)}else t.texImage2D(n.TEXTURE_2D,0,re,pe,U,ie);A(S)&&S.mipmapsAutoUpdate===!0&&b(ue),ye.__version=_e.version,S.onUpdate&&S.onUpdate(S)}C.__version=S.version}function bn(C,S,X){if(S.image.length!==6)return;let ue=ft(C,S),oe=S.source;t.bindTexture(n.TEXTURE_CUBE_MAP,C.__webglTexture,n.TEXTURE0+X);let _e=i.get(oe);if(oe.version!==_e.__version||ue===!0){t.activeTexture(n.TEXTURE0+X);let ye=vt.getPrimaries(vt.workingColorSpace),te=S.colorSpace===Mr?null:vt.getPrimaries(S.colorSpace),ie=S.colorSpace===Mr||ye===te?n.NONE:n.BROWSER_DEFAULT_WEBGL;t.pixelStorei(n.UNPACK_FLIP_Y_WEBGL,S.flipY),t.pixelStorei(n.UNPACK_PREMULTIPLY_ALPHA_WEBGL,S.premultiplyAlpha),t.pixelStorei(n.UNPACK_ALIGNMENT,S.unpackAlignment),t.pixelStorei(n.UNPACK_COLORSPACE_CONVERSION_WEBGL,ie);let pe=S.isCompressedTexture||S.image[0].isCompressedTexture,U=S.image[0]&&S.image[0].isDataTexture,re=[];for(let Re=0;Re<6;Re++)!pe&&!U?re[Re]=x(S.image[Re],!0,s.maxCubemapSize):re[Re]=U?S.image[Re].image:S.image[Re],re[Re]=Ve(S,re[Re]);let ne=re[0],we=r.convert(S.format,S.colorSpace),ge=r.convert(S.type),be=T(S.internalFormat,we,ge,S.normalized,S.colorSpace),Ge=S.isVideoTexture!==!0,je=_e.__version===void 0||ue===!0,le=oe.dataReady,Be=E(S,ne);mt(n.TEXTURE_CUBE_MAP,S);let Ke;if(S.isDepthTexture){if(be=v(S.format===Sr,S.type),je)if(Ge)t.texStorage2D(n.TEXTURE_CUBE_MAP,1,be,ne.width,ne.height);else for(let Re=0;Re<6;Re++)t.texImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,0,be,ne.width,ne.height,0,we,ge,null)}else if(pe){Ge&&je&&t.texStorage2D(n.TEXTURE_CUBE_MAP,Be,be,ne.width,ne.height);for(let Re=0;Re<6;Re++){Ke=re[Re].mipmaps;for(let lt=0;lt<Ke.length;lt++){let $t=Ke[lt];S.format!==$i?we!==null?Ge?le&&t.compressedTexSubImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt,0,0,$t.width,$t.height,we,$t.data):t.compressedTexImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt,be,$t.width,$t.height,0,$t.data):Ze("WebGLRenderer: Attempt to load unsupported compressed texture format in .setTextureCube()"):Ge?le&&t.texSubImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt,0,0,$t.width,$t.height,we,ge,$t.data):t.texImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt,be,$t.width,$t.height,0,we,ge,$t.data)}}}else{if(Ke=S.mipmaps,Ge&&je){Ke.length>0&&Be++;let Re=Xe(re[0]);t.texStorage2D(n.TEXTURE_CUBE_MAP,Be,be,Re.width,Re.height)}for(let Re=0;Re<6;Re++)if(U){Ge?le&&t.texSubImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,0,0,0,re[Re].width,re[Re].height,we,ge,re[Re].data):t.texImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,0,be,re[Re].width,re[Re].height,0,we,ge,re[Re].data);for(let lt=0;lt<Ke.length;lt++){let gi=Ke[lt].image[Re].image;Ge?le&&t.texSubImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt+1,0,0,gi.width,gi.height,we,ge,gi.data):t.texImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt+1,be,gi.width,gi.height,0,we,ge,gi.data)}}else{Ge?le&&t.texSubImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,0,0,0,we,ge,re[Re]):t.texImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,0,be,we,ge,re[Re]);for(let lt=0;lt<Ke.length;lt++){let $t=Ke[lt];Ge?le&&t.texSubImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt+1,0,0,we,ge,$t.image[Re]):t.texImage2D(n.TEXTURE_CUBE_MAP_POSITIVE_X+Re,lt+1,be,we,ge,$t.image[Re])}}}A(S)&&S.mipmapsAutoUpdate===!0&&b(n.TEXTURE_CUBE_MAP),_e.__version=oe.version,S.onUpdate&&S.onUpdate(S)}C.__version=S.version}function Nt(C,S,X,ue,oe,_e){let ye=r.convert(X.format,X.colorSpace),te=r.convert(X.type),ie=T(X.internalFormat,ye,te,X.normalized,X.colorSpace),pe=i.get(S),U=i.get(X);if(U.__renderTarget=S,!pe.__hasExternalTextures){let re=Math.max(1,S.width>>_e),ne=Math.max(1,S.height>>_e);oe===n.TEXTURE_3D||oe===n.TEXTURE_2D_ARRAY?t.texImage3D(oe,_e,ie,re,ne,S.depth,0,ye,te,null):t.texImage2D(oe,_e,ie,re,ne,0,ye,te,null)}t.bindFramebuffer(n.FRAMEBUFFER,C),Me(S)?a.framebufferTexture2DMultisampleEXT(n.FRAMEBUFFER,ue,oe,U.__webglTexture,0,ot(S)):(oe===n.TEXTURE_2D||oe>=n.TEXTURE_CUBE_MAP_POSITIVE_X&&oe<=n.TEXTURE_CUBE_MAP_NEGATIVE_Z)&&n.framebufferTexture2D(n.FRAMEBUFFER,ue,oe,U.__webglTexture,_e),t.bindFramebuffer(n.FRAMEBUFFER,null)}function Gn(C,S,X){if(n.bindRenderbuffer(n.RENDERBUFFER,C),S.depthBuffer){let ue=S.depthTexture,oe=ue&&ue.isDepthTexture?ue.type:null,_e=v(S.stencilBuffer,oe),ye=S.stencilBuffer?n.DEPTH_STENCIL_ATTACHMENT:n.DEPTH_ATTACHMENT;Me(S)?a.renderbufferStorageMultisampleEXT(n.RENDERBUFFER,ot(S),_e,S.width,S.height):X?n.renderbufferStorageMultisample(n.RENDERBUFFER,ot(S),_e,S.width,S.height):n.renderbufferStorage(n.RENDERBUFFER,_e,S.width,S.height),n.framebufferRenderbuffer(n.FRAMEBUFFER,ye,n.RENDERBUFFER,C)}else{let ue=S.textures;for(let oe=0;oe<ue.length;oe++){let _e=ue[oe],ye=r.convert(_e.format,_e.colorSpace),te=r.convert(_e.type),ie=T(_e.internalFormat,ye,te,_e.normalized,_e.colorSpace);Me(S)?a.renderbufferStorageMultisampleEXT(n.RENDERBUFFER,ot(S),ie,S.width,S.height):X?n.renderbufferStorageMultisample(n.RENDERBUFFER,ot(S),ie,S.width,S.height):n.renderbufferStorage(n.RENDERBUFFER,ie,S.width,S.height)}}n.bindRenderbuffer(n.RENDERBUFFER,null)}function St(C,S,X){let ue=S.isWebGLCubeRenderTarget===!0;if(t.bindFramebuffer(n.FRAMEBUFFER,C),!(S.depthTexture&&S.depthTexture.isDepthTexture))throw new Error("THREE.WebGLTextures: renderTarget.depthTexture must be an instance of THREE.DepthTexture.");let oe=i.get(S.depthTexture);oe.__renderTarget=S;let _e=ue?S.depthTexture.image[0]:S.depthTexture.image;(!oe.__webglTexture||_e.width!==S.width||_e.height!==S.height)&&(_e.width=S.width,_e.height=S.height,S.depthTexture.needsUpdate=!0),ue?Se(S.depthTexture,0):me(S.depthTexture,0);let ye=oe.__webglTexture,te=ot(S),ie=ue?n.TEXTURE_CUBE_MAP_POSITIVE_X+X:n.TEXTURE_2D,pe=S.depthTexture.format===Sr?n.DEPTH_STENCIL_ATTACHMENT:n.DEPTH_ATTACHMENT;if(S.depthTexture.format===vr)Me(S)?a.framebufferTexture2DMultisampleEXT(n.FRAMEBUFFER,pe,ie,ye,0,te):n.framebufferTexture2D(n.FRAMEBUFFER,pe,ie,ye,0);else if(S.depthTexture.format===Sr)Me(S)?a.framebufferTexture2DMultisampleEXT(n.FRAMEBUFFER,pe,ie,ye,0,te):n.framebufferTexture2D(n.FRAMEBUFFER,pe,ie,ye,0);else throw new Error("THREE.WebGLTextures: Unknown depthTexture format.")}function Nn(C){let S=i.get(C),X=C.isWebGLCubeRenderTarget===!0;if(S.__boundDepthTexture!==C.depthTexture){let ue=C.depthTexture;if(S.__depthDisposeCallback&&S.__depthDisposeCallback(),ue){let oe=()=>{delete S.__boundDepthTexture,delete S.__depthDisposeCallback,ue.removeEventListener("dispose",oe)};ue.addEventListener("dispose",oe),S.__depthDisposeCallback=oe}S.__boundDepthTexture=ue}if(C.depthTexture&&!S.__autoAllocateDepthBuffer)if(X)for(let ue=0;ue<6;ue++)St(S.__webglFramebuffer[ue],C,ue);else C.texture.mipmaps.length>0?St(S.__webglFramebuffer[0],C,0):St(S.__webglFramebuffer,C,0);else if(X){S.__webglDepthbuffer=[];for(let ue=0;ue<6;ue++)if(t.bindFramebuffer(n.FRAMEBUFFER,S.__webglFramebuffer[ue]),S.__webglDepthbuffer[ue]===void 0)S.__webglDepthbuffer[ue]=n.createRenderbuffer(),Gn(S.__webglDepthbuffer[ue],C,!1);else{let oe=C.stencilBuffer?n.DEPTH_STENCIL_ATTACHMENT:n.DEPTH_ATTACHMENT,_e=S.__webglDepthbuffer[ue];n.bindRenderbuffer(n.RENDERBUFFER,_e),n.framebufferRenderbuffer(n.FRAMEBUFFER,oe,n.RENDERBUFFER,_e)}}else if(C.texture.mipmaps.length>0?t.bindFramebuffer(n.FRAMEBUFFER,S.__webglFramebuffer[0]):t.bindFramebuffer(n.FRAMEBUFFER,S.__webglFramebuffer),S.__webglDepthbuffer===void 0)S.__webglDepthbuffer=n.createRenderbuffer(),Gn(S.__webglDepthbuffer,C,!1);else{let oe=C.stencilBuffer?n.DEPTH_STENCIL_ATTACHMENT:n.DEPTH_ATTACHMENT,_e=S.__webglDepthbuffer;n.bindRenderbuffer(n.RENDERBUFFER,_e),n.framebufferRenderbuffer(n.FRAMEBUFFER,oe,n.RENDERBUFFER,_e)}t.bindFramebuffer(n.FRAMEBUFFER,null)}function rn(C,S,X){let ue=i.get(C);S!==void 0&&Nt(ue.__webglFramebuffer,C,C.texture,n.COLOR_ATTACHMENT0,n.TEXTURE_2D,0),X!==void 0&&Nn(C)}function Sn(C){let S=C.texture,X=i.get(C),ue=i.get(S);C.addEventListener("dispose",z),B(C);let oe=C.textures,_e=C.isWebGLCubeRenderTarget===!0,ye=oe.length>1;if(ye||(ue.__webglTexture===void 0&&(ue.__webglTexture=n.createTexture()),ue.__version=S.version,o.memory.textures++),_e){X.__webglFramebuffer=[];for(let te=0;te<6;te++)if(S.mipmaps.length>0){X.__webglFramebuffer[te]=[];for(let ie=0;ie<S.mipmaps.length;ie++)X.__webglFramebuffer[te][ie]=n.createFramebuffer()}else X.__webglFramebuffer[te]=n.createFramebuffer()}else{if(S.mipmaps.length>0){X.__webglFramebuffer=[];for(let te=0;te<S.mipmaps.length;te++)X.__webglFramebuffer[te]=n.createFramebuffer()}else X.__webglFramebuffer=n.createFramebuffer();if(ye)for(let te=0,ie=oe.length;te<ie;te++){let pe=i.get(oe[te]);pe.__webglTexture===void 0&&(pe.__webglTexture=n.createTexture(),o.memory.textures++)}if(C.samples>0&&Me(C)===!1){X.__webglMultisampledFramebuffer=n.createFramebuffer(),X.__webglColorRenderbuffer=[],t.bindFramebuffer(n.FRAMEBUFFER,X.__webglMultisampledFramebuffer);for(let te=0;te<oe.length;te++){let ie=oe[te];X.__webglColorRenderbuffer[te]=n.createRenderbuffer(),n.bindRenderbuffer(n.RENDERBUFFER,X.__webglColorRenderbuffer[te]);let pe=r.convert(ie.format,ie.colorSpace),U=r.convert(ie.type),re=T(ie.internalFormat,pe,U,ie.normalized,ie.colorSpace,C.isXRRenderTarget===!0),ne=ot(C);n.renderbufferStorageMultisample(n.RENDERBUFFER,ne,re,C.width,C.height),n.framebufferRenderbuffer(n.FRAMEBUFFER,n.COLOR_ATTACHMENT0+te,n.RENDERBUFFER,X.__webglColorRenderbuffer[te])}n.bindRenderbuffer(n.RENDERBUFFER,null),C.depthBuffer&&(X.__webglDepthRenderbuffer=n.createRenderbuffer(),Gn(X.__webglDepthRenderbuffer,C,!0)),t.bindFramebuffer(n.FRAMEBUFFER,null)}}if(_e){t.bindTexture(n.TEXTURE_CUBE_MAP,ue.__webglTexture),mt(n.TEXTURE_CUBE_MAP,S);for(let te=0;te<6;te++)if(S.mipmaps.length>0)for(let ie=0;ie<S.mipmaps.length;ie++)Nt(X.__webglFramebuffer[te][ie],C,S,n.COLOR_ATTACHMENT0,n.TEXTURE_CUBE_MAP_POSITIVE_X+te,ie);else Nt(X.__webglFramebuffer[te],C,S,n.COLOR_ATTACHMENT0,n.TEXTURE_CUBE_MAP_POSITIVE_X+te,0);A(S)?b(n.TEXTURE_CUBE_MAP):S.mipmaps.length>0&&n.texParameteri(n.TEXTURE_CUBE_MAP,n.TEXTURE_MAX_LEVEL,S.mipmaps.length-1),t.unbindTexture()}else if(ye){for(let te=0,ie=oe.length;te<ie;te++){let pe=oe[te],U=i.get(pe),re=n.TEXTURE_2D;(C.isWebGL3DRenderTarget||C.isWebGLArrayRenderTarget)&&(re=C.isWebGL3DRenderTarget?n.TEXTURE_3D:n.TEXTURE_2D_ARRAY),t.bindTexture(re,U.__webglTexture),mt(re,pe),Nt(X.__webglFramebuffer,C,pe,n.COLOR_ATTACHMENT0+te,re,0),A(pe)&&b(re)}t.unbindTexture()}else{let te=n.TEXTURE_2D;if((C.isWebGL3DRenderTarget||C.isWebGLArrayRenderTarget)&&(te=C.isWebGL3DRenderTarget?n.TEXTURE_3D:n.TEXTURE_2D_ARRAY),t.bindTexture(te,ue.__webglTexture),mt(te,S),S.mipmaps.length>0)for(let ie=0;ie<S.mipmaps.length;ie++)Nt(X.__webglFramebuffer[ie],C,S,n.COLOR_ATTACHMENT0,te,ie);else Nt(X.__webglFramebuffer,C,S,n.COLOR_ATTACHMENT0,te,0);A(S)?b(te):S.mipmaps.length>0&&n.texParameteri(te,n.TEXTURE_MAX_LEVEL,S.mipmaps.length-1),t.unbindTexture()}C.depthBuffer&&Nn(C)}function O(C){let S=C.textures;for(let X=0,ue=S.length;X<ue;X++){let oe=S[X];if(A(oe)&&oe.mipmapsAutoUpdate===!0){let _e=R(C),ye=i.get(oe).__webglTexture;t.bindTexture(_e,ye),b(_e),t.unbindTexture()}}}let Pe=[];function qe(C){if(C.samples>0){if(Me(C)===!1){let S=C.textures,X=C.width,ue=C.height,oe=n.COLOR_BUFFER_BIT,_e=C.stencilBuffer?n.DEPTH_STENCIL_ATTACHMENT:n.DEPTH_ATTACHMENT,ye=i.get(C),te=S.length>1;if(te)for(let pe=0;pe<S.length;pe++)t.bindFramebuffer(n.FRAMEBUFFER,ye.__webglMultisampledFramebuffer),n.framebufferRenderbuffer(n.FRAMEBUFFER,n.COLOR_ATTACHMENT0+pe,n.RENDERBUFFER,null),t.bindFramebuffer(n.FRAMEBUFFER,ye.__webglFramebuffer),n.framebufferTexture2D(n.DRAW_FRAMEBUFFER,n.COLOR_ATTACHMENT0+pe,n.TEXTURE_2D,null,0);t.bindFramebuffer(n.READ_FRAMEBUFFER,ye.__webglMultisampledFramebuffer),C.texture.mipmaps.length>0?t.bindFramebuffer(n.DRAW_FRAMEBUFFER,ye.__webglFramebuffer[0]):t.bindFramebuffer(n.DRAW_FRAMEBUFFER,ye.__webglFramebuffer);for(let pe=0;pe<S.length;pe++){if(C.resolveDepthBuffer&&(C.depthBuffer&&(oe|=n.DEPTH_BUFFER_BIT),C.stencilBuffer&&C.resolveStencilBuffer&&(oe|=n.STENCIL_BUFFER_BIT)),te){n.framebufferRenderbuffer(n.READ_FRAMEBUFFER,n.COLOR_ATTACHMENT0,n.RENDERBUFFER,ye.__webglColorRenderbuffer[pe]);let U=i.get(S[pe]).__webglTexture;n.framebufferTexture2D(n.DRAW_FRAMEBUFFER,n.COLOR_ATTACHMENT0,n.TEXTURE_2D,U,0)}n.blitFramebuffer(0,0,X,ue,0,0,X,ue,oe,n.NEAREST),l===!0&&(Pe.length=0,Pe.push(n.COLOR_ATTACHMENT0+pe),C.depthBuffer&&C.storeMultisampledDepthBuffer===!1&&Pe.push(_e),n.invalidateFramebuffer(n.READ_FRAMEBUFFER,Pe))}if(t.bindFramebuffer(n.READ_FRAMEBUFFER,null),t.bindFramebuffer(n.DRAW_FRAMEBUFFER,null),te)for(let pe=0;pe<S.length;pe++){t.bindFramebuffer(n.FRAMEBUFFER,ye.__webglMultisampledFramebuffer),n.framebufferRenderbuffer(n.FRAMEBUFFER,n.COLOR_ATTACHMENT0+pe,n.RENDERBUFFER,ye.__webglColorRenderbuffer[pe]);let U=i.get(S[pe]).__webglTexture;t.bindFramebuffer(n.FRAMEBUFFER,ye.__webglFramebuffer),n.framebufferTexture2D(n.DRAW_FRAMEBUFFER,n.COLOR_ATTACHMENT0+pe,n.TEXTURE_2D,U,0)}t.bindFramebuffer(n.DRAW_FRAMEBUFFER,ye.__webglMultisampledFramebuffer)}else if(C.depthBuffer&&C.storeMultisampledDepthBuffer===!1&&l){let S=C.stencilBuffer?n.DEPTH_STENCIL_ATTACHMENT:n.DEPTH_ATTACHMENT;n.invalidateFramebuffer(n.DRAW_FRAMEBUFFER,[S])}}}function ot(C){return Math.min(s.maxSamples,C.samples)}function Me(C){let S=i.get(C);return C.samples>0&&e.has("WEBGL_multisampled_render_to_texture")===!0&&S.__useRenderToTexture!==!1}function kt(C){let S=o.render.frame;u.get(C)!==S&&(u.set(C,S),C.update())}function Ve(C,S){let X=C.colorSpace,ue=C.format,oe=C.type;return C.isCompressedTexture===!0||C.isVideoTexture===!0||X!==Ao&&X!==Mr&&(vt.getTransfer(X)===Ct?(ue!==$i||oe!==li)&&Ze("WebGLTextures: sRGB encoded textures have to use RGBAFormat and UnsignedByteType."):et("WebGLTextures: Unsupported texture color space:",X)),S}function Xe(C){return typeof HTMLImageElement<"u"&&C instanceof HTMLImageElement?(c.width=C.naturalWidth||C.width,c.height=C.naturalHeight||C.height):typeof VideoFrame<"u"&&C instanceof VideoFrame?(c.width=C.displayWidth,c.height=C.displayHeight):(c.width=C.width,c.height=C.height),c}this.allocateTextureUnit=he,this.resetTextureUnits=Q,this.getTextureUnits=se,this.setTextureUnits=fe,this.setTexture2D=me,this.setTexture2DArray=ve,this.setTexture3D=Ce,this.setTextureCube=Se,this.rebindTextures=rn,this.setupRenderTarget=Sn,this.updateRenderTargetMipmap=O,this.updateMultisampleRenderTarget=qe,this.setupDepthRenderbuffer=Nn,this.setupFrameBufferTexture=Nt,this.useMultisampledRTT=Me,this.dispose=$}function FA(n,e){function t(i,s=Mr){let r,o=vt.getTransfer(s);if(i===li)return n.UNSIGNED_BYTE;if(i===Oh)return n.UNSIGNED_SHORT_4_4_4_4;if(i===Fh)return n.UNSIGNED_SHORT_5_5_5_1;if(i===em)return n.UNSIGNED_INT_5_9_9_9_REV;if(i===tm)return n.UNSIGNED_INT_10F_11F_11F_REV;if(i===Kp)return n.BYTE;if(i===Qp)return n.SHORT;if(i===Za)return n.UNSIGNED_SHORT;if(i===Uh)return n.INT;if(i===bs)return n.UNSIGNED_INT;if(i===Li)return n.FLOAT;if(i===Ss)return n.HALF_FLOAT;if(i===nm)return n.ALPHA;if(i===im)return n.RGB;if(i===$i)return n.RGBA;if(i===vr)return n.DEPTH_COMPONENT;if(i===Sr)return n.DEPTH_STENCIL;if(i===Bh)return n.RED;if(i===kh)return n.RED_INTEGER;if(i===Kr)return n.RG;if(i===zh)return n.RG_INTEGER;if(i===Vh)return n.RGBA_INTEGER;if(i===Ac||i===Cc||i===Rc||i===Pc)if(o===Ct)if(r=e.get("WEBGL_compressed_texture_s3tc_srgb"),r!==null){if(i===Ac)return r.COMPRESSED_SRGB_S3TC_DXT1_EXT;if(i===Cc)return r.COMPRESSED_SRGB_ALPHA_S3TC_DXT1_EXT;if(i===Rc)return r.COMPRESSED_SRGB_ALPHA_S3TC_DXT3_EXT;if(i===Pc)return r.COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT}else return null;else if(r=e.get("WEBGL_compressed_texture_s3tc"),r!==null){if(i===Ac)return r.COMPRESSED_RGB_S3TC_DXT1_EXT;if(i===Cc)return r.COMPRESSED_RGBA_S3TC_DXT1_EXT;if(i===Rc)return r.COMPRESSED_RGBA_S3TC_DXT3_EXT;if(i===Pc)return r.COMPRESSED_RGBA_S3TC_DXT5_EXT}else return null;if(i===Hh||i===Gh||i===$h||i===Wh)if(r=e.get("WEBGL_compressed_texture_pvrtc"),r!==null){if(i===Hh)return r.COMPRESSED_RGB_PVRTC_4BPPV1_IMG;if(i===Gh)return r.COMPRESSED_RGB_PVRTC_2BPPV1_IMG;if(i===$h)return r.COMPRESSED_RGBA_PVRTC_4BPPV1_IMG;if(i===Wh)return r.COMPRESSED_RGBA_PVRTC_2BPPV1_IMG}else return null;if(i===Xh||i===qh||i===Yh||i===Zh||i===Jh||i===Ic||i===jh)if(r=e.get("WEBGL_compressed_texture_etc"),r!==null){if(i===Xh||i===qh)return o===Ct?r.COMPRESSED_SRGB8_ETC2:r.COMPRESSED_RGB8_ETC2;if(i===Yh)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ETC2_EAC:r.COMPRESSED_RGBA8_ETC2_EAC;if(i===Zh)return r.COMPRESSED_R11_EAC;if(i===Jh)return r.COMPRESSED_SIGNED_R11_EAC;if(i===Ic)return r.COMPRESSED_RG11_EAC;if(i===jh)return r.COMPRESSED_SIGNED_RG11_EAC}else return null;if(i===Kh||i===Qh||i===ef||i===tf||i===nf||i===sf||i===rf||i===of||i===af||i===lf||i===cf||i===uf||i===hf||i===ff)if(r=e.get("WEBGL_compressed_texture_astc"),r!==null){if(i===Kh)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_4x4_KHR:r.COMPRESSED_RGBA_ASTC_4x4_KHR;if(i===Qh)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_5x4_KHR:r.COMPRESSED_RGBA_ASTC_5x4_KHR;if(i===ef)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_5x5_KHR:r.COMPRESSED_RGBA_ASTC_5x5_KHR;if(i===tf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_6x5_KHR:r.COMPRESSED_RGBA_ASTC_6x5_KHR;if(i===nf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_6x6_KHR:r.COMPRESSED_RGBA_ASTC_6x6_KHR;if(i===sf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_8x5_KHR:r.COMPRESSED_RGBA_ASTC_8x5_KHR;if(i===rf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_8x6_KHR:r.COMPRESSED_RGBA_ASTC_8x6_KHR;if(i===of)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_8x8_KHR:r.COMPRESSED_RGBA_ASTC_8x8_KHR;if(i===af)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_10x5_KHR:r.COMPRESSED_RGBA_ASTC_10x5_KHR;if(i===lf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_10x6_KHR:r.COMPRESSED_RGBA_ASTC_10x6_KHR;if(i===cf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_10x8_KHR:r.COMPRESSED_RGBA_ASTC_10x8_KHR;if(i===uf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_10x10_KHR:r.COMPRESSED_RGBA_ASTC_10x10_KHR;if(i===hf)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_12x10_KHR:r.COMPRESSED_RGBA_ASTC_12x10_KHR;if(i===ff)return o===Ct?r.COMPRESSED_SRGB8_ALPHA8_ASTC_12x12_KHR:r.COMPRESSED_RGBA_ASTC_12x12_KHR}else return null;if(i===df||i===pf||i===mf)if(r=e.get("EXT_texture_compression_bptc"),r!==null){if(i===df)return o===Ct?r.COMPRESSED_SRGB_ALPHA_BPTC_UNORM_EXT:r.COMPRESSED_RGBA_BPTC_UNORM_EXT;if(i===pf)return r.COMPRESSED_RGB_BPTC_SIGNED_FLOAT_EXT;if(i===mf)return r.COMPRESSED_RGB_BPTC_UNSIGNED_FLOAT_EXT}else return null;if(i===gf||i===_f||i===Lc||i===vf)if(r=e.get("EXT_texture_compression_rgtc"),r!==null){if(i===gf)return r.COMPRESSED_RED_RGTC1_EXT;if(i===_f)return r.COMPRESSED_SIGNED_RED_RGTC1_EXT;if(i===Lc)return r.COMPRESSED_RED_GREEN_RGTC2_EXT;if(i===vf)return r.COMPRESSED_SIGNED_RED_GREEN_RGTC2_EXT}else return null;return i===Uo?n.UNSIGNED_INT_24_8:n[i]!==void 0?n[i]:null}return{convert:t}}var BA=`
+void main() {
+
+	gl_Position = vec4( position, 1.0 );
+
+}`,kA=`
+uniform sampler2DArray depthColor;
+uniform float depthWidth;
+uniform float depthHeight;
+
+void main() {
+
+	vec2 coord = vec2( gl_FragCoord.x / depthWidth, gl_FragCoord.y / depthHeight );
+
+	if ( coord.x >= 1.0 ) {
+
+		gl_FragDepth = texture( depthColor, vec3( coord.x - 1.0, coord.y, 1 ) ).r;
+
+	} else {
+
+		gl_FragDepth = texture( depthColor, vec3( coord.x, coord.y, 0 ) ).r;
+
+	}
+
+}`,Em=class{constructor(){this.texture=null,this.mesh=null,this.depthNear=0,this.depthFar=0}init(e,t){if(this.texture===null){let i=new dc(e.texture);(e.depthNear!==t.depthNear||e.depthFar!==t.depthFar)&&(this.depthNear=e.depthNear,this.depthFar=e.depthFar),this.texture=i}}getMesh(e){if(this.texture!==null&&this.mesh===null){let t=e.cameras[0].viewport,i=new ai({vertexShader:BA,fragmentShader:kA,uniforms:{depthColor:{value:this.texture},depthWidth:{value:t.z},depthHeight:{value:t.w}}});this.mesh=new Jn(new mc(20,20),i)}return this.mesh}reset(){this.texture=null,this.mesh=null}getDepthTexture(){return this.texture}},Tm=class extends zs{constructor(e,t){super();let i=this,s=null,r=1,o=null,a="local-floor",l=1,c=null,u=null,h=null,f=null,d=null,p=null,y=typeof XRWebGLBinding<"u",m=new Em,g={},x=t.getContextAttributes(),A=null,b=null,R=[],T=[],v=new at,E=null,B=null,N=new Si;N.viewport=new Rt;let I=new Si;I.viewport=new Rt;let z=[N,I],H=new Ph,D=null,$=null;this.cameraAutoUpdate=!0,this.enabled=!1,this.isPresenting=!1,this.getController=function(ee){let me=R[ee];return me===void 0&&(me=new Ha,R[ee]=me),me.getTargetRaySpace()},this.getControllerGrip=function(ee){let me=R[ee];return me===void 0&&(me=new Ha,R[ee]=me),me.getGripSpace()},this.getHand=function(ee){let me=R[ee];return me===void 0&&(me=new Ha,R[ee]=me),me.getHandSpace()};function Y(ee){let me=T.indexOf(ee.inputSource);if(me===-1)return;let ve=R[me];ve!==void 0&&(ve.update(ee.inputSource,ee.frame,c||o),ve.dispatchEvent({type:ee.type,data:ee.inputSource}))}function W(){s.removeEventListener("select",Y),s.removeEventListener("selectstart",Y),s.removeEventListener("selectend",Y),s.removeEventListener("squeeze",Y),s.removeEventListener("squeezestart",Y),s.removeEventListener("squeezeend",Y),s.removeEventListener("end",W),s.removeEventListener("inputsourceschange",ce);for(let ee=0;ee<R.length;ee++){let me=T[ee];me!==null&&(T[ee]=null,R[ee].disconnect(me))}D=null,$=null,m.reset();for(let ee in g)delete g[ee];if(e.setRenderTarget(A),d=null,f=null,h=null,s=null,b=null,he.stop(),i.isPresenting=!1,e.setPixelRatio(E),e.setSize(v.width,v.height,!1),B!==null){let ee=B.camera;ee.fov=B.fov,ee.zoom=B.zoom,ee.updateProjectionMatrix(),B=null}i.dispatchEvent({type:"sessionend"})}this.setFramebufferScaleFactor=function(ee){r=ee,i.isPresenting===!0&&Ze("WebXRManager: Cannot change framebuffer scale while presenting.")},this.setReferenceSpaceType=function(ee){a=ee,i.isPresenting===!0&&Ze("WebXRManager: Cannot change reference space type while presenting.")},this.getReferenceSpace=function(){return c||o},this.setReferenceSpace=function(ee){c=ee},this.getBaseLayer=function(){return f!==null?f:d},this.getBinding=function(){return h===null&&y&&(h=new XRWebGLBinding(s,t)),h},this.getFrame=function(){return p},this.getSession=function(){return s},this.setSession=async function(ee){if(s=ee,s!==null){if(A=e.getRenderTarget(),s.addEventListener("select",Y),s.addEventListener("selectstart",Y),s.addEventListener("selectend",Y),s.addEventListener("squeeze",Y),s.addEventListener("squeezestart",Y),s.addEventListener("squeezeend",Y),s.addEventListener("end",W),s.addEventListener("inputsourceschange",ce),x.xrCompatible!==!0&&await t.makeXRCompatible(),E=e.getPixelRatio(),e.getSize(v),y&&"createProjectionLayer"in XRWebGLBinding.prototype){let ve=null,Ce=null,Se=null;x.depth&&(Se=x.stencil?t.DEPTH24_STENCIL8:t.DEPTH_COMPONENT24,ve=x.stencil?Sr:vr,Ce=x.stencil?Uo:bs);let $e={colorFormat:t.RGBA8,depthFormat:Se,scaleFactor:r};h=this.getBinding(),f=h.createProjectionLayer($e),s.updateRenderState({layers:[f]}),e.setPixelRatio(1),e.setSize(f.textureWidth,f.textureHeight,!1),b=new wi(f.textureWidth,f.textureHeight,{format:$i,type:li,depthTexture:new xs(f.textureWidth,f.textureHeight,Ce,void 0,void 0,void 0,void 0,void 0,void 0,ve),stencilBuffer:x.stencil,colorSpace:e.outputColorSpace,samples:x.antialias?4:0,resolveDepthBuffer:f.ignoreDepthValues===!1,resolveStencilBuffer:f.ignoreDepthValues===!1,storeMultisampledDepthBuffer:f.ignoreDepthValues===!1,storeMultisampledStencilBuffer:f.ignoreDepthValues===!1})}else{let ve={antialias:x.antialias,alpha:!0,depth:x.depth,stencil:x.stencil,framebufferScaleFactor:r};d=new XRWebGLLayer(s,t,ve),s.updateRenderState({baseLayer:d}),e.setPixelRatio(1),e.setSize(d.framebufferWidth,d.framebufferHeight,!1),b=new wi(d.framebufferWidth,d.framebufferHeight,{format:$i,type:li,colorSpace:e.outputColorSpace,stencilBuffer:x.stencil,resolveDepthBuffer:d.ignoreDepthValues===!1,resolveStencilBuffer:d.ignoreDepthValues===!1,storeMultisampledDepthBuffer:d.ignoreDepthValues===!1,storeMultisampledStencilBuffer:d.ignoreDepthValues===!1})}b.isXRRenderTarget=!0,this.setFoveation(l),c=null,o=await s.requestReferenceSpace(a),he.setContext(s),he.start(),i.isPresenting=!0,i.dispatchEvent({type:"sessionstart"})}},this.getEnvironmentBlendMode=function(){if(s!==null)return s.environmentBlendMode},this.getDepthTexture=function(){return m.getDepthTexture()};function ce(ee){for(let me=0;me<ee.removed.length;me++){let ve=ee.removed[me],Ce=T.indexOf(ve);Ce>=0&&(T[Ce]=null,R[Ce].disconnect(ve))}for(let me=0;me<ee.added.length;me++){let ve=ee.added[me],Ce=T.indexOf(ve);if(Ce===-1){for(let $e=0;$e<R.length;$e++)if($e>=T.length){T.push(ve),Ce=$e;break}else if(T[$e]===null){T[$e]=ve,Ce=$e;break}if(Ce===-1)break}let Se=R[Ce];Se&&Se.connect(ve)}}function j(ee,me){me===null?ee.matrixWorld.copy(ee.matrix):ee.matrixWorld.multiplyMatrices(me.matrixWorld,ee.matrix),ee.matrixWorldInverse.copy(ee.matrixWorld).invert()}this.updateCamera=function(ee){if(s===null)return;let me=ee.near,ve=ee.far;m.texture!==null&&(m.depthNear>0&&(me=m.depthNear),m.depthFar>0&&(ve=m.depthFar)),H.near=I.near=N.near=me,H.far=I.far=N.far=ve,(D!==H.near||$!==H.far)&&(s.updateRenderState({depthNear:H.near,depthFar:H.far}),D=H.near,$=H.far),H.layers.mask=ee.layers.mask|6,N.layers.mask=H.layers.mask&-5,I.layers.mask=H.layers.mask&-3;let Ce=ee.parent,Se=H.cameras;j(H,Ce);for(let $e=0;$e<Se.length;$e++)j(Se[$e],Ce);H.projectionMatrix.copy(N.projectionMatrix),H.projectionMatrixInverse.copy(N.projectionMatrixInverse),B===null&&ee.isPerspectiveCamera&&(B={camera:ee,fov:ee.fov,zoom:ee.zoom}),Q(ee,H,Ce)};function Q(ee,me,ve){ve===null?ee.matrix.copy(me.matrixWorld):(ee.matrix.copy(ve.matrixWorld),ee.matrix.invert(),ee.matrix.multiply(me.matrixWorld)),ee.matrix.decompose(ee.position,ee.quaternion,ee.scale),ee.updateMatrixWorld(!0),ee.projectionMatrix.copy(me.projectionMatrix),ee.projectionMatrixInverse.copy(me.projectionMatrixInverse),ee.isPerspectiveCamera&&(ee.fov=za*2*Math.atan(1/ee.projectionMatrix.elements[5]),ee.zoom=1)}this.getCamera=function(){return H},this.getFoveation=function(){if(!(f===null&&d===null))return l},this.setFoveation=function(ee){l=ee,f!==null&&(f.fixedFoveation=ee),d!==null&&d.fixedFoveation!==void 0&&(d.fixedFoveation=ee)},this.hasDepthSensing=function(){return m.texture!==null},this.getDepthSensingMesh=function(){return m.getMesh(H)},this.getCameraTexture=function(ee){return g[ee]};let se=null;function fe(ee,me){if(u=me.getViewerPose(c||o),p=me,u!==null){let ve=u.views;d!==null&&(e.setRenderTargetFramebuffer(b,d.framebuffer),e.setRenderTarget(b));let Ce=!1;ve.length!==H.cameras.length&&(H.cameras.length=0,Ce=!0);for(let He=0;He<ve.length;He++){let mt=ve[He],ft=null;if(d!==null)ft=d.getViewport(mt);else{let jt=h.getViewSubImage(f,mt);ft=jt.viewport,He===0&&(e.setRenderTargetTextures(b,jt.colorTexture,jt.depthStencilTexture),e.setRenderTarget(b))}let it=z[He];it===void 0&&(it=new Si,it.layers.enable(He),it.viewport=new Rt,z[He]=it),it.matrix.fromArray(mt.transform.matrix),it.matrix.decompose(it.position,it.quaternion,it.scale),it.projectionMatrix.fromArray(mt.projectionMatrix),it.projectionMatrixInverse.copy(it.projectionMatrix).invert(),it.viewport.set(ft.x,ft.y,ft.width,ft.height),He===0&&(H.matrix.copy(it.matrix),H.matrix.decompose(H.position,H.quaternion,H.scale)),Ce===!0&&H.cameras.push(it)}let Se=s.enabledFeatures;if(Se&&Se.includes("depth-sensing")&&s.depthUsage=="gpu-optimized"&&y){h=i.getBinding();let He=h.getDepthInformation(ve[0]);He&&He.isValid&&He.texture&&m.init(He,s.renderState)}if(Se&&Se.includes("camera-access")&&y){e.state.unbindTexture(),h=i.getBinding();for(let He=0;He<ve.length;He++){let mt=ve[He].camera;if(mt){let ft=g[mt];ft||(ft=new dc,g[mt]=ft);let it=h.getCameraImage(mt);ft.sourceTexture=it}}}}for(let ve=0;ve<R.length;ve++){let Ce=T[ve],Se=R[ve];Ce!==null&&Se!==void 0&&Se.update(Ce,me,c||o)}se&&se(ee,me),me.detectedPlanes&&i.dispatchEvent({type:"planesdetected",data:me}),p=null}let he=new Iv;he.setAnimationLoop(fe),this.setAnimationLoop=function(ee){se=ee},this.dispose=function(){}}},zA=new ht,Vv=new nt;Vv.set(-1,0,0,0,1,0,0,0,1);function VA(n,e){function t(m,g){m.matrixAutoUpdate===!0&&m.updateMatrix(),g.value.copy(m.matrix)}function i(m,g){g.color.getRGB(m.fogColor.value,dm(n)),g.isFog?(m.fogNear.value=g.near,m.fogFar.value=g.far):g.isFogExp2&&(m.fogDensity.value=g.density)}function s(m,g,x,A,b){g.isNodeMaterial?g.uniformsNeedUpdate=!1:g.isMeshBasicMaterial?r(m,g):g.isMeshLambertMaterial?(r(m,g),g.envMap&&(m.envMapIntensity.value=g.envMapIntensity)):g.isMeshToonMaterial?(r(m,g),h(m,g)):g.isMeshPhongMaterial?(r(m,g),u(m,g),g.envMap&&(m.envMapIntensity.value=g.envMapIntensity)):g.isMeshStandardMaterial?(r(m,g),f(m,g),g.isMeshPhysicalMaterial&&d(m,g,b)):g.isMeshMatcapMaterial?(r(m,g),p(m,g)):g.isMeshDepthMaterial?r(m,g):g.isMeshDistanceMaterial?(r(m,g),y(m,g)):g.isMeshNormalMaterial?r(m,g):g.isLineBasicMaterial?(o(m,g),g.isLineDashedMaterial&&a(m,g)):g.isPointsMaterial?l(m,g,x,A):g.isSpriteMaterial?c(m,g):g.isShadowMaterial?(m.color.value.copy(g.color),m.opacity.value=g.opacity):g.isShaderMaterial&&(g.uniformsNeedUpdate=!1)}function r(m,g){m.opacity.value=g.opacity,g.color&&m.diffuse.value.copy(g.color),g.emissive&&m.emissive.value.copy(g.emissive).multiplyScalar(g.emissiveIntensity),g.map&&(m.map.value=g.map,t(g.map,m.mapTransform)),g.alphaMap&&(m.alphaMap.value=g.alphaMap,t(g.alphaMap,m.alphaMapTransform)),g.bumpMap&&(m.bumpMap.value=g.bumpMap,t(g.bumpMap,m.bumpMapTransform),m.bumpScale.value=g.bumpScale,g.side===Ei&&(m.bumpScale.value*=-1)),g.normalMap&&(m.normalMap.value=g.normalMap,t(g.normalMap,m.normalMapTransform),m.normalScale.value.copy(g.normalScale),g.side===Ei&&m.normalScale.value.negate()),g.displacementMap&&(m.displacementMap.value=g.displacementMap,t(g.displacementMap,m.displacementMapTransform),m.displacementScale.value=g.displacementScale,m.displacementBias.value=g.displacementBias),g.emissiveMap&&(m.emissiveMap.value=g.emissiveMap,t(g.emissiveMap,m.emissiveMapTransform)),g.specularMap&&(m.specularMap.value=g.specularMap,t(g.specularMap,m.specularMapTransform)),g.alphaTest>0&&(m.alphaTest.value=g.alphaTest);let x=e.get(g),A=x.envMap,b=x.envMapRotation;A&&(m.envMap.value=A,m.envMapRotation.value.setFromMatrix4(zA.makeRotationFromEuler(b)).transpose(),A.isCubeTexture&&A.isRenderTargetTexture===!1&&m.envMapRotation.value.premultiply(Vv),m.reflectivity.value=g.reflectivity,m.ior.value=g.ior,m.refractionRatio.value=g.refractionRatio),g.lightMap&&(m.lightMap.value=g.lightMap,m.lightMapIntensity.value=g.lightMapIntensity,t(g.lightMap,m.lightMapTransform)),g.aoMap&&(m.aoMap.value=g.aoMap,m.aoMapIntensity.value=g.aoMapIntensity,t(g.aoMap,m.aoMapTransform))}function o(m,g){m.diffuse.value.copy(g.color),m.opacity.value=g.opacity,g.map&&(m.map.value=g.map,t(g.map,m.mapTransform))}function a(m,g){m.dashSize.value=g.dashSize,m.totalSize.value=g.dashSize+g.gapSize,m.scale.value=g.scale}function l(m,g,x,A){m.diffuse.value.copy(g.color),m.opacity.value=g.opacity,m.size.value=g.size*x,m.scale.value=A*.5,g.map&&(m.map.value=g.map,t(g.map,m.uvTransform)),g.alphaMap&&(m.alphaMap.value=g.alphaMap,t(g.alphaMap,m.alphaMapTransform)),g.alphaTest>0&&(m.alphaTest.value=g.alphaTest)}function c(m,g){m.diffuse.value.copy(g.color),m.opacity.value=g.opacity,m.rotation.value=g.rotation,g.map&&(m.map.value=g.map,t(g.map,m.mapTransform)),g.alphaMap&&(m.alphaMap.value=g.alphaMap,t(g.alphaMap,m.alphaMapTransform)),g.alphaTest>0&&(m.alphaTest.value=g.alphaTest)}function u(m,g){m.specular.value.copy(g.specular),m.shininess.value=Math.max(g.shininess,1e-4)}function h(m,g){g.gradientMap&&(m.gradientMap.value=g.gradientMap)}function f(m,g){m.metalness.value=g.metalness,g.metalnessMap&&(m.metalnessMap.value=g.metalnessMap,t(g.metalnessMap,m.metalnessMapTransform)),m.roughness.value=g.roughness,g.roughnessMap&&(m.roughnessMap.value=g.roughnessMap,t(g.roughnessMap,m.roughnessMapTransform)),g.envMap&&(m.envMapIntensity.value=g.envMapIntensity)}function d(m,g,x){m.ior.value=g.ior,g.diffuseRoughness>0&&(m.diffuseRoughness.value=g.diffuseRoughness,g.diffuseRoughnessMap&&(m.diffuseRoughnessMap.value=g.diffuseRoughnessMap,t(g.diffuseRoughnessMap,m.diffuseRoughnessMapTransform))),g.sheen>0&&(m.sheenColor.value.copy(g.sheenColor).multiplyScalar(g.sheen),m.sheenRoughness.value=g.sheenRoughness,g.sheenColorMap&&(m.sheenColorMap.value=g.sheenColorMap,t(g.sheenColorMap,m.sheenColorMapTransform)),g.sheenRoughnessMap&&(m.sheenRoughnessMap.value=g.sheenRoughnessMap,t(g.sheenRoughnessMap,m.sheenRoughnessMapTransform))),g.clearcoat>0&&(m.clearcoat.value=g.clearcoat,m.clearcoatRoughness.value=g.clearcoatRoughness,g.clearcoatMap&&(m.clearcoatMap.value=g.clearcoatMap,t(g.clearcoatMap,m.clearcoatMapTransform)),g.clearcoatRoughnessMap&&(m.clearcoatRoughnessMap.value=g.clearcoatRoughnessMap,t(g.clearcoatRoughnessMap,m.clearcoatRoughnessMapTransform)),g.clearcoatNormalMap&&(m.clearcoatNormalMap.value=g.clearcoatNormalMap,t(g.clearcoatNormalMap,m.clearcoatNormalMapTransform),m.clearcoatNormalScale.value.copy(g.clearcoatNormalScale),g.side===Ei&&m.clearcoatNormalScale.value.negate())),g.dispersion>0&&(m.dispersion.value=g.dispersion),g.retroreflectivity>0&&(m.retroreflectivity.value=g.retroreflectivity),g.iridescence>0&&(m.iridescence.value=g.iridescence,m.iridescenceIOR.value=g.iridescenceIOR,m.iridescenceThicknessMinimum.value=g.iridescenceThicknessMinimum,m.iridescenceThicknessMaximum.value=g.iridescenceThicknessMaximum,g.iridescenceMap&&(m.iridescenceMap.value=g.iridescenceMap,t(g.iridescenceMap,m.iridescenceMapTransform)),g.iridescenceThicknessMap&&(m.iridescenceThicknessMap.value=g.iridescenceThicknessMap,t(g.iridescenceThicknessMap,m.iridescenceThicknessMapTransform))),g.transmission>0&&(m.transmission.value=g.transmission,m.transmissionSamplerMap.value=x.texture,m.transmissionSamplerSize.value.set(x.width,x.height),g.transmissionMap&&(m.transmissionMap.value=g.transmissionMap,t(g.transmissionMap,m.transmissionMapTransform)),m.thickness.value=g.thickness,g.thicknessMap&&(m.thicknessMap.value=g.thicknessMap,t(g.thicknessMap,m.thicknessMapTransform)),m.attenuationDistance.value=g.attenuationDistance,m.attenuationColor.value.copy(g.attenuationColor)),g.anisotropy>0&&(m.anisotropyVector.value.set(g.anisotropy*Math.cos(g.anisotropyRotation),g.anisotropy*Math.sin(g.anisotropyRotation)),g.anisotropyMap&&(m.anisotropyMap.value=g.anisotropyMap,t(g.anisotropyMap,m.anisotropyMapTransform))),m.specularIntensity.value=g.specularIntensity,m.specularColor.value.copy(g.specularColor),g.specularColorMap&&(m.specularColorMap.value=g.specularColorMap,t(g.specularColorMap,m.specularColorMapTransform)),g.specularIntensityMap&&(m.specularIntensityMap.value=g.specularIntensityMap,t(g.specularIntensityMap,m.specularIntensityMapTransform))}function p(m,g){g.matcap&&(m.matcap.value=g.matcap)}function y(m,g){let x=e.get(g).light;m.referencePosition.value.setFromMatrixPosition(x.matrixWorld),m.nearDistance.value=x.shadow.camera.near,m.farDistance.value=x.shadow.camera.far}return{refreshFogUniforms:i,refreshMaterialUniforms:s}}function HA(n,e,t,i){let s={},r={};function o(x,A){let b=A.program;i.uniformBlockBinding(x,b,s[x.id])}function a(x,A){let b=s[x.id];b===void 0&&(p(x),b=l(x),s[x.id]=b,x.addEventListener("dispose",m));let R=A.program;i.updateUBOMapping(x,R);let T=e.render.frame;r[x.id]!==T&&(c(x),r[x.id]=T)}function l(x){let A=n.createBuffer(),b=x.__size,R=x.usage;return n.bindBuffer(n.UNIFORM_BUFFER,A),n.bufferData(n.UNIFORM_BUFFER,b,R),n.bindBuffer(n.UNIFORM_BUFFER,null),A}function c(x){let A=s[x.id],b=x.uniforms,R=x.__cache;n.bindBuffer(n.UNIFORM_BUFFER,A);for(let T=0,v=b.length;T<v;T++){let E=b[T];if(Array.isArray(E))for(let B=0,N=E.length;B<N;B++)u(E[B],T,B,R);else u(E,T,0,R)}n.bindBuffer(n.UNIFORM_BUFFER,null)}function u(x,A,b,R){if(f(x,A,b,R)===!0){let T=x.__offset,v=x.value;if(Array.isArray(v)){let E=0;for(let B=0;B<v.length;B++){let N=v[B],I=y(N,!0);h(N,x.__data,E),E+=I.storage/Float32Array.BYTES_PER_ELEMENT}}else h(v,x.__data,0);n.bufferSubData(n.UNIFORM_BUFFER,T,x.__data)}}function h(x,A,b){typeof x=="number"||typeof x=="boolean"?A[b]=x:x.isMatrix3?(A[b]=x.elements[0],A[b+1]=x.elements[1],A[b+2]=x.elements[2],A[b+3]=0,A[b+4]=x.elements[3],A[b+5]=x.elements[4],A[b+6]=x.elements[5],A[b+7]=0,A[b+8]=x.elements[6],A[b+9]=x.elements[7],A[b+10]=x.elements[8],A[b+11]=0):ArrayBuffer.isView(x)?A.set(x.subarray(0,A.length-b),b):x.toArray(A,b)}function f(x,A,b,R){let T=x.value,v=A+"_"+b;if(Array.isArray(T)){R[v]===void 0&&(R[v]=[]);let E=R[v],B=!1;for(let N=0;N<T.length;N++)d(T[N],E,N)===!0&&(B=!0);return B}return d(T,R,v)}function d(x,A,b){if(A[b]===void 0)return typeof x=="number"||typeof x=="boolean"?A[b]=x:ArrayBuffer.isView(x)?A[b]=x.slice():A[b]=x.clone(),!0;{let R=A[b];if(typeof x=="number"||typeof x=="boolean"){if(R!==x)return A[b]=x,!0}else{if(ArrayBuffer.isView(x))return!0;if(R.equals(x)===!1)return R.copy(x),!0}}return!1}function p(x){let A=x.uniforms,b=0,R=16;for(let v=0,E=A.length;v<E;v++){let B=Array.isArray(A[v])?A[v]:[A[v]];for(let N=0,I=B.length;N<I;N++){let z=B[N],H=Array.isArray(z.value)?z.value:[z.value],D=Array.isArray(A[v])||Array.isArray(z.value),$=b;for(let W=0,ce=H.length;W<ce;W++){let j=H[W],Q=y(j,D),se=b%R,fe=se%Q.boundary,he=se+fe;b+=fe,he!==0&&R-he<Q.storage&&(b+=R-he),W===0&&($=b),b+=Q.storage}let Y=z.type==="int"?Int32Array:z.type==="uint"?Uint32Array:Float32Array;z.__data=new Y((b-$)/Float32Array.BYTES_PER_ELEMENT),z.__offset=$}}let T=b%R;return T>0&&(b+=R-T),x.__size=b,x.__cache={},this}function y(x,A){let b={boundary:0,storage:0};return typeof x=="number"||typeof x=="boolean"?(b.boundary=4,b.storage=4):x.isVector2?(b.boundary=8,b.storage=8):x.isVector3||x.isColor?(b.boundary=16,b.storage=12):x.isVector4?(b.boundary=16,b.storage=16):x.isMatrix3?(b.boundary=16,b.storage=48):x.isMatrix4?(b.boundary=16,b.storage=64):x.isTexture?Ze("WebGLRenderer: Texture samplers can not be part of an uniforms group."):ArrayBuffer.isView(x)?(b.boundary=16,b.storage=x.byteLength):Ze("WebGLRenderer: Unsupported uniform value type.",x),A===!0&&(b.boundary=16,b.storage=Math.ceil(b.storage/16)*16),b}function m(x){let A=x.target;A.removeEventListener("dispose",m),n.deleteBuffer(s[A.id]),delete s[A.id],delete r[A.id]}function g(){for(let x in s)n.deleteBuffer(s[x]);s={},r={}}return{bind:o,update:a,dispose:g}}var GA=new Uint16Array([12469,15057,12620,14925,13266,14620,13807,14376,14323,13990,14545,13625,14713,13328,14840,12882,14931,12528,14996,12233,15039,11829,15066,11525,15080,11295,15085,10976,15082,10705,15073,10495,13880,14564,13898,14542,13977,14430,14158,14124,14393,13732,14556,13410,14702,12996,14814,12596,14891,12291,14937,11834,14957,11489,14958,11194,14943,10803,14921,10506,14893,10278,14858,9960,14484,14039,14487,14025,14499,13941,14524,13740,14574,13468,14654,13106,14743,12678,14818,12344,14867,11893,14889,11509,14893,11180,14881,10751,14852,10428,14812,10128,14765,9754,14712,9466,14764,13480,14764,13475,14766,13440,14766,13347,14769,13070,14786,12713,14816,12387,14844,11957,14860,11549,14868,11215,14855,10751,14825,10403,14782,10044,14729,9651,14666,9352,14599,9029,14967,12835,14966,12831,14963,12804,14954,12723,14936,12564,14917,12347,14900,11958,14886,11569,14878,11247,14859,10765,14828,10401,14784,10011,14727,9600,14660,9289,14586,8893,14508,8533,15111,12234,15110,12234,15104,12216,15092,12156,15067,12010,15028,11776,14981,11500,14942,11205,14902,10752,14861,10393,14812,9991,14752,9570,14682,9252,14603,8808,14519,8445,14431,8145,15209,11449,15208,11451,15202,11451,15190,11438,15163,11384,15117,11274,15055,10979,14994,10648,14932,10343,14871,9936,14803,9532,14729,9218,14645,8742,14556,8381,14461,8020,14365,7603,15273,10603,15272,10607,15267,10619,15256,10631,15231,10614,15182,10535,15118,10389,15042,10167,14963,9787,14883,9447,14800,9115,14710,8665,14615,8318,14514,7911,14411,7507,14279,7198,15314,9675,15313,9683,15309,9712,15298,9759,15277,9797,15229,9773,15166,9668,15084,9487,14995,9274,14898,8910,14800,8539,14697,8234,14590,7790,14479,7409,14367,7067,14178,6621,15337,8619,15337,8631,15333,8677,15325,8769,15305,8871,15264,8940,15202,8909,15119,8775,15022,8565,14916,8328,14804,8009,14688,7614,14569,7287,14448,6888,14321,6483,14088,6171,15350,7402,15350,7419,15347,7480,15340,7613,15322,7804,15287,7973,15229,8057,15148,8012,15046,7846,14933,7611,14810,7357,14682,7069,14552,6656,14421,6316,14251,5948,14007,5528,15356,5942,15356,5977,15353,6119,15348,6294,15332,6551,15302,6824,15249,7044,15171,7122,15070,7050,14949,6861,14818,6611,14679,6349,14538,6067,14398,5651,14189,5311,13935,4958,15359,4123,15359,4153,15356,4296,15353,4646,15338,5160,15311,5508,15263,5829,15188,6042,15088,6094,14966,6001,14826,5796,14678,5543,14527,5287,14377,4985,14133,4586,13869,4257,15360,1563,15360,1642,15358,2076,15354,2636,15341,3350,15317,4019,15273,4429,15203,4732,15105,4911,14981,4932,14836,4818,14679,4621,14517,4386,14359,4156,14083,3795,13808,3437,15360,122,15360,137,15358,285,15355,636,15344,1274,15322,2177,15281,2765,15215,3223,15120,3451,14995,3569,14846,3567,14681,3466,14511,3305,14344,3121,14037,2800,13753,2467,15360,0,15360,1,15359,21,15355,89,15346,253,15325,479,15287,796,15225,1148,15133,1492,15008,1749,14856,1882,14685,1886,14506,1783,14324,1608,13996,1398,13702,1183]),$s=null;function $A(){return $s===null&&($s=new Ro(GA,16,16,Kr,Ss),$s.name="DFG_LUT",$s.minFilter=Mi,$s.magFilter=Mi,$s.wrapS=ks,$s.wrapT=ks,$s.generateMipmaps=!1,$s.needsUpdate=!0),$s}var wf=class{constructor(e={}){let{canvas:t=iv(),context:i=null,depth:s=!0,stencil:r=!1,alpha:o=!1,antialias:a=!1,premultipliedAlpha:l=!0,preserveDrawingBuffer:c=!1,powerPreference:u="default",failIfMajorPerformanceCaveat:h=!1,reversedDepthBuffer:f=!1,outputBufferType:d=li}=e;this.isWebGLRenderer=!0;let p;if(i!==null){if(typeof WebGLRenderingContext<"u"&&i instanceof WebGLRenderingContext)throw new Error("THREE.WebGLRenderer: WebGL 1 is not supported since r163.");p=i.getContextAttributes().alpha}else p=o;let y=d,m=new Set([Vh,zh,kh]),g=new Set([li,bs,Za,Uo,Oh,Fh]),x=new Uint32Array(4),A=new Int32Array(4),b={textures:[],min:[],max:[],resolution:[]},R=null,T=null,v=[],E=[],B=null;this.domElement=t,this.debug={checkShaderErrors:!0,diagnostics:{keywords:!1},onShaderError:null},this.autoClear=!0,this.autoClearColor=!0,this.autoClearDepth=!0,this.autoClearStencil=!0,this.sortObjects=!0,this.clippingPlanes=[],this.localClippingEnabled=!1,this.toneMapping=Gs,this.toneMappingExposure=1,this.transmissionResolutionScale=1;let N=this,I=!1,z=null,H=null,D=null,$=null;this._outputColorSpace=Hi;let Y=0,W=0,ce=null,j=-1,Q=null,se=new Rt,fe=new Rt,he=null,ee=new ut(0),me=0,ve=t.width,Ce=t.height,Se=1,$e=null,rt=null,He=new Rt(0,0,ve,Ce),mt=new Rt(0,0,ve,Ce),ft=!1,it=new Hs,jt=new dh,Gt=!1,bn=!1,Nt=new ht,Gn=new F,St=new Rt,Nn={background:null,fog:null,environment:null,overrideMaterial:null,isScene:!0},rn=!1;function Sn(){return ce===null?Se:1}let O=i;function Pe(w,V){return t.getContext(w,V)}let qe,ot,Me,kt,Ve,Xe,C,S,X,ue,oe,_e,ye,te,ie,pe,U,re,ne,we,ge,be,Ge;try{let w={alpha:!0,depth:s,stencil:r,antialias:a,premultipliedAlpha:l,preserveDrawingBuffer:c,powerPreference:u,failIfMajorPerformanceCaveat:h};if("setAttribute"in t&&t.setAttribute("data-engine",`three.js r${"187"}`),t.addEventListener("webglcontextlost",Be,!1),t.addEventListener("webglcontextrestored",Ke,!1),t.addEventListener("webglcontextcreationerror",Re,!1),O===null){let V="webgl2";if(O=Pe(V,w),O===null)throw Pe(V)?new Error("THREE.WebGLRenderer: Error creating WebGL context with your selected attributes."):new Error("THREE.WebGLRenderer: Error creating WebGL context.")}je()}catch(w){throw t.removeEventListener("webglcontextlost",Be,!1),t.removeEventListener("webglcontextrestored",Ke,!1),t.removeEventListener("webglcontextcreationerror",Re,!1),et("WebGLRenderer: "+w.message),w}function je(){qe=new tT(O),qe.init(),ge=new FA(O,qe),ot=new $E(O,qe,e,ge),Me=new UA(O,qe),ot.reversedDepthBuffer&&f&&Me.buffers.depth.setReversed(!0),H=O.createFramebuffer(),D=O.createFramebuffer(),$=O.createFramebuffer(),kt=new sT(O),Ve=new bA,Xe=new OA(O,qe,Me,Ve,ot,ge,kt),C=new eT(N),S=new ow(O),be=new HE(O,S),X=new nT(O,S,kt,be),ue=new oT(O,X,S,be,kt),re=new rT(O,ot,Xe),ie=new WE(Ve),oe=new xA(N,C,qe,ot,be,ie),_e=new VA(N,Ve),ye=new MA,te=new RA(qe),U=new VE(N,C,Me,ue,p,l),pe=new NA(N,ue,ot),Ge=new HA(O,kt,ot,Me),ne=new GE(O,qe,kt),we=new iT(O,qe,kt),kt.programs=oe.programs,N.capabilities=ot,N.extensions=qe,N.properties=Ve,N.renderLists=ye,N.shadowMap=pe,N.state=Me,N.info=kt}y!==li&&(B=new lT(y,t.width,t.height,a,s,r));let le=new Tm(N,O);this.xr=le,this.getContext=function(){return O},this.getContextAttributes=function(){return O.getContextAttributes()},this.forceContextLoss=function(){let w=qe.get("WEBGL_lose_context");w&&w.loseContext()},this.forceContextRestore=function(){let w=qe.get("WEBGL_lose_context");w&&w.restoreContext()},this.getPixelRatio=function(){return Se},this.setPixelRatio=function(w){w!==void 0&&(Se=w,this.setSize(ve,Ce,!1))},this.getSize=function(w){return w.set(ve,Ce)},this.setSize=function(w,V,K=!0){if(le.isPresenting){Ze("WebGLRenderer: Can't change size while VR device is presenting.");return}ve=w,Ce=V,t.width=Math.floor(w*Se),t.height=Math.floor(V*Se),K===!0&&(t.style.width=w+"px",t.style.height=V+"px"),B!==null&&B.setSize(t.width,t.height),this.setViewport(0,0,w,V)},this.getDrawingBufferSize=function(w){return w.set(ve*Se,Ce*Se).floor()},this.setDrawingBufferSize=function(w,V,K){ve=w,Ce=V,Se=K,t.width=Math.floor(w*K),t.height=Math.floor(V*K),this.setViewport(0,0,w,V)},this.setEffects=function(w){if(y===li){et("WebGLRenderer: setEffects() requires outputBufferType set to HalfFloatType or FloatType.");return}if(w){for(let V=0;V<w.length;V++)if(w[V].isOutputPass===!0){Ze("WebGLRenderer: OutputPass is not needed in setEffects(). Tone mapping and color space conversion are applied automatically.");break}}B.setEffects(w||[])},this.getCurrentViewport=function(w){return w.copy(se)},this.getViewport=function(w){return w.copy(He)},this.setViewport=function(w,V,K,q){w.isVector4?He.set(w.x,w.y,w.z,w.w):He.set(w,V,K,q),Me.viewport(se.copy(He).multiplyScalar(Sn()).round())},this.getScissor=function(w){return w.copy(mt)},this.setScissor=function(w,V,K,q){w.isVector4?mt.set(w.x,w.y,w.z,w.w):mt.set(w,V,K,q),Me.scissor(fe.copy(mt).multiplyScalar(Sn()).round())},this.getScissorTest=function(){return ft},this.setScissorTest=function(w){Me.setScissorTest(ft=w)},this.setOpaqueSort=function(w){$e=w},this.setTransparentSort=function(w){rt=w},this.getClearColor=function(w){return w.copy(U.getClearColor())},this.setClearColor=function(){U.setClearColor(...arguments)},this.getClearAlpha=function(){return U.getClearAlpha()},this.setClearAlpha=function(){U.setClearAlpha(...arguments)},this.clear=function(w=!0,V=!0,K=!0){let q=0;if(w){let Z=!1;if(ce!==null){let Ee=ce.texture.format;Z=m.has(Ee)}if(Z){let Ee=ce.texture.type,Le=g.has(Ee),Te=U.getClearColor(),De=U.getClearAlpha(),ze=Te.r,Qe=Te.g,gt=Te.b;Le?(x[0]=ze,x[1]=Qe,x[2]=gt,x[3]=De,O.clearBufferuiv(O.COLOR,0,x)):(A[0]=ze,A[1]=Qe,A[2]=gt,A[3]=De,O.clearBufferiv(O.COLOR,0,A))}else q|=O.COLOR_BUFFER_BIT}V&&(q|=O.DEPTH_BUFFER_BIT,this.state.buffers.depth.setMask(!0)),K&&(q|=O.STENCIL_BUFFER_BIT,this.state.buffers.stencil.setMask(4294967295)),q!==0&&O.clear(q)},this.clearColor=function(){this.clear(!0,!1,!1)},this.clearDepth=function(){this.clear(!1,!0,!1)},this.clearStencil=function(){this.clear(!1,!1,!0)},this.setNodesHandler=function(w){w.setRenderer(this),z=w},this.dispose=function(){t.removeEventListener("webglcontextlost",Be,!1),t.removeEventListener("webglcontextrestored",Ke,!1),t.removeEventListener("webglcontextcreationerror",Re,!1),U.dispose(),ye.dispose(),te.dispose(),Xe.dispose(),Ve.dispose(),C.dispose(),ue.dispose(),X.dispose(),be.dispose(),Ge.dispose(),oe.dispose(),le.dispose(),le.removeEventListener("sessionstart",au),le.removeEventListener("sessionend",Ps),rr.stop()};function Be(w){w.preventDefault(),ic("WebGLRenderer: Context Lost."),I=!0}function Ke(){ic("WebGLRenderer: Context Restored."),I=!1;let w=kt.autoReset,V=pe.enabled,K=pe.autoUpdate,q=pe.needsUpdate,Z=pe.type;je(),kt.autoReset=w,pe.enabled=V,pe.autoUpdate=K,pe.needsUpdate=q,pe.type=Z}function Re(w){et("WebGLRenderer: A WebGL context could not be created. Reason: ",w.statusMessage)}function lt(w){let V=w.target;V.removeEventListener("dispose",lt),$t(V)}function $t(w){gi(w),Ve.remove(w)}function gi(w){let V=Ve.get(w).programs;V!==void 0&&(V.forEach(function(K){oe.releaseProgram(K)}),w.isShaderMaterial&&oe.releaseShaderCache(w))}this.renderBufferDirect=function(w,V,K,q,Z,Ee){V===null&&(V=Nn);let Le=Z.isMesh&&Z.matrixWorld.determinantAffine()<0,Te=Ll(w,V,K,q,Z);Me.setMaterial(q,Le);let De=K.index,ze=1;if(q.wireframe===!0){if(De=X.getWireframeAttribute(K),De===void 0)return;ze=2}let Qe=K.drawRange,gt=K.attributes.position,ke=Qe.start*ze,_t=(Qe.start+Qe.count)*ze;Ee!==null&&(ke=Math.max(ke,Ee.start*ze),_t=Math.min(_t,(Ee.start+Ee.count)*ze)),De!==null?(ke=Math.max(ke,0),_t=Math.min(_t,De.count)):gt!=null&&(ke=Math.max(ke,0),_t=Math.min(_t,gt.count));let nn=_t-ke;if(nn<0||nn===1/0)return;be.setup(Z,q,Te,K,De);let It,Lt=ne;if(De!==null&&(It=S.get(De),Lt=we,Lt.setIndex(It)),Z.isMesh)q.wireframe===!0?(Me.setLineWidth(q.wireframeLinewidth*Sn()),Lt.setMode(O.LINES)):Lt.setMode(O.TRIANGLES);else if(Z.isLine){let Un=q.linewidth;Un===void 0&&(Un=1),Me.setLineWidth(Un*Sn()),Z.isLineSegments?Lt.setMode(O.LINES):Z.isLineLoop?Lt.setMode(O.LINE_LOOP):Lt.setMode(O.LINE_STRIP)}else Z.isPoints?Lt.setMode(O.POINTS):Z.isSprite&&Lt.setMode(O.TRIANGLES);if(Z.isBatchedMesh)if(qe.get("WEBGL_multi_draw"))Lt.renderMultiDraw(Z._multiDrawStarts,Z._multiDrawCounts,Z._multiDrawCount);else{let Un=Z._multiDrawStarts,Oe=Z._multiDrawCounts,Mn=Z._multiDrawCount,xt=De?S.get(De).bytesPerElement:1,ar=Ve.get(q).currentProgram.getUniforms();for(let wn=0;wn<Mn;wn++)ar.setValue(O,"_gl_DrawID",wn),Lt.render(Un[wn]/xt,Oe[wn])}else if(Z.isInstancedMesh)Lt.renderInstances(ke,nn,Z.count);else if(K.isInstancedBufferGeometry){let Un=K._maxInstanceCount!==void 0?K._maxInstanceCount:1/0,Oe=Math.min(K.instanceCount,Un);Lt.renderInstances(ke,nn,Oe)}else Lt.render(ke,nn)};function Rl(w,V,K,q){z!==null&&w.isNodeMaterial&&z.setObject(q,w),Gt===!0&&ie.setState(w,K,!1),w.transparent===!0&&w.side===is&&w.forceSinglePass===!1?(w.side=Ei,w.needsUpdate=!0,Is(w,V,q),w.side=jr,w.needsUpdate=!0,Is(w,V,q),w.side=is):Is(w,V,q)}this.compile=function(w,V,K=null){K===null&&(K=w),z!==null&&z.renderStart(w,V,K),T=te.get(K),T.init(V),E.push(T),K.traverseVisible(function(Z){Z.isLight&&Z.layers.test(V.layers)&&(T.pushLight(Z),Z.castShadow&&T.pushShadow(Z))}),w!==K&&w.traverseVisible(function(Z){Z.isLight&&Z.layers.test(V.layers)&&(T.pushLight(Z),Z.castShadow&&T.pushShadow(Z))}),T.setupLights(),z!==null&&z.updateLights(T.state.lightsArray),bn=this.localClippingEnabled,Gt=ie.init(this.clippingPlanes,bn),Gt===!0&&ie.setGlobalState(this.clippingPlanes,V),z!==null&&pe.render(T.state.shadowsArray,K,V);let q=new Set;return w.traverse(function(Z){if(!(Z.isMesh||Z.isPoints||Z.isLine||Z.isSprite))return;let Ee=Z.material;if(Ee)if(Array.isArray(Ee))for(let Le=0;Le<Ee.length;Le++){let Te=Ee[Le];Rl(Te,K,V,Z),q.add(Te)}else Rl(Ee,K,V,Z),q.add(Ee)}),T=E.pop(),z!==null&&z.renderEnd(),q},this.compileAsync=function(w,V,K=null){let q=this.compile(w,V,K);return new Promise(Z=>{function Ee(){if(q.forEach(function(Le){let De=Ve.get(Le).currentProgram;(De===void 0||De.isReady())&&q.delete(Le)}),q.size===0){Z(w);return}setTimeout(Ee,10)}qe.get("KHR_parallel_shader_compile")!==null?Ee():setTimeout(Ee,10)})};let sa=null;function Id(w){sa&&sa(w)}function au(){rr.stop()}function Ps(){rr.start()}let rr=new Iv;rr.setAnimationLoop(Id),typeof self<"u"&&rr.setContext(self),this.setAnimationLoop=function(w){sa=w,le.setAnimationLoop(w),w===null?rr.stop():rr.start()},le.addEventListener("sessionstart",au),le.addEventListener("sessionend",Ps),this.render=function(w,V){if(V!==void 0&&V.isCamera!==!0){et("WebGLRenderer.render: camera is not an instance of THREE.Camera.");return}if(I===!0)return;z!==null&&z.renderStart(w,V);let K=le.enabled===!0&&le.isPresenting===!0,q=B!==null&&(ce===null||K)&&B.begin(N,ce);if(w.matrixWorldAutoUpdate===!0&&w.updateMatrixWorld(),V.parent===null&&V.matrixWorldAutoUpdate===!0&&V.updateMatrixWorld(),le.enabled===!0&&le.isPresenting===!0&&(B===null||B.isCompositing()===!1)&&(le.cameraAutoUpdate===!0&&le.updateCamera(V),V=le.getCamera()),w.isScene===!0&&w.onBeforeRender(N,w,V,ce),T=te.get(w,E.length),T.init(V),T.state.textureUnits=Xe.getTextureUnits(),E.push(T),Nt.multiplyMatrices(V.projectionMatrix,V.matrixWorldInverse),V.isArrayCamera?jt.setFromArrayCamera(V):it.setFromProjectionMatrix(Nt,es,V.reversedDepth),bn=this.localClippingEnabled,Gt=ie.init(this.clippingPlanes,bn),R=ye.get(w,v.length),R.init(),v.push(R),this.info.render.frame++,le.enabled===!0&&le.isPresenting===!0){let Le=N.xr.getDepthSensingMesh();Le!==null&&or(Le,V,-1/0,N.sortObjects)}or(w,V,0,N.sortObjects),R.finish(),z!==null&&z.updateLights(T.state.lightsArray),N.sortObjects===!0&&R.sort($e,rt),rn=le.enabled===!1||le.isPresenting===!1||le.hasDepthSensing()===!1,rn&&U.addToRenderList(R,w),this.info.autoReset===!0&&this.info.reset(),Gt===!0&&ie.beginShadows();let Z=T.state.shadowsArray;if(pe.render(Z,w,V),Gt===!0&&ie.endShadows(),(q&&B.hasRenderPass())===!1){let Le=R.opaque,Te=R.transmissive;if(T.setupLights(),V.isArrayCamera){let De=V.cameras;if(Te.length>0)for(let ze=0,Qe=De.length;ze<Qe;ze++){let gt=De[ze];fs(Le,Te,w,gt)}rn&&U.render(w);for(let ze=0,Qe=De.length;ze<Qe;ze++){let gt=De[ze];Pl(R,w,gt,gt.viewport)}}else Te.length>0&&fs(Le,Te,w,V),rn&&U.render(w),Pl(R,w,V)}ce!==null&&W===0&&(Xe.updateMultisampleRenderTarget(ce),Xe.updateRenderTargetMipmap(ce)),q&&B.end(N),w.isScene===!0&&w.onAfterRender(N,w,V),be.resetDefaultState(),j=-1,Q=null,E.pop(),E.length>0?(T=E[E.length-1],Xe.setTextureUnits(T.state.textureUnits),Gt===!0&&ie.setGlobalState(N.clippingPlanes,T.state.camera)):T=null,v.pop(),v.length>0?R=v[v.length-1]:R=null,z!==null&&z.renderEnd()};function or(w,V,K,q){if(w.visible===!1)return;if(w.layers.test(V.layers)){if(w.isGroup)K=w.renderOrder;else if(w.isLOD)w.autoUpdate===!0&&w.update(V);else if(w.isLight)T.pushLight(w),w.castShadow&&T.pushShadow(w);else if(w.isSprite){let Le=V.isArrayCamera?jt:it;if(!w.frustumCulled||w.intersectsFrustum(Le)){q&&St.setFromMatrixPosition(w.matrixWorld).applyMatrix4(Nt);let Te=ue.update(w),De=w.material;De.visible&&R.push(w,Te,De,K,St.z,null,V)}}else if(w.isMesh||w.isLine||w.isPoints){let Le=V.isArrayCamera?jt:it;if(!w.frustumCulled||w.intersectsFrustum(Le)){let Te=ue.update(w),De=w.material;if(q&&(w.boundingSphere!==void 0?(w.boundingSphere===null&&w.computeBoundingSphere(),St.copy(w.boundingSphere.center)):(Te.boundingSphere===null&&Te.computeBoundingSphere(),St.copy(Te.boundingSphere.center)),St.applyMatrix4(w.matrixWorld).applyMatrix4(Nt)),Array.isArray(De)){let ze=Te.groups;for(let Qe=0,gt=ze.length;Qe<gt;Qe++){let ke=ze[Qe],_t=De[ke.materialIndex];_t&&_t.visible&&R.push(w,Te,_t,K,St.z,ke,V)}}else De.visible&&R.push(w,Te,De,K,St.z,null,V)}}}let Ee=w.children;for(let Le=0,Te=Ee.length;Le<Te;Le++)or(Ee[Le],V,K,q)}function Pl(w,V,K,q){let{opaque:Z,transmissive:Ee,transparent:Le}=w;T.setupLightsView(K),Gt===!0&&ie.setGlobalState(N.clippingPlanes,K),q&&Me.viewport(se.copy(q)),Z.length>0&&on(Z,V,K),Ee.length>0&&on(Ee,V,K),Le.length>0&&on(Le,V,K),Me.buffers.depth.setTest(!0),Me.buffers.depth.setMask(!0),Me.buffers.color.setMask(!0),Me.setPolygonOffset(!1)}function fs(w,V,K,q){if((K.isScene===!0?K.overrideMaterial:null)!==null)return;if(T.state.transmissionRenderTarget[q.id]===void 0){let ke=qe.has("EXT_color_buffer_half_float")||qe.has("EXT_color_buffer_float");T.state.transmissionRenderTarget[q.id]=new wi(1,1,{generateMipmaps:!0,type:ke?Ss:li,minFilter:br,samples:Math.max(4,ot.samples),stencilBuffer:r,resolveDepthBuffer:!1,resolveStencilBuffer:!1,storeMultisampledDepthBuffer:!1,storeMultisampledStencilBuffer:!1,colorSpace:vt.workingColorSpace})}let Ee=T.state.transmissionRenderTarget[q.id],Le=q.viewport||se;Ee.setSize(Le.z*N.transmissionResolutionScale,Le.w*N.transmissionResolutionScale);let Te=N.getRenderTarget(),De=N.getActiveCubeFace(),ze=N.getActiveMipmapLevel();N.setRenderTarget(Ee),N.getClearColor(ee),me=N.getClearAlpha(),me<1&&N.setClearColor(16777215,.5),N.clear(),rn&&U.render(K);let Qe=N.toneMapping;N.toneMapping=Gs;let gt=q.viewport;if(q.viewport!==void 0&&(q.viewport=void 0),T.setupLightsView(q),Gt===!0&&ie.setGlobalState(N.clippingPlanes,q),on(w,K,q),Xe.updateMultisampleRenderTarget(Ee),Xe.updateRenderTargetMipmap(Ee),qe.has("WEBGL_multisampled_render_to_texture")===!1){let ke=!1;for(let _t=0,nn=V.length;_t<nn;_t++){let It=V[_t],{object:Lt,geometry:Un,material:Oe,group:Mn}=It;if(Oe.side===is&&Lt.layers.test(q.layers)){let xt=Oe.side;Oe.side=Ei,Oe.needsUpdate=!0,pn(Lt,K,q,Un,Oe,Mn),Oe.side=xt,Oe.needsUpdate=!0,ke=!0}}ke===!0&&(Xe.updateMultisampleRenderTarget(Ee),Xe.updateRenderTargetMipmap(Ee))}N.setRenderTarget(Te,De,ze),N.setClearColor(ee,me),gt!==void 0&&(q.viewport=gt),N.toneMapping=Qe}function on(w,V,K){let q=V.isScene===!0?V.overrideMaterial:null;for(let Z=0,Ee=w.length;Z<Ee;Z++){let Le=w[Z],{object:Te,geometry:De,group:ze}=Le,Qe=Le.material;Qe.allowOverride===!0&&q!==null&&(Qe=q),Te.layers.test(K.layers)&&pn(Te,V,K,De,Qe,ze)}}function pn(w,V,K,q,Z,Ee){z!==null&&Z.isNodeMaterial&&z.setObject(w,Z),w.onBeforeRender(N,V,K,q,Z,Ee),w.modelViewMatrix.multiplyMatrices(K.matrixWorldInverse,w.matrixWorld),w.normalMatrix.getNormalMatrix(w.modelViewMatrix),Z.onBeforeRender(N,V,K,q,w,Ee),Z.transparent===!0&&Z.side===is&&Z.forceSinglePass===!1?(Z.side=Ei,Z.needsUpdate=!0,N.renderBufferDirect(K,V,q,Z,w,Ee),Z.side=jr,Z.needsUpdate=!0,N.renderBufferDirect(K,V,q,Z,w,Ee),Z.side=is):N.renderBufferDirect(K,V,q,Z,w,Ee),w.onAfterRender(N,V,K,q,Z,Ee)}function mn(w){let V=0;for(let K of w)K.texture!==null&&V++;return V}function Is(w,V,K){V.isScene!==!0&&(V=Nn);let q=Ve.get(w),Z=T.state.lights,Ee=T.state.shadowsArray,Le=Z.state.version,Te=oe.getParameters(w,Z.state,Ee,V,K,T.state.lightProbeGridArray),De=oe.getProgramCacheKey(Te),ze=q.programs;q.environment=w.isMeshStandardMaterial||w.isMeshLambertMaterial||w.isMeshPhongMaterial?V.environment:null,q.fog=V.fog;let Qe=w.isMeshStandardMaterial||w.isMeshLambertMaterial&&!w.envMap||w.isMeshPhongMaterial&&!w.envMap;q.envMap=C.get(w.envMap||q.environment,Qe),q.envMapRotation=q.environment!==null&&w.envMap===null?V.environmentRotation:w.envMapRotation,ze===void 0&&(w.addEventListener("dispose",lt),ze=new Map,q.programs=ze,q.programVariants=new Map);let gt=ze.get(De);if(gt!==void 0){if(q.currentProgram===gt&&q.lightsStateVersion===Le)return Il(w,Te),gt}else Te.uniforms=oe.getUniforms(w),z!==null&&w.isNodeMaterial&&z.build(w,K,Te),w.onBeforeCompile(Te,N),gt=oe.acquireProgram(Te,De),ze.set(De,gt),q.uniforms=Te.uniforms;let ke=q.uniforms;return(!w.isShaderMaterial&&!w.isRawShaderMaterial||w.clipping===!0)&&(ke.clippingPlanes=ie.uniform),Il(w,Te),q.needsLights=Dr(w),q.lightsStateVersion=Le,q.needsLights&&(ke.ambientLightColor.value=Z.state.ambient,ke.lightProbe.value=Z.state.probe,ke.sunLights.value=Z.state.sun,ke.sunLightShadows.value=Z.state.sunShadow,ke.directionalLights.value=Z.state.directional,ke.directionalLightShadows.value=Z.state.directionalShadow,ke.spotLights.value=Z.state.spot,ke.spotLightShadows.value=Z.state.spotShadow,ke.rectAreaLights.value=Z.state.rectArea,ke.ltc_1.value=Z.state.rectAreaLTC1,ke.ltc_2.value=Z.state.rectAreaLTC2,ke.pointLights.value=Z.state.point,ke.pointLightShadows.value=Z.state.pointShadow,ke.hemisphereLights.value=Z.state.hemi,ke.sunShadowMatrix.value=Z.state.sunShadowMatrix,ke.sunShadowCascade.value=Z.state.sunShadowCascade,ke.directionalShadowMatrix.value=Z.state.directionalShadowMatrix,ke.spotLightMatrix.value=Z.state.spotLightMatrix,ke.spotLightMap.value=Z.state.spotLightMap,ke.pointShadowMatrix.value=Z.state.pointShadowMatrix),q.numLightProbeGrids=mn(T.state.lightProbeGridArray),q.currentProgram=gt,q.uniformsList=null,gt}function Oi(w,V,K,q,Z){let Ee=Ve.get(w),Le=Ee.currentProgram.id+","+q+","+Z,Te=Ee.programVariants.get(Le);return Te===void 0?(Te=Is(w,V,K),Ee.programVariants.set(Le,Te)):(Ee.currentProgram=Te,Ee.uniformsList=null,Ee.outputColorSpace=q,Ee.toneMapping=Z),Te}function Lr(w){if(w.uniformsList===null){let V=w.currentProgram.getUniforms();w.uniformsList=Ja.seqWithValue(V.seq,w.uniforms)}return w.uniformsList}function Il(w,V){let K=Ve.get(w);K.outputColorSpace=V.outputColorSpace,K.batching=V.batching,K.batchingColor=V.batchingColor,K.instancing=V.instancing,K.instancingColor=V.instancingColor,K.instancingMorph=V.instancingMorph,K.skinning=V.skinning,K.morphTargets=V.morphTargets,K.morphNormals=V.morphNormals,K.morphColors=V.morphColors,K.morphTargetsCount=V.morphTargetsCount,K.numClippingPlanes=V.numClippingPlanes,K.numIntersection=V.numClipIntersection,K.vertexAlphas=V.vertexAlphas,K.vertexTangents=V.vertexTangents,K.toneMapping=V.toneMapping}function Ll(w,V,K,q,Z){V.isScene!==!0&&(V=Nn),Xe.resetTextureUnits();let Ee=V.fog,Le=q.isMeshStandardMaterial||q.isMeshLambertMaterial||q.isMeshPhongMaterial?V.environment:null,Te=ce===null?N.outputColorSpace:ce.isXRRenderTarget===!0?ce.texture.colorSpace:vt.workingColorSpace,De=q.isMeshStandardMaterial||q.isMeshLambertMaterial&&!q.envMap||q.isMeshPhongMaterial&&!q.envMap,ze=C.get(q.envMap||Le,De),Qe=q.vertexColors===!0&&!!K.attributes.color&&K.attributes.color.itemSize===4,gt=!!K.attributes.tangent&&(!!q.normalMap||q.anisotropy>0),ke=!!K.morphAttributes.position,_t=!!K.morphAttributes.normal,nn=!!K.morphAttributes.color,It=Gs;q.toneMapped&&(ce===null||ce.isXRRenderTarget===!0)&&(It=N.toneMapping);let Lt=K.morphAttributes.position||K.morphAttributes.normal||K.morphAttributes.color,Un=Lt!==void 0?Lt.length:0,Oe=Ve.get(q),Mn=T.state.lights;if(Gt===!0&&(bn===!0||w!==Q)){let Dt=w===Q&&q.id===j;ie.setState(q,w,Dt)}let xt=!1,ar=!1;q.version===Oe.__version?Oe.needsLights&&Oe.lightsStateVersion!==Mn.state.version||Z.isBatchedMesh&&Oe.batching===!1||!Z.isBatchedMesh&&Oe.batching===!0||Z.isBatchedMesh&&Oe.batchingColor===!0&&Z._colorsTexture===null||Z.isBatchedMesh&&Oe.batchingColor===!1&&Z._colorsTexture!==null||Z.isInstancedMesh&&Oe.instancing===!1||!Z.isInstancedMesh&&Oe.instancing===!0||Z.isSkinnedMesh&&Oe.skinning===!1||!Z.isSkinnedMesh&&Oe.skinning===!0||Z.isInstancedMesh&&Oe.instancingColor===!0&&Z.instanceColor===null||Z.isInstancedMesh&&Oe.instancingColor===!1&&Z.instanceColor!==null||Z.isInstancedMesh&&Oe.instancingMorph===!0&&Z.morphTexture===null||Z.isInstancedMesh&&Oe.instancingMorph===!1&&Z.morphTexture!==null||Oe.envMap!==ze||q.fog===!0&&Oe.fog!==Ee||Oe.numClippingPlanes!==void 0&&(Oe.numClippingPlanes!==ie.numPlanes||Oe.numIntersection!==ie.numIntersection)||Oe.vertexAlphas!==Qe||Oe.vertexTangents!==gt||Oe.morphTargets!==ke||Oe.morphNormals!==_t||Oe.morphColors!==nn||Oe.morphTargetsCount!==Un||Oe.numLightProbeGrids!==mn(T.state.lightProbeGridArray)?xt=!0:(Oe.outputColorSpace!==Te||Oe.toneMapping!==It)&&(ar=!0):(xt=!0,Oe.__version=q.version);let wn=Oe.currentProgram;(xt===!0||ar===!0)&&(wn=ar===!0?Oi(q,V,Z,Te,It):Is(q,V,Z),z&&q.isNodeMaterial&&z.onUpdateProgram(q,wn,Oe));let aa=!1,Ls=!1,lr=!1,dt=wn.getUniforms(),an=Oe.uniforms;if(Me.useProgram(wn.program)&&(aa=!0,Ls=!0,lr=!0),q.id!==j&&(j=q.id,Ls=!0),aa||Q!==w){Me.buffers.depth.getReversed()&&w.reversedDepth!==!0&&(w._reversedDepth=!0,w.updateProjectionMatrix()),dt.setValue(O,"projectionMatrix",w.projectionMatrix),dt.setValue(O,"viewMatrix",w.matrixWorldInverse);let En=dt.map.cameraPosition;En!==void 0&&En.setValue(O,Gn.setFromMatrixPosition(w.matrixWorld)),ot.logarithmicDepthBuffer&&dt.setValue(O,"logDepthBufFC",2/(Math.log(w.far+1)/Math.LN2)),(q.isMeshPhongMaterial||q.isMeshToonMaterial||q.isMeshLambertMaterial||q.isMeshBasicMaterial||q.isMeshStandardMaterial||q.isShaderMaterial)&&dt.setValue(O,"isOrthographic",w.isOrthographicCamera===!0),Q!==w&&(Q=w,Ls=!0,lr=!0)}if(Oe.needsLights&&(Mn.state.sunShadowMap.length>0&&dt.setValue(O,"sunShadowMap",Mn.state.sunShadowMap,Xe),Mn.state.directionalShadowMap.length>0&&dt.setValue(O,"directionalShadowMap",Mn.state.directionalShadowMap,Xe),Mn.state.spotShadowMap.length>0&&dt.setValue(O,"spotShadowMap",Mn.state.spotShadowMap,Xe),Mn.state.pointShadowMap.length>0&&dt.setValue(O,"pointShadowMap",Mn.state.pointShadowMap,Xe)),Z.isSkinnedMesh){dt.setOptional(O,Z,"bindMatrix"),dt.setOptional(O,Z,"bindMatrixInverse");let Dt=Z.skeleton;Dt&&(Dt.boneTexture===null&&Dt.computeBoneTexture(),dt.setValue(O,"boneTexture",Dt.boneTexture,Xe))}Z.isBatchedMesh&&(dt.setOptional(O,Z,"batchingTexture"),dt.setValue(O,"batchingTexture",Z._matricesTexture,Xe),dt.setOptional(O,Z,"batchingIdTexture"),dt.setValue(O,"batchingIdTexture",Z._indirectTexture,Xe),dt.setOptional(O,Z,"batchingColorTexture"),Z._colorsTexture!==null&&dt.setValue(O,"batchingColorTexture",Z._colorsTexture,Xe));let _i=K.morphAttributes;if((_i.position!==void 0||_i.normal!==void 0||_i.color!==void 0)&&re.update(Z,K,wn),(Ls||Oe.receiveShadow!==Z.receiveShadow)&&(Oe.receiveShadow=Z.receiveShadow,dt.setValue(O,"receiveShadow",Z.receiveShadow)),(q.isMeshStandardMaterial||q.isMeshLambertMaterial||q.isMeshPhongMaterial)&&q.envMap===null&&V.environment!==null&&(an.envMapIntensity.value=V.environmentIntensity),an.dfgLUT!==void 0&&(an.dfgLUT.value=$A()),Ls){if(dt.setValue(O,"toneMappingExposure",N.toneMappingExposure),Oe.needsLights&&ra(an,lr),Ee&&q.fog===!0&&_e.refreshFogUniforms(an,Ee),_e.refreshMaterialUniforms(an,q,Se,Ce,T.state.transmissionRenderTarget[w.id]),Oe.needsLights&&Oe.numLightProbeGrids>0){let Dt=b,En=0;for(let si of T.state.lightProbeGridArray)si.texture!==null&&(Dt.textures[En]=si.texture,Dt.min[En]=si.boundingBox.min,Dt.max[En]=si.boundingBox.max,Dt.resolution[En]=si.resolution,En++);for(let si in Dt)Dt[si].length=En;an.probesSH.value=Dt.textures,an.probesMin.value=Dt.min,an.probesMax.value=Dt.max,an.probesResolution.value=Dt.resolution}Ja.upload(O,Lr(Oe),an,Xe)}if(q.isShaderMaterial&&q.uniformsNeedUpdate===!0&&(Ja.upload(O,Lr(Oe),an,Xe),q.uniformsNeedUpdate=!1),q.isSpriteMaterial&&dt.setValue(O,"center",Z.center),dt.setValue(O,"modelViewMatrix",Z.modelViewMatrix),dt.setValue(O,"normalMatrix",Z.normalMatrix),dt.setValue(O,"modelMatrix",Z.matrixWorld),q.uniformsGroups!==void 0){let Dt=q.uniformsGroups;for(let En=0,si=Dt.length;En<si;En++){let lu=Dt[En];Ge.update(lu,wn),Ge.bind(lu,wn)}}return wn}function ra(w,V){w.ambientLightColor.needsUpdate=V,w.lightProbe.needsUpdate=V,w.sunLights.needsUpdate=V,w.sunLightShadows.needsUpdate=V,w.directionalLights.needsUpdate=V,w.directionalLightShadows.needsUpdate=V,w.pointLights.needsUpdate=V,w.pointLightShadows.needsUpdate=V,w.spotLights.needsUpdate=V,w.spotLightShadows.needsUpdate=V,w.rectAreaLights.needsUpdate=V,w.hemisphereLights.needsUpdate=V}function Dr(w){return w.isMeshLambertMaterial||w.isMeshToonMaterial||w.isMeshPhongMaterial||w.isMeshStandardMaterial||w.isShadowMaterial||w.isShaderMaterial&&w.lights===!0}this.getActiveCubeFace=function(){return Y},this.getActiveMipmapLevel=function(){return W},this.getRenderTarget=function(){return ce},this.setRenderTargetTextures=function(w,V,K){let q=Ve.get(w);q.__autoAllocateDepthBuffer=w.resolveDepthBuffer===!1,q.__autoAllocateDepthBuffer===!1&&(q.__useRenderToTexture=!1),Ve.get(w.texture).__webglTexture=V,Ve.get(w.depthTexture).__webglTexture=q.__autoAllocateDepthBuffer?void 0:K,q.__hasExternalTextures=!0},this.setRenderTargetFramebuffer=function(w,V){let K=Ve.get(w);K.__webglFramebuffer=V,K.__useDefaultFramebuffer=V===void 0},this.setRenderTarget=function(w,V=0,K=0){ce=w,Y=V,W=K;let q=null,Z=!1,Ee=!1;if(w){let Te=Ve.get(w);if(Te.__useDefaultFramebuffer!==void 0){Me.bindFramebuffer(O.FRAMEBUFFER,Te.__webglFramebuffer),se.copy(w.viewport),fe.copy(w.scissor),he=w.scissorTest,Me.viewport(se),Me.scissor(fe),Me.setScissorTest(he),j=-1;return}else if(Te.__webglFramebuffer===void 0)Xe.setupRenderTarget(w);else if(Te.__hasExternalTextures)Xe.rebindTextures(w,Ve.get(w.texture).__webglTexture,Ve.get(w.depthTexture).__webglTexture);else if(w.depthBuffer){let Qe=w.depthTexture;if(Te.__boundDepthTexture!==Qe){if(Qe!==null&&Ve.has(Qe)&&(w.width!==Qe.image.width||w.height!==Qe.image.height))throw new Error("THREE.WebGLRenderer: Attached DepthTexture is initialized to the incorrect size.");Xe.setupDepthRenderbuffer(w)}}let De=w.texture;(De.isData3DTexture||De.isDataArrayTexture||De.isCompressedArrayTexture)&&(Ee=!0);let ze=Ve.get(w).__webglFramebuffer;w.isWebGLCubeRenderTarget?(Array.isArray(ze[V])?q=ze[V][K]:q=ze[V],Z=!0):w.samples>0&&Xe.useMultisampledRTT(w)===!1?q=Ve.get(w).__webglMultisampledFramebuffer:Array.isArray(ze)?q=ze[K]:q=ze,se.copy(w.viewport),fe.copy(w.scissor),he=w.scissorTest}else se.copy(He).multiplyScalar(Se).floor(),fe.copy(mt).multiplyScalar(Se).floor(),he=ft;if(K!==0&&(q=H),Me.bindFramebuffer(O.FRAMEBUFFER,q)&&Me.drawBuffers(w,q),Me.viewport(se),Me.scissor(fe),Me.setScissorTest(he),Z){let Te=Ve.get(w.texture);O.framebufferTexture2D(O.FRAMEBUFFER,O.COLOR_ATTACHMENT0,O.TEXTURE_CUBE_MAP_POSITIVE_X+V,Te.__webglTexture,K)}else if(Ee){let Te=V;for(let De=0;De<w.textures.length;De++){let ze=Ve.get(w.textures[De]);O.framebufferTextureLayer(O.FRAMEBUFFER,O.COLOR_ATTACHMENT0+De,ze.__webglTexture,K,Te)}}else if(w!==null&&K!==0){let Te=Ve.get(w.texture);O.framebufferTexture2D(O.FRAMEBUFFER,O.COLOR_ATTACHMENT0,O.TEXTURE_2D,Te.__webglTexture,K)}j=-1};function oa(w){let V=Ve.get(w);return(V.__readFormat!==w.format||V.__readType!==w.type)&&(V.__readFormat=w.format,V.__readType=w.type,V.__formatReadable=ot.textureFormatReadable(w.format),V.__typeReadable=ot.textureTypeReadable(w.type)),V}this.readRenderTargetPixels=function(w,V,K,q,Z,Ee,Le,Te=0){if(!(w&&w.isWebGLRenderTarget)){et("WebGLRenderer.readRenderTargetPixels: renderTarget is not THREE.WebGLRenderTarget.");return}let De=Ve.get(w).__webglFramebuffer;if(w.isWebGLCubeRenderTarget&&Le!==void 0&&(De=De[Le],Array.isArray(De)&&(De=De[0])),De){Me.bindFramebuffer(O.FRAMEBUFFER,De);try{let ze=w.textures[Te],Qe=ze.format,gt=ze.type;w.textures.length>1&&O.readBuffer(O.COLOR_ATTACHMENT0+Te);let ke=oa(ze);if(ke.__formatReadable===!1){et("WebGLRenderer.readRenderTargetPixels: renderTarget is not in RGBA or implementation defined format.");return}if(ke.__typeReadable===!1){et("WebGLRenderer.readRenderTargetPixels: renderTarget is not in UnsignedByteType or implementation defined type.");return}V>=0&&V<=w.width-q&&K>=0&&K<=w.height-Z&&O.readPixels(V,K,q,Z,ge.convert(Qe),ge.convert(gt),Ee)}finally{let ze=ce!==null?Ve.get(ce).__webglFramebuffer:null;Me.bindFramebuffer(O.FRAMEBUFFER,ze)}}},this.readRenderTargetPixelsAsync=async function(w,V,K,q,Z,Ee,Le,Te=0){if(!(w&&w.isWebGLRenderTarget))throw new Error("THREE.WebGLRenderer.readRenderTargetPixels: renderTarget is not THREE.WebGLRenderTarget.");let De=Ve.get(w).__webglFramebuffer;if(w.isWebGLCubeRenderTarget&&Le!==void 0&&(De=De[Le],Array.isArray(De)&&(De=De[0])),De)if(V>=0&&V<=w.width-q&&K>=0&&K<=w.height-Z){Me.bindFramebuffer(O.FRAMEBUFFER,De);let ze=w.textures[Te],Qe=ze.format,gt=ze.type;w.textures.length>1&&O.readBuffer(O.COLOR_ATTACHMENT0+Te);let ke=oa(ze);if(ke.__formatReadable===!1)throw new Error("THREE.WebGLRenderer.readRenderTargetPixelsAsync: renderTarget is not in RGBA or implementation defined format.");if(ke.__typeReadable===!1)throw new Error("THREE.WebGLRenderer.readRenderTargetPixelsAsync: renderTarget is not in UnsignedByteType or implementation defined type.");let _t=O.createBuffer();O.bindBuffer(O.PIXEL_PACK_BUFFER,_t),O.bufferData(O.PIXEL_PACK_BUFFER,Ee.byteLength,O.STREAM_READ),O.readPixels(V,K,q,Z,ge.convert(Qe),ge.convert(gt),0),O.bindBuffer(O.PIXEL_PACK_BUFFER,null);let nn=ce!==null?Ve.get(ce).__webglFramebuffer:null;Me.bindFramebuffer(O.FRAMEBUFFER,nn);let It=O.fenceSync(O.SYNC_GPU_COMMANDS_COMPLETE,0);return O.flush(),await rv(O,It,4),O.bindBuffer(O.PIXEL_PACK_BUFFER,_t),O.getBufferSubData(O.PIXEL_PACK_BUFFER,0,Ee),O.bindBuffer(O.PIXEL_PACK_BUFFER,null),O.deleteBuffer(_t),O.deleteSync(It),Ee}else throw new Error("THREE.WebGLRenderer.readRenderTargetPixelsAsync: requested read bounds are out of range.")},this.copyFramebufferToTexture=function(w,V=null,K=0){let q=Math.pow(2,-K),Z=Math.floor(w.image.width*q),Ee=Math.floor(w.image.height*q),Le=V!==null?V.x:0,Te=V!==null?V.y:0;Xe.setTexture2D(w,0),O.copyTexSubImage2D(O.TEXTURE_2D,K,0,0,Le,Te,Z,Ee),Me.unbindTexture()},this.copyTextureToTexture=function(w,V,K=null,q=null,Z=0,Ee=0){let Le,Te,De,ze,Qe,gt,ke,_t,nn,It=w.isCompressedTexture?w.mipmaps[Ee]:w.image;if(K!==null)Le=K.max.x-K.min.x,Te=K.max.y-K.min.y,De=K.isBox3?K.max.z-K.min.z:1,ze=K.min.x,Qe=K.min.y,gt=K.isBox3?K.min.z:0;else{let dt=Math.pow(2,-Z);Le=Math.floor(It.width*dt),Te=Math.floor(It.height*dt),w.isDataArrayTexture?De=It.depth:w.isData3DTexture?De=Math.floor(It.depth*dt):De=1,ze=0,Qe=0,gt=0}q!==null?(ke=q.x,_t=q.y,nn=q.z):(ke=0,_t=0,nn=0);let Lt=ge.convert(V.format),Un=ge.convert(V.type),Oe;V.isData3DTexture?(Xe.setTexture3D(V,0),Oe=O.TEXTURE_3D):V.isDataArrayTexture||V.isCompressedArrayTexture?(Xe.setTexture2DArray(V,0),Oe=O.TEXTURE_2D_ARRAY):(Xe.setTexture2D(V,0),Oe=O.TEXTURE_2D),Me.activeTexture(O.TEXTURE0),Me.pixelStorei(O.UNPACK_FLIP_Y_WEBGL,V.flipY),Me.pixelStorei(O.UNPACK_PREMULTIPLY_ALPHA_WEBGL,V.premultiplyAlpha),Me.pixelStorei(O.UNPACK_ALIGNMENT,V.unpackAlignment);let Mn=Me.getParameter(O.UNPACK_ROW_LENGTH),xt=Me.getParameter(O.UNPACK_IMAGE_HEIGHT),ar=Me.getParameter(O.UNPACK_SKIP_PIXELS),wn=Me.getParameter(O.UNPACK_SKIP_ROWS),aa=Me.getParameter(O.UNPACK_SKIP_IMAGES);Me.pixelStorei(O.UNPACK_ROW_LENGTH,It.width),Me.pixelStorei(O.UNPACK_IMAGE_HEIGHT,It.height),Me.pixelStorei(O.UNPACK_SKIP_PIXELS,ze),Me.pixelStorei(O.UNPACK_SKIP_ROWS,Qe),Me.pixelStorei(O.UNPACK_SKIP_IMAGES,gt);let Ls=w.isDataArrayTexture||w.isData3DTexture,lr=V.isDataArrayTexture||V.isData3DTexture;if(w.isDepthTexture){let dt=Ve.get(w),an=Ve.get(V),_i=Ve.get(dt.__renderTarget),Dt=Ve.get(an.__renderTarget);Me.bindFramebuffer(O.READ_FRAMEBUFFER,_i.__webglFramebuffer),Me.bindFramebuffer(O.DRAW_FRAMEBUFFER,Dt.__webglFramebuffer);for(let En=0;En<De;En++)Ls&&(O.framebufferTextureLayer(O.READ_FRAMEBUFFER,O.COLOR_ATTACHMENT0,Ve.get(w).__webglTexture,Z,gt+En),O.framebufferTextureLayer(O.DRAW_FRAMEBUFFER,O.COLOR_ATTACHMENT0,Ve.get(V).__webglTexture,Ee,nn+En)),O.blitFramebuffer(ze,Qe,ze+Le,Qe+Te,ke,_t,ke+Le,_t+Te,O.DEPTH_BUFFER_BIT,O.NEAREST);Me.bindFramebuffer(O.READ_FRAMEBUFFER,null),Me.bindFramebuffer(O.DRAW_FRAMEBUFFER,null)}else if(Z!==0||w.isRenderTargetTexture||Ve.has(w)){let dt=Ve.get(w),an=Ve.get(V);Me.bindFramebuffer(O.READ_FRAMEBUFFER,D),Me.bindFramebuffer(O.DRAW_FRAMEBUFFER,$);for(let _i=0;_i<De;_i++)Ls?O.framebufferTextureLayer(O.READ_FRAMEBUFFER,O.COLOR_ATTACHMENT0,dt.__webglTexture,Z,gt+_i):O.framebufferTexture2D(O.READ_FRAMEBUFFER,O.COLOR_ATTACHMENT0,O.TEXTURE_2D,dt.__webglTexture,Z),lr?O.framebufferTextureLayer(O.DRAW_FRAMEBUFFER,O.COLOR_ATTACHMENT0,an.__webglTexture,Ee,nn+_i):O.framebufferTexture2D(O.DRAW_FRAMEBUFFER,O.COLOR_ATTACHMENT0,O.TEXTURE_2D,an.__webglTexture,Ee),Z!==0?O.blitFramebuffer(ze,Qe,ze+Le,Qe+Te,ke,_t,ke+Le,_t+Te,O.COLOR_BUFFER_BIT,O.NEAREST):lr?O.copyTexSubImage3D(Oe,Ee,ke,_t,nn+_i,ze,Qe,Le,Te):O.copyTexSubImage2D(Oe,Ee,ke,_t,ze,Qe,Le,Te);Me.bindFramebuffer(O.READ_FRAMEBUFFER,null),Me.bindFramebuffer(O.DRAW_FRAMEBUFFER,null)}else lr?w.isDataTexture||w.isData3DTexture?O.texSubImage3D(Oe,Ee,ke,_t,nn,Le,Te,De,Lt,Un,It.data):V.isCompressedArrayTexture?O.compressedTexSubImage3D(Oe,Ee,ke,_t,nn,Le,Te,De,Lt,It.data):O.texSubImage3D(Oe,Ee,ke,_t,nn,Le,Te,De,Lt,Un,It):w.isDataTexture?O.texSubImage2D(O.TEXTURE_2D,Ee,ke,_t,Le,Te,Lt,Un,It.data):w.isCompressedTexture?O.compressedTexSubImage2D(O.TEXTURE_2D,Ee,ke,_t,It.width,It.height,Lt,It.data):O.texSubImage2D(O.TEXTURE_2D,Ee,ke,_t,Le,Te,Lt,Un,It);Me.pixelStorei(O.UNPACK_ROW_LENGTH,Mn),Me.pixelStorei(O.UNPACK_IMAGE_HEIGHT,xt),Me.pixelStorei(O.UNPACK_SKIP_PIXELS,ar),Me.pixelStorei(O.UNPACK_SKIP_ROWS,wn),Me.pixelStorei(O.UNPACK_SKIP_IMAGES,aa),Ee===0&&V.generateMipmaps===!0&&V.mipmapsAutoUpdate===!0&&O.generateMipmap(Oe),Me.unbindTexture()},this.initRenderTarget=function(w){Ve.get(w).__webglFramebuffer===void 0&&Xe.setupRenderTarget(w)},this.initTexture=function(w){w.isCubeTexture?Xe.setTextureCube(w,0):w.isData3DTexture?Xe.setTexture3D(w,0):w.isDataArrayTexture||w.isCompressedArrayTexture?Xe.setTexture2DArray(w,0):Xe.setTexture2D(w,0),Me.unbindTexture()},this.resetState=function(){Y=0,W=0,ce=null,Me.reset(),be.reset()},typeof __THREE_DEVTOOLS__<"u"&&__THREE_DEVTOOLS__.dispatchEvent(new CustomEvent("observe",{detail:this}))}get coordinateSystem(){return es}get outputColorSpace(){return this._outputColorSpace}set outputColorSpace(e){this._outputColorSpace=e;let t=this.getContext();t.drawingBufferColorSpace=vt._getDrawingBufferColorSpace(e),t.unpackColorSpace=vt._getUnpackColorSpace()}};var Hv=new Zn,Af=new F,Bo=class extends Mc{constructor(){super(),this.isLineSegmentsGeometry=!0,this.type="LineSegmentsGeometry";let e=[-1,2,0,1,2,0,-1,1,0,1,1,0,-1,0,0,1,0,0,-1,-1,0,1,-1,0],t=[-1,2,1,2,-1,1,1,1,-1,-1,1,-1,-1,-2,1,-2],i=[0,2,1,2,3,1,2,4,3,4,5,3,4,6,5,6,7,5];this.setIndex(i),this.setAttribute("position",new hn(e,3)),this.setAttribute("uv",new hn(t,2))}applyMatrix4(e){let t=this.attributes.instanceStart,i=this.attributes.instanceEnd;return t!==void 0&&(t.applyMatrix4(e),i.applyMatrix4(e),t.needsUpdate=!0),this.boundingBox!==null&&this.computeBoundingBox(),this.boundingSphere!==null&&this.computeBoundingSphere(),this}setPositions(e){let t;e instanceof Float32Array?t=e:Array.isArray(e)&&(t=new Float32Array(e));let i=new Jr(t,6,1);return this.setAttribute("instanceStart",new ys(i,3,0)),this.setAttribute("instanceEnd",new ys(i,3,3)),this.instanceCount=this.attributes.instanceStart.count,this.computeBoundingBox(),this.computeBoundingSphere(),this}setColors(e){let t;e instanceof Float32Array?t=e:Array.isArray(e)&&(t=new Float32Array(e));let i=new Jr(t,6,1);return this.setAttribute("instanceColorStart",new ys(i,3,0)),this.setAttribute("instanceColorEnd",new ys(i,3,3)),this}fromWireframeGeometry(e){return this.setPositions(e.attributes.position.array),this}fromEdgesGeometry(e){return this.setPositions(e.attributes.position.array),this}fromMesh(e){return this.fromWireframeGeometry(new _c(e.geometry)),this}fromLineSegments(e){let t=e.geometry;return this.setPositions(t.attributes.position.array),this}computeBoundingBox(){this.boundingBox===null&&(this.boundingBox=new Zn);let e=this.attributes.instanceStart,t=this.attributes.instanceEnd;e!==void 0&&t!==void 0&&(this.boundingBox.setFromBufferAttribute(e),Hv.setFromBufferAttribute(t),this.boundingBox.union(Hv))}computeBoundingSphere(){this.boundingSphere===null&&(this.boundingSphere=new Pn),this.boundingBox===null&&this.computeBoundingBox();let e=this.attributes.instanceStart,t=this.attributes.instanceEnd;if(e!==void 0&&t!==void 0){let i=this.boundingSphere.center;this.boundingBox.getCenter(i);let s=0;for(let r=0,o=e.count;r<o;r++)Af.fromBufferAttribute(e,r),s=Math.max(s,i.distanceToSquared(Af)),Af.fromBufferAttribute(t,r),s=Math.max(s,i.distanceToSquared(Af));this.boundingSphere.radius=Math.sqrt(s),isNaN(this.boundingSphere.radius)&&console.error("THREE.LineSegmentsGeometry.computeBoundingSphere(): Computed radius is NaN. The instanced position data is likely to have NaN values.",this)}}toJSON(){}};Ie.line={worldUnits:{value:1},linewidth:{value:1},resolution:{value:new at},dashOffset:{value:0},dashScale:{value:1},dashSize:{value:1},gapSize:{value:1}};Ti.line={uniforms:Dc.merge([Ie.common,Ie.fog,Ie.line]),vertexShader:`
+		#include <common>
+		#include <color_pars_vertex>
+		#include <fog_pars_vertex>
+		#include <logdepthbuf_pars_vertex>
+		#include <clipping_planes_pars_vertex>
+
+		uniform float linewidth;
+		uniform vec2 resolution;
+
+		attribute vec3 instanceStart;
+		attribute vec3 instanceEnd;
+
+		attribute vec3 instanceColorStart;
+		attribute vec3 instanceColorEnd;
+
+		#ifdef WORLD_UNITS
+
+			varying vec4 worldPos;
+			varying vec3 worldStart;
+			varying vec3 worldEnd;
+
+			#ifdef USE_DASH
+
+				varying vec2 vUv;
+
+			#endif
+
+		#else
+
+			varying vec2 vUv;
+
+		#endif
+
+		#ifdef USE_DASH
+
+			uniform float dashScale;
+			attribute float instanceDistanceStart;
+			attribute float instanceDistanceEnd;
+			varying float vLineDistance;
+
+		#endif
+
+		float trimSegmentAlpha( const in vec4 start, const in vec4 end ) {
+
+			// compute the interpolation factor needed to trim the segment so it terminates
+			// between the camera plane and the near plane
+
+			// conservative estimate of the near plane
+			float a = projectionMatrix[ 2 ][ 2 ]; // 3nd entry in 3th column
+			float b = projectionMatrix[ 3 ][ 2 ]; // 3nd entry in 4th column
+
+			// we need different nearEstimate formula for reversed and default depth buffer
+			// a is positive with a reversed depth buffer so it can be used for controlling the code flow
+			float nearEstimate = ( a > 0.0 ) ? ( - b / ( a + 1.0 ) ) : ( - 0.5 * b / a );
+
+			return ( nearEstimate - start.z ) / ( end.z - start.z );
+
+		}
+
+		void main() {
+
+			#ifdef USE_COLOR
+
+				vColor.xyz = ( position.y < 0.5 ) ? instanceColorStart : instanceColorEnd;
+
+			#endif
+
+			float aspect = resolution.x / resolution.y;
+
+			// camera space
+			vec4 start = modelViewMatrix * vec4( instanceStart, 1.0 );
+			vec4 end = modelViewMatrix * vec4( instanceEnd, 1.0 );
+
+			#ifdef USE_DASH
+
+				float lineDistanceStart = dashScale * instanceDistanceStart;
+				float lineDistanceEnd = dashScale * instanceDistanceEnd;
+
+			#endif
+
+			#ifdef WORLD_UNITS
+
+				worldStart = start.xyz;
+				worldEnd = end.xyz;
+
+			#else
+
+				vUv = uv;
+
+			#endif
+
+			// special case for perspective projection, and segments that terminate either in, or behind, the camera plane
+			// clearly the gpu firmware has a way of addressing this issue when projecting into ndc space
+			// but we need to perform ndc-space calculations in the shader, so we must address this issue directly
+			// perhaps there is a more elegant solution -- WestLangley
+
+			bool perspective = ( projectionMatrix[ 2 ][ 3 ] == - 1.0 ); // 4th entry in the 3rd column
+
+			if ( perspective ) {
+
+				if ( start.z < 0.0 && end.z >= 0.0 ) {
+
+					float alpha = trimSegmentAlpha( start, end );
+					end.xyz = mix( start.xyz, end.xyz, alpha );
+
+					#ifdef USE_DASH
+
+						lineDistanceEnd = mix( lineDistanceStart, lineDistanceEnd, alpha );
+
+					#endif
+
+				} else if ( end.z < 0.0 && start.z >= 0.0 ) {
+
+					float alpha = trimSegmentAlpha( end, start );
+					start.xyz = mix( end.xyz, start.xyz, alpha );
+
+					#ifdef USE_DASH
+
+						lineDistanceStart = mix( lineDistanceEnd, lineDistanceStart, alpha );
+
+					#endif
+
+				}
+
+			}
+
+			#ifdef USE_DASH
+
+				vLineDistance = ( position.y < 0.5 ) ? lineDistanceStart : lineDistanceEnd;
+				vUv = uv;
+
+			#endif
+
+			// clip space
+			vec4 clipStart = projectionMatrix * start;
+			vec4 clipEnd = projectionMatrix * end;
+
+			// ndc space
+			vec3 ndcStart = clipStart.xyz / clipStart.w;
+			vec3 ndcEnd = clipEnd.xyz / clipEnd.w;
+
+			// direction
+			vec2 dir = ndcEnd.xy - ndcStart.xy;
+
+			// account for clip-space aspect ratio
+			dir.x *= aspect;
+			dir = normalize( dir );
+
+			#ifdef WORLD_UNITS
+
+				vec3 worldDir = normalize( end.xyz - start.xyz );
+				vec3 tmpFwd = perspective ? normalize( mix( start.xyz, end.xyz, 0.5 ) ) : vec3( 0.0, 0.0, - 1.0 );
+				vec3 worldUp = normalize( cross( worldDir, tmpFwd ) );
+				vec3 worldFwd = cross( worldDir, worldUp );
+				worldPos = position.y < 0.5 ? start: end;
+
+				// height offset
+				float hw = linewidth * 0.5;
+				worldPos.xyz += position.x < 0.0 ? hw * worldUp : - hw * worldUp;
+
+				// don't extend the line if we're rendering dashes because we
+				// won't be rendering the endcaps
+				#ifndef USE_DASH
+
+					// cap extension
+					worldPos.xyz += position.y < 0.5 ? - hw * worldDir : hw * worldDir;
+
+					// add width to the box
+					worldPos.xyz += worldFwd * hw;
+
+					// endcaps
+					if ( position.y > 1.0 || position.y < 0.0 ) {
+
+						worldPos.xyz -= worldFwd * 2.0 * hw;
+
+					}
+
+				#endif
+
+				// project the worldpos
+				vec4 clip = projectionMatrix * worldPos;
+
+				// shift the depth of the projected points so the line
+				// segments overlap neatly
+				vec3 clipPose = ( position.y < 0.5 ) ? ndcStart : ndcEnd;
+
+				// only shift the depth of vertices in front of the camera (#35137)
+				if ( clip.w > 0.0 ) clip.z = clipPose.z * clip.w;
+
+			#else
+
+				vec2 offset = vec2( dir.y, - dir.x );
+				// undo aspect ratio adjustment
+				dir.x /= aspect;
+				offset.x /= aspect;
+
+				// sign flip
+				if ( position.x < 0.0 ) offset *= - 1.0;
+
+				// endcaps
+				if ( position.y < 0.0 ) {
+
+					offset += - dir;
+
+				} else if ( position.y > 1.0 ) {
+
+					offset += dir;
+
+				}
+
+				// adjust for linewidth
+				offset *= linewidth;
+
+				// adjust for clip-space to screen-space conversion // maybe resolution should be based on viewport ...
+				offset /= resolution.y;
+
+				// select end
+				vec4 clip = ( position.y < 0.5 ) ? clipStart : clipEnd;
+
+				// back to clip space
+				offset *= clip.w;
+
+				clip.xy += offset;
+
+			#endif
+
+			gl_Position = clip;
+
+			vec4 mvPosition = ( position.y < 0.5 ) ? start : end; // this is an approximation
+
+			#include <logdepthbuf_vertex>
+			#include <clipping_planes_vertex>
+			#include <fog_vertex>
+
+		}
+		`,fragmentShader:`
+		uniform vec3 diffuse;
+		uniform float opacity;
+		uniform float linewidth;
+
+		#ifdef USE_DASH
+
+			uniform float dashOffset;
+			uniform float dashSize;
+			uniform float gapSize;
+
+		#endif
+
+		varying float vLineDistance;
+
+		#ifdef WORLD_UNITS
+
+			varying vec4 worldPos;
+			varying vec3 worldStart;
+			varying vec3 worldEnd;
+
+			#ifdef USE_DASH
+
+				varying vec2 vUv;
+
+			#endif
+
+		#else
+
+			varying vec2 vUv;
+
+		#endif
+
+		#include <common>
+		#include <color_pars_fragment>
+		#include <fog_pars_fragment>
+		#include <logdepthbuf_pars_fragment>
+		#include <clipping_planes_pars_fragment>
+
+		vec2 closestLineToLine(vec3 p1, vec3 p2, vec3 p3, vec3 p4) {
+
+			float mua;
+			float mub;
+
+			vec3 p13 = p1 - p3;
+			vec3 p43 = p4 - p3;
+
+			vec3 p21 = p2 - p1;
+
+			float d1343 = dot( p13, p43 );
+			float d4321 = dot( p43, p21 );
+			float d1321 = dot( p13, p21 );
+			float d4343 = dot( p43, p43 );
+			float d2121 = dot( p21, p21 );
+
+			float denom = d2121 * d4343 - d4321 * d4321;
+
+			float numer = d1343 * d4321 - d1321 * d4343;
+
+			mua = numer / denom;
+			mua = clamp( mua, 0.0, 1.0 );
+			mub = ( d1343 + d4321 * ( mua ) ) / d4343;
+			mub = clamp( mub, 0.0, 1.0 );
+
+			return vec2( mua, mub );
+
+		}
+
+		void main() {
+
+			float alpha = opacity;
+			vec4 diffuseColor = vec4( diffuse, alpha );
+
+			#include <clipping_planes_fragment>
+
+			#ifdef USE_DASH
+
+				if ( vUv.y < - 1.0 || vUv.y > 1.0 ) discard; // discard endcaps
+
+				if ( mod( vLineDistance + dashOffset, dashSize + gapSize ) > dashSize ) discard; // todo - FIX
+
+			#endif
+
+			#ifdef WORLD_UNITS
+
+				float len;
+
+				if ( isOrthographic ) {
+
+					// View rays are parallel to the z axis so the distance reduces to camera-space XY
+					vec2 lineDir = worldEnd.xy - worldStart.xy;
+					float t = clamp( dot( worldPos.xy - worldStart.xy, lineDir ) / dot( lineDir, lineDir ), 0.0, 1.0 );
+					len = length( worldStart.xy + lineDir * t - worldPos.xy );
+
+				} else {
+
+					// Find the closest points on the view ray and the line segment
+					vec3 rayEnd = normalize( worldPos.xyz ) * 1e5;
+					vec3 lineDir = worldEnd - worldStart;
+					vec2 params = closestLineToLine( worldStart, worldEnd, vec3( 0.0, 0.0, 0.0 ), rayEnd );
+
+					vec3 p1 = worldStart + lineDir * params.x;
+					vec3 p2 = rayEnd * params.y;
+					vec3 delta = p1 - p2;
+					len = length( delta );
+
+				}
+
+				float norm = len / linewidth;
+
+				#ifndef USE_DASH
+
+					#ifdef USE_ALPHA_TO_COVERAGE
+
+						float dnorm = fwidth( norm );
+						alpha = 1.0 - smoothstep( 0.5 - dnorm, 0.5 + dnorm, norm );
+
+					#else
+
+						if ( norm > 0.5 ) {
+
+							discard;
+
+						}
+
+					#endif
+
+				#endif
+
+			#else
+
+				#ifdef USE_ALPHA_TO_COVERAGE
+
+					// artifacts appear on some hardware if a derivative is taken within a conditional
+					float a = vUv.x;
+					float b = ( vUv.y > 0.0 ) ? vUv.y - 1.0 : vUv.y + 1.0;
+					float len2 = a * a + b * b;
+					float dlen = fwidth( len2 );
+
+					if ( abs( vUv.y ) > 1.0 ) {
+
+						alpha = 1.0 - smoothstep( 1.0 - dlen, 1.0 + dlen, len2 );
+
+					}
+
+				#else
+
+					if ( abs( vUv.y ) > 1.0 ) {
+
+						float a = vUv.x;
+						float b = ( vUv.y > 0.0 ) ? vUv.y - 1.0 : vUv.y + 1.0;
+						float len2 = a * a + b * b;
+
+						if ( len2 > 1.0 ) discard;
+
+					}
+
+				#endif
+
+			#endif
+
+			#include <logdepthbuf_fragment>
+			#include <color_fragment>
+
+			gl_FragColor = vec4( diffuseColor.rgb, alpha );
+
+			#include <tonemapping_fragment>
+			#include <colorspace_fragment>
+			#include <fog_fragment>
+			#include <premultiplied_alpha_fragment>
+
+		}
+		`};var Qa=class extends ai{constructor(e){super({type:"LineMaterial",uniforms:Dc.clone(Ti.line.uniforms),vertexShader:Ti.line.vertexShader,fragmentShader:Ti.line.fragmentShader,clipping:!0}),this.isLineMaterial=!0,this.setValues(e)}get color(){return this.uniforms.diffuse.value}set color(e){this.uniforms.diffuse.value=e}get worldUnits(){return"WORLD_UNITS"in this.defines}set worldUnits(e){e===!0!==this.worldUnits&&(this.needsUpdate=!0),e===!0?this.defines.WORLD_UNITS="":delete this.defines.WORLD_UNITS}get linewidth(){return this.uniforms.linewidth.value}set linewidth(e){this.uniforms.linewidth&&(this.uniforms.linewidth.value=e)}get dashed(){return"USE_DASH"in this.defines}set dashed(e){e===!0!==this.dashed&&(this.needsUpdate=!0),e===!0?this.defines.USE_DASH="":delete this.defines.USE_DASH}get dashScale(){return this.uniforms.dashScale.value}set dashScale(e){this.uniforms.dashScale.value=e}get dashSize(){return this.uniforms.dashSize.value}set dashSize(e){this.uniforms.dashSize.value=e}get dashOffset(){return this.uniforms.dashOffset.value}set dashOffset(e){this.uniforms.dashOffset.value=e}get gapSize(){return this.uniforms.gapSize.value}set gapSize(e){this.uniforms.gapSize.value=e}get opacity(){return this.uniforms.opacity.value}set opacity(e){this.uniforms&&(this.uniforms.opacity.value=e)}get resolution(){return this.uniforms.resolution.value}set resolution(e){this.uniforms.resolution.value.copy(e)}get alphaToCoverage(){return"USE_ALPHA_TO_COVERAGE"in this.defines}set alphaToCoverage(e){this.defines&&(e===!0!==this.alphaToCoverage&&(this.needsUpdate=!0),e===!0?this.defines.USE_ALPHA_TO_COVERAGE="":delete this.defines.USE_ALPHA_TO_COVERAGE)}};var Am=new Rt,Gv=new F,$v=new F,ei=new Rt,ti=new Rt,Ws=new Rt,Cm=new F,Rm=new ht,ni=new wc,Wv=new F,Cf=new Zn,Rf=new Pn,Xs=new Rt,qs,ko;function Xv(n,e,t){return Xs.set(0,0,-e,1).applyMatrix4(n.projectionMatrix),Xs.multiplyScalar(1/Xs.w),Xs.x=ko/t.width,Xs.y=ko/t.height,Xs.applyMatrix4(n.projectionMatrixInverse),Xs.multiplyScalar(1/Xs.w),Math.abs(Math.max(Xs.x,Xs.y))}function WA(n,e){let t=n.matrixWorld,i=n.geometry,s=i.attributes.instanceStart,r=i.attributes.instanceEnd,o=Math.min(i.instanceCount,s.count);for(let a=0,l=o;a<l;a++){ni.start.fromBufferAttribute(s,a),ni.end.fromBufferAttribute(r,a),ni.applyMatrix4(t);let c=new F,u=new F;qs.distanceSqToSegment(ni.start,ni.end,u,c),u.distanceTo(c)<ko*.5&&e.push({point:u,pointOnLine:c,distance:qs.origin.distanceTo(u),object:n,face:null,faceIndex:a,uv:null,uv1:null})}}function XA(n,e,t){let i=e.projectionMatrix,r=n.material.resolution,o=n.matrixWorld,a=n.geometry,l=a.attributes.instanceStart,c=a.attributes.instanceEnd,u=Math.min(a.instanceCount,l.count),h=-e.near;qs.at(1,Ws),Ws.w=1,Ws.applyMatrix4(e.matrixWorldInverse),Ws.applyMatrix4(i),Ws.multiplyScalar(1/Ws.w),Ws.x*=r.x/2,Ws.y*=r.y/2,Ws.z=0,Cm.copy(Ws),Rm.multiplyMatrices(e.matrixWorldInverse,o);for(let f=0,d=u;f<d;f++){if(ei.fromBufferAttribute(l,f),ti.fromBufferAttribute(c,f),ei.w=1,ti.w=1,ei.applyMatrix4(Rm),ti.applyMatrix4(Rm),ei.z>h&&ti.z>h)continue;if(ei.z>h){let A=ei.z-ti.z,b=(ei.z-h)/A;ei.lerp(ti,b)}else if(ti.z>h){let A=ti.z-ei.z,b=(ti.z-h)/A;ti.lerp(ei,b)}ei.applyMatrix4(i),ti.applyMatrix4(i),ei.multiplyScalar(1/ei.w),ti.multiplyScalar(1/ti.w),ei.x*=r.x/2,ei.y*=r.y/2,ti.x*=r.x/2,ti.y*=r.y/2,ni.start.copy(ei),ni.start.z=0,ni.end.copy(ti),ni.end.z=0;let y=ni.closestPointToPointParameter(Cm,!0);ni.at(y,Wv);let m=fm.lerp(ei.z,ti.z,y),g=m>=-1&&m<=1,x=Cm.distanceTo(Wv)<ko*.5;if(g&&x){ni.start.fromBufferAttribute(l,f),ni.end.fromBufferAttribute(c,f),ni.start.applyMatrix4(o),ni.end.applyMatrix4(o);let A=new F,b=new F;qs.distanceSqToSegment(ni.start,ni.end,b,A),t.push({point:b,pointOnLine:A,distance:qs.origin.distanceTo(b),object:n,face:null,faceIndex:f,uv:null,uv1:null})}}}var Pf=class extends Jn{constructor(e=new Bo,t=new Qa({color:Math.random()*16777215})){super(e,t),this.isLineSegments2=!0,this.type="LineSegments2"}computeLineDistances(){let e=this.geometry,t=e.attributes.instanceStart,i=e.attributes.instanceEnd,s=new Float32Array(2*t.count);for(let o=0,a=0,l=t.count;o<l;o++,a+=2)Gv.fromBufferAttribute(t,o),$v.fromBufferAttribute(i,o),s[a]=a===0?0:s[a-1],s[a+1]=s[a]+Gv.distanceTo($v);let r=new Jr(s,2,1);return e.setAttribute("instanceDistanceStart",new ys(r,1,0)),e.setAttribute("instanceDistanceEnd",new ys(r,1,1)),this}raycast(e,t){let i=this.material.worldUnits,s=e.camera;if(s===null&&!i&&console.error('LineSegments2: "Raycaster.camera" needs to be set in order to raycast against LineSegments2 while worldUnits is set to false.'),i===!1&&(this.material.resolution.x===0||this.material.resolution.y===0))return;let r=e.params.Line2!==void 0&&e.params.Line2.threshold||0;qs=e.ray;let o=this.matrixWorld,a=this.geometry,l=this.material;ko=l.linewidth+r,a.boundingSphere===null&&a.computeBoundingSphere(),Rf.copy(a.boundingSphere).applyMatrix4(o);let c;if(i)c=ko*.5;else{let h=Math.max(s.near,Rf.distanceToPoint(qs.origin));c=Xv(s,h,l.resolution)}if(Rf.radius+=c,qs.intersectsSphere(Rf)===!1)return;a.boundingBox===null&&a.computeBoundingBox(),Cf.copy(a.boundingBox).applyMatrix4(o);let u;if(i)u=ko*.5;else{let h=Math.max(s.near,Cf.distanceToPoint(qs.origin));u=Xv(s,h,l.resolution)}Cf.expandByScalar(u),qs.intersectsBox(Cf)!==!1&&(i?WA(this,t):XA(this,s,t))}onBeforeRender(e){let t=this.material.uniforms;t&&t.resolution&&(e.getViewport(Am),this.material.uniforms.resolution.value.set(Am.z,Am.w))}};function el(n){let e=parseInt(n.slice(1),16);return[e>>16&255,e>>8&255,e&255]}var Bc={viridis:["#440154","#482878","#3e4989","#31688e","#26828e","#1f9e89","#35b779","#6ece58","#b5de2b","#fde725"],slate:["#10161d","#2d3a46","#566775","#8d9aa3","#c4cac9","#f4f1e6"],ember:["#1d1147","#51127c","#8c2981","#c83e73","#f1605d","#fe9f6d","#fcd9a0"],balance:["#2166ac","#67a9cf","#d1e5f0","#f2f0ec","#fddbc7","#ef8a62","#b2182b"]};function If(n){return n==="intensity"?"slate":n==="incidence"?"ember":n==="distance"?"balance":"viridis"}var tl=["#0072b2","#e69f00","#009e73","#cc79a7","#56b4e9","#d55e00","#b8a800","#7a5195","#8c8c8c"];function qA(n,e){let t=Math.min(1,Math.max(0,e))*(n.length-1),i=Math.min(n.length-2,Math.floor(t)),[s,r]=[el(n[i]),el(n[i+1])],o=t-i;return[s[0]+o*(r[0]-s[0]),s[1]+o*(r[1]-s[1]),s[2]+o*(r[2]-s[2])]}function qv(n){let e=new Uint8Array(1024);for(let t=0;t<256;t++)e.set([...qA(Bc[n],t/255).map(Math.round),255],4*t);return e}function Yv(n,e,t){if(e)return[.86,.13,.15];let i=t?[.56,.63,.7]:[.36,.43,.5],s=[.93,.58,.08],r=Math.min(1,Math.max(0,(Math.abs(n??0)-1.5)/1.5));return i.map((o,a)=>o+r*(s[a]-o))}function Lf(n,e){return[n[0][0]*e[0]+n[0][1]*e[1]+n[0][2]*e[2],n[1][0]*e[0]+n[1][1]*e[1]+n[1][2]*e[2],n[2][0]*e[0]+n[2][1]*e[1]+n[2][2]*e[2]]}function kc(n,e){let t=[[0,0,0],[0,0,0],[0,0,0]];for(let i=0;i<3;i++)for(let s=0;s<3;s++)t[i][s]=n[i][0]*e[0][s]+n[i][1]*e[1][s]+n[i][2]*e[2][s];return t}function Pm(n){return[[n[0][0],n[1][0],n[2][0]],[n[0][1],n[1][1],n[2][1]],[n[0][2],n[1][2],n[2][2]]]}var zc=(n,e)=>[n[0]-e[0],n[1]-e[1],n[2]-e[2]],Wi=n=>Math.hypot(n[0],n[1],n[2]),Jv=(n,e)=>kc(kc(n,e),Pm(n));function Vc(n){let e=n.map(s=>[...s]),t=[[1,0,0],[0,1,0],[0,0,1]];for(let s=0;s<40;s++){let r=e[0][1]**2+e[0][2]**2+e[1][2]**2,o=e[0][0]**2+e[1][1]**2+e[2][2]**2;if(r<=1e-30*o||r===0)break;for(let[a,l]of[[0,1],[0,2],[1,2]]){if(e[a][l]===0)continue;let c=(e[l][l]-e[a][a])/(2*e[a][l]),u=(c>=0?1:-1)/(Math.abs(c)+Math.sqrt(c*c+1)),h=1/Math.sqrt(u*u+1),f=u*h;for(let d=0;d<3;d++){let[p,y]=[e[d][a],e[d][l]];e[d][a]=h*p-f*y,e[d][l]=f*p+h*y}for(let d=0;d<3;d++){let[p,y]=[e[a][d],e[l][d]];e[a][d]=h*p-f*y,e[l][d]=f*p+h*y}for(let d=0;d<3;d++){let[p,y]=[t[d][a],t[d][l]];t[d][a]=h*p-f*y,t[d][l]=f*p+h*y}}}let i=[0,1,2].sort((s,r)=>e[r][r]-e[s][s]);return{values:i.map(s=>e[s][s]),vectors:t.map(s=>i.map(r=>s[r]))}}function Zv(n){return{turn:[n[0].slice(0,3),n[1].slice(0,3),n[2].slice(0,3)],shift:[n[0][3],n[1][3],n[2][3]]}}function jv(n,e,t,i){let s=Zv(n),r=Zv(e),o=kc(r.turn,Pm(s.turn)),a=zc(i,s.shift),l=zc(Lf(o,a),a),c=zc(r.shift,s.shift);return{turn:kc(kc(t,o),Pm(t)),shift:Lf(t,[l[0]+c[0],l[1]+c[1],l[2]+c[2]])}}function YA(n){if(n<=0)return 0;let e=Math.sqrt(n/2);return Kv(e)-Math.sqrt(2*n/Math.PI)*Math.exp(-n/2)}function Kv(n){if(n<0)return-Kv(-n);if(n<2.5){let t=n,i=n;for(let s=1;s<200;s++){t*=-n*n/s;let r=t/(2*s+1);if(i+=r,Math.abs(r)<1e-17*Math.abs(i))break}return 2/Math.sqrt(Math.PI)*i}let e=0;for(let t=60;t>=1;t--)e=t/2/(n+e);return 1-Math.exp(-n*n)/(Math.sqrt(Math.PI)*(n+e))}function Qv(n){let e=0,t=200;for(let i=0;i<200;i++){let s=(e+t)/2;YA(s)<n?e=s:t=s}return Math.sqrt((e+t)/2)}function ey(n,e,t,i){let s=new Array(i).fill(0);for(let r=0;r<n.length;r++){let o=n[r];if(o===null||!Number.isFinite(o))continue;let a=Math.floor((o-e)/(t-e)*i);s[Math.min(i-1,Math.max(0,a))]+=1}return s}function Df(n){if(!(n>0))return 1;let e=10**Math.floor(Math.log10(n)+1e-12),t=n/e+1e-9;return(t>=5?5:t>=2?2:1)*e}function ty(n){let e=n.filter(Number.isFinite).sort((i,s)=>i-s);if(!e.length)return NaN;let t=e.length>>1;return e.length%2?e[t]:(e[t-1]+e[t])/2}var ss={control:{colour:"#c8372d",symbol:"triangle",title:"control"},check:{colour:"#2b6cd4",symbol:"diamond",title:"check"},free:{colour:"#12876a",symbol:"circle",title:"free"},station:{colour:"#5a4fcf",symbol:"square",title:"station"}},Im=n=>ss[n]??ss.free;function Ys(n,e){let t=new Qa({linewidth:n,vertexColors:!0,transparent:!0,depthTest:!e,depthWrite:!1,opacity:e?.22:.95}),i=new Pf(new Bo,t);return i.frustumCulled=!1,i.visible=!1,i}function Zs(n,e,t){n.geometry.dispose(),n.geometry=new Bo,e.length&&(n.geometry.setPositions(e),n.geometry.setColors(t)),n.userData.some=e.length>0}var nl=class{constructor(e,t,i){this.toDrawing=e,this.frame=t,this.factor=i,this.scene=new Vs,this.front=new Vs;let s=new bc(16777215,9080729,2);s.position.set(0,0,1);let r=new Sc(16777215,1.6);r.position.set(-.5,-.8,1.2),this.scene.add(s,r),this.rayLines=Ys(1.25,!1),this.rayLines.material.opacity=.6,this.rayGhosts=Ys(1.1,!0),this.rayGhosts.material.opacity=.14,this.badRays=Ys(2.6,!0),this.badRays.material.opacity=.95,this.edgeLines=Ys(3.5,!1),this.edgeGhosts=Ys(3,!0),this.marked=Ys(4,!0),this.marked.material.opacity=1,this.measure=Ys(2.5,!0),this.measure.material.opacity=1,this.planeLines=Ys(1.5,!1),this.box=Ys(1.5,!0),this.box.material.opacity=.9,this.arrowLines=Ys(3,!0),this.arrowLines.material.opacity=1,this.scene.add(this.rayLines,this.edgeLines,this.planeLines),this.front.add(this.rayGhosts,this.badRays,this.edgeGhosts,this.box,this.arrowLines,this.marked,this.measure),this.ellipsoids=null,this.planes=new ts,this.planes.visible=!1,this.scene.add(this.planes),this.heads=null,this.rays=[],this.edges=[]}get materials(){return[this.rayLines,this.rayGhosts,this.badRays,this.edgeLines,this.edgeGhosts,this.marked,this.measure,this.planeLines,this.box,this.arrowLines].map(e=>e.material)}size(e,t){for(let i of this.materials)i.resolution.set(e,t)}static exaggeration(e,t){let i=e.filter(r=>r.covariance).map(r=>Math.sqrt(Math.max(0,Vc(r.covariance).values[0]))),s=ty(i.filter(r=>r>0));return s>0?Math.max(1,Df(.03*t/s)):1}setEllipsoids(e,t){this.ellipsoids&&(this.scene.remove(this.ellipsoids),this.ellipsoids.dispose());let i=e.filter(o=>o.covariance&&o.xyz),s=new Ga(this.ball??=new gc(1,32,20),this.skin??=new vc({transparent:!0,opacity:.82}),i.length);s.frustumCulled=!1;let r=new ht;i.forEach((o,a)=>{let{values:l,vectors:c}=Vc(Jv(this.frame,o.covariance)),u=l.map(f=>Math.sqrt(Math.max(f,1e-16))*this.factor*t),h=this.toDrawing(o.xyz);if(r.set(c[0][0]*u[0],c[0][1]*u[1],c[0][2]*u[2],h[0],c[1][0]*u[0],c[1][1]*u[1],c[1][2]*u[2],h[1],c[2][0]*u[0],c[2][1]*u[1],c[2][2]*u[2],h[2],0,0,0,1),r.determinant()<0){let f=r.elements;f[8]*=-1,f[9]*=-1,f[10]*=-1}s.setMatrixAt(a,r),s.setColorAt(a,new ut(Im(o.role).colour))}),s.visible=this.ellipsoidsVisible??!0,this.ellipsoids=s,this.ellipsoidCount=i.length,this.scene.add(s)}setRays(e,t){this.rays=e.map(a=>({...a,a:this.toDrawing(a.from),b:this.toDrawing(a.to)}));let[i,s,r,o]=[[],[],[],[]];for(let a of this.rays){if(a.off)continue;let l=Yv(a.w,a.suspicious,t);(a.suspicious?r:i).push(...a.a,...a.b),(a.suspicious?o:s).push(...l,...l)}Zs(this.rayLines,i,s),Zs(this.rayGhosts,i,s),Zs(this.badRays,r,o),this.rayCount=(i.length+r.length)/6}setEdges(e){let t=[],i=[];this.edges=e.map(s=>({...s,a:this.toDrawing(s.from),b:this.toDrawing(s.to)}));for(let s of this.edges){let r=s.outlying?[.86,.13,.15]:[.36,.31,.81];t.push(...s.a,...s.b),i.push(...r,...r)}Zs(this.edgeLines,t,i),Zs(this.edgeGhosts,t,i)}setPlanes(e){this.planes.clear();let t=[],i=[];for(let s of e){let r=new F(...this.toAxes(s.normal)).normalize(),a=(Math.abs(r.z)>.99?new F(0,1,0):new F(0,0,1)).clone().cross(r).normalize(),l=r.clone().cross(a),[c,u]=[s.extent||1,s.extent||1],h=new F(...this.toDrawing(s.centre)),f=[[-c,-u],[c,-u],[c,u],[-c,u]].map(([p,y])=>h.clone().addScaledVector(a,p).addScaledVector(l,y));for(let p=0;p<4;p++)t.push(...f[p].toArray(),...f[(p+1)%4].toArray()),i.push(.1,.55,.62,.1,.55,.62);let d=new Fn().setFromPoints([f[0],f[1],f[2],f[0],f[2],f[3]]);this.planes.add(new Jn(d,this.glass??=new Co({color:1739934,transparent:!0,opacity:.22,side:is,depthWrite:!1})))}Zs(this.planeLines,t,i)}toAxes(e){return this.frame.map(t=>t[0]*e[0]+t[1]*e[1]+t[2]*e[2])}setMoves(e,t,i){this.heads&&(this.front.remove(this.heads),this.heads.dispose(),this.heads=null);let s=e.filter(f=>Wi(f.moved)>i),r=[],o=[],a=[.91,.12,.55],l=this.cone??=new pc(.5,1,16).translate(0,-.5,0),c=this.paint??=new Co({color:15212428,depthTest:!1,transparent:!0}),u=new Ga(l,c,s.length);u.frustumCulled=!1;let h=new F(0,1,0);s.forEach((f,d)=>{let p=new F(...this.toDrawing(f.from)),y=new F(...this.toAxes(f.moved)).multiplyScalar(t),m=p.clone().add(y),g=y.length();r.push(...p.toArray(),...m.clone().addScaledVector(y,-.2).toArray()),o.push(...a,...a),u.setMatrixAt(d,new ht().compose(m,new ns().setFromUnitVectors(h,y.clone().normalize()),new F(g*.22,g*.3,g*.22)))}),u.renderOrder=5,Zs(this.arrowLines,r,o),this.heads=u,this.moveCount=s.length,this.front.add(u)}mark(e,t=[1,.76,.03]){let i=[],s=[];for(let[r,o]of e??[])i.push(...r,...o),s.push(...t,...t);Zs(this.marked,i,s),this.marked.visible=i.length>0}setMeasure(e){let t=el("#0b7fab").map(i=>i/255);Zs(this.measure,e?[...e[0],...e[1]]:[],e?[...t,...t]:[]),this.measure.visible=!!e}setBox(e){let t=[],i=[];if(e){let[s,r]=[Math.cos(e.turn),Math.sin(e.turn)],o=(l,c,u)=>{let[h,f,d]=[l*e.half[0],c*e.half[1],u*e.half[2]];return[e.centre[0]+s*h-r*f,e.centre[1]+r*h+s*f,e.centre[2]+d]},a=[];for(let l of[-1,1])for(let c of[-1,1])a.push([o(l,c,-1),o(l,c,1)],[o(l,-1,c),o(l,1,c)],[o(-1,l,c),o(1,l,c)]);for(let[l,c]of a)t.push(...l,...c),i.push(.95,.55,.05,.95,.55,.05)}Zs(this.box,t,i),this.box.visible=!!e}show(e){this.ellipsoidsVisible=e("ellipsoids"),this.ellipsoids&&(this.ellipsoids.visible=this.ellipsoidsVisible),this.rayLines.visible=this.rayGhosts.visible=e("rays")&&!!this.rayLines.userData.some,this.badRays.visible=e("rays")&&!!this.badRays.userData.some,this.edgeLines.visible=this.edgeGhosts.visible=e("edges")&&!!this.edgeLines.userData.some,this.planes.visible=e("planes"),this.planeLines.visible=e("planes")&&!!this.planeLines.userData.some,this.arrowLines.visible=e("moves")&&!!this.arrowLines.userData.some,this.heads&&(this.heads.visible=e("moves"))}};function ny(n,e,t){let[i,s]=[t[0]-e[0],t[1]-e[1]],r=Math.min(1,Math.max(0,((n[0]-e[0])*i+(n[1]-e[1])*s)/(i*i+s*s||1)));return{distance:Math.hypot(e[0]+r*i-n[0],e[1]+r*s-n[1]),t:r}}var il=class extends Error{constructor(e,t){super(t?.sentence??t?.detail??(Array.isArray(t?.defect)?t.defect.join(" "):"")??`the program answers ${e}`),this.status=e,this.body=t}};async function iy(n){let e=null;try{e=await n.json()}catch{}if(!n.ok)throw new il(n.status,e);return e}async function rs(n,e={},t=void 0){let i=new URL(n,document.baseURI);for(let[s,r]of Object.entries(e))i.searchParams.set(s,String(r));return iy(await fetch(i,{headers:{Accept:"application/json"},signal:t}))}async function Nf(n,e){return iy(await fetch(new URL(n,document.baseURI),{method:"POST",headers:{"Content-Type":"application/json",Accept:"application/json"},body:JSON.stringify(e)}))}function sy(n,e){let t=new EventSource(new URL("api/events",document.baseURI));for(let[i,s]of Object.entries(n))t.addEventListener(i,r=>{let o=null;try{o=JSON.parse(r.data)}catch{return}s(o)});return t.onopen=()=>e(!0),t.onerror=()=>e(!1),t}var Ye=tt(null),zt=tt(null),ui=tt(null),Ho=tt(null),Lm=tt(null),js=tt(null),Ks=tt(null),sl=tt(!1),Of=tt(!0),zo=tt([]),to=tt(!1),Go=tt({}),Di=tt("light"),ii=tt("sigma_z"),Js=tt({}),no=tt(2),Hc=tt(!0),$o=tt(.5),rl=tt(2e6),Er=tt(0),Tr=tt(0),wr=tt(new Set(["edges","planes","rejected","comparisons"])),ws=tt(null),Dm=tt(null),Ff=tt(!1),hi=tt("observations"),In=tt({...$l}),eo=tt({by:"w",down:!0}),Ft=tt(null),os=tt("select"),Wo=tt([]),Es=tt(null),io=tt({points:0,total:0,loading:0}),Ai=tt(new Set),fi=tt(null),Ar=tt(!0),so=tt(!0),oy=[["points","Points"],["stations","Stations"],["names","Names"],["ellipsoids","Ellipsoids"],["rays","Observations"],["edges","Registration"],["planes","Planes"],["moves","Moves"],["rejected","Rejected targets"],["comparisons","Comparisons"]],fn=n=>!wr.value.has(n);function Nm(n,e){let t=new Set(wr.value);e?t.delete(n):t.add(n),wr.value=t}var vn=un(()=>{let n=Ye.value;if(!n)return[];let e=new Map((ui.value?.points??[]).map(i=>[i.name,i])),t=ZA.value;return n.points.name.map((i,s)=>{let r=e.get(i);return{name:i,role:t.get(i)??n.points.role[s],xyz:r?.xyz??n.points.xyz[s],covariance:r?.covariance??n.points.covariance[s],before:{xyz:n.points.xyz[s],covariance:n.points.covariance[s]},moved:r?.moved??null,words:Object.entries(n.points.frames??{}).map(([o,a])=>[o,a[s]])}})}),ZA=un(()=>{let n=new Map;for(let e of zt.value?.edits??[])(e.do==="role"||e.role)&&n.set(e.point,e.role);for(let e of ui.value?.points??[])e.role&&n.set(e.name,e.role);return n}),Ci=un(()=>{let n=Ye.value;if(!n)return[];let e=new Map((ui.value?.stations??[]).map(t=>[t.name,t]));return n.stations.name.map((t,i)=>{let s=e.get(t),r=s?.world_from_scanner??n.stations.pose[i];return{name:t,role:"station",kind:n.stations.kind[i],pose:r,posed:n.stations.pose[i],xyz:s?.world_from_scanner?r.slice(0,3).map(o=>o[3]):n.stations.xyz[i],full:s?.covariance??n.stations.covariance[i],covariance:ry(s?.covariance??n.stations.covariance[i]),before:{xyz:n.stations.xyz[i],covariance:ry(n.stations.covariance[i])},moved:s?.moved??null,turned:s?.turned??null,clouds:n.stations.clouds?.[i]??[]}})}),ry=n=>n?n.slice(0,3).map(e=>e.slice(0,3)):null,Bt=un(()=>{let n=Ye.value;if(!n)return{id:[]};let e=n.observations,t=Ho.value?.columns,i={...e};if(t){for(let[o,a]of Object.entries(t))Array.isArray(a)&&a.length===e.id.length&&(i[o]=a);let r=t.words&&typeof t.words=="object"?t.words:{};i.words={value:e.words?.value,sigma:e.words?.sigma,...r}}let s=new Map((zt.value?.edits??[]).filter(r=>r.observation).map(r=>[r.observation,r]));return s.size&&(i.state=e.id.map((r,o)=>s.get(r)?.use??(t?.state?i.state[o]:e.state[o])),i.reason=e.id.map((r,o)=>s.get(r)?.reason??e.reason?.[o]??"")),i}),ol=un(()=>{let n=Ye.value;return n?{...n.summary,...ui.value?.sigma0??{},...ui.value?.sigma0?{verdict:ui.value.sigma0.verdict??null}:{}}:null}),ro=un(()=>Ho.value?.warnings??Ye.value?.warnings??[]),al=un(()=>zt.value?.edits??Ye.value?.edits??[]),ay=un(()=>lp(Bt.value.kind??[])),ly=un(()=>lp([...Bt.value.from??[]])),Ts=un(()=>ui.value?[...vn.value,...Ci.value.filter(n=>n.kind==="scanner")].filter(n=>n.moved).map(n=>({...n,long:Wi(n.moved)})).sort((n,e)=>e.long-n.long):[]),ll=un(()=>{let n=Ts.value[0]?.long??0,e=Bf.value;return n>1e-9?Math.max(1,Df(.09*e/n)):1}),Bf=tt(50),cl=un(()=>nl.exaggeration(vn.value,Bf.value)),kf=un(()=>{let n=Ye.value;if(!n?.rays)return[];let e=Bt.value,t=new Map([...Ci.value,...vn.value].filter(s=>s.xyz).map(s=>[s.name,s.xyz])),i=[];return n.rays.rows.forEach((s,r)=>{let[o,a]=[t.get(n.rays.from[r]),t.get(n.rays.to[r])];if(!o||!a)return;let l=null,c=!1,u=!0;for(let h of s)e.state[h]!=="off"&&(u=!1,e.w[h]!==null&&(l===null||Math.abs(e.w[h])>Math.abs(l))&&(l=e.w[h]),c||=!!e.suspicious[h]);i.push({k:r,names:[n.rays.from[r],n.rays.to[r]],from:o,to:a,w:l,suspicious:c,off:u,rows:s})}),i}),Cr=un(()=>{let n=new Map;for(let e of Ye.value?.clouds??[])for(let[t,i]of Object.entries(e.attributes??{})){if(t==="rgb"){i&&n.set("rgb",{title:"RGB"});continue}if(!i||typeof i!="object")continue;let s=n.get(t),r=e.points??1;s?s.all.push([r,i.low,i.high]):n.set(t,{...i,all:[[r,i.low,i.high]]})}for(let e of n.values()){if(!e.all)continue;let t=Math.max(...e.all.map(([s])=>s)),i=e.all.filter(([s])=>s>.05*t);e.low=Math.min(...i.map(([,s])=>s)),e.high=Math.max(...i.map(([,,s])=>s))}return n}),Xo=un(()=>{let n=Js.value[ii.value];if(n)return n;let e=Cr.value.get(ii.value);return e?.low!==void 0?[e.low,e.high>e.low?e.high:e.low+1e-9]:[0,1]}),JA=0;function Ms(n,e="info"){if(zo.value.some(i=>i.words===n))return;let t=++JA;zo.value=[...zo.value.slice(-3),{id:t,words:n,kind:e}],e==="info"&&setTimeout(()=>Um(t),6e3)}function Um(n){zo.value=zo.value.filter(e=>e.id!==n)}function Gc(){let n=Ft.value;return G0({camera:Dm.value??void 0,colour:ii.value,range:Js.value[ii.value]??null,hidden:[...wr.value].sort(),size:no.value,edl:$o.value,ellipsoids:Er.value||void 0,moves:Tr.value||void 0,slice:ws.value,tab:hi.value,sort:eo.value.by,down:eo.value.down,text:In.value.text,station:In.value.station,kind:In.value.kind,state:In.value.state,theme:Di.value,select:n?.type==="row"?`row:${n.id}`:n?.name?`${n.type}:${n.name}`:""})}function zf(n,e){let t=$0(n);Fs(()=>{if(t.colour&&(ii.value=t.colour),t.range&&t.colour&&(Js.value={...Js.value,[t.colour]:t.range}),t.hidden?wr.value=new Set(t.hidden):n.length>1&&t.camera&&(wr.value=new Set),t.size&&(no.value=Math.min(12,Math.max(1,t.size))),t.edl!==void 0&&($o.value=Math.min(2,t.edl)),Er.value=t.ellipsoids??0,Tr.value=t.moves??0,ws.value=t.slice??null,t.tab&&(hi.value=t.tab),t.sort&&(eo.value={by:t.sort,down:t.down??!0}),In.value={...In.value,text:t.text??"",station:t.station??"",kind:t.kind??"",state:t.state??""},(t.theme==="dark"||t.theme==="light")&&(Di.value=t.theme),t.select){let i=t.select.indexOf(":"),[s,r]=[t.select.slice(0,i),t.select.slice(i+1)];s==="row"?jA(r):["point","station","target"].includes(s)&&(Ft.value={type:s,name:r})}}),t.camera&&e.camera(t.camera)}function jA(n){let e=Bt.value.id.indexOf(n);e<0||(Ft.value={type:"row",id:n,row:e},Ai.value=new Set([n]))}function Vf(n){!n||ui.value&&n.revision<ui.value.revision||Fs(()=>{ui.value=n,js.value=null,to.value=!Ho.value||Ho.value.revision!==n.revision})}async function Vo(){try{zt.value=await rs("api/session")}catch(n){if(n instanceof il&&n.status===404)zt.value=null;else throw n}}async function Qs(n,e={}){sl.value=!0;let t=performance.now();try{let i=await Nf(n,{revision:zt.value?.revision??0,...e});return i?.points&&Vf(i),await Vo(),Om.value=performance.now()-t,i}catch(i){return i instanceof il?i.status===409?(await Vo(),Ms("The network was changed elsewhere meanwhile. It is shown as it is now; please say your change again.","error")):Array.isArray(i.body?.defect)?(js.value=i.body.defect,await Vo()):Ms(i.message,"error"):Ms(String(i?.message??i),"error"),null}finally{sl.value=!1}}var Om=tt(0);var KA=648e3/Math.PI,QA=2e5/Math.PI,$c="–",cy=" ",Wc=n=>typeof n=="number"&&Number.isFinite(n);function yn(n){return String(Math.round(n)).replace(/\B(?=(\d{3})+(?!\d))/g,cy)}var Ni=(n,e=4)=>Wc(n)?n.toFixed(e):$c,en=(n,e=2)=>Wc(n)?Fm((n*1e3).toFixed(e)):$c,sn=(n,e=2)=>Wc(n)?Fm(n.toFixed(e)):$c,Fm=n=>/^-0\.?0*$/.test(n)?n.slice(1):n.replace("-","−");function Bm(n,e){return n==="m"?{unit:"mm",factor:1e3,digits:2}:n==="rad"?e==="gon"?{unit:"mgon",factor:QA,digits:2}:{unit:"″",factor:KA,digits:1}:n==="m2"?{unit:"mm²",factor:1e6,digits:2}:{unit:n&&n!=="1"?n:"",factor:1,digits:5}}function Xi(n,e,t){if(!Wc(n))return $c;let i=Bm(e,t),s=sn(n*i.factor,i.digits);return i.unit?`${s}${i.unit==="″"?"":cy}${i.unit}`:s}var km=n=>Wc(n)?`${(n*180/Math.PI).toFixed(1)}°`:$c;function uy(n,e){let t=Math.max(0,Math.min(6,-Math.floor(Math.log10(Math.abs(e)||1)+1e-9)));return Fm(n.toFixed(t))}function hy(n,e,t=5){let i=e-n;if(!(i>0)||!Number.isFinite(i))return{step:1,ticks:[n]};let s=i/t,r=10**Math.floor(Math.log10(s)),o=s/r,a=(o>5?10:o>2?5:o>1?2:1)*r,l=[];for(let c=Math.ceil(n/a-1e-9);c*a<=e+1e-9*i;c++)l.push(c*a);return{step:a,ticks:l}}var qi=n=>String(n??"").replaceAll("_"," ");var fy=45,Yo=Math.tan(fy*Math.PI/360),Xc={plan:{title:"Plan",yaw:0,pitch:-Math.PI/2},south:{title:"From the south",yaw:0,pitch:0},east:{title:"From the east",yaw:-Math.PI/2,pitch:0},north:{title:"From the north",yaw:Math.PI,pitch:0},west:{title:"From the west",yaw:Math.PI/2,pitch:0}},Hf=class{constructor(e){this.moved=e,this.perspective=new Si(fy,1,.1,1e3),this.parallel=new Io(-1,1,1,-1,-1e3,1e3);for(let t of[this.perspective,this.parallel])t.matrixAutoUpdate=!1;this.ortho=!1,this.at=new F(0,-50,30),this.yaw=0,this.pitch=-.5,this.tall=50,this.pivot=new F,this.ball=new Pn(new F,50),this.width=1,this.height=1}get camera(){return this.ortho?this.parallel:this.perspective}axes(e=this.yaw,t=this.pitch){let[i,s]=[Math.sin(e),Math.cos(e)],r=new F(s,-i,0),o=new F(i*Math.cos(t),s*Math.cos(t),Math.sin(t));return{right:r,ahead:o,up:r.clone().cross(o)}}#t(e=this.yaw,t=this.pitch){let{right:i,up:s,ahead:r}=this.axes(e,t);return new ht().makeBasis(i,s,r.negate())}apply(){let e=this.width/this.height,t=this.#t().setPosition(this.at),{ahead:i}=this.axes(),s=this.ball.center.clone().sub(this.at).dot(i),r=Math.max(10,s+this.ball.radius*1.2);if(this.ortho){let a=this.tall/2;Object.assign(this.parallel,{left:-a*e,right:a*e,top:a,bottom:-a}),this.parallel.near=s-this.ball.radius*1.2-10,this.parallel.far=s+this.ball.radius*1.2+10}else this.perspective.aspect=e,this.perspective.far=r,this.perspective.near=Math.max(r*2e-4,Math.min(.5,r*.001),s-this.ball.radius*1.2);let o=this.camera;o.matrix.copy(t),o.matrixWorld.copy(t),o.matrixWorldInverse.copy(t).invert(),o.updateProjectionMatrix(),o.updateMatrixWorld(!0)}#e(){this.apply(),this.moved()}size(e,t){this.width=Math.max(1,e),this.height=Math.max(1,t),this.#e()}fit(e,t=1.02){if(e.isEmpty())return;let i=e.getCenter(new F),{right:s,up:r,ahead:o}=this.axes(),a=this.width/this.height,l=[];for(let h of[e.min.x,e.max.x])for(let f of[e.min.y,e.max.y])for(let d of[e.min.z,e.max.z])l.push(new F(h,f,d).sub(i));let c=1,u=1;for(let h of l){let[f,d,p]=[h.dot(s),h.dot(r),h.dot(o)];c=Math.max(c,Math.abs(d)/Yo-p,Math.abs(f)/Yo/a-p),u=Math.max(u,2*Math.abs(d),2*Math.abs(f)/a)}this.pivot.copy(i),this.tall=this.ortho?u*1.06:c*2*Yo,this.at.copy(i).addScaledVector(o,this.ortho?-this.ball.radius:-c*t),this.#e()}look(e,t){let i=Xc[e];i&&(this.ortho=!0,this.yaw=i.yaw,this.pitch=i.pitch,this.fit(t))}project(e){if(e===this.ortho)return;let{ahead:t}=this.axes();if(e){let i=Math.max(.5,this.pivot.clone().sub(this.at).dot(t));this.tall=2*i*Yo}else{let i=this.pivot.clone().sub(this.at).dot(t);this.at.addScaledVector(t,i-this.tall/(2*Yo))}this.ortho=e,this.#e()}orbit(e,t,i){let s=e.clone().sub(this.at).applyMatrix4(this.#t().invert());this.yaw+=t,this.pitch=Math.min(Math.PI/2,Math.max(-Math.PI/2,this.pitch+i)),this.at.copy(e).sub(s.applyMatrix4(this.#t())),this.pivot.copy(e),this.#e()}metresOfPixel(e){return this.ortho?this.tall/this.height:2*Math.max(.05,e.clone().sub(this.at).dot(this.axes().ahead))*Yo/this.height}pan(e,t,i){let s=this.metresOfPixel(e),{right:r,up:o}=this.axes();this.at.addScaledVector(r,-t*s).addScaledVector(o,i*s),this.pivot.copy(e).addScaledVector(r,-t*s).addScaledVector(o,i*s),this.#e()}zoom(e,t){if(this.ortho){let{right:i,up:s}=this.axes(),r=e.clone().sub(this.at),o=1-t;this.at.addScaledVector(i,r.dot(i)*o).addScaledVector(s,r.dot(s)*o),this.tall=Math.min(1e5,Math.max(.01,this.tall*t))}else{let i=this.at.clone().sub(e),s=i.length(),r=Math.min(this.ball.radius*20,Math.max(.15,s*t));s>1e-9&&this.at.copy(e).addScaledVector(i,r/s),this.pivot.copy(e)}this.#e()}visit(e,t){let{ahead:i}=this.axes();if(this.ortho){let{right:s,up:r}=this.axes(),o=e.clone().sub(this.at);this.at.addScaledVector(s,o.dot(s)).addScaledVector(r,o.dot(r)),this.tall=Math.min(this.tall,t*2)}else{let s=Math.min(t,Math.max(1,e.distanceTo(this.at)));this.at.copy(e).addScaledVector(i,-s)}this.pivot.copy(e),this.#e()}under(e,t){let i=this.camera,s=this.pivot.clone().project(i).z,r=Math.min(.9999,Math.max(-.9999,s));return new F(e/this.width*2-1,1-t/this.height*2,r).unproject(i)}state(){return{eye:this.at.toArray(),yaw:this.yaw,pitch:this.pitch,ortho:this.ortho,height:this.tall}}restore(e){this.at.fromArray(e.eye),this.yaw=e.yaw,this.pitch=Math.min(Math.PI/2,Math.max(-Math.PI/2,e.pitch)),this.ortho=e.ortho,this.tall=e.height;let{ahead:t}=this.axes();this.pivot.copy(this.at).addScaledVector(t,e.ortho?this.ball.radius:e.height/(2*Yo)),this.#e()}};function dy(n,e,t){let i=new Map,s=null,r=null,o=0,a=null,l=0,c=h=>{let f=n.getBoundingClientRect();return[h.clientX-f.left,h.clientY-f.top]};n.addEventListener("pointerdown",h=>{let[f,d]=c(h);try{n.setPointerCapture(h.pointerId)}catch{}i.set(h.pointerId,[f,d]),i.size===1&&(o=0,s=null,r=h.button===0?t.grab(f,d):null),n.focus({preventScroll:!0})}),n.addEventListener("pointermove",h=>{let[f,d]=c(h),p=i.get(h.pointerId);if(!p){t.hover(f,d);return}let[y,m]=[f-p[0],d-p[1]];if(i.size===2){let g=[...i.entries()].find(([b])=>b!==h.pointerId)?.[1];s??=t.hit((f+g[0])/2,(d+g[1])/2)??e.under((f+g[0])/2,(d+g[1])/2);let[x,A]=[Math.hypot(p[0]-g[0],p[1]-g[1]),Math.hypot(f-g[0],d-g[1])];x>5&&A>5&&e.zoom(s,x/A),e.pan(s,y/2,m/2),o=99}else o+=Math.hypot(y,m),o>3&&(r?r(y,m):(s??=t.hit(...p)??e.under(...p),h.shiftKey||h.buttons!==1||e.ortho&&!h.ctrlKey?e.pan(s,y,m):e.orbit(s,y/e.width*3.2,-m/e.height*2.2)));i.set(h.pointerId,[f,d])});let u=h=>{if(!i.delete(h.pointerId))return;let[f,d]=c(h);h.type==="pointerup"&&h.button===0&&o<=3&&i.size===0&&t.click(f,d,h),s=null,i.size||(r=null)};n.addEventListener("pointerup",u),n.addEventListener("pointercancel",u),n.addEventListener("contextmenu",h=>h.preventDefault()),n.addEventListener("dblclick",h=>t.visit(...c(h))),n.addEventListener("wheel",h=>{h.preventDefault();let[f,d]=c(h),p=performance.now();p-l>350&&(a=t.hit(f,d)??e.under(f,d)),l=p;let y=h.deltaMode===1?h.deltaY*30:h.deltaY;e.zoom(a,Math.exp(Math.max(-300,Math.min(300,y))*.0015))},{passive:!1}),n.addEventListener("keydown",h=>{if(h.ctrlKey||h.metaKey||h.altKey)return;let f=40,p={ArrowLeft:[1,0],ArrowRight:[-1,0],ArrowUp:[0,1],ArrowDown:[0,-1]}[h.key];if(p)h.shiftKey||e.ortho?e.pan(e.pivot.clone(),p[0]*f,p[1]*f):e.orbit(e.pivot.clone(),p[0]*.08,-p[1]*.06);else if(h.key==="+"||h.key==="=")e.zoom(e.pivot.clone(),.85);else if(h.key==="-")e.zoom(e.pivot.clone(),1/.85);else return;h.preventDefault()})}var ld=zS(dx(),1);var jm=class{constructor(){this.list=[]}push(e,t){let i=this.list;i.push({weight:t,item:e});let s=i.length-1;for(;s>0;){let r=s-1>>1;if(i[r].weight>=i[s].weight)break;[i[r],i[s]]=[i[s],i[r]],s=r}}pop(){let e=this.list,t=e[0],i=e.pop();if(e.length&&i){e[0]=i;for(let s=0;;){let[r,o]=[2*s+1,2*s+2],a=s;if(r<e.length&&e[r].weight>e[a].weight&&(a=r),o<e.length&&e[o].weight>e[a].weight&&(a=o),a===s)break;[e[a],e[s]]=[e[s],e[a]],s=a}}return t?.item}get size(){return this.list.length}};function px(n,e){let t=new jm;for(let o of n)e.pixels(o)>0&&t.push(o,1/0);let i=[],s=[],r=0;for(;t.size;){let o=t.pop();if(o.page){s.push(o);continue}if(!(r+o.count>e.budget&&(o.level>0||i.length))){o.count>0&&(i.push(o),r+=o.count);for(let a of o.children??[]){let l=e.pixels(a);l<=0||o.spacing*l<e.finest||t.push(a,l*a.radius)}}}return{nodes:i,points:r,pages:s}}function Km(n,e){let t=[];for(let[i,s]of[[e.nodes,!1],[e.pages,!0]])for(let[r,o]of Object.entries(i)){let[a,l,c,u]=r.split("-").map(Number),h=n.cube.edge/2**a,f=n.nodes.get(r),d=f??{key:r,cloud:n,level:a,count:0,spacing:n.spacing/2**a,centre:[n.cube.least[0]+(l+.5)*h,n.cube.least[1]+(c+.5)*h,n.cube.least[2]+(u+.5)*h],half:h/2,radius:h/2*Math.sqrt(3),children:null,page:null,offset:0,length:0,points:null,state:"none",used:0};s?d.page=o:(d.page=null,d.count=o.pointCount,d.offset=o.pointDataOffset,d.length=o.pointDataLength),f||(n.nodes.set(r,d),t.push({node:d,level:a,x:l,y:c,z:u}))}t.sort((i,s)=>i.level-s.level);for(let{node:i,level:s,x:r,y:o,z:a}of t){if(s===0)continue;let l=n.nodes.get(`${s-1}-${r>>1}-${o>>1}-${a>>1}`);l&&(l.children??=[]).push(i)}}var WR={int8:(n,e)=>n.getInt8(e),uint8:(n,e)=>n.getUint8(e),int16:(n,e)=>n.getInt16(e,!0),uint16:(n,e)=>n.getUint16(e,!0),int32:(n,e)=>n.getInt32(e,!0),uint32:(n,e)=>n.getUint32(e,!0),float32:(n,e)=>n.getFloat32(e,!0),float64:(n,e)=>n.getFloat64(e,!0)},XR={6:30,7:36,8:38};function mx(n,e){let t=n.pointDataRecordFormat,i=XR[t];if(i===void 0)throw new Error(`point format ${t} is not one of COPC (6, 7, 8)`);let s=[];for(let r of e){let a=`${{signed:"int",unsigned:"uint",float:"float"}[r.type??""]}${r.length*8}`;WR[a]&&s.push({name:r.name,at:i,type:a,scale:r.scale??1,offset:r.offset??0}),i+=r.length}return{format:t,recordLength:n.pointDataRecordLength,scale:[...n.scale],offset:[...n.offset],extra:s}}var ad=class{constructor(e){this.url=e,this.blob=null,this.fetching=null}async get(e,t){if(this.fetching&&await this.fetching,this.blob)return new Uint8Array(await this.blob.slice(e,t).arrayBuffer());let i=await fetch(this.url,{headers:{Range:`bytes=${e}-${t-1}`}});if(i.status===206)return new Uint8Array(await i.arrayBuffer());if(!i.ok)throw new Error(`${this.url}: the server answers ${i.status}`);if(this.blob||this.fetching)return await i.body?.cancel(),this.get(e,t);let s=Number(i.headers.get("content-length")??0);if(s>209715200)throw await i.body?.cancel(),new Error(`${this.url}: this server sends no parts of files, and ${Math.round(s/2**20)} MiB are too many to fetch whole (limit ${209715200/2**20} MiB): use a server that answers range requests`);return this.fetching=i.blob(),this.blob=await this.fetching,this.get(e,t)}};var gx=["station","rgb","intensity","sigma_x","sigma_y","sigma_z","sigma","incidence","distance"],qR=`
+in vec3 sigma;
+in float intensity;
+in float incidence;
+in float distanceTo;
+in vec3 rgb;
+uniform int uMode;
+uniform vec2 uRange;
+uniform vec3 uStation;
+uniform sampler2D uTable;
+uniform float uSize;
+uniform float uPixels;      // pixels of one metre, at one metre where the view is perspective
+uniform float uSpacing;
+uniform bool uFill;
+uniform bool uOrtho;
+uniform bool uSlice;
+uniform vec3 uSliceCentre;
+uniform vec3 uSliceHalf;
+uniform vec2 uSliceTurn;
+out vec3 vColour;
+
+void main() {
+  vec4 place = modelMatrix * vec4(position, 1.0);
+  vec4 seen = viewMatrix * place;
+  gl_Position = projectionMatrix * seen;
+  if (uSlice) {
+    vec3 d = place.xyz - uSliceCentre;
+    d = vec3(uSliceTurn.x * d.x + uSliceTurn.y * d.y, uSliceTurn.x * d.y - uSliceTurn.y * d.x, d.z);
+    if (any(greaterThan(abs(d), uSliceHalf))) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
+  }
+  float pixels = uOrtho ? uPixels : uPixels / max(0.01, -seen.z);
+  gl_PointSize = uFill ? clamp(uSize * uSpacing * pixels * 0.9, uSize, 3.5 * uSize) : uSize;
+  if (uMode == 0) vColour = uStation;
+  else if (uMode == 1) vColour = rgb;
+  else {
+    float value = uMode == 2 ? intensity
+      : uMode == 3 ? sigma.x
+      : uMode == 4 ? sigma.y
+      : uMode == 5 ? sigma.z
+      : uMode == 6 ? length(sigma)
+      : uMode == 7 ? incidence * 0.01
+      : distanceTo;
+    float t = clamp((value - uRange.x) / (uRange.y - uRange.x), 0.0, 1.0);
+    vColour = texture(uTable, vec2((t * 255.0 + 0.5) / 256.0, 0.5)).rgb;
+  }
+}`,YR=`
+precision highp float;
+in vec3 vColour;
+uniform bool uRound;
+layout(location = 0) out vec4 colour;
+void main() {
+  if (uRound) {
+    vec2 d = gl_PointCoord - 0.5;
+    if (dot(d, d) > 0.25) discard;
+  }
+  colour = vec4(vColour, 1.0);
+}`;function _x(){return{uMode:{value:0},uRange:{value:new at(0,1)},uTable:{value:null},uSize:{value:2},uPixels:{value:1e3},uFill:{value:!0},uRound:{value:!1},uOrtho:{value:!1},uSlice:{value:!1},uSliceCentre:{value:new F},uSliceHalf:{value:new F(1,1,1)},uSliceTurn:{value:new at(1,0)}}}function vx(n,e){return new ai({glslVersion:Oo,vertexShader:qR,fragmentShader:YR,uniforms:{...n,uSpacing:{value:1},uStation:{value:new F(...e.map(t=>t/255))}}})}function yx(n){let e=new Fn;return e.setAttribute("position",new _n(n.position,3)),e.setAttribute("intensity",new _n(n.intensity,1)),n.sigma&&e.setAttribute("sigma",new _n(n.sigma,3)),n.incidence&&e.setAttribute("incidence",new _n(n.incidence,1)),n.distance&&e.setAttribute("distanceTo",new _n(n.distance,1)),n.rgb&&e.setAttribute("rgb",new _n(n.rgb,3,!0)),e}var JR=Math.max(2,Math.min(4,(navigator.hardwareConcurrency||2)-1)),jR=2,xx=1.6,cd=class{constructor(e,t,i,s){this.camera=t,this.changed=i,this.failed=s,this.origin=e.origin,this.frame=e.frame??[[1,0,0],[0,1,0],[0,0,1]],this.budget=2e6,this.height=800,this.shared=_x(),this.group=new ts,this.group.matrixAutoUpdate=!1,this.tables=new Map(Object.keys(Bc).map(o=>[o,KR(o)])),this.shared.uTable.value=this.tables.get("viridis");let r=[...new Set((e.clouds??[]).map(o=>o.station))];this.stationColours=new Map(r.map((o,a)=>[o,tl[a%tl.length]])),this.clouds=(e.clouds??[]).map(o=>this.#t(o)),this.tick=0,this.shownPoints=0,this.chosen=[],this.pending=new Map,this.task=0,this.firstAt=null,this.timer=0,this.busy=[],this.workers=Array.from({length:JR},(o,a)=>{let l=new Worker(new URL("cloud-worker.js",import.meta.url));return this.busy[a]=0,l.onmessage=c=>this.#l(a,c.data),l.onerror=c=>this.failed(`the decoder of clouds cannot start: ${c.message??"no reason is given"}`),l})}#t(e){let t=new ts;return t.matrixAutoUpdate=!1,this.group.add(t),{entry:e,name:e.name,station:e.station,visible:!0,group:t,state:"none",nodes:new Map,source:null,header:null,layout:null,root:null,cube:null,spacing:1,material:vx(this.shared,el(this.stationColours.get(e.station)??tl[0])),carried:null}}add(e){for(let t of e)this.clouds.some(i=>i.name===t.name)||(this.stationColours.has(t.station)||this.stationColours.set(t.station,tl[this.stationColours.size%tl.length]),this.clouds.push(this.#t(t)));this.soon(),this.changed()}get total(){return this.clouds.reduce((e,t)=>e+(t.visible?t.entry.points??0:0),0)}get loading(){return this.pending.size+this.clouds.filter(e=>e.state==="opening").length}async#e(e){e.state="opening";try{let t=new URL(e.entry.url,document.baseURI);if(t.origin!==location.origin)throw new Error(`${e.name}: its address is on another host`);e.source=new ad(t.href),e.get=(r,o)=>e.source.get(r,o);let i=await ld.Copc.create(e.get);e.layout=mx(i.header,i.eb);let s=i.info.cube;e.cube={least:s.slice(0,3),edge:s[3]-s[0]},e.spacing=i.info.spacing,Km(e,await ld.Copc.loadHierarchyPage(e.get,i.info.rootHierarchyPage)),e.root=e.nodes.get("0-0-0-0")??null,e.state="open"}catch(t){e.state="failed",this.failed(`${e.name}: ${t?.message??t}`)}this.soon(),this.changed()}async#n(e){let t=e.page;if(e.state!=="page"){e.state="page";try{Km(e.cloud,await ld.Copc.loadHierarchyPage(e.cloud.get,t)),e.state="none"}catch(i){this.failed(`${e.cloud.name}: ${i?.message??i}`)}this.soon()}}#i(e){let t=this.origin,i=this.frame,s=[e.centre[0]-t[0],e.centre[1]-t[1],e.centre[2]-t[2]],r=i.map(o=>o[0]*s[0]+o[1]*s[1]+o[2]*s[2]);return new ht().set(i[0][0],i[0][1],i[0][2],r[0],i[1][0],i[1][1],i[1][2],r[1],i[2][0],i[2][1],i[2][2],r[2],0,0,0,1)}soon(){this.timer||(this.timer=setTimeout(()=>{this.timer=0,this.update()},40))}update(){let e=this.clouds.filter(d=>d.visible),t=e.filter(d=>d.state==="opening").length;for(let d of e)d.state==="none"&&t<6&&(t++,this.#e(d));let i=this.camera;i.updateMatrixWorld();let s=new Hs().setFromProjectionMatrix(new ht().multiplyMatrices(i.projectionMatrix,i.matrixWorldInverse)),r=new F().setFromMatrixPosition(i.matrixWorld),o=!!i.isOrthographicCamera,a=this.pixelsOfMetre(),l=new Pn,c=this.shared.uSlice.value?this.#s():null,u=d=>(d.matrix??=this.#i(d),l.center.setFromMatrixPosition(d.matrix),l.radius=d.radius,!s.intersectsSphere(l)||c&&!c.intersectsSphere(l)?0:o?a:a/Math.max(.5,r.distanceTo(l.center)-.6*d.radius)),h=e.filter(d=>d.root).map(d=>d.root),f=px(h,{budget:this.budget,pixels:u,finest:1.2});for(let d of f.pages)this.#n(d);this.chosen=f.nodes,this.tick++;for(let d of f.nodes)d.used=this.tick;this.#a(),this.#r(),this.#o()}pixelsOfMetre(){return this.camera.projectionMatrix.elements[5]*this.height/2}#s(){let e=this.shared.uSliceHalf.value;return new Pn(this.shared.uSliceCentre.value.clone(),e.length())}#a(){let e=0;for(let i of this.clouds){for(let s of i.group.children)s.visible=!1;i.group.visible=i.visible}for(let i of this.chosen)i.points&&(i.points.visible=!0,e+=i.count);let t=i=>{let s=i.spacing;for(let r of i.children??[])r.points?.visible&&(s=Math.min(s,t(r)));return i.drawnSpacing=s,s};for(let i of this.clouds)i.root&&i.visible&&t(i.root);(e!==this.shownPoints||this.shownTick!==this.tick)&&this.changed(),this.shownPoints=e,this.shownTick=this.tick}#r(){for(let e of this.chosen){if(e.state!=="none")continue;let t=this.busy.indexOf(Math.min(...this.busy));if(this.busy[t]>=jR)return;let i=++this.task;e.state="asked",this.pending.set(i,e),this.busy[t]++;let s=e.cloud,r=s.source.blob?.slice(e.offset,e.offset+e.length)??null;this.workers[t].postMessage({task:i,url:s.source.url,blob:r,layout:s.layout,offset:e.offset,length:e.length,centre:e.centre,count:e.count})}}#l(e,{task:t,columns:i,error:s}){this.busy[e]--;let r=this.pending.get(t);if(this.pending.delete(t),!!r){if(s)r.state="failed",this.failed(`${r.cloud.name}: ${s}`);else{r.state="ready",r.columns=i;let o=new uc(yx(i),r.cloud.material);o.matrixAutoUpdate=!1,o.frustumCulled=!1,r.matrix??=this.#i(r),o.matrix.copy(r.matrix),o.matrixWorldNeedsUpdate=!0,o.userData.node=r,o.onBeforeRender=()=>{r.cloud.material.uniforms.uSpacing.value=r.drawnSpacing??r.spacing,r.cloud.material.uniformsNeedUpdate=!0},r.points=o,r.cloud.group.add(o),this.firstAt??=performance.now()}this.soon(),this.#r()}}#o(){let e=0,t=[];for(let i of this.clouds)for(let s of i.nodes.values())s.points&&(e+=s.count,s.used!==this.tick&&t.push(s));if(this.held=e,!(e<=this.budget*xx)){t.sort((i,s)=>i.used-s.used);for(let i of t){if(e<=this.budget*xx)break;e-=i.count,i.cloud.group.remove(i.points),i.points.geometry.dispose(),i.points=null,i.columns=null,i.state="none"}this.held=e}}colour(e,t){this.shared.uMode.value=Math.max(0,gx.indexOf(e)),this.shared.uRange.value.set(t[0],t[1]>t[0]?t[1]:t[0]+1e-12),this.shared.uTable.value=this.tables.get(If(e)),this.changed()}carry(e){for(let t of this.clouds){let i=e.get(t.station),s=new ht;if(i?.before&&i.now&&i.before!==i.now){let{turn:r,shift:o}=jv(i.before,i.now,this.frame,this.origin);s.set(r[0][0],r[0][1],r[0][2],o[0],r[1][0],r[1][1],r[1][2],o[1],r[2][0],r[2][1],r[2][2],o[2],0,0,0,1)}t.group.matrix.copy(s),t.group.matrixWorldNeedsUpdate=!0}this.changed()}pick(e,t,i,s,r=6){let o=this.camera;o.updateMatrixWorld();let a=new ht().multiplyMatrices(o.projectionMatrix,o.matrixWorldInverse),l=new ht,c=new F().setFromMatrixPosition(o.matrixWorld),u=new F;o.getWorldDirection(u);let h=new F,f=this.pixelsOfMetre(),d=this.shared.uSlice.value,p=null;for(let y of this.chosen){if(!y.points||!y.cloud.visible)continue;y.points.updateWorldMatrix(!0,!1);let m=y.points.matrixWorld;h.setFromMatrixPosition(m);let g=h.clone().sub(c).dot(u);if(!o.isOrthographicCamera&&g<-y.radius)continue;let x=h.clone().project(o);if(g>y.radius*1.2||o.isOrthographicCamera){let R=o.isOrthographicCamera?f:f/Math.max(.1,g-y.radius);if(Math.hypot((x.x+1)/2*i-e,(1-x.y)/2*s-t)>y.radius*R*1.1+r)continue}let A=l.multiplyMatrices(a,m).elements,b=y.columns.position;for(let R=0;R<y.count;R++){let[T,v,E]=[b[3*R],b[3*R+1],b[3*R+2]],B=A[3]*T+A[7]*v+A[11]*E+A[15];if(B<=0)continue;let N=((A[0]*T+A[4]*v+A[8]*E+A[12])/B+1)/2*i-e,I=(1-(A[1]*T+A[5]*v+A[9]*E+A[13])/B)/2*s-t,z=N*N+I*I;if(z>r*r)continue;let H=(A[2]*T+A[6]*v+A[10]*E+A[14])/B;if(H<-1||H>1)continue;let $=(o.isOrthographicCamera?H:B)*(1+.003*Math.sqrt(z))+(o.isOrthographicCamera?5e-4*Math.sqrt(z):0);p&&$>=p.score||d&&!this.inSlice(new F(T,v,E).applyMatrix4(m))||(p={score:$,node:y,i:R,world:m})}}return p?this.described(p.node,p.i):null}inSlice(e){let t=this.shared,i=e.clone().sub(t.uSliceCentre.value),[s,r]=[t.uSliceTurn.value.x,t.uSliceTurn.value.y],o=t.uSliceHalf.value;return Math.abs(s*i.x+r*i.y)<=o.x&&Math.abs(s*i.y-r*i.x)<=o.y&&Math.abs(i.z)<=o.z}described(e,t){let i=e.columns,s=[i.position[3*t],i.position[3*t+1],i.position[3*t+2]],r=new F(...s).applyMatrix4(e.points.matrixWorld);return{cloud:e.cloud.name,station:e.cloud.station,node:e.key,index:t,xyz:s.map((o,a)=>o+e.centre[a]),draw:[r.x,r.y,r.z],sigma:i.sigma?[i.sigma[3*t],i.sigma[3*t+1],i.sigma[3*t+2]]:null,intensity:i.intensity[t],incidence:i.incidence?i.incidence[t]/100:null,distance:i.distance?i.distance[t]:null,rgb:i.rgb?[...i.rgb.slice(3*t,3*t+3)]:null}}};function KR(n){let e=new Ro(qv(n),256,1,$i);return e.minFilter=e.magFilter=Rn,e.needsUpdate=!0,e}var QR=`
+precision highp float;
+in vec2 vAt;
+uniform sampler2D uColour;
+uniform sampler2D uDepth;
+uniform vec2 uPixel;
+uniform float uStrength;
+uniform float uRadius;
+uniform vec2 uNearFar;
+uniform bool uOrtho;
+uniform vec3 uBackground;
+layout(location = 0) out vec4 colour;
+
+float away(float depth) {
+  if (uOrtho) return mix(uNearFar.x, uNearFar.y, depth);
+  return uNearFar.x * uNearFar.y / (uNearFar.y - depth * (uNearFar.y - uNearFar.x));
+}
+
+void main() {
+  float depth = texture(uDepth, vAt).r;
+  vec3 base = texture(uColour, vAt).rgb;
+  float shade = 1.0;
+  if (uStrength > 0.0) {
+    // how much nearer the neighbours are, by their ratio where the view is perspective
+    float here = away(depth);
+    float sum = 0.0;
+    for (int k = 0; k < 8; k++) {
+      float angle = 0.78539816 * float(k);
+      float there = away(texture(uDepth, vAt + uPixel * uRadius * vec2(cos(angle), sin(angle))).r);
+      sum += uOrtho ? max(0.0, here - there) * 12.0 / (uNearFar.y - uNearFar.x) : max(0.0, log2(here) - log2(there));
+    }
+    shade = exp(-sum / 8.0 * uStrength * 60.0);
+  }
+  if (depth >= 1.0) {
+    colour = vec4(uBackground, 1.0);
+  } else {
+    colour = vec4(base * max(shade, 0.12), 1.0);
+  }
+  gl_FragDepth = depth;
+}`,ud=class{constructor(){this.target=new wi(1,1,{type:li,depthBuffer:!0}),this.target.depthTexture=new xs(1,1,Li),this.uniforms={uColour:{value:this.target.texture},uDepth:{value:this.target.depthTexture},uPixel:{value:new at},uStrength:{value:.5},uRadius:{value:1.4},uNearFar:{value:new at(.1,1e3)},uOrtho:{value:!1},uBackground:{value:new F(1,1,1)}};let e=new Fn;e.setAttribute("position",new _n(new Float32Array([-1,-1,0,3,-1,0,-1,3,0]),3));let t=new ai({glslVersion:Oo,vertexShader:"out vec2 vAt; void main() { vAt = position.xy * 0.5 + 0.5; gl_Position = vec4(position.xy, 0.0, 1.0); }",fragmentShader:QR,uniforms:this.uniforms,depthFunc:Oa}),i=new Jn(e,t);i.frustumCulled=!1,this.scene=new Vs,this.scene.add(i),this.camera=new Po}size(e,t){this.target.setSize(e,t),this.uniforms.uPixel.value.set(1/e,1/t)}draw(e,t,i){e.setRenderTarget(this.target),e.setClearColor(0,0),e.clear(),e.render(t,i),e.setRenderTarget(null),this.uniforms.uNearFar.value.set(i.near,i.far),this.uniforms.uOrtho.value=!!i.isOrthographicCamera,e.clear(),e.render(this.scene,this.camera)}};var ml='-apple-system, "Segoe UI", Roboto, Ubuntu, Cantarell, "Liberation Sans", Arial, sans-serif',Qm=class{constructor(e=64){this.cell=e,this.cells=new Map}#t([e,t,i,s]){let r=[];for(let o=Math.floor(e/this.cell);o<=Math.floor(i/this.cell);o++)for(let a=Math.floor(t/this.cell);a<=Math.floor(s/this.cell);a++)r.push(`${o},${a}`);return r}free(e){for(let t of this.#t(e))for(let i of this.cells.get(t)??[])if(e[0]<i[2]&&i[0]<e[2]&&e[1]<i[3]&&i[1]<e[3])return!1;return!0}take(e){for(let t of this.#t(e))this.cells.has(t)||this.cells.set(t,[]),this.cells.get(t).push(e)}};function e2(n,e,t){let i=new Qm,s=[...n].sort((o,a)=>a.weight-o.weight);for(let o of s)i.take([o.x-5,o.y-5,o.x+5,o.y+5]);let r=[];for(let o of s){if(!o.text)continue;let a=e(o.text,!!o.strong),l=[[o.x+9,o.y],[o.x-9-a,o.y],[o.x-a/2,o.y-t-3],[o.x-a/2,o.y+t+3]];for(let[c,u]of l){let h=[c-2,u-t/2-1,c+a+2,u+t/2+1];if(i.free(h)){i.take(h),r.push({mark:o,x:c,y:u});break}}}return r}function t2(n,e,t){let i=e.strong?6.5:e.small?3.6:4.5;if(n.beginPath(),e.symbol==="triangle")n.moveTo(e.x,e.y-i*1.15),n.lineTo(e.x+i,e.y+i*.7),n.lineTo(e.x-i,e.y+i*.7),n.closePath();else if(e.symbol==="diamond")n.moveTo(e.x,e.y-i),n.lineTo(e.x+i,e.y),n.lineTo(e.x,e.y+i),n.lineTo(e.x-i,e.y),n.closePath();else if(e.symbol==="square")n.rect(e.x-i*.8,e.y-i*.8,i*1.6,i*1.6);else if(e.symbol==="cross"){n.moveTo(e.x-i*.8,e.y-i*.8),n.lineTo(e.x+i*.8,e.y+i*.8),n.moveTo(e.x+i*.8,e.y-i*.8),n.lineTo(e.x-i*.8,e.y+i*.8),n.strokeStyle=t,n.lineWidth=4,n.stroke(),n.strokeStyle=e.colour,n.lineWidth=1.75,n.stroke();return}else if(e.symbol==="ring"){n.arc(e.x,e.y,i+4,0,2*Math.PI),n.strokeStyle=t,n.lineWidth=4,n.stroke(),n.strokeStyle=e.colour,n.lineWidth=2,n.stroke();return}else if(e.symbol==="dot")n.arc(e.x,e.y,2.5,0,2*Math.PI);else{if(e.symbol==="none")return;n.arc(e.x,e.y,i*.8,0,2*Math.PI)}n.fillStyle=e.colour,n.strokeStyle=t,n.lineWidth=1.75,n.fill(),n.stroke()}function bx(n,e,t){let i=o=>`${o?700:600} 12px ${ml}`,s=(o,a)=>(n.font=i(a),n.measureText(o).width),r=t.names?e2(e,s,12):[];for(let o of[...e].sort((a,l)=>a.weight-l.weight))t2(n,o,t.halo);n.textBaseline="middle",n.lineJoin="round";for(let{mark:o,x:a,y:l}of r)n.font=i(!!o.strong),n.strokeStyle=t.halo,n.lineWidth=3.5,n.strokeText(o.text,a,l),n.fillStyle=t.text,n.fillText(o.text,a,l)}vt.enabled=!1;var Sx={light:{background:"#f3f5f7",text:"#1b2430",halo:"rgba(255,255,255,0.92)"},dark:{background:"#14181e",text:"#eef2f6",halo:"rgba(12,15,19,0.9)"}},hd=class{constructor(e,t,i){this.host=e,this.scene=t,this.tell=i,this.frame=t.frame??[[1,0,0],[0,1,0],[0,0,1]],this.canvas=document.createElement("canvas"),this.canvas.className="picture",this.canvas.tabIndex=0,this.canvas.setAttribute("role","application"),this.canvas.setAttribute("aria-label","Three-dimensional view: arrow keys turn, plus and minus zoom, F fits all"),this.ink=document.createElement("canvas"),this.ink.className="names",this.ink.setAttribute("aria-hidden","true"),e.append(this.canvas,this.ink),this.renderer=new wf({canvas:this.canvas,antialias:!0,alpha:!1,powerPreference:"high-performance",preserveDrawingBuffer:!0}),this.renderer.outputColorSpace=Ao,this.renderer.autoClear=!1,this.eye=new Hf(()=>this.#i()),this.clouds=new cd(t,this.eye.camera,()=>this.draw(),i.failed),this.network=new nl(s=>this.toDrawing(s),this.frame,t.ellipsoid??Qv(t.confidence??.95)),this.cloudScene=new Vs,this.cloudScene.add(this.clouds.group),this.composite=new ud,this.marks=[],this.notes=[],this.names=!0,this.slice=null,this.asked=!1,this.frames=0,this.theme("light"),this.box=this.#t(),this.eye.ball=this.box.getBoundingSphere(new Pn),this.eye.ball.radius=Math.max(1,this.eye.ball.radius),this.handleMeshes=[],dy(this.canvas,this.eye,{hit:(s,r)=>this.#u(s,r),click:(s,r,o)=>i.click(this.what(s,r),o),hover:(s,r)=>this.#f(s,r),grab:(s,r)=>this.#c(s,r),visit:(s,r)=>{let o=this.#u(s,r);o&&this.eye.visit(o,this.eye.ball.radius*.3)}}),new ResizeObserver(()=>this.#n()).observe(e),this.#n(),this.home()}toDrawing(e){return Lf(this.frame,zc(e,this.scene.origin))}#t(){let e=new Zn,t=i=>i&&e.expandByPoint(new F(...this.toDrawing(i)));for(let i of this.scene.points?.xyz??[])t(i);for(let i of this.scene.stations?.xyz??[])t(i);for(let i of this.scene.clouds??[]){if(!i.bounds)continue;let[s,r]=i.bounds;for(let o of[s[0],r[0]])for(let a of[s[1],r[1]])for(let l of[s[2],r[2]])t([o,a,l])}return e.isEmpty()&&e.expandByPoint(new F(-10,-10,-2)).expandByPoint(new F(10,10,8)),e}#e(){let e=new Zn,t=i=>i&&e.expandByPoint(new F(...this.toDrawing(i)));for(let i of this.scene.points?.xyz??[])t(i);for(let i of this.scene.stations?.xyz??[])t(i);return e.isEmpty()||e.getSize(new F).length()<.1*this.eye.ball.radius?this.box:e.expandByScalar(.04*e.getSize(new F).length())}home(){this.eye.ortho=!1,this.eye.yaw=.55,this.eye.pitch=-.62,this.eye.fit(this.#e(),.9)}fit(){this.eye.fit(this.box)}look(e){this.eye.look(e,this.#e())}theme(e){this.colours=Sx[e]??Sx.light;let t=new ut(this.colours.background);this.composite.uniforms.uBackground.value.set(t.r,t.g,t.b),this.dark=e==="dark",this.draw()}#n(){let e=Math.max(1,this.host.clientWidth),t=Math.max(1,this.host.clientHeight),i=Math.min(2,window.devicePixelRatio||1);this.ratio=i,this.renderer.setPixelRatio(i),this.renderer.setSize(e,t,!1),this.ink.width=Math.round(e*i),this.ink.height=Math.round(t*i),this.composite.size(Math.round(e*i),Math.round(t*i)),this.network.size(e,t),this.clouds.height=t,this.eye.size(e,t)}#i(){this.clouds&&(this.clouds.camera=this.eye.camera,this.clouds.soon(),this.draw(),this.tell.camera())}draw(){this.asked||!this.clouds||(this.asked=!0,requestAnimationFrame(()=>{this.asked=!1,this.#s()}))}#s(){let e=this.eye.camera;this.eye.apply();let t=this.clouds.shared;t.uPixels.value=this.clouds.pixelsOfMetre()*this.ratio,t.uOrtho.value=this.eye.ortho,this.composite.draw(this.renderer,this.cloudScene,e),this.renderer.render(this.network.scene,e),this.renderer.render(this.network.front,e),this.#a(),this.frames++,this.tell.drawn()}onScreen(e){let t=this.eye.camera,i=new F(...e);return!this.eye.ortho&&i.clone().sub(this.eye.at).dot(this.eye.axes().ahead)<.05?null:(i.project(t),[(i.x+1)/2*this.eye.width,(1-i.y)/2*this.eye.height])}#a(){let e=this.ink.getContext("2d");e.setTransform(this.ratio,0,0,this.ratio,0,0),e.clearRect(0,0,this.eye.width,this.eye.height),this.placed=[];let t=[];for(let i of[...this.marks,...this.notes]){if(this.slice&&!i.always&&!this.clouds.inSlice(new F(...i.at)))continue;let s=this.onScreen(i.at);if(!s)continue;let[r,o]=s;if(r<-50||o<-20||r>this.eye.width+20||o>this.eye.height+20)continue;let a={...i,x:r,y:o};t.push(a),i.what&&this.placed.push(a)}bx(e,t,{text:this.colours.text,halo:this.colours.halo,ratio:this.ratio,names:this.names}),this.slice&&this.#h(e),this.#r(e),this.#l(e)}#r(e){let t=this.eye.ortho?this.eye.at:this.eye.pivot,i=1/this.eye.metresOfPixel(t),s=120/i,r=10**Math.floor(Math.log10(s)),o=s/r,a=(o>=5?5:o>=2?2:1)*r,l=a*i,[c,u]=[this.eye.width-24-l,this.eye.height-22];e.lineWidth=4,e.strokeStyle=this.colours.halo;let h=()=>{e.beginPath(),e.moveTo(c,u-5),e.lineTo(c,u),e.lineTo(c+l,u),e.lineTo(c+l,u-5),e.stroke()};h(),e.lineWidth=1.5,e.strokeStyle=this.colours.text,h();let f=`${a>=1?a:a>=.01?`${Math.round(a*100)} c`:`${Number((a*1e3).toPrecision(2))} m`}${a>=1?" ":""}m${this.eye.ortho?"":" at the pivot"}`;e.font=`11px ${ml}`,e.textBaseline="alphabetic",e.textAlign="center",e.lineWidth=3,e.strokeStyle=this.colours.halo,e.strokeText(f,Math.min(c+l/2,this.eye.width-50),u-9),e.fillStyle=this.colours.text,e.fillText(f,Math.min(c+l/2,this.eye.width-50),u-9),e.textAlign="left"}#l(e){let[t,i,s]=[this.eye.width-40,44,24],{right:r,up:o}=this.eye.axes(),a=[["E",new F(1,0,0),"#c8372d"],["N",new F(0,1,0),"#12876a"],["U",new F(0,0,1),"#2b6cd4"]],{ahead:l}=this.eye.axes();a.sort((c,u)=>u[1].dot(l)-c[1].dot(l)),e.font=`600 10px ${ml}`,e.textBaseline="middle",e.textAlign="center";for(let[c,u,h]of a){let[f,d]=[t+u.dot(r)*s,i-u.dot(o)*s],p=Math.hypot(f-t,d-i);if(e.strokeStyle=h,e.lineWidth=2,e.beginPath(),e.moveTo(t,i),e.lineTo(f,d),e.stroke(),p<5)continue;let[y,m]=[t+(f-t)*(1+9/p),i+(d-i)*(1+9/p)];e.fillStyle=this.colours.text,e.fillText(c,y,m)}e.textAlign="left"}visit(e,t=this.eye.ball.radius*.25){this.eye.visit(new F(...e),t)}slicingBox(){let e=this.#e(),t=e.getSize(new F).multiplyScalar(.55);return t.y=Math.max(.25,t.y*.12),t.z=Math.max(t.z,2),{centre:e.getCenter(new F).toArray(),half:t.toArray()}}setSlice(e){this.slice=e?.on?e:null;let t=this.clouds.shared;t.uSlice.value=!!this.slice,this.slice&&(t.uSliceCentre.value.set(...e.centre),t.uSliceHalf.value.set(...e.half),t.uSliceTurn.value.set(Math.cos(e.turn),Math.sin(e.turn))),this.network.setBox(this.slice),this.clouds.soon(),this.draw()}#o(){let{centre:e,half:t,turn:i}=this.slice,[s,r]=[Math.cos(i),Math.sin(i)],o=[[s,r,0],[-r,s,0],[0,0,1]],a=[];for(let l=0;l<3;l++)for(let c of[-1,1])a.push({k:l,sign:c,axis:o[l].map(u=>u*c),at:e.map((u,h)=>u+o[l][h]*c*t[l])});return a}#h(e){for(let t of this.#o()){let i=this.onScreen(t.at);i&&(e.beginPath(),e.arc(i[0],i[1],7,0,2*Math.PI),e.fillStyle="#f28c0d",e.strokeStyle=this.colours.halo,e.lineWidth=2.5,e.fill(),e.stroke())}}#c(e,t){if(!this.slice)return null;for(let i of this.#o()){let s=this.onScreen(i.at);if(!(!s||Math.hypot(s[0]-e,s[1]-t)>11))return(r,o)=>{let a=this.onScreen(i.at),l=this.onScreen(i.at.map((g,x)=>g+i.axis[x]*.1));if(!a||!l)return;let[c,u]=[l[0]-a[0],l[1]-a[1]],h=c*c+u*u;if(h<.01)return;let f=.1*(r*c+o*u)/h,d=[...this.slice.half],p=Math.max(.025,d[i.k]+f/2),y=(p-d[i.k])*2;d[i.k]=p;let m=this.slice.centre.map((g,x)=>g+i.axis[x]*y/2);i.at=i.at.map((g,x)=>g+i.axis[x]*y),this.tell.sliced({...this.slice,centre:m,half:d})}}return null}#u(e,t){let i=this.clouds.pick(e,t,this.eye.width,this.eye.height,12);return i?new F(...i.draw):null}what(e,t,i=!0){let s=null;for(let o of this.placed??[]){let a=Math.hypot(o.x-e,o.y-t);a<11&&(!s||a<s.distance)&&(s={distance:a,...o.what})}if(s)return s;if(!this.onlyCloud){for(let[o,a,l]of[["ray",this.network.rays,this.network.rayLines.visible||this.network.badRays.visible],["edge",this.network.edges,this.network.edgeLines.visible]])if(l)for(let c of a){if(c.off)continue;let[u,h]=[this.onScreen(c.a),this.onScreen(c.b)];if(!u||!h)continue;let{distance:f,t:d}=ny([e,t],u,h);f<4&&d>.02&&d<.98&&(!s||f<s.distance)&&(s={type:o,item:c,distance:f})}if(s)return s}if(!i)return null;let r=this.clouds.pick(e,t,this.eye.width,this.eye.height);return r?{type:"cloud",point:r}:null}#f(e,t){let i=this.what(e,t,!1),s=this.slice&&this.#c(e,t);this.canvas.classList.toggle("over",!!(i||s)),this.tell.hover(i?{...i,x:e,y:t}:null)}drawnShare(){let e=this.renderer.getContext(),[t,i]=[this.canvas.width,this.canvas.height],s=new Uint8Array(4*t*i);this.#s(),e.readPixels(0,0,t,i,e.RGBA,e.UNSIGNED_BYTE,s);let r=this.composite.uniforms.uBackground.value.toArray().map(a=>Math.round(a*255)),o=0;for(let a=0;a<s.length;a+=4)Math.abs(s[a]-r[0])+Math.abs(s[a+1]-r[1])+Math.abs(s[a+2]-r[2])>12&&o++;return o/(t*i)}};var wx=function(n,e,t,i){var s;e[0]=0;for(var r=1;r<e.length;r++){var o=e[r++],a=e[r]?(e[0]|=o?1:2,t[e[r++]]):e[++r];o===3?i[0]=a:o===4?i[1]=Object.assign(i[1]||{},a):o===5?(i[1]=i[1]||{})[e[++r]]=a:o===6?i[1][e[++r]]+=a+"":o?(s=n.apply(a,wx(n,a,t,["",null])),i.push(s),a[0]?e[0]|=2:(e[r-2]=0,e[r]=s)):i.push(a)}return i},Mx=new Map;function Ex(n){var e=Mx.get(this);return e||(e=new Map,Mx.set(this,e)),(e=wx(this,e.get(n)||(e.set(n,e=(function(t){for(var i,s,r=1,o="",a="",l=[0],c=function(f){r===1&&(f||(o=o.replace(/^\s*\n\s*|\s*\n\s*$/g,"")))?l.push(0,f,o):r===3&&(f||o)?(l.push(3,f,o),r=2):r===2&&o==="..."&&f?l.push(4,f,0):r===2&&o&&!f?l.push(5,0,!0,o):r>=5&&((o||!f&&r===5)&&(l.push(r,0,o,s),r=6),f&&(l.push(r,f,0,s),r=6)),o=""},u=0;u<t.length;u++){u&&(r===1&&c(),c(u));for(var h=0;h<t[u].length;h++)i=t[u][h],r===1?i==="<"?(c(),l=[l],r=3):o+=i:r===4?o==="--"&&i===">"?(r=1,o=""):o=i+o[0]:a?i===a?a="":o+=i:i==='"'||i==="'"?a=i:i===">"?(c(),r=1):r&&(i==="="?(r=5,s=o,o=""):i==="/"&&(r<5||t[u][h+1]===">")?(c(),r===3&&(l=l[0]),r=l,(l=l[0]).push(2,0,r),r=0):i===" "||i==="	"||i===`
+`||i==="\r"?(c(),r=2):o+=i),r===3&&o==="!--"&&(r=4,l=l[0])}return c(),l})(n)),e),arguments,[])).length>1?e:e[0]}var k=Ex.bind(vu),n2={undo:"M9 14 4 9l5-5M4 9h10a6 6 0 0 1 0 12h-3",redo:"m15 14 5-5-5-5M20 9H10a6 6 0 0 0 0 12h3",save:"M5 3h11l3 3v15H5zM8 3v6h8V3M8 21v-7h8v7",run:"M7 4v16l13-8z",stop:"M6 6h12v12H6z",sun:"M12 8a4 4 0 1 0 0 8 4 4 0 0 0 0-8M12 2v3M12 19v3M2 12h3M19 12h3M5 5l2 2M17 17l2 2M5 19l2-2M17 7l2-2",moon:"M20 14A8 8 0 0 1 10 4a8 8 0 1 0 10 10",link:"M10 14a4 4 0 0 0 6 0l3-3a4 4 0 0 0-6-6l-1 1M14 10a4 4 0 0 0-6 0l-3 3a4 4 0 0 0 6 6l1-1",layers:"m12 3 9 5-9 5-9-5zM3 13l9 5 9-5",table:"M3 5h18v14H3zM3 10h18M3 15h18M9 5v14",fit:"M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5",home:"m3 11 9-7 9 7M6 9v11h12V9",ruler:"m3 16 13-13 5 5L8 21zM7 12l2 2M10 9l2 2M13 6l2 2",pick:"M12 2v6M12 16v6M2 12h6M16 12h6",arrow:"m5 3 14 8-6 2-2 6z",close:"M5 5l14 14M19 5 5 19",copy:"M9 9h11v11H9zM5 15H4V4h11v1"};function Ri({name:n}){return k`<svg viewBox="0 0 24 24" class="icon" aria-hidden="true"><path d=${n2[n]} /></svg>`}function Zc({label:n,value:e,kind:t="",title:i="",act:s=null}){let r=k`<span class="chip-label">${n}</span><span class="chip-value">${e}</span>`;return s?k`<button type="button" class=${`chip ${t}`} title=${i} onClick=${s}>${r}</button>`:k`<span class=${`chip ${t}`} title=${i}>${r}</span>`}function i2(n){let e=n.global_test;if(!e)return{value:"no redundancy",kind:"warn",title:"The global test needs redundancy."};let t=`v'Pv = ${sn(e.statistic,1)}, limits ${sn(e.lower,1)} to ${sn(e.upper,1)}`;return e.accepted?{value:"accepted",kind:"good",title:t}:{value:"rejected",kind:"bad",title:t}}function Tx({does:n}){let e=Ye.value,t=ol.value;if(!e||!t)return k`<header class="top"></header>`;let i=i2(t),s=zt.value,r=al.value.length,o=ro.value.length,a=Ks.value;return k`<header class="top">
+    <svg viewBox="0 0 32 32" class="brand" aria-hidden="true">
+      <path class="plate" d="M16 3 29 26H3z" /><circle cx="16" cy="18" r="4.4" class="bull" />
+    </svg>
+    <div class="title"><strong>${e.title}</strong><span>${e.datum}</span></div>
+    <div class="chips" role="status">
+      <${Zc} label="σ₀" value=${sn(t.posterior,3)} title="sigma of unit weight, a posteriori; a priori ${sn(t.prior,3)}" />
+      <${Zc} label="dof" value=${t.dof} title="degrees of freedom" />
+      <${Zc} label="global test" value=${i.value} kind=${i.kind} title=${i.title} />
+      <${Zc} label=${r===1?"edit":"edits"} value=${r} kind=${r?"warn":""} title="decisions kept beside the project" act=${()=>hi.value="changes"} />
+      <${Zc} label=${o===1?"warning":"warnings"} value=${o} kind=${o?"warn":""} title="what the program warns of" act=${()=>hi.value="notes"} />
+    </div>
+    <div class="tools">
+      ${s&&k`<button type="button" class="tool" title="Undo (Ctrl+Z)" disabled=${!s.undo||sl.value} onClick=${n.undo}><${Ri} name="undo" /><span class="sr">Undo</span></button>
+        <button type="button" class="tool" title="Redo (Ctrl+Shift+Z)" disabled=${!s.redo||sl.value} onClick=${n.redo}><${Ri} name="redo" /><span class="sr">Redo</span></button>
+        <button type="button" class=${`tool ${s.saved?"":"due"}`} title="Keep the decisions in edits.toml (Ctrl+S)" disabled=${s.saved||sl.value} onClick=${n.save}>
+          <${Ri} name="save" /><span>${s.saved?"Saved":"Save"}</span>
+        </button>
+        ${a?k`<button type="button" class="tool" title="Stop the run" onClick=${n.cancel}><${Ri} name="stop" /><span>Cancel</span></button>`:k`<button type="button" class="tool primary" title="Run the project: new clouds with new sigmas" onClick=${n.run}><${Ri} name="run" /><span>Run</span></button>`}`}
+      <button type="button" class="tool" title="Copy a link to this view" onClick=${n.link}><${Ri} name="link" /><span class="sr">Copy link</span></button>
+      <button type="button" class="tool" title=${Di.value==="dark"?"Light theme":"Dark theme"} onClick=${()=>Di.value=Di.value==="dark"?"light":"dark"}>
+        <${Ri} name=${Di.value==="dark"?"sun":"moon"} /><span class="sr">Theme</span>
+      </button>
+      <button type="button" class=${`tool narrow ${Ar.value?"active":""}`} title="Layers and colours" aria-pressed=${Ar.value} onClick=${()=>Ar.value=!Ar.value}><${Ri} name="layers" /><span class="sr">Layers</span></button>
+      <button type="button" class=${`tool narrow ${so.value?"active":""}`} title="Tables" aria-pressed=${so.value} onClick=${()=>so.value=!so.value}><${Ri} name="table" /><span class="sr">Tables</span></button>
+    </div>
+  </header>`}function Ax({does:n}){let e=[];if(js.value&&e.push(k`<div class="banner bad" role="alert" key="defect">
+      <div>${js.value.map(t=>k`<p>${t}</p>`)}<p>The network stays as it was before.</p></div>
+      <button type="button" class="button" onClick=${n.undoDefect}>Undo</button>
+    </div>`),Ks.value){let t=Ks.value;e.push(k`<div class="banner" role="status" key="progress">
+      <div><p>${t.what??"Running"}${t.total?`: ${t.done??0} of ${t.total}`:""}</p>
+        <progress max=${t.total||void 0} value=${t.total?t.done??0:void 0}></progress></div>
+      ${zt.value&&k`<button type="button" class="button" onClick=${n.cancel}>Cancel</button>`}
+    </div>`)}else ui.value&&Ts.value.some(t=>t.long>1e-9)&&e.push(k`<div class="banner quiet" key="moved">
+      <p>Positions moved, sigmas of the last run. <span class="muted">Clouds are carried with their stations; Run writes them anew.</span></p>
+    </div>`);zt.value&&!Of.value&&e.push(k`<div class="banner bad" role="alert" key="gone"><p>The program does not answer. Is it still running? The page asks again by itself.</p></div>`);for(let t of zo.value)e.push(k`<div class=${`banner ${t.kind==="error"?"bad":""}`} role=${t.kind==="error"?"alert":"status"} key=${t.id}>
+      <p>${t.words}</p><button type="button" class="button plain" aria-label="Close" onClick=${()=>Um(t.id)}><${Ri} name="close" /></button>
+    </div>`);return k`<div class="banners">${e}</div>`}function gl({title:n,children:e,open:t=!0}){return k`<details class="section" open=${t}><summary>${n}</summary><div class="section-body">${e}</div></details>`}function Jc({label:n,checked:e,change:t,hint:i=null,disabled:s=!1,swatch:r=null}){return k`<label class=${`check ${s?"off":""}`}>
+    <input type="checkbox" checked=${e} disabled=${s} onChange=${o=>t(o.currentTarget.checked)} />
+    ${r&&k`<i class="swatch" style=${{background:r}}></i>`}
+    <span class="grow">${n}</span>${i!==null&&k`<span class="hint">${i}</span>`}
+  </label>`}function fd({label:n,value:e,min:t,max:i,step:s,show:r,change:o}){return k`<label class="slider"><span class="slider-head"><span>${n}</span><output>${r(e)}</output></span>
+    <input type="range" min=${t} max=${i} step=${s} value=${e} onInput=${a=>o(Number(a.currentTarget.value))} /></label>`}function _l({label:n,value:e,change:t,unit:i="",step:s="any",min:r=void 0}){return k`<label class="field"><span>${n}</span>
+    <input type="number" step=${s} min=${r} value=${e} onChange=${o=>{let a=Number(o.currentTarget.value);o.currentTarget.value!==""&&Number.isFinite(a)&&t(a)}} />${i&&k`<span class="unit">${i}</span>`}</label>`}function s2(){let n=Ye.value,e={points:n.points.name.length,stations:n.stations.name.length,ellipsoids:vn.value.filter(t=>t.covariance).length,rays:n.rays?.from?.length??0,edges:n.edges?.length??0,planes:n.planes?.name?.length??0,moves:Ts.value.filter(t=>t.long>1e-9).length,rejected:n.rejected?.scan?.length??0,comparisons:(n.comparisons??[]).reduce((t,i)=>t+(i.sites??[]).filter(s=>s.xyz).length,0)};return oy.map(([t,i])=>k`<${Jc} key=${t} label=${i} checked=${fn(t)} hint=${e[t]??null}
+    disabled=${e[t]===0} change=${s=>Nm(t,s)} />`)}function r2({colours:n}){let e=Ye.value,t=e.clouds??[],i=t.map(o=>`scan:${o.name}`),s=i.every(o=>fn(o)),r=o=>{let a=new Set(wr.value);for(let l of i)o?a.delete(l):a.add(l);wr.value=a};return k`${t.length>1&&k`<${Jc} label="All scans" checked=${s} hint=${yn(t.reduce((o,a)=>o+a.points,0))} change=${r} />`}
+    <div class="scans">${t.map(o=>k`<${Jc} key=${o.name} label=${o.name} checked=${fn(`scan:${o.name}`)}
+      swatch=${n?.get(o.station)} hint=${yn(o.points)} change=${a=>Nm(`scan:${o.name}`,a)} />`)}</div>
+    ${(e.pending??[]).map(o=>k`<p class="muted small" key=${o}>${o}: is being prepared</p>`)}
+    ${!t.length&&!(e.pending??[]).length&&k`<p class="muted small">This result has no clouds.</p>`}`}var o2={station:"Station",rgb:"RGB",intensity:"Intensity",sigma:"Sigma of position",sigma_x:"Sigma x",sigma_y:"Sigma y",sigma_z:"Sigma z",incidence:"Incidence",distance:"Distance"};function eg(n){return n?.unit==="m"?Bm("m",""):{unit:n?.unit??"",factor:1,digits:2}}function tg(n){let t=Cr.value.get(n)?.title;return t?t.charAt(0).toUpperCase()+t.slice(1):o2[n]??qi(n)}function a2(){let n=Cr.value,e=["sigma","sigma_x","sigma_y","sigma_z","incidence","intensity","rgb","distance"].filter(c=>n.has(c)),t=ii.value,i=n.get(t),s=eg(i),[r,o]=Xo.value,a=c=>Js.value={...Js.value,[t]:c},l=c=>Number((c*s.factor).toPrecision(4));return k`<label class="field wide"><span>By</span>
+      <select value=${t} onChange=${c=>ii.value=c.currentTarget.value}>
+        <option value="station" selected=${t==="station"}>Station</option>
+        ${e.map(c=>k`<option key=${c} value=${c} selected=${t===c}>${tg(c)}</option>`)}
+      </select></label>
+    ${i?.low!==void 0&&k`<div class="pair">
+      <${_l} label=${`from [${s.unit}]`} value=${l(r)} change=${c=>c/s.factor<o&&a([c/s.factor,o])} />
+      <${_l} label=${`to [${s.unit}]`} value=${l(o)} change=${c=>c/s.factor>r&&a([r,c/s.factor])} />
+      ${Js.value[t]&&k`<button type="button" class="button plain" onClick=${()=>{let{[t]:c,...u}=Js.value;Js.value=u}}>from the data</button>`}</div>`}`}function l2({does:n}){let e=ws.value,t=o=>ws.value={...e,...o},i=["E","N","U"],s=Ye.value.origin,r=n.upright;return k`<${Jc} label="Slice box" checked=${!!e?.on} change=${o=>n.slice(o)} />
+    ${e?.on&&k`<div class="grid3">
+        ${i.map((o,a)=>k`<${_l} key=${`c${o}`} label=${o} step="0.1" value=${Number((e.centre[a]+(r?s[a]:0)).toFixed(3))}
+          change=${l=>t({centre:e.centre.map((c,u)=>u===a?l-(r?s[a]:0):c)})} />`)}
+        ${["width","depth","height"].map((o,a)=>k`<${_l} key=${o} label=${o} step="0.1" min="0.05" value=${Number((2*e.half[a]).toFixed(3))}
+          change=${l=>l>0&&t({half:e.half.map((c,u)=>u===a?l/2:c)})} />`)}
+      </div>
+      <${fd} label="Turn" value=${Math.round(e.turn*180/Math.PI)} min="-90" max="90" step="1" show=${o=>`${o}°`}
+        change=${o=>t({turn:o*Math.PI/180})} />
+      <p class="muted small">Metres${r?"":", about the origin of the drawing"}. Drag the orange handles in the picture.</p>`}`}function c2({does:n}){let[e,t]=Kn(""),i=Object.keys(Go.value);return k`<div class="buttons">
+      ${Object.entries(Xc).map(([s,r])=>k`<button type="button" key=${s} class="button" title=${r.title} onClick=${()=>n.look(s)}>${s==="plan"?"Plan":s.charAt(0).toUpperCase()}</button>`)}
+    </div>
+    <div class="buttons">
+      <button type="button" class="button" onClick=${n.home} title="Back to the first view (R)">Reset</button>
+      <button type="button" class="button" onClick=${n.fit} title="Everything in the picture (F)">Fit all</button>
+      <button type="button" class="button" onClick=${n.project} title="Perspective or parallel (P)">${Ff.value?"Perspective":"Parallel"}</button>
+    </div>
+    ${i.length>0&&k`<ul class="plain-list">${i.map(s=>k`<li key=${s}><button type="button" class="button plain" onClick=${()=>n.open(Go.value[s])}>${s}</button></li>`)}</ul>`}
+    ${n.canSave&&k`<form class="inline" onSubmit=${s=>{s.preventDefault(),e.trim()&&n.keep(e.trim()),t("")}}><input type="text" maxlength="80" placeholder="Name of this view" aria-label="Name of this view" value=${e} onInput=${s=>t(s.currentTarget.value)} />
+      <button type="submit" class="button" disabled=${!e.trim()}>Keep</button></form>`}`}function Cx({does:n,colours:e}){return Ye.value?k`<aside class=${`left ${Ar.value?"":"shut"}`} aria-label="Layers and colours">
+    <${gl} title="Layers"><${s2} /><//>
+    <${gl} title="Scans"><${r2} colours=${ii.value==="station"?e:null} /><//>
+    <${gl} title="Colour"><${a2} /><//>
+    <${gl} title="View"><${c2} does=${n} /><//>
+    <${gl} title="Slice" open=${!!ws.value}><${l2} does=${n} /><//>
+    <${gl} title="Drawing">
+      <${fd} label="Point size" value=${no.value} min="1" max="8" step="0.5" show=${t=>`${t} px`} change=${t=>no.value=t} />
+      <${fd} label="Point budget" value=${Math.log10(rl.value)} min="4.7" max="7" step="0.05" show=${t=>`${(10**t/1e6).toFixed(t<6?2:1)} M`} change=${t=>rl.value=Math.round(10**t)} />
+      <${fd} label="Shading of edges" value=${$o.value} min="0" max="1.5" step="0.1" show=${t=>t?t.toFixed(1):"off"} change=${t=>$o.value=t} />
+      <${Jc} label="Larger points where they are sparse" checked=${Hc.value} change=${t=>Hc.value=t} />
+      <div class="pair">
+        <${_l} label="Ellipsoids ×" value=${Er.value||cl.value} min="1" change=${t=>Er.value=t>0?t:0} />
+        <${_l} label="Moves ×" value=${Tr.value||ll.value} min="1" change=${t=>Tr.value=t>0?t:0} />
+      </div>
+    <//>
+  </aside>`:null}function u2(){let n=ii.value,e=Cr.value.get(n);if(e?.low===void 0)return null;let t=eg(e),[i,s]=Xo.value.map(a=>a*t.factor),r=hy(i,s,5),o=Bc[If(n)];return k`<div class="legend-scale">
+    <div class="legend-title">${tg(n)}${t.unit&&k` <span class="muted">[${t.unit}]</span>`}</div>
+    <div class="ramp" style=${{background:`linear-gradient(to right, ${o.join(", ")})`}}></div>
+    <div class="ramp-ticks">${r.ticks.map(a=>k`<span key=${a} style=${{left:`${100*(a-i)/(s-i)}%`}}>${uy(a,r.step)}</span>`)}</div>
+  </div>`}function h2({colours:n}){return k`<div class="legend-keys">${[...n].map(([e,t])=>k`<span key=${e}><i class="swatch" style=${{background:t}}></i>${e}</span>`)}</div>`}var Rx={triangle:"M7 1 13 12H1z",diamond:"M7 1 13 7 7 13 1 7z",circle:"M7 2a5 5 0 1 0 0 10A5 5 0 1 0 7 2",square:"M2.5 2.5h9v9h-9z"};function Px({colours:n}){let e=Ye.value;if(!e)return null;let t=["control","check","free"].filter(s=>vn.value.some(r=>r.role===s)),i=fn("rays")&&kf.value.length>0;return k`<div class="legend card">
+    ${ii.value==="station"?k`<${h2} colours=${n} />`:k`<${u2} />`}
+    <div class="legend-keys">
+      ${fn("points")&&t.map(s=>k`<span key=${s}><svg viewBox="0 0 14 14" class="mark"><path d=${Rx[ss[s].symbol]} fill=${ss[s].colour} /></svg>${ss[s].title}</span>`)}
+      ${fn("stations")&&k`<span><svg viewBox="0 0 14 14" class="mark"><path d=${Rx.square} fill=${ss.station.colour} /></svg>station</span>`}
+      ${i&&k`<span title="largest |w| of the observations between two places"><i class="line quiet"></i>|w| small</span><span><i class="line warm"></i>2 to 3</span><span><i class="line bad"></i>suspicious</span>`}
+    </div>
+    <div class="legend-notes">
+      ${fn("ellipsoids")&&k`<span>Ellipsoids of ${Math.round((e.confidence??.95)*1e3)/10} %, drawn <b>${yn(Er.value||cl.value)} times</b></span>`}
+      ${fn("moves")&&Ts.value.some(s=>s.long>1e-9)&&k`<span class="moves-note"><i class="line move"></i>moves, drawn <b>${yn(Tr.value||ll.value)} times</b></span>`}
+    </div>
+  </div>`}function Ix(){let{points:n,total:e,loading:t}=io.value;return Ye.value?.clouds?.length?k`<div class="hud" role="status"><b>${yn(n)}</b> of ${yn(e)} points shown${t?k`<span class="spin" aria-label="loading"></span>`:""}</div>`:null}var f2="uplot",d2="u-hz",p2="u-vt",m2="u-title",g2="u-wrap",_2="u-under",v2="u-over",y2="u-axis",jo="u-off",x2="u-select",b2="u-cursor-x",S2="u-cursor-y",M2="u-cursor-pt",w2="u-legend",E2="u-live",T2="u-inline",A2="u-series",C2="u-marker",Lx="u-label",R2="u-value",Kc="width",Qc="height";var Dx="bottom",vl="left",ng="right",yg="#000",Nx=yg+"0",ig="mousemove",Ux="mousedown",sg="mouseup",Ox="mouseenter",Fx="mouseleave",Bx="dblclick",P2="resize",I2="scroll",kx="change",_d="dppxchange",xg="--",El=typeof window<"u",cg=El?document:null,xl=El?window:null,L2=El?navigator:null,Tt,dd;function ug(){let n=devicePixelRatio;Tt!=n&&(Tt=n,dd&&fg(kx,dd,ug),dd=matchMedia(`(min-resolution: ${Tt-.001}dppx) and (max-resolution: ${Tt+.001}dppx)`),Ko(kx,dd,ug),xl.dispatchEvent(new CustomEvent(_d)))}function Yi(n,e){if(e!=null){let t=n.classList;!t.contains(e)&&t.add(e)}}function hg(n,e){let t=n.classList;t.contains(e)&&t.remove(e)}function Jt(n,e,t){n.style[e]=t+"px"}function As(n,e,t,i){let s=cg.createElement(n);return e!=null&&Yi(s,e),t?.insertBefore(s,i),s}function us(n,e){return As("div",n,e)}var zx=new WeakMap;function ir(n,e,t,i,s){let r="translate("+e+"px,"+t+"px)",o=zx.get(n);r!=o&&(n.style.transform=r,zx.set(n,r),e<0||t<0||e>i||t>s?Yi(n,jo):hg(n,jo))}var Vx=new WeakMap;function Hx(n,e,t){let i=e+t,s=Vx.get(n);i!=s&&(Vx.set(n,i),n.style.background=e,n.style.borderColor=t)}var Gx=new WeakMap;function $x(n,e,t,i){let s=e+""+t,r=Gx.get(n);s!=r&&(Gx.set(n,s),n.style.height=t+"px",n.style.width=e+"px",n.style.marginLeft=i?-e/2+"px":0,n.style.marginTop=i?-t/2+"px":0)}var bg={passive:!0},D2={...bg,capture:!0};function Ko(n,e,t,i){e.addEventListener(n,t,i?D2:bg)}function fg(n,e,t,i){e.removeEventListener(n,t,bg)}El&&ug();function Cs(n,e,t,i){let s;t=t||0,i=i||e.length-1;let r=i<=2147483647;for(;i-t>1;)s=r?t+i>>1:Zi((t+i)/2),e[s]<n?t=s:i=s;return n-e[t]<=e[i]-n?t:i}function vb(n){return(t,i,s)=>{let r=-1,o=-1;for(let a=i;a<=s;a++)if(n(t[a])){r=a;break}for(let a=s;a>=i;a--)if(n(t[a])){o=a;break}return[r,o]}}var yb=n=>n!=null,xb=n=>n!=null&&n>0,xd=vb(yb),N2=vb(xb);function U2(n,e,t,i=0,s=!1){let r=s?N2:xd,o=s?xb:yb;[e,t]=r(n,e,t);let a=n[e],l=n[e];if(e>-1)if(i==1)a=n[e],l=n[t];else if(i==-1)a=n[t],l=n[e];else for(let c=e;c<=t;c++){let u=n[c];o(u)&&(u<a?a=u:u>l&&(l=u))}return[a??Vt,l??-Vt]}function bd(n,e,t,i){let s=qx(n),r=qx(e);n==e&&(s==-1?(n*=t,e/=t):(n/=t,e*=t));let o=t==10?Rr:bb,a=s==1?Zi:hs,l=r==1?hs:Zi,c=a(o(Vn(n))),u=l(o(Vn(e))),h=bl(t,c),f=bl(t,u);return t==10&&(c<0&&(h=Ht(h,-c)),u<0&&(f=Ht(f,-u))),i||t==2?(n=h*s,e=f*r):(n=Eb(n,h),e=Sd(e,f)),[n,e]}function Sg(n,e,t,i){let s=bd(n,e,t,i);return n==0&&(s[0]=0),e==0&&(s[1]=0),s}var Mg=.1,Wx={mode:3,pad:Mg},tu={pad:0,soft:null,mode:0},O2={min:tu,max:tu};function vd(n,e,t,i){return Md(t)?Xx(n,e,t):(tu.pad=t,tu.soft=i?0:null,tu.mode=i?3:0,Xx(n,e,O2))}function wt(n,e){return n??e}function F2(n,e,t){for(e=wt(e,0),t=wt(t,n.length-1);e<=t;){if(n[e]!=null)return!0;e++}return!1}function Xx(n,e,t){let i=t.min,s=t.max,r=wt(i.pad,0),o=wt(s.pad,0),a=wt(i.hard,-Vt),l=wt(s.hard,Vt),c=wt(i.soft,Vt),u=wt(s.soft,-Vt),h=wt(i.mode,0),f=wt(s.mode,0),d=e-n,p=Rr(d),y=Pi(Vn(n),Vn(e)),m=Rr(y),g=Vn(m-p);(d<1e-24||g>10)&&(d=0,(n==0||e==0)&&(d=1e-24,h==2&&c!=Vt&&(r=0),f==2&&u!=-Vt&&(o=0)));let x=d||y||1e3,A=Rr(x),b=bl(10,Zi(A)),R=x*(d==0?n==0?.1:1:r),T=Ht(Eb(n-R,b/10),24),v=n>=c&&(h==1||h==3&&T<=c||h==2&&T>=c)?c:Vt,E=Pi(a,T<v&&n>=v?v:Rs(v,T)),B=x*(d==0?e==0?.1:1:o),N=Ht(Sd(e+B,b/10),24),I=e<=u&&(f==1||f==3&&N>=u||f==2&&N<=u)?u:-Vt,z=Rs(l,N>I&&e<=I?I:Pi(I,N));return E==z&&E==0&&(z=100),[E,z]}var B2=new Intl.NumberFormat(El?L2.language:"en-US"),wg=n=>B2.format(n),Ji=Math,gd=Ji.PI,Vn=Ji.abs,Zi=Ji.floor,zn=Ji.round,hs=Ji.ceil,Rs=Ji.min,Pi=Ji.max,bl=Ji.pow,qx=Ji.sign,Rr=Ji.log10,bb=Ji.log2,k2=(n,e=1)=>Ji.sinh(n)*e,rg=(n,e=1)=>Ji.asinh(n/e),Vt=1/0;function Yx(n){return(Rr((n^n>>31)-(n>>31))|0)+1}function dg(n,e,t){return Rs(Pi(n,e),t)}function Sb(n){return typeof n=="function"}function bt(n){return Sb(n)?n:()=>n}var z2=()=>{},Mb=n=>n,wb=(n,e)=>e,V2=n=>null,Zx=n=>!0,Jx=(n,e)=>n==e,H2=/\.\d*?(?=9{6,}|0{6,})/gm,Qo=n=>{if(Ab(n)||fo.has(n))return n;let e=`${n}`,t=e.match(H2);if(t==null)return n;let i=t[0].length-1;if(e.indexOf("e-")!=-1){let[s,r]=e.split("e");return+`${Qo(s)}e${r}`}return Ht(n,i)};function Zo(n,e){return Qo(Ht(Qo(n/e))*e)}function Sd(n,e){return Qo(hs(Qo(n/e))*e)}function Eb(n,e){return Qo(Zi(Qo(n/e))*e)}function Ht(n,e=0){if(Ab(n))return n;let t=10**e,i=n*t*(1+Number.EPSILON);return zn(i)/t}var fo=new Map;function Tb(n){return((""+n).split(".")[1]||"").length}function iu(n,e,t,i){let s=[],r=i.map(Tb);for(let o=e;o<t;o++){let a=Vn(o),l=Ht(bl(n,o),a);for(let c=0;c<i.length;c++){let u=n==10?+`${i[c]}e${o}`:i[c]*l,h=(o>=0?0:a)+(o>=r[c]?0:r[c]),f=n==10?u:Ht(u,h);s.push(f),fo.set(f,h)}}return s}var nu={},Eg=[],Sl=[null,null],ho=Array.isArray,Ab=Number.isInteger,G2=n=>n===void 0;function jx(n){return typeof n=="string"}function Md(n){let e=!1;if(n!=null){let t=n.constructor;e=t==null||t==Object}return e}function $2(n){return n!=null&&typeof n=="object"}var W2=Object.getPrototypeOf(Uint8Array),Cb="__proto__";function Ml(n,e=Md){let t;if(ho(n)){let i=n.find(s=>s!=null);if(ho(i)||e(i)){t=Array(n.length);for(let s=0;s<n.length;s++)t[s]=Ml(n[s],e)}else t=n.slice()}else if(n instanceof W2)t=n.slice();else if(e(n)){t={};for(let i in n)i!=Cb&&(t[i]=Ml(n[i],e))}else t=n;return t}function Ln(n){let e=arguments;for(let t=1;t<e.length;t++){let i=e[t];for(let s in i)s!=Cb&&(Md(n[s])?Ln(n[s],Ml(i[s])):n[s]=Ml(i[s]))}return n}var X2=0,q2=1,Y2=2;function Z2(n,e,t){for(let i=0,s,r=-1;i<e.length;i++){let o=e[i];if(o>r){for(s=o-1;s>=0&&n[s]==null;)n[s--]=null;for(s=o+1;s<t&&n[s]==null;)n[r=s++]=null}}}function J2(n,e){if(Q2(n)){let o=n[0].slice();for(let a=1;a<n.length;a++)o.push(...n[a].slice(1));return eP(o[0])||(o=K2(o)),o}let t=new Set;for(let o=0;o<n.length;o++){let l=n[o][0],c=l.length;for(let u=0;u<c;u++)t.add(l[u])}let i=[Array.from(t).sort((o,a)=>o-a)],s=i[0].length,r=new Map;for(let o=0;o<s;o++)r.set(i[0][o],o);for(let o=0;o<n.length;o++){let a=n[o],l=a[0];for(let c=1;c<a.length;c++){let u=a[c],h=Array(s).fill(void 0),f=e?e[o][c]:q2,d=[];for(let p=0;p<u.length;p++){let y=u[p],m=r.get(l[p]);y===null?f!=X2&&(h[m]=y,f==Y2&&d.push(m)):h[m]=y}Z2(h,d,s),i.push(h)}}return i}var j2=typeof queueMicrotask>"u"?n=>Promise.resolve().then(n):queueMicrotask;function K2(n){let e=n[0],t=e.length,i=Array(t);for(let r=0;r<i.length;r++)i[r]=r;i.sort((r,o)=>e[r]-e[o]);let s=[];for(let r=0;r<n.length;r++){let o=n[r],a=Array(t);for(let l=0;l<t;l++)a[l]=o[i[l]];s.push(a)}return s}function Q2(n){let e=n[0][0],t=e.length;for(let i=1;i<n.length;i++){let s=n[i][0];if(s.length!=t)return!1;if(s!=e){for(let r=0;r<t;r++)if(s[r]!=e[r])return!1}}return!0}function eP(n,e=100){let t=n.length;if(t<=1)return!0;let i=0,s=t-1;for(;i<=s&&n[i]==null;)i++;for(;s>=i&&n[s]==null;)s--;if(s<=i)return!0;let r=Pi(1,Zi((s-i+1)/e));for(let o=n[i],a=i+r;a<=s;a+=r){let l=n[a];if(l!=null){if(l<=o)return!1;o=l}}return!0}var Rb=["January","February","March","April","May","June","July","August","September","October","November","December"],Pb=["Sunday","Monday","Tuesday","Wednesday","Thursday","Friday","Saturday"];function Ib(n){return n.slice(0,3)}var tP=Pb.map(Ib),nP=Rb.map(Ib),iP={MMMM:Rb,MMM:nP,WWWW:Pb,WWW:tP};function jc(n){return(n<10?"0":"")+n}function sP(n){return(n<10?"00":n<100?"0":"")+n}var rP={YYYY:n=>n.getFullYear(),YY:n=>(n.getFullYear()+"").slice(2),MMMM:(n,e)=>e.MMMM[n.getMonth()],MMM:(n,e)=>e.MMM[n.getMonth()],MM:n=>jc(n.getMonth()+1),M:n=>n.getMonth()+1,DD:n=>jc(n.getDate()),D:n=>n.getDate(),WWWW:(n,e)=>e.WWWW[n.getDay()],WWW:(n,e)=>e.WWW[n.getDay()],HH:n=>jc(n.getHours()),H:n=>n.getHours(),h:n=>{let e=n.getHours();return e==0?12:e>12?e-12:e},AA:n=>n.getHours()>=12?"PM":"AM",aa:n=>n.getHours()>=12?"pm":"am",a:n=>n.getHours()>=12?"p":"a",mm:n=>jc(n.getMinutes()),m:n=>n.getMinutes(),ss:n=>jc(n.getSeconds()),s:n=>n.getSeconds(),fff:n=>sP(n.getMilliseconds())};function Tg(n,e){e=e||iP;let t=[],i=/\{([a-z]+)\}|[^{]+/gi,s;for(;s=i.exec(n);)t.push(s[0][0]=="{"?rP[s[1]]:s[0]);return r=>{let o="";for(let a=0;a<t.length;a++)o+=typeof t[a]=="string"?t[a]:t[a](r,e);return o}}var oP=new Intl.DateTimeFormat().resolvedOptions().timeZone;function aP(n,e){let t;return e=="UTC"||e=="Etc/UTC"?t=new Date(+n+n.getTimezoneOffset()*6e4):e==oP?t=n:(t=new Date(n.toLocaleString("en-US",{timeZone:e})),t.setMilliseconds(n.getMilliseconds())),t}var Lb=n=>n%1==0,yd=[1,2,2.5,5],lP=iu(10,-32,0,yd),Db=iu(10,0,32,yd),cP=Db.filter(Lb),Jo=lP.concat(Db),Ag=`
+`,Nb="{YYYY}",Kx=Ag+Nb,Ub="{M}/{D}",eu=Ag+Ub,pd=eu+"/{YY}",Ob="{aa}",uP="{h}:{mm}",yl=uP+Ob,Qx=Ag+yl,eb=":{ss}",Pt=null;function Fb(n){let e=n*1e3,t=e*60,i=t*60,s=i*24,r=s*30,o=s*365,l=(n==1?iu(10,0,3,yd).filter(Lb):iu(10,-3,0,yd)).concat([e,e*5,e*10,e*15,e*30,t,t*5,t*10,t*15,t*30,i,i*2,i*3,i*4,i*6,i*8,i*12,s,s*2,s*3,s*4,s*5,s*6,s*7,s*8,s*9,s*10,s*15,r,r*2,r*3,r*4,r*6,o,o*2,o*5,o*10,o*25,o*50,o*100]),c=[[o,Nb,Pt,Pt,Pt,Pt,Pt,Pt,1],[s*28,"{MMM}",Kx,Pt,Pt,Pt,Pt,Pt,1],[s,Ub,Kx,Pt,Pt,Pt,Pt,Pt,1],[i,"{h}"+Ob,pd,Pt,eu,Pt,Pt,Pt,1],[t,yl,pd,Pt,eu,Pt,Pt,Pt,1],[e,eb,pd+" "+yl,Pt,eu+" "+yl,Pt,Qx,Pt,1],[n,eb+".{fff}",pd+" "+yl,Pt,eu+" "+yl,Pt,Qx,Pt,1]];function u(h){return(f,d,p,y,m,g)=>{let x=[],A=m>=o,b=m>=r&&m<o,R=h(p),T=Ht(R*n,3),v=og(R.getFullYear(),A?0:R.getMonth(),b||A?1:R.getDate()),E=Ht(v*n,3);if(b||A){let B=b?m/r:0,N=A?m/o:0,I=T==E?T:Ht(og(v.getFullYear()+N,v.getMonth()+B,1)*n,3),z=new Date(zn(I/n)),H=z.getFullYear(),D=z.getMonth();for(let $=0;I<=y;$++){let Y=og(H+N*$,D+B*$,1),W=Y-h(Ht(Y*n,3));I=Ht((+Y+W)*n,3),I<=y&&x.push(I)}}else{let B=m>=s?s:m,N=Zi(p)-Zi(T),I=E+N+Sd(T-E,B);x.push(I);let z=h(I),H=z.getHours()+z.getMinutes()/t+z.getSeconds()/i,D=m/i,$=f.axes[d]._space,Y=g/$;for(;I=Ht(I+m,n==1?0:3),!(I>y);)if(D>1){let W=Zi(Ht(H+D,6))%24,Q=h(I).getHours()-W;Q>1&&(Q=-1),I-=Q*i,H=(H+D)%24;let se=x[x.length-1];Ht((I-se)/m,3)*Y>=.7&&x.push(I)}else x.push(I)}return x}}return[l,c,u]}var[hP,fP,dP]=Fb(1),[pP,mP,gP]=Fb(.001);iu(2,-53,53,[1]);function tb(n,e){return n.map(t=>t.map((i,s)=>s==0||s==8||i==null?i:e(s==1||t[8]==0?i:t[1]+i)))}function nb(n,e){return(t,i,s,r,o)=>{let a=e.find(p=>o>=p[0])||e[e.length-1],l,c,u,h,f,d;return i.map(p=>{let y=n(p),m=y.getFullYear(),g=y.getMonth(),x=y.getDate(),A=y.getHours(),b=y.getMinutes(),R=y.getSeconds(),T=m!=l&&a[2]||g!=c&&a[3]||x!=u&&a[4]||A!=h&&a[5]||b!=f&&a[6]||R!=d&&a[7]||a[1];return l=m,c=g,u=x,h=A,f=b,d=R,T(y)})}}function _P(n,e){let t=Tg(e);return(i,s,r,o,a)=>s.map(l=>t(n(l)))}function og(n,e,t){return new Date(n,e,t)}function ib(n,e){return e(n)}var vP="{YYYY}-{MM}-{DD} {h}:{mm}{aa}";function sb(n,e){return(t,i,s,r)=>r==null?xg:e(n(i))}function yP(n,e){let t=n.series[e];return t.width?t.stroke(n,e):t.points.width?t.points.stroke(n,e):null}function xP(n,e){return n.series[e].fill(n,e)}var bP={show:!0,live:!0,isolate:!1,mount:z2,markers:{show:!0,width:2,stroke:yP,fill:xP,dash:"solid"},idx:null,idxs:null,values:[]};function SP(n,e){let t=n.cursor.points,i=us(),s=t.size(n,e);Jt(i,Kc,s),Jt(i,Qc,s);let r=s/-2;Jt(i,"marginLeft",r),Jt(i,"marginTop",r);let o=t.width(n,e,s);return o&&Jt(i,"borderWidth",o),i}function MP(n,e){let t=n.series[e].points;return t._fill||t._stroke}function wP(n,e){let t=n.series[e].points;return t._stroke||t._fill}function EP(n,e){return n.series[e].points.size}var ag=[0,0];function TP(n,e,t){return ag[0]=e,ag[1]=t,ag}function md(n,e,t,i=!0){return s=>{s.button==0&&(!i||s.target==e)&&t(s)}}function lg(n,e,t,i=!0){return s=>{(!i||s.target==e)&&t(s)}}var AP={show:!0,x:!0,y:!0,lock:!1,move:TP,points:{one:!1,show:SP,size:EP,width:0,stroke:wP,fill:MP},bind:{mousedown:md,mouseup:md,click:md,dblclick:md,mousemove:lg,mouseleave:lg,mouseenter:lg},drag:{setScale:!0,x:!0,y:!1,dist:0,uni:null,click:(n,e)=>{e.stopPropagation(),e.stopImmediatePropagation()},_x:!1,_y:!1},focus:{dist:(n,e,t,i,s)=>i-s,prox:-1,bias:0},hover:{skip:[void 0],prox:null,bias:0},left:-10,top:-10,idx:null,dataIdx:null,idxs:null,event:null},Bb={show:!0,stroke:"rgba(0,0,0,0.07)",width:2},Cg=Ln({},Bb,{filter:wb}),kb=Ln({},Cg,{size:10}),zb=Ln({},Bb,{show:!1}),Rg='12px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", Arial, "Noto Sans", sans-serif, "Apple Color Emoji", "Segoe UI Emoji", "Segoe UI Symbol", "Noto Color Emoji"',Vb="bold "+Rg,Hb=1.5,rb={show:!0,scale:"x",stroke:yg,space:50,gap:5,alignTo:1,size:50,labelGap:0,labelSize:30,labelFont:Vb,side:2,grid:Cg,ticks:kb,border:zb,font:Rg,lineGap:Hb,rotate:0},CP="Value",RP="Time",ob={show:!0,scale:"x",auto:!1,sorted:1,min:Vt,max:-Vt,idxs:[]};function PP(n,e,t,i,s){return e.map(r=>r==null?"":wg(r))}function IP(n,e,t,i,s,r,o){let a=[],l=fo.get(s)||0;t=o?t:Ht(Sd(t,s),l);for(let c=t;c<=i;c=Ht(c+s,l))a.push(Object.is(c,-0)?0:c);return a}function pg(n,e,t,i,s,r,o){let a=[],l=n.scales[n.axes[e].scale].log,c=l==10?Rr:bb,u=Zi(c(t));s=bl(l,u),l==10&&(s=Jo[Cs(s,Jo)]);let h=t,f=s*l;l==10&&(f=Jo[Cs(f,Jo)]);do a.push(h),h=h+s,l==10&&!fo.has(h)&&(h=Ht(h,fo.get(s))),h>=f&&(s=h,f=s*l,l==10&&(f=Jo[Cs(f,Jo)]));while(h<=i);return a}function LP(n,e,t,i,s,r,o){let l=n.scales[n.axes[e].scale].asinh,c=i>l?pg(n,e,Pi(l,t),i,s):[l],u=i>=0&&t<=0?[0]:[];return(t<-l?pg(n,e,Pi(l,-i),-t,s):[l]).reverse().map(f=>-f).concat(u,c)}var Gb=/./,DP=/[12357]/,NP=/[125]/,ab=/1/,mg=(n,e,t,i)=>n.map((s,r)=>e==4&&s==0||r%i==0&&t.test(s.toExponential()[s<0?1:0])?s:null);function UP(n,e,t,i,s){let r=n.axes[t],o=r.scale,a=n.scales[o],l=n.valToPos,c=r._space,u=l(10,o),h=l(9,o)-u>=c?Gb:l(7,o)-u>=c?DP:l(5,o)-u>=c?NP:ab;if(h==ab){let f=Vn(l(1,o)-u);if(f<c)return mg(e.slice().reverse(),a.distr,h,hs(c/f)).reverse()}return mg(e,a.distr,h,1)}function OP(n,e,t,i,s){let r=n.axes[t],o=r.scale,a=r._space,l=n.valToPos,c=Vn(l(1,o)-l(2,o));return c<a?mg(e.slice().reverse(),3,Gb,hs(a/c)).reverse():e}function FP(n,e,t,i){return i==null?xg:e==null?"":wg(e)}var lb={show:!0,scale:"y",stroke:yg,space:30,gap:5,alignTo:1,size:50,labelGap:0,labelSize:30,labelFont:Vb,side:3,grid:Cg,ticks:kb,border:zb,font:Rg,lineGap:Hb,rotate:0};function BP(n,e){let t=3+(n||1)*2;return Ht(t*e,3)}function kP(n,e){let{scale:t,idxs:i}=n.series[0],s=n._data[0],r=n.valToPos(s[i[0]],t,!0),o=n.valToPos(s[i[1]],t,!0),a=Vn(o-r),l=n.series[e],c=a/(l.points.space*Tt);return i[1]-i[0]<=c}var cb={scale:null,auto:!0,sorted:0,min:Vt,max:-Vt},$b=(n,e,t,i,s)=>s,ub={show:!0,auto:!0,sorted:0,gaps:$b,alpha:1,facets:[Ln({},cb,{scale:"x"}),Ln({},cb,{scale:"y"})]},hb={scale:"y",auto:!0,sorted:0,show:!0,spanGaps:!1,gaps:$b,alpha:1,points:{show:kP,filter:null},values:null,min:Vt,max:-Vt,idxs:[],path:null,clip:null};function zP(n,e,t,i,s){return t/10}var Wb={time:!0,auto:!0,distr:1,log:10,asinh:1,min:null,max:null,dir:1,ori:0},VP=Ln({},Wb,{time:!1,ori:1}),fb={};function Xb(n,e){let t=fb[n];return t||(t={key:n,plots:[],sub(i){t.plots.push(i)},unsub(i){t.plots=t.plots.filter(s=>s!=i)},pub(i,s,r,o,a,l,c){for(let u=0;u<t.plots.length;u++)t.plots[u]!=s&&t.plots[u].pub(i,s,r,o,a,l,c)}},n!=null&&(fb[n]=t)),t}var wl=1,gg=2;function ea(n,e,t){let i=n.mode,s=n.series[e],r=i==2?n._data[e]:n._data,o=n.scales,a=n.bbox,l=r[0],c=i==2?r[1]:r[e],u=i==2?o[s.facets[0].scale]:o[n.series[0].scale],h=i==2?o[s.facets[1].scale]:o[s.scale],f=a.left,d=a.top,p=a.width,y=a.height,m=n.valToPosH,g=n.valToPosV;return u.ori==0?t(s,l,c,u,h,m,g,f,d,p,y,Ed,Tl,Ad,Yb,Jb):t(s,l,c,u,h,g,m,d,f,y,p,Td,Al,Lg,Zb,jb)}function Pg(n,e){let t=0,i=0,s=wt(n.bands,Eg);for(let r=0;r<s.length;r++){let o=s[r];o.series[0]==e?t=o.dir:o.series[1]==e&&(o.dir==1?i|=1:i|=2)}return[t,i==1?-1:i==2?1:i==3?2:0]}function HP(n,e,t,i,s){let r=n.mode,o=n.series[e],a=r==2?o.facets[1].scale:o.scale,l=n.scales[a];return s==-1?l.min:s==1?l.max:l.distr==3?l.dir==1?l.min:l.max:0}function Pr(n,e,t,i,s,r){return ea(n,e,(o,a,l,c,u,h,f,d,p,y,m)=>{let g=o.pxRound,x=c.dir*(c.ori==0?1:-1),A=c.ori==0?Tl:Al,b,R;x==1?(b=t,R=i):(b=i,R=t);let T=g(h(a[b],c,y,d)),v=g(f(l[b],u,m,p)),E=g(h(a[R],c,y,d)),B=g(f(r==1?u.max:u.min,u,m,p)),N=new Path2D(s);return A(N,E,B),A(N,T,B),A(N,T,v),N})}function wd(n,e,t,i,s,r){let o=null;if(n.length>0){o=new Path2D;let a=e==0?Ad:Lg,l=t;for(let h=0;h<n.length;h++){let f=n[h];if(f[1]>f[0]){let d=f[0]-l;d>0&&a(o,l,i,d,i+r),l=f[1]}}let c=t+s-l,u=10;c>0&&a(o,l,i-u/2,c,i+r+u)}return o}function GP(n,e,t){let i=n[n.length-1];i&&i[0]==e?i[1]=t:n.push([e,t])}function Ig(n,e,t,i,s,r,o){let a=[],l=n.length;for(let c=s==1?t:i;c>=t&&c<=i;c+=s)if(e[c]===null){let h=c,f=c;if(s==1)for(;++c<=i&&e[c]===null;)f=c;else for(;--c>=t&&e[c]===null;)f=c;let d=r(n[h]),p=f==h?d:r(n[f]),y=h-s;d=o<=0&&y>=0&&y<l?r(n[y]):d;let g=f+s;p=o>=0&&g>=0&&g<l?r(n[g]):p,p>=d&&a.push([d,p])}return a}function db(n){return n==0?Mb:n==1?zn:e=>Zo(e,n)}function qb(n){let e=n==0?Ed:Td,t=n==0?(s,r,o,a,l,c)=>{s.arcTo(r,o,a,l,c)}:(s,r,o,a,l,c)=>{s.arcTo(o,r,l,a,c)},i=n==0?(s,r,o,a,l)=>{s.rect(r,o,a,l)}:(s,r,o,a,l)=>{s.rect(o,r,l,a)};return(s,r,o,a,l,c=0,u=0)=>{c==0&&u==0?i(s,r,o,a,l):(c=Rs(c,a/2,l/2),u=Rs(u,a/2,l/2),e(s,r+c,o),t(s,r+a,o,r+a,o+l,c),t(s,r+a,o+l,r,o+l,u),t(s,r,o+l,r,o,u),t(s,r,o,r+a,o,c),s.closePath())}}var Ed=(n,e,t)=>{n.moveTo(e,t)},Td=(n,e,t)=>{n.moveTo(t,e)},Tl=(n,e,t)=>{n.lineTo(e,t)},Al=(n,e,t)=>{n.lineTo(t,e)},Ad=qb(0),Lg=qb(1),Yb=(n,e,t,i,s,r)=>{n.arc(e,t,i,s,r)},Zb=(n,e,t,i,s,r)=>{n.arc(t,e,i,s,r)},Jb=(n,e,t,i,s,r,o)=>{n.bezierCurveTo(e,t,i,s,r,o)},jb=(n,e,t,i,s,r,o)=>{n.bezierCurveTo(t,e,s,i,o,r)};function Kb(n){return(e,t,i,s,r)=>ea(e,t,(o,a,l,c,u,h,f,d,p,y,m)=>{let{pxRound:g,points:x}=o,A,b;c.ori==0?(A=Ed,b=Yb):(A=Td,b=Zb);let R=Ht(x.width*Tt,3),T=(x.size-x.width)/2*Tt,v=Ht(T*2,3),E=new Path2D,B=new Path2D,{left:N,top:I,width:z,height:H}=e.bbox;Ad(B,N-v,I-v,z+v*2,H+v*2);let D=$=>{if(l[$]!=null){let Y=g(h(a[$],c,y,d)),W=g(f(l[$],u,m,p));A(E,Y+T,W),b(E,Y,W,T,0,gd*2)}};if(r)r.forEach(D);else for(let $=i;$<=s;$++)D($);return{stroke:R>0?E:null,fill:E,clip:B,flags:wl|gg}})}function Qb(n){return(e,t,i,s,r,o)=>{i!=s&&(r!=i&&o!=i&&n(e,t,i),r!=s&&o!=s&&n(e,t,s),n(e,t,o))}}var $P=Qb(Tl),WP=Qb(Al);function eS(n){let e=wt(n?.alignGaps,0);return(t,i,s,r)=>ea(t,i,(o,a,l,c,u,h,f,d,p,y,m)=>{[s,r]=xd(l,s,r);let g=o.pxRound,x=H=>g(h(H,c,y,d)),A=H=>g(f(H,u,m,p)),b,R;c.ori==0?(b=Tl,R=$P):(b=Al,R=WP);let T=c.dir*(c.ori==0?1:-1),v={stroke:new Path2D,fill:null,clip:null,band:null,gaps:null,flags:wl},E=v.stroke,B=!1;if(r-s>=y*4){let H=he=>t.posToVal(he,c.key,!0),D=null,$=null,Y,W,ce,j=x(a[T==1?s:r]),Q=x(a[s]),se=x(a[r]),fe=H(T==1?Q+1:se-1);for(let he=T==1?s:r;he>=s&&he<=r;he+=T){let ee=a[he],ve=(T==1?ee<fe:ee>fe)?j:x(ee),Ce=l[he];ve==j?Ce!=null?(W=Ce,D==null?(b(E,ve,A(W)),Y=D=$=W):W<D?D=W:W>$&&($=W)):Ce===null&&(B=!0):(D!=null&&R(E,j,A(D),A($),A(Y),A(W)),Ce!=null?(W=Ce,b(E,ve,A(W)),D=$=Y=W):(D=$=null,Ce===null&&(B=!0)),j=ve,fe=H(j+T))}D!=null&&D!=$&&ce!=j&&R(E,j,A(D),A($),A(Y),A(W))}else for(let H=T==1?s:r;H>=s&&H<=r;H+=T){let D=l[H];D===null?B=!0:D!=null&&b(E,x(a[H]),A(D))}let[I,z]=Pg(t,i);if(o.fill!=null||I!=0){let H=v.fill=new Path2D(E),D=o.fillTo(t,i,o.min,o.max,I),$=A(D),Y=x(a[s]),W=x(a[r]);T==-1&&([W,Y]=[Y,W]),b(H,W,$),b(H,Y,$)}if(!o.spanGaps){let H=[];B&&H.push(...Ig(a,l,s,r,T,x,e)),v.gaps=H=o.gaps(t,i,s,r,H),v.clip=wd(H,c.ori,d,p,y,m)}return z!=0&&(v.band=z==2?[Pr(t,i,s,r,E,-1),Pr(t,i,s,r,E,1)]:Pr(t,i,s,r,E,z)),v})}function XP(n){let e=wt(n.align,1),t=wt(n.ascDesc,!1),i=wt(n.alignGaps,0),s=wt(n.extend,!1);return(r,o,a,l)=>ea(r,o,(c,u,h,f,d,p,y,m,g,x,A)=>{[a,l]=xd(h,a,l);let b=c.pxRound,{left:R,width:T}=r.bbox,v=Q=>b(p(Q,f,x,m)),E=Q=>b(y(Q,d,A,g)),B=f.ori==0?Tl:Al,N={stroke:new Path2D,fill:null,clip:null,band:null,gaps:null,flags:wl},I=N.stroke,z=f.dir*(f.ori==0?1:-1),H=E(h[z==1?a:l]),D=v(u[z==1?a:l]),$=D,Y=D;s&&e==-1&&(Y=R,B(I,Y,H)),B(I,D,H);for(let Q=z==1?a:l;Q>=a&&Q<=l;Q+=z){let se=h[Q];if(se==null)continue;let fe=v(u[Q]),he=E(se);e==1?B(I,fe,H):B(I,$,he),B(I,fe,he),H=he,$=fe}let W=$;s&&e==1&&(W=R+T,B(I,W,H));let[ce,j]=Pg(r,o);if(c.fill!=null||ce!=0){let Q=N.fill=new Path2D(I),se=c.fillTo(r,o,c.min,c.max,ce),fe=E(se);B(Q,W,fe),B(Q,Y,fe)}if(!c.spanGaps){let Q=[];Q.push(...Ig(u,h,a,l,z,v,i));let se=c.width*Tt/2,fe=t||e==1?se:-se,he=t||e==-1?-se:se;Q.forEach(ee=>{ee[0]+=fe,ee[1]+=he}),N.gaps=Q=c.gaps(r,o,a,l,Q),N.clip=wd(Q,f.ori,m,g,x,A)}return j!=0&&(N.band=j==2?[Pr(r,o,a,l,I,-1),Pr(r,o,a,l,I,1)]:Pr(r,o,a,l,I,j)),N})}function pb(n,e,t,i,s,r,o=Vt){if(n.length>1){let a=null;for(let l=0,c=1/0;l<n.length;l++)if(e[l]!==void 0){if(a!=null){let u=Vn(n[l]-n[a]);u<c&&(c=u,o=Vn(t(n[l],i,s,r)-t(n[a],i,s,r)))}a=l}}return o}function qP(n){n=n||nu;let e=wt(n.size,[.6,Vt,1]),t=n.align||0,i=n.gap||0,s=n.radius;s=s==null?[0,0]:typeof s=="number"?[s,0]:s;let r=bt(s),o=1-e[0],a=wt(e[1],Vt),l=wt(e[2],1),c=wt(n.disp,nu),u=wt(n.each,d=>{}),{fill:h,stroke:f}=c;return(d,p,y,m)=>ea(d,p,(g,x,A,b,R,T,v,E,B,N,I)=>{let z=g.pxRound,H=t,D=i*Tt,$=a*Tt,Y=l*Tt,W,ce;b.ori==0?[W,ce]=r(d,p):[ce,W]=r(d,p);let j=b.dir*(b.ori==0?1:-1),Q=b.ori==0?Ad:Lg,se=b.ori==0?u:(Pe,qe,ot,Me,kt,Ve,Xe)=>{u(Pe,qe,ot,kt,Me,Xe,Ve)},fe=wt(d.bands,Eg).find(Pe=>Pe.series[0]==p),he=fe!=null?fe.dir:0,ee=g.fillTo(d,p,g.min,g.max,he),me=z(v(ee,R,I,B)),ve,Ce,Se,$e=N,rt=z(g.width*Tt),He=!1,mt=null,ft=null,it=null,jt=null;h!=null&&(rt==0||f!=null)&&(He=!0,mt=h.values(d,p,y,m),ft=new Map,new Set(mt).forEach(Pe=>{Pe!=null&&ft.set(Pe,new Path2D)}),rt>0&&(it=f.values(d,p,y,m),jt=new Map,new Set(it).forEach(Pe=>{Pe!=null&&jt.set(Pe,new Path2D)})));let{x0:Gt,size:bn}=c;if(Gt!=null&&bn!=null){H=1,x=Gt.values(d,p,y,m),Gt.unit==2&&(x=x.map(ot=>d.posToVal(E+ot*N,b.key,!0)));let Pe=bn.values(d,p,y,m);bn.unit==2?Ce=Pe[0]*N:Ce=T(Pe[0],b,N,E)-T(0,b,N,E),$e=pb(x,A,T,b,N,E,$e),Se=$e-Ce+D}else $e=pb(x,A,T,b,N,E,$e),Se=$e*o+D,Ce=$e-Se;Se<1&&(Se=0),rt>=Ce/2&&(rt=0),Se<5&&(z=Mb);let Nt=Se>0,Gn=$e-Se-(Nt?rt:0);Ce=z(dg(Gn,Y,$)),ve=(H==0?Ce/2:H==j?0:Ce)-H*j*((H==0?D/2:0)+(Nt?rt/2:0));let St={stroke:null,fill:null,clip:null,band:null,gaps:null,flags:0},Nn=He?null:new Path2D,rn=null;if(fe!=null)rn=d.data[fe.series[1]];else{let{y0:Pe,y1:qe}=c;Pe!=null&&qe!=null&&(A=qe.values(d,p,y,m),rn=Pe.values(d,p,y,m))}let Sn=W*Ce,O=ce*Ce;for(let Pe=j==1?y:m;Pe>=y&&Pe<=m;Pe+=j){let qe=A[Pe];if(qe==null)continue;if(rn!=null){let X=rn[Pe]??0;if(qe-X==0)continue;me=v(X,R,I,B)}let ot=b.distr!=2||c!=null?x[Pe]:Pe,Me=T(ot,b,N,E),kt=v(wt(qe,ee),R,I,B),Ve=z(Me-ve),Xe=z(Pi(kt,me)),C=z(Rs(kt,me)),S=Xe-C;if(qe!=null){let X=qe<0?O:Sn,ue=qe<0?Sn:O;He?(rt>0&&it[Pe]!=null&&Q(jt.get(it[Pe]),Ve,C+Zi(rt/2),Ce,Pi(0,S-rt),X,ue),mt[Pe]!=null&&Q(ft.get(mt[Pe]),Ve,C+Zi(rt/2),Ce,Pi(0,S-rt),X,ue)):Q(Nn,Ve,C+Zi(rt/2),Ce,Pi(0,S-rt),X,ue),se(d,p,Pe,Ve-rt/2,C,Ce+rt,S)}}return rt>0?St.stroke=He?jt:Nn:He||(St._fill=g.width==0?g._fill:g._stroke??g._fill,St.width=0),St.fill=He?ft:Nn,St})}function YP(n,e){let t=wt(e?.alignGaps,0);return(i,s,r,o)=>ea(i,s,(a,l,c,u,h,f,d,p,y,m,g)=>{[r,o]=xd(c,r,o);let x=a.pxRound,A=W=>x(f(W,u,m,p)),b=W=>x(d(W,h,g,y)),R,T,v;u.ori==0?(R=Ed,v=Tl,T=Jb):(R=Td,v=Al,T=jb);let E=u.dir*(u.ori==0?1:-1),B=A(l[E==1?r:o]),N=B,I=[],z=[];for(let W=E==1?r:o;W>=r&&W<=o;W+=E)if(c[W]!=null){let j=l[W],Q=A(j);I.push(N=Q),z.push(b(c[W]))}let H={stroke:n(I,z,R,v,T,x),fill:null,clip:null,band:null,gaps:null,flags:wl},D=H.stroke,[$,Y]=Pg(i,s);if(a.fill!=null||$!=0){let W=H.fill=new Path2D(D),ce=a.fillTo(i,s,a.min,a.max,$),j=b(ce);v(W,N,j),v(W,B,j)}if(!a.spanGaps){let W=[];W.push(...Ig(l,c,r,o,E,A,t)),H.gaps=W=a.gaps(i,s,r,o,W),H.clip=wd(W,u.ori,p,y,m,g)}return Y!=0&&(H.band=Y==2?[Pr(i,s,r,o,D,-1),Pr(i,s,r,o,D,1)]:Pr(i,s,r,o,D,Y)),H})}function ZP(n){return YP(JP,n)}function JP(n,e,t,i,s,r){let o=n.length;if(o<2)return null;let a=new Path2D;if(t(a,n[0],e[0]),o==2)i(a,n[1],e[1]);else{let l=Array(o),c=Array(o-1),u=Array(o-1),h=Array(o-1);for(let f=0;f<o-1;f++)u[f]=e[f+1]-e[f],h[f]=n[f+1]-n[f],c[f]=u[f]/h[f];l[0]=c[0];for(let f=1;f<o-1;f++)c[f]===0||c[f-1]===0||c[f-1]>0!=c[f]>0?l[f]=0:(l[f]=3*(h[f-1]+h[f])/((2*h[f]+h[f-1])/c[f-1]+(h[f]+2*h[f-1])/c[f]),isFinite(l[f])||(l[f]=0));l[o-1]=c[o-2];for(let f=0;f<o-1;f++)s(a,n[f]+h[f]/3,e[f]+l[f]*h[f]/3,n[f+1]-h[f]/3,e[f+1]-l[f+1]*h[f]/3,n[f+1],e[f+1])}return a}var _g=new Set;function mb(){for(let n of _g)n.syncRect(!0)}El&&(Ko(P2,xl,mb),Ko(I2,xl,mb,!0),Ko(_d,xl,()=>{Hn.pxRatio=Tt}));var jP=eS(),KP=Kb();function gb(n,e,t,i){return(i?[n[0],n[1]].concat(n.slice(2)):[n[0]].concat(n.slice(1))).map((r,o)=>vg(r,o,e,t))}function QP(n,e){return n.map((t,i)=>i==0?{}:Ln({},e,t))}function vg(n,e,t,i){return Ln({},e==0?t:i,n)}function tS(n,e,t){return e==null?Sl:[e,t]}var e3=tS;function t3(n,e,t){return e==null?Sl:vd(e,t,Mg,!0)}function nS(n,e,t,i){return e==null?Sl:bd(e,t,n.scales[i].log,!1)}var n3=nS;function iS(n,e,t,i){return e==null?Sl:Sg(e,t,n.scales[i].log,!1)}var i3=iS;function s3(n,e,t,i,s){let r=Pi(Yx(n),Yx(e)),o=e-n,a=Cs(s/i*o,t);do{let l=t[a],c=i*l/o;if(c>=s&&r+(l<5?fo.get(l):0)<=17)return[l,c]}while(++a<t.length);return[0,0]}function _b(n){let e,t;return n=n.replace(/(\d+)px/,(i,s)=>(e=zn((t=+s)*Tt))+"px"),[n,e,t]}function r3(n){n.show&&[n.font,n.labelFont].forEach(e=>{let t=Ht(e[2]*Tt,1);e[0]=e[0].replace(/[0-9.]+px/,t+"px"),e[1]=t})}function Hn(n,e,t){let i={mode:wt(n.mode,1)},s=i.mode;function r(_,M,P,L){let G=M.valToPct(_);return L+P*(M.dir==-1?1-G:G)}function o(_,M,P,L){let G=M.valToPct(_);return L+P*(M.dir==-1?G:1-G)}function a(_,M,P,L){return M.ori==0?r(_,M,P,L):o(_,M,P,L)}i.valToPosH=r,i.valToPosV=o;let l=!1;i.status=0;let c=i.root=us(f2);if(n.id!=null&&(c.id=n.id),Yi(c,n.class),n.title){let _=us(m2,c);_.textContent=n.title}let u=As("canvas"),h=i.ctx=u.getContext("2d"),f=us(g2,c);Ko("click",f,_=>{_.target===p&&(Wt!=ua||Kt!=ha)&&jn.click(i,_)},!0);let d=i.under=us(_2,f);f.appendChild(u);let p=i.over=us(v2,f);n=Ml(n);let y=+wt(n.pxAlign,1),m=db(y);(n.plugins||[]).forEach(_=>{_.opts&&(n=_.opts(i,n)||n)});let g=n.ms||.001,x=i.series=s==1?gb(n.series||[],ob,hb,!1):QP(n.series||[null],ub),A=i.axes=gb(n.axes||[],rb,lb,!0),b=i.scales={},R=i.bands=n.bands||[];R.forEach(_=>{_.fill=bt(_.fill||null),_.dir=wt(_.dir,-1)});let T=s==2?x[1].facets[0].scale:x[0].scale,v={axes:lr,series:_t},E=(n.drawOrder||["axes","series"]).map(_=>v[_]);function B(_){let M=_.distr==3?P=>Rr(P>0?P:_.clamp(i,P,_.min,_.max,_.key)):_.distr==4?P=>rg(P,_.asinh):_.distr==100?P=>_.fwd(P):P=>P;return P=>{let L=M(P),{_min:G,_max:J}=_,ae=J-G;return(L-G)/ae}}function N(_){let M=b[_];if(M==null){let P=(n.scales||nu)[_]||nu;if(P.from!=null){N(P.from);let L=Ln({},b[P.from],P,{key:_});L.valToPct=B(L),b[_]=L}else{M=b[_]=Ln({},_==T?Wb:VP,P),M.key=_;let L=M.time,G=M.range,J=ho(G);if((_!=T||s==2&&!L)&&(J&&(G[0]==null||G[1]==null)&&(G={min:G[0]==null?Wx:{mode:1,hard:G[0],soft:G[0]},max:G[1]==null?Wx:{mode:1,hard:G[1],soft:G[1]}},J=!1),!J&&Md(G))){let ae=G;G=(de,xe,Ne)=>xe==null?Sl:vd(xe,Ne,ae)}M.range=bt(G||(L?e3:_==T?M.distr==3?n3:M.distr==4?i3:tS:M.distr==3?nS:M.distr==4?iS:t3)),M.auto=bt(J?!1:M.auto),M.clamp=bt(M.clamp||zP),M._min=M._max=null,M.valToPct=B(M)}}}N("x"),N("y"),s==1&&x.forEach(_=>{N(_.scale)}),A.forEach(_=>{N(_.scale)});for(let _ in n.scales)N(_);let I=b[T],z=I.distr,H,D;I.ori==0?(Yi(c,d2),H=r,D=o):(Yi(c,p2),H=o,D=r);let $={};for(let _ in b){let M=b[_];(M.min!=null||M.max!=null)&&($[_]={min:M.min,max:M.max},M.min=M.max=null)}let Y=n.tzDate||(_=>new Date(zn(_/g))),W=n.fmtDate||Tg,ce=g==1?dP(Y):gP(Y),j=nb(Y,tb(g==1?fP:mP,W)),Q=sb(Y,ib(vP,W)),se=[],fe=i.legend=Ln({},bP,n.legend),he=i.cursor=Ln({},AP,{drag:{y:s==2}},n.cursor),ee=fe.show,me=he.show,ve=fe.markers;fe.idxs=se,ve.width=bt(ve.width),ve.dash=bt(ve.dash),ve.stroke=bt(ve.stroke),ve.fill=bt(ve.fill);let Ce,Se,$e,rt=[],He=[],mt,ft=!1,it={};if(fe.live){let _=x[1]?x[1].values:null;ft=_!=null,mt=ft?_(i,1,0):{_:0};for(let M in mt)it[M]=xg}if(ee)if(Ce=As("table",w2,c),$e=As("tbody",null,Ce),fe.mount(i,Ce),ft){Se=As("thead",null,Ce,$e);let _=As("tr",null,Se);As("th",null,_);for(var jt in mt)As("th",Lx,_).textContent=jt}else Yi(Ce,T2),fe.live&&Yi(Ce,E2);let Gt={show:!0},bn={show:!1};function Nt(_,M){if(M==0&&(ft||!fe.live||s==2))return Sl;let P=[],L=As("tr",A2,$e,$e.childNodes[M]);Yi(L,_.class),_.show||Yi(L,jo);let G=As("th",null,L);if(ve.show){let de=us(C2,G);if(M>0){let xe=ve.width(i,M);xe&&(de.style.border=xe+"px "+ve.dash(i,M)+" "+ve.stroke(i,M)),de.style.background=ve.fill(i,M)}}let J=us(Lx,G);_.label instanceof HTMLElement?J.appendChild(_.label):J.textContent=_.label,M>0&&(ve.show||(J.style.color=_.width>0?ve.stroke(i,M):ve.fill(i,M)),St("click",G,de=>{if(he._lock)return;je(de);let xe=x.indexOf(_);if((de.ctrlKey||de.metaKey)!=fe.isolate){let Ne=x.some((Ue,Fe)=>Fe>0&&Fe!=xe&&Ue.show);x.forEach((Ue,Fe)=>{Fe>0&&Ds(Fe,Ne?Fe==xe?Gt:bn:Gt,!0,Tn.setSeries)})}else Ds(xe,{show:!_.show},!0,Tn.setSeries)},!1),Ke&&St(Ox,G,de=>{he._lock||(je(de),Ds(x.indexOf(_),da,!0,Tn.setSeries))},!1));for(var ae in mt){let de=As("td",R2,L);de.textContent="--",P.push(de)}return[L,P]}let Gn=new Map;function St(_,M,P,L=!0){let G=Gn.get(M)||{},J=he.bind[_](i,M,P,L);J&&(Ko(_,M,G[_]=J),Gn.set(M,G))}function Nn(_,M,P){let L=Gn.get(M)||{};for(let G in L)(_==null||G==_)&&(fg(G,M,L[G]),delete L[G]);_==null&&Gn.delete(M)}let rn=0,Sn=0,O=0,Pe=0,qe=0,ot=0,Me=qe,kt=ot,Ve=O,Xe=Pe,C=0,S=0,X=0,ue=0;i.bbox={};let oe=!1,_e=!1,ye=!1,te=!1,ie=!1,pe=!1;function U(_,M,P){(P||_!=i.width||M!=i.height)&&re(_,M),dt(!1),ye=!0,_e=!0,si()}function re(_,M){i.width=rn=O=_,i.height=Sn=Pe=M,qe=ot=0,be(),Ge();let P=i.bbox;C=P.left=Zo(qe*Tt,.5),S=P.top=Zo(ot*Tt,.5),X=P.width=Zo(O*Tt,.5),ue=P.height=Zo(Pe*Tt,.5)}let ne=3;function we(){let _=!1,M=0;for(;!_;){M++;let P=aa(M),L=Ls(M);_=M==ne||P&&L,_||(re(i.width,i.height),_e=!0)}}function ge({width:_,height:M}){U(_,M)}i.setSize=ge;function be(){let _=!1,M=!1,P=!1,L=!1;A.forEach((G,J)=>{if(G.show&&G._show){let{side:ae,_size:de}=G,xe=ae%2,Ne=G.label!=null?G.labelSize:0,Ue=de+Ne;Ue>0&&(xe?(O-=Ue,ae==3?(qe+=Ue,L=!0):P=!0):(Pe-=Ue,ae==0?(ot+=Ue,_=!0):M=!0))}}),Ps[0]=_,Ps[1]=P,Ps[2]=M,Ps[3]=L,O-=fs[1]+fs[3],qe+=fs[3],Pe-=fs[2]+fs[0],ot+=fs[0]}function Ge(){let _=qe+O,M=ot+Pe,P=qe,L=ot;function G(J,ae){switch(J){case 1:return _+=ae,_-ae;case 2:return M+=ae,M-ae;case 3:return P-=ae,P+ae;case 0:return L-=ae,L+ae}}A.forEach((J,ae)=>{if(J.show&&J._show){let de=J.side;J._pos=G(de,J._size),J.label!=null&&(J._lpos=G(de,J.labelSize))}})}if(he.dataIdx==null){let _=he.hover,M=_.skip=new Set(_.skip??[]);M.add(void 0);let P=_.prox=bt(_.prox),L=_.bias??=0;he.dataIdx=(G,J,ae,de)=>{if(J==0)return ae;let xe=ae,Ne=P(G,J,ae,de)??Vt,Ue=Ne>=0&&Ne<Vt,Fe=I.ori==0?O:Pe,st=he.left,Et=e[0],Mt=e[J];if(M.has(Mt[ae])){xe=null;let yt=null,Je=null,We;if(L==0||L==-1)for(We=ae;yt==null&&We-- >0;)M.has(Mt[We])||(yt=We);if(L==0||L==1)for(We=ae;Je==null&&We++<Mt.length;)M.has(Mt[We])||(Je=We);if(yt!=null||Je!=null)if(Ue){let qt=yt==null?-1/0:H(Et[yt],I,Fe,0),ln=Je==null?1/0:H(Et[Je],I,Fe,0),qn=st-qt,Ut=ln-st;qn<=Ut?qn<=Ne&&(xe=yt):Ut<=Ne&&(xe=Je)}else xe=Je==null?yt:yt==null?Je:ae-yt<=Je-ae?yt:Je}else Ue&&Vn(st-H(Et[ae],I,Fe,0))>Ne&&(xe=null);return xe}}let je=_=>{he.event=_};he.idxs=se,he._lock=!1;let le=he.points;le.show=bt(le.show),le.size=bt(le.size),le.stroke=bt(le.stroke),le.width=bt(le.width),le.fill=bt(le.fill);let Be=i.focus=Ln({},n.focus||{alpha:.3},he.focus),Ke=Be.prox>=0,Re=Ke&&le.one,lt=[],$t=[],gi=[];function Rl(_,M){let P=le.show(i,M);if(P instanceof HTMLElement)return Yi(P,M2),Yi(P,_.class),ir(P,-10,-10,O,Pe),p.insertBefore(P,lt[M]),P}function sa(_,M){if(s==1||M>0){let P=s==1&&b[_.scale].time,L=_.value;_.value=P?jx(L)?sb(Y,ib(L,W)):L||Q:L||FP,_.label=_.label||(P?RP:CP)}if(Re||M>0){_.width=_.width==null?1:_.width,_.paths=_.paths||jP||V2,_.fillTo=bt(_.fillTo||HP),_.pxAlign=+wt(_.pxAlign,y),_.pxRound=db(_.pxAlign),_.stroke=bt(_.stroke||null),_.fill=bt(_.fill||null),_._stroke=_._fill=_._paths=_._focus=null;let P=BP(Pi(1,_.width),1),L=_.points=Ln({},{size:P,width:Pi(1,P*.2),stroke:_.stroke,space:P*2,paths:KP,_stroke:null,_fill:null},_.points);L.show=bt(L.show),L.filter=bt(L.filter),L.fill=bt(L.fill),L.stroke=bt(L.stroke),L.paths=bt(L.paths),L.pxAlign=_.pxAlign}if(ee){let P=Nt(_,M);rt.splice(M,0,P[0]),He.splice(M,0,P[1]),fe.values.push(null)}if(me){se.splice(M,0,null);let P=null;Re?M==0&&(P=Rl(_,M)):M>0&&(P=Rl(_,M)),lt.splice(M,0,P),$t.splice(M,0,0),gi.splice(M,0,0)}Xn("addSeries",M)}function Id(_,M){M=M??x.length,_=s==1?vg(_,M,ob,hb):vg(_,M,{},ub),x.splice(M,0,_),sa(x[M],M)}i.addSeries=Id;function au(_){if(x.splice(_,1),ee){fe.values.splice(_,1),He.splice(_,1);let M=rt.splice(_,1)[0];Nn(null,M.firstChild),M.remove()}me&&(se.splice(_,1),lt.splice(_,1)[0].remove(),$t.splice(_,1),gi.splice(_,1)),Xn("delSeries",_)}i.delSeries=au;let Ps=[!1,!1,!1,!1];function rr(_,M){if(_._show=_.show,_.show){let P=_.side%2,L=b[_.scale];L==null&&(_.scale=P?x[1].scale:T,L=b[_.scale]);let G=L.time;_.size=bt(_.size),_.space=bt(_.space),_.rotate=bt(_.rotate),ho(_.incrs)&&_.incrs.forEach(ae=>{!fo.has(ae)&&fo.set(ae,Tb(ae))}),_.incrs=bt(_.incrs||(L.distr==2?cP:G?g==1?hP:pP:Jo)),_.splits=bt(_.splits||(G&&L.distr==1?ce:L.distr==3?pg:L.distr==4?LP:IP)),_.stroke=bt(_.stroke),_.grid.stroke=bt(_.grid.stroke),_.ticks.stroke=bt(_.ticks.stroke),_.border.stroke=bt(_.border.stroke);let J=_.values;_.values=ho(J)&&!ho(J[0])?bt(J):G?ho(J)?nb(Y,tb(J,W)):jx(J)?_P(Y,J):J||j:J||PP,_.filter=bt(_.filter||(L.distr>=3&&L.log==10?UP:L.distr==3&&L.log==2?OP:wb)),_.font=_b(_.font),_.labelFont=_b(_.labelFont),_._size=_.size(i,null,M,0),_._space=_._rotate=_._incrs=_._found=_._splits=_._values=null,_._size>0&&(Ps[M]=!0,_._el=us(y2,f))}}function or(_,M,P,L){let[G,J,ae,de]=P,xe=M%2,Ne=0;return xe==0&&(de||J)&&(Ne=M==0&&!G||M==2&&!ae?zn(rb.size/3):0),xe==1&&(G||ae)&&(Ne=M==1&&!J||M==3&&!de?zn(lb.size/2):0),Ne}let Pl=i.padding=(n.padding||[or,or,or,or]).map(_=>bt(wt(_,or))),fs=i._padding=Pl.map((_,M)=>_(i,M,Ps,0)),on,pn=null,mn=null,Is=s==1?x[0].idxs:null,Oi=null,Lr=!1;function Il(_,M){if(e=_??[],i.data=i._data=e,s==2){on=0;for(let P=1;P<x.length;P++)on+=e[P][0].length}else{e.length==0&&(i.data=i._data=e=[[]]),Oi=e[0],on=Oi.length;let P=e;if(z==2){P=e.slice();let L=P[0]=Array(on);for(let G=0;G<on;G++)L[G]=G}i._data=e=P}if(dt(!0),Xn("setData"),z==2&&(ye=!0),M!==!1){let P=I;P.auto(i,Lr)?Ll():Ur(T,P.min,P.max),te=te||he.left>=0,pe=!0,si()}}i.setData=Il;function Ll(){Lr=!0;let _,M;s==1&&(on>0?(pn=Is[0]=0,mn=Is[1]=on-1,_=e[0][pn],M=e[0][mn],z==2?(_=pn,M=mn):_==M&&(z==3?[_,M]=bd(_,_,I.log,!1):z==4?[_,M]=Sg(_,_,I.log,!1):I.time?M=_+zn(86400/g):[_,M]=vd(_,M,Mg,!0))):(pn=Is[0]=_=null,mn=Is[1]=M=null)),Ur(T,_,M)}let ra,Dr,oa,w,V,K,q,Z,Ee,Le;function Te(_,M,P,L,G,J){_??=Nx,P??=Eg,L??="butt",G??=Nx,J??="round",_!=ra&&(h.strokeStyle=ra=_),G!=Dr&&(h.fillStyle=Dr=G),M!=oa&&(h.lineWidth=oa=M),J!=V&&(h.lineJoin=V=J),L!=K&&(h.lineCap=K=L),P!=w&&h.setLineDash(w=P)}function De(_,M,P,L){M!=Dr&&(h.fillStyle=Dr=M),_!=q&&(h.font=q=_),P!=Z&&(h.textAlign=Z=P),L!=Ee&&(h.textBaseline=Ee=L)}function ze(_,M,P,L,G=0){if(L.length>0&&_.auto(i,Lr)&&(M==null||M.min==null)){let J=wt(pn,0),ae=wt(mn,L.length-1),de=P.min==null?U2(L,J,ae,G,_.distr==3):[P.min,P.max];_.min=Rs(_.min,P.min=de[0]),_.max=Pi(_.max,P.max=de[1])}}let Qe={min:null,max:null};function gt(){for(let L in b){let G=b[L];$[L]==null&&(G.min==null||$[T]!=null&&G.auto(i,Lr))&&($[L]=Qe)}for(let L in b){let G=b[L];$[L]==null&&G.from!=null&&$[G.from]!=null&&($[L]=Qe)}$[T]!=null&&dt(!0);let _={};for(let L in $){let G=$[L];if(G!=null){let J=_[L]=Ml(b[L],$2);if(G.min!=null)Ln(J,G);else if(L!=T||s==2)if(on==0&&J.from==null){let ae=J.range(i,null,null,L);J.min=ae[0],J.max=ae[1]}else J.min=Vt,J.max=-Vt}}if(on>0){x.forEach((L,G)=>{if(s==1){let J=L.scale,ae=$[J];if(ae==null)return;let de=_[J];if(G==0){let xe=de.range(i,de.min,de.max,J);de.min=xe[0],de.max=xe[1],pn=Cs(de.min,e[0]),mn=Cs(de.max,e[0]),mn-pn>1&&(e[0][pn]<de.min&&pn++,e[0][mn]>de.max&&mn--),L.min=Oi[pn],L.max=Oi[mn]}else L.show&&L.auto&&ze(de,ae,L,e[G],L.sorted);L.idxs[0]=pn,L.idxs[1]=mn}else if(G>0&&L.show&&L.auto){let[J,ae]=L.facets,de=J.scale,xe=ae.scale,[Ne,Ue]=e[G],Fe=_[de],st=_[xe];Fe!=null&&ze(Fe,$[de],J,Ne,J.sorted),st!=null&&ze(st,$[xe],ae,Ue,ae.sorted),L.min=ae.min,L.max=ae.max}});for(let L in _){let G=_[L],J=$[L];if(G.from==null&&(J==null||J.min==null)){let ae=G.range(i,G.min==Vt?null:G.min,G.max==-Vt?null:G.max,L);G.min=ae[0],G.max=ae[1]}}}for(let L in _){let G=_[L];if(G.from!=null){let J=_[G.from];if(J.min==null)G.min=G.max=null;else{let ae=G.range(i,J.min,J.max,L);G.min=ae[0],G.max=ae[1]}}}let M={},P=!1;for(let L in _){let G=_[L],J=b[L];if(J.min!=G.min||J.max!=G.max){J.min=G.min,J.max=G.max;let ae=J.distr;J._min=ae==3?Rr(J.min):ae==4?rg(J.min,J.asinh):ae==100?J.fwd(J.min):J.min,J._max=ae==3?Rr(J.max):ae==4?rg(J.max,J.asinh):ae==100?J.fwd(J.max):J.max,M[L]=P=!0}}if(P){x.forEach((L,G)=>{s==2?G>0&&M.y&&(L._paths=null):M[L.scale]&&(L._paths=null)});for(let L in M)ye=!0,Xn("setScale",L);me&&he.left>=0&&(te=pe=!0)}for(let L in $)$[L]=null}function ke(_){let M=dg(pn-1,0,on-1),P=dg(mn+1,0,on-1);for(;_[M]==null&&M>0;)M--;for(;_[P]==null&&P<on-1;)P++;return[M,P]}function _t(){if(on>0){let _=x.some(M=>M._focus)&&Le!=Be.alpha;_&&(h.globalAlpha=Le=Be.alpha),x.forEach((M,P)=>{if(P>0&&M.show&&(nn(P,!1),nn(P,!0),M._paths==null)){let L=Le;Le!=M.alpha&&(h.globalAlpha=Le=M.alpha);let G=s==2?[0,e[P][0].length-1]:ke(e[P]);M._paths=M.paths(i,P,G[0],G[1]),Le!=L&&(h.globalAlpha=Le=L)}}),x.forEach((M,P)=>{if(P>0&&M.show){let L=Le;Le!=M.alpha&&(h.globalAlpha=Le=M.alpha),M._paths!=null&&It(P,!1);{let G=M._paths!=null?M._paths.gaps:null,J=M.points.show(i,P,pn,mn,G),ae=M.points.filter(i,P,J,G);(J||ae)&&(M.points._paths=M.points.paths(i,P,pn,mn,ae),It(P,!0))}Le!=L&&(h.globalAlpha=Le=L),Xn("drawSeries",P)}}),_&&(h.globalAlpha=Le=1)}}function nn(_,M){let P=M?x[_].points:x[_];P._stroke=P.stroke(i,_),P._fill=P.fill(i,_)}function It(_,M){let P=M?x[_].points:x[_],{stroke:L,fill:G,clip:J,flags:ae,_stroke:de=P._stroke,_fill:xe=P._fill,_width:Ne=P.width}=P._paths;Ne=Ht(Ne*Tt,3);let Ue=null,Fe=Ne%2/2;M&&xe==null&&(xe=Ne>0?"#fff":de);let st=P.pxAlign==1&&Fe>0;if(st&&h.translate(Fe,Fe),!M){let Et=C-Ne/2,Mt=S-Ne/2,yt=X+Ne,Je=ue+Ne;Ue=new Path2D,Ue.rect(Et,Mt,yt,Je)}M?Oe(de,Ne,P.dash,P.cap,xe,L,G,ae,J):Lt(_,de,Ne,P.dash,P.cap,xe,L,G,ae,Ue,J),st&&h.translate(-Fe,-Fe)}function Lt(_,M,P,L,G,J,ae,de,xe,Ne,Ue){let Fe=!1;xe!=0&&R.forEach((st,Et)=>{if(st.series[0]==_){let Mt=x[st.series[1]],yt=e[st.series[1]],Je=(Mt._paths||nu).band;ho(Je)&&(Je=st.dir==1?Je[0]:Je[1]);let We,qt=null;Mt.show&&Je&&F2(yt,pn,mn)?(qt=st.fill(i,Et)||J,We=Mt._paths.clip):Je=null,Oe(M,P,L,G,qt,ae,de,xe,Ne,Ue,We,Je),Fe=!0}}),Fe||Oe(M,P,L,G,J,ae,de,xe,Ne,Ue)}let Un=wl|gg;function Oe(_,M,P,L,G,J,ae,de,xe,Ne,Ue,Fe){Te(_,M,P,L,G),(xe||Ne||Fe)&&(h.save(),xe&&h.clip(xe),Ne&&h.clip(Ne)),Fe?(de&Un)==Un?(h.clip(Fe),Ue&&h.clip(Ue),xt(G,ae),Mn(_,J,M)):de&gg?(xt(G,ae),h.clip(Fe),Mn(_,J,M)):de&wl&&(h.save(),h.clip(Fe),Ue&&h.clip(Ue),xt(G,ae),h.restore(),Mn(_,J,M)):(xt(G,ae),Mn(_,J,M)),(xe||Ne||Fe)&&h.restore()}function Mn(_,M,P){P>0&&(M instanceof Map?M.forEach((L,G)=>{h.strokeStyle=ra=G,h.stroke(L)}):M!=null&&_&&h.stroke(M))}function xt(_,M){M instanceof Map?M.forEach((P,L)=>{h.fillStyle=Dr=L,h.fill(P)}):M!=null&&_&&h.fill(M)}function ar(_,M,P,L){let G=A[_],J;if(L<=0)J=[0,0];else{let ae=G._space=G.space(i,_,M,P,L),de=G._incrs=G.incrs(i,_,M,P,L,ae);J=s3(M,P,de,L,ae)}return G._found=J}function wn(_,M,P,L,G,J,ae,de,xe,Ne){let Ue=ae%2/2;y==1&&h.translate(Ue,Ue),Te(de,ae,xe,Ne,de),h.beginPath();let Fe,st,Et,Mt,yt=G+(L==0||L==3?-J:J);P==0?(st=G,Mt=yt):(Fe=G,Et=yt);for(let Je=0;Je<_.length;Je++)M[Je]!=null&&(P==0?Fe=Et=_[Je]:st=Mt=_[Je],h.moveTo(Fe,st),h.lineTo(Et,Mt));h.stroke(),y==1&&h.translate(-Ue,-Ue)}function aa(_){let M=!0;return A.forEach((P,L)=>{if(!P.show)return;let G=b[P.scale];if(G.min==null){P._show&&(M=!1,P._show=!1,dt(!1));return}else P._show||(M=!1,P._show=!0,dt(!1));let J=P.side,ae=J%2,{min:de,max:xe}=G,[Ne,Ue]=ar(L,de,xe,ae==0?O:Pe);if(Ue==0)return;let Fe=G.distr==2,st=P._splits=P.splits(i,L,de,xe,Ne,Ue,Fe),Et=G.distr==2?st.map(We=>Oi[We]):st,Mt=G.distr==2?Oi[st[1]]-Oi[st[0]]:Ne,yt=P._values=P.values(i,P.filter(i,Et,L,Ue,Mt),L,Ue,Mt);P._rotate=J==2?P.rotate(i,yt,L,Ue):0;let Je=P._size;P._size=hs(P.size(i,yt,L,_)),Je!=null&&P._size!=Je&&(M=!1)}),M}function Ls(_){let M=!0;return Pl.forEach((P,L)=>{let G=P(i,L,Ps,_);G!=fs[L]&&(M=!1),fs[L]=G}),M}function lr(){for(let _=0;_<A.length;_++){let M=A[_];if(!M.show||!M._show)continue;let P=M.side,L=P%2,G,J,ae=M.stroke(i,_),de=P==0||P==3?-1:1,[xe,Ne]=M._found;if(M.label!=null){let yi=M.labelGap*de,ki=zn((M._lpos+yi)*Tt);De(M.labelFont[0],ae,"center",P==2?"top":Dx),h.save(),L==1?(G=J=0,h.translate(ki,zn(S+ue/2)),h.rotate((P==3?-gd:gd)/2)):(G=zn(C+X/2),J=ki);let vo=Sb(M.label)?M.label(i,_,xe,Ne):M.label;h.fillText(vo,G,J),h.restore()}if(Ne==0)continue;let Ue=b[M.scale],Fe=L==0?X:ue,st=L==0?C:S,Et=M._splits,Mt=Ue.distr==2?Et.map(yi=>Oi[yi]):Et,yt=Ue.distr==2?Oi[Et[1]]-Oi[Et[0]]:xe,Je=M.ticks,We=M.border,qt=Je.show?Je.size:0,ln=zn(qt*Tt),qn=zn((M.alignTo==2?M._size-qt-M.gap:M.gap)*Tt),Ut=M._rotate*-gd/180,cn=m(M._pos*Tt),Fi=(ln+qn)*de,vi=cn+Fi;J=L==0?vi:0,G=L==1?vi:0;let ji=M.font[0],ds=M.align==1?vl:M.align==2?ng:Ut>0?vl:Ut<0?ng:L==0?"center":P==3?ng:vl,Us=Ut||L==1?"middle":P==2?"top":Dx;De(ji,ae,ds,Us);let Bi=M.font[1]*M.lineGap,Ki=Et.map(yi=>m(a(yi,Ue,Fe,st))),ps=M._values;for(let yi=0;yi<ps.length;yi++){let ki=ps[yi];if(ki!=null){L==0?G=Ki[yi]:J=Ki[yi],ki=""+ki;let vo=ki.indexOf(`
+`)==-1?[ki]:ki.split(/\n/gm);for(let xi=0;xi<vo.length;xi++){let r0=vo[xi];Ut?(h.save(),h.translate(G,J+xi*Bi),h.rotate(Ut),h.fillText(r0,0,0),h.restore()):h.fillText(r0,G,J+xi*Bi)}}}Je.show&&wn(Ki,Je.filter(i,Mt,_,Ne,yt),L,P,cn,ln,Ht(Je.width*Tt,3),Je.stroke(i,_),Je.dash,Je.cap);let Os=M.grid;Os.show&&wn(Ki,Os.filter(i,Mt,_,Ne,yt),L,L==0?2:1,L==0?S:C,L==0?ue:X,Ht(Os.width*Tt,3),Os.stroke(i,_),Os.dash,Os.cap),We.show&&wn([cn],[1],L==0?1:0,L==0?1:2,L==1?S:C,L==1?ue:X,Ht(We.width*Tt,3),We.stroke(i,_),We.dash,We.cap)}Xn("drawAxes")}function dt(_){x.forEach((M,P)=>{P>0&&(M._paths=null,_&&(s==1?(M.min=null,M.max=null):M.facets.forEach(L=>{L.min=null,L.max=null})))})}let an=!1,_i=!1,Dt=[];function En(){_i=!1;for(let _=0;_<Dt.length;_++)Xn(...Dt[_]);Dt.length=0}function si(){an||(j2(Vg),an=!0)}function lu(_,M=!1){an=!0,_i=M,_(i),Vg(),M&&Dt.length>0&&queueMicrotask(En)}i.batch=lu;function Vg(){if(oe&&(gt(),oe=!1),ye&&(we(),ye=!1),_e){if(Jt(d,vl,qe),Jt(d,"top",ot),Jt(d,Kc,O),Jt(d,Qc,Pe),Jt(p,vl,qe),Jt(p,"top",ot),Jt(p,Kc,O),Jt(p,Qc,Pe),Jt(f,Kc,rn),Jt(f,Qc,Sn),u.width=zn(rn*Tt),u.height=zn(Sn*Tt),A.forEach(({_el:_,_show:M,_size:P,_pos:L,side:G})=>{if(_!=null)if(M){let J=G===3||G===0?P:0,ae=G%2==1;Jt(_,ae?"left":"top",L-J),Jt(_,ae?"width":"height",P),Jt(_,ae?"top":"left",ae?ot:qe),Jt(_,ae?"height":"width",ae?Pe:O),hg(_,jo)}else Yi(_,jo)}),ra=Dr=oa=V=K=q=Z=Ee=w=null,Le=1,Ul(!0),qe!=Me||ot!=kt||O!=Ve||Pe!=Xe){dt(!1);let _=O/Ve,M=Pe/Xe;if(me&&!te&&he.left>=0){he.left*=_,he.top*=M,la&&ir(la,zn(he.left),0,O,Pe),ca&&ir(ca,0,zn(he.top),O,Pe);for(let P=0;P<lt.length;P++){let L=lt[P];L!=null&&($t[P]*=_,gi[P]*=M,ir(L,hs($t[P]),hs(gi[P]),O,Pe))}}if(Xt.show&&!ie&&Xt.left>=0&&Xt.width>0){Xt.left*=_,Xt.width*=_,Xt.top*=M,Xt.height*=M;for(let P in Fd)Jt(fa,P,Xt[P])}Me=qe,kt=ot,Ve=O,Xe=Pe}Xn("setSize"),_e=!1}rn>0&&Sn>0&&(h.clearRect(0,0,u.width,u.height),Xn("drawClear"),E.forEach(_=>_()),Xn("draw")),Xt.show&&ie&&(cu(Xt),ie=!1),me&&te&&(_o(null,!0,!1),te=!1),fe.show&&fe.live&&pe&&(Ud(),pe=!1),l||(l=!0,i.status=1,Xn("ready")),Lr=!1,an=!1}i.redraw=(_,M)=>{ye=M||!1,_!==!1?Ur(T,I.min,I.max):si()};function Ld(_,M){let P=b[_];if(P.from==null){if(on==0){let L=P.range(i,M.min,M.max,_);M.min=L[0],M.max=L[1]}if(M.min>M.max){let L=M.min;M.min=M.max,M.max=L}if(on>1&&M.min!=null&&M.max!=null&&M.max-M.min<1e-16)return;_==T&&P.distr==2&&on>0&&(M.min=Cs(M.min,e[0]),M.max=Cs(M.max,e[0]),M.min==M.max&&M.max++),$[_]=M,oe=!0,si()}}i.setScale=Ld;let Dd,Nd,la,ca,Hg,Gg,ua,ha,$g,Wg,Wt,Kt,Nr=!1,jn=he.drag,$n=jn.x,Wn=jn.y;me&&(he.x&&(Dd=us(b2,p)),he.y&&(Nd=us(S2,p)),I.ori==0?(la=Dd,ca=Nd):(la=Nd,ca=Dd),Wt=he.left,Kt=he.top);let Xt=i.select=Ln({show:!0,over:!0,left:0,width:0,top:0,height:0},n.select),fa=Xt.show?us(x2,Xt.over?p:d):null;function cu(_,M){if(Xt.show){for(let P in _)Xt[P]=_[P],P in Fd&&Jt(fa,P,_[P]);M!==!1&&Xn("setSelect")}}i.setSelect=cu;function MS(_){if(x[_].show)ee&&hg(rt[_],jo);else if(ee&&Yi(rt[_],jo),me){let P=Re?lt[0]:lt[_];P!=null&&ir(P,-10,-10,O,Pe)}}function Ur(_,M,P){Ld(_,{min:M,max:P})}function Ds(_,M,P,L){M.focus!=null&&CS(_),M.show!=null&&x.forEach((G,J)=>{J>0&&(_==J||_==null)&&(G.show=M.show,MS(J),s==2?(Ur(G.facets[0].scale,null,null),Ur(G.facets[1].scale,null,null)):Ur(G.scale,null,null),si())}),P!==!1&&Xn("setSeries",_,M),L&&Ol("setSeries",i,_,M)}i.setSeries=Ds;function wS(_,M){Ln(R[_],M)}function ES(_,M){_.fill=bt(_.fill||null),_.dir=wt(_.dir,-1),M=M??R.length,R.splice(M,0,_)}function TS(_){_==null?R.length=0:R.splice(_,1)}i.addBand=ES,i.setBand=wS,i.delBand=TS;function AS(_,M){x[_].alpha=M,me&&lt[_]!=null&&(lt[_].style.opacity=M),ee&&rt[_]&&(rt[_].style.opacity=M)}let cr,Or,go,da={focus:!0};function CS(_){if(_!=go){let M=_==null,P=Be.alpha!=1;x.forEach((L,G)=>{if(s==1||G>0){let J=M||G==0||G==_;L._focus=M?null:J,P&&AS(G,J?1:Be.alpha)}}),go=_,P&&si()}}ee&&Ke&&St(Fx,Ce,_=>{he._lock||(je(_),go!=null&&Ds(null,da,!0,Tn.setSeries))});function Ns(_,M,P){let L=b[M];P&&(_=_/Tt-(L.ori==1?ot:qe));let G=O;L.ori==1&&(G=Pe,_=G-_),L.dir==-1&&(_=G-_);let J=L._min,ae=L._max,de=_/G,xe=J+(ae-J)*de,Ne=L.distr;return Ne==3?bl(10,xe):Ne==4?k2(xe,L.asinh):Ne==100?L.bwd(xe):xe}function RS(_,M){let P=Ns(_,T,M);return Cs(P,e[0],pn,mn)}i.valToIdx=_=>Cs(_,e[0]),i.posToIdx=RS,i.posToVal=Ns,i.valToPos=(_,M,P)=>b[M].ori==0?r(_,b[M],P?X:O,P?C:0):o(_,b[M],P?ue:Pe,P?S:0),i.setCursor=(_,M,P)=>{Wt=_.left,Kt=_.top,_o(null,M,P)};function Xg(_,M){Jt(fa,vl,Xt.left=_),Jt(fa,Kc,Xt.width=M)}function qg(_,M){Jt(fa,"top",Xt.top=_),Jt(fa,Qc,Xt.height=M)}let Dl=I.ori==0?Xg:qg,Nl=I.ori==1?Xg:qg;function PS(){if(ee&&fe.live)for(let _=s==2?1:0;_<x.length;_++){if(_==0&&ft)continue;let M=fe.values[_],P=0;for(let L in M)He[_][P++].firstChild.nodeValue=M[L]}}function Ud(_,M){if(_!=null&&(_.idxs?_.idxs.forEach((P,L)=>{se[L]=P}):G2(_.idx)||se.fill(_.idx),fe.idx=se[0]),ee&&fe.live){for(let P=0;P<x.length;P++)(P>0||s==1&&!ft)&&IS(P,se[P]);PS()}pe=!1,M!==!1&&Xn("setLegend")}i.setLegend=Ud;function IS(_,M){let P=x[_],L=_==0&&z==2?Oi:e[_],G;ft?G=P.values(i,_,M)??it:(G=P.value(i,M==null?null:L[M],_,M),G=G==null?it:{_:G}),fe.values[_]=G}function _o(_,M,P){$g=Wt,Wg=Kt,[Wt,Kt]=he.move(i,Wt,Kt),he.left=Wt,he.top=Kt,me&&(la&&ir(la,zn(Wt),0,O,Pe),ca&&ir(ca,0,zn(Kt),O,Pe));let L,G=pn>mn;cr=Vt,Or=null;let J=I.ori==0?O:Pe,ae=I.ori==1?O:Pe;if(Wt<0||on==0||G){L=he.idx=null;for(let de=0;de<x.length;de++){let xe=lt[de];xe!=null&&ir(xe,-10,-10,O,Pe)}Ke&&Ds(null,da,!0,_==null&&Tn.setSeries),fe.live&&(se.fill(L),pe=!0)}else{let de,xe,Ne;s==1&&(de=I.ori==0?Wt:Kt,xe=Ns(de,T),L=he.idx=Cs(xe,e[0],pn,mn),Ne=H(e[0][L],I,J,0));let Ue=-10,Fe=-10,st=0,Et=0,Mt=!0,yt="",Je="";for(let We=s==2?1:0;We<x.length;We++){let qt=x[We],ln=se[We],qn=ln==null?null:s==1?e[We][ln]:e[We][1][ln],Ut=he.dataIdx(i,We,L,xe),cn=Ut==null?null:s==1?e[We][Ut]:e[We][1][Ut];if(pe=pe||cn!=qn||Ut!=ln,se[We]=Ut,We>0&&qt.show){let Fi=Ut==null?-10:Ut==L?Ne:H(s==1?e[0][Ut]:e[We][0][Ut],I,J,0),vi=cn==null?-10:D(cn,s==1?b[qt.scale]:b[qt.facets[1].scale],ae,0);if(Ke&&cn!=null){let ji=I.ori==1?Wt:Kt,ds=Vn(Be.dist(i,We,Ut,vi,ji));if(ds<cr){let Us=Be.bias;if(Us!=0){let Bi=Ns(ji,qt.scale),Ki=cn>=0?1:-1,ps=Bi>=0?1:-1;ps==Ki&&(ps==1?Us==1?cn>=Bi:cn<=Bi:Us==1?cn<=Bi:cn>=Bi)&&(cr=ds,Or=We)}else cr=ds,Or=We}}if(pe||Re){let ji,ds;I.ori==0?(ji=Fi,ds=vi):(ji=vi,ds=Fi);let Us,Bi,Ki,ps,Os,yi,ki=!0,vo=le.bbox;if(vo!=null){ki=!1;let xi=vo(i,We);Ki=xi.left,ps=xi.top,Us=xi.width,Bi=xi.height}else Ki=ji,ps=ds,Us=Bi=le.size(i,We);if(yi=le.fill(i,We),Os=le.stroke(i,We),Re)We==Or&&cr<=Be.prox&&(Ue=Ki,Fe=ps,st=Us,Et=Bi,Mt=ki,yt=yi,Je=Os);else{let xi=lt[We];xi!=null&&($t[We]=Ki,gi[We]=ps,$x(xi,Us,Bi,ki),Hx(xi,yi,Os),ir(xi,hs(Ki),hs(ps),O,Pe))}}}}if(Re){let We=Be.prox,qt=go==null?cr<=We:cr>We||Or!=go;if(pe||qt){let ln=lt[0];ln!=null&&($t[0]=Ue,gi[0]=Fe,$x(ln,st,Et,Mt),Hx(ln,yt,Je),ir(ln,hs(Ue),hs(Fe),O,Pe))}}}if(Xt.show&&Nr)if(_!=null){let[de,xe]=Tn.scales,[Ne,Ue]=Tn.match,[Fe,st]=_.cursor.sync.scales,Et=_.cursor.drag;if($n=Et._x,Wn=Et._y,$n||Wn){let{left:Mt,top:yt,width:Je,height:We}=_.select,qt=_.scales[Fe].ori,ln=_.posToVal,qn,Ut,cn,Fi,vi,ji=de!=null&&Ne(de,Fe),ds=xe!=null&&Ue(xe,st);ji&&$n?(qt==0?(qn=Mt,Ut=Je):(qn=yt,Ut=We),cn=b[de],Fi=H(ln(qn,Fe),cn,J,0),vi=H(ln(qn+Ut,Fe),cn,J,0),Dl(Rs(Fi,vi),Vn(vi-Fi))):Dl(0,J),ds&&Wn?(qt==1?(qn=Mt,Ut=Je):(qn=yt,Ut=We),cn=b[xe],Fi=D(ln(qn,st),cn,ae,0),vi=D(ln(qn+Ut,st),cn,ae,0),Nl(Rs(Fi,vi),Vn(vi-Fi))):Nl(0,ae)}else Bd()}else{let de=Vn($g-Hg),xe=Vn(Wg-Gg);if(I.ori==1){let st=de;de=xe,xe=st}$n=jn.x&&de>=jn.dist,Wn=jn.y&&xe>=jn.dist;let Ne=jn.uni;Ne!=null?$n&&Wn&&($n=de>=Ne,Wn=xe>=Ne,!$n&&!Wn&&(xe>de?Wn=!0:$n=!0)):jn.x&&jn.y&&($n||Wn)&&($n=Wn=!0);let Ue,Fe;$n&&(I.ori==0?(Ue=ua,Fe=Wt):(Ue=ha,Fe=Kt),Dl(Rs(Ue,Fe),Vn(Fe-Ue)),Wn||Nl(0,ae)),Wn&&(I.ori==1?(Ue=ua,Fe=Wt):(Ue=ha,Fe=Kt),Nl(Rs(Ue,Fe),Vn(Fe-Ue)),$n||Dl(0,J)),!$n&&!Wn&&(Dl(0,0),Nl(0,0))}if(jn._x=$n,jn._y=Wn,_==null){if(P){if(s0!=null){let[de,xe]=Tn.scales;Tn.values[0]=de!=null?Ns(I.ori==0?Wt:Kt,de):null,Tn.values[1]=xe!=null?Ns(I.ori==1?Wt:Kt,xe):null}Ol(ig,i,Wt,Kt,O,Pe,L)}if(Ke){let de=P&&Tn.setSeries,xe=Be.prox;go==null?cr<=xe&&Ds(Or,da,!0,de):cr>xe?Ds(null,da,!0,de):Or!=go&&Ds(Or,da,!0,de)}}pe&&(fe.idx=L,Ud()),M!==!1&&Xn("setCursor")}let Fr=null;Object.defineProperty(i,"rect",{get(){return Fr==null&&Ul(!1),Fr}});function Ul(_=!1){_?Fr=null:(Fr=p.getBoundingClientRect(),Xn("syncRect",Fr))}function Yg(_,M,P,L,G,J,ae){he._lock||Nr&&_!=null&&_.movementX==0&&_.movementY==0||(Od(_,M,P,L,G,J,ae,!1,_!=null),_!=null?_o(null,!0,!0):_o(M,!0,!1))}function Od(_,M,P,L,G,J,ae,de,xe){if(Fr==null&&Ul(!1),je(_),_!=null)P=_.clientX-Fr.left,L=_.clientY-Fr.top;else{if(P<0||L<0){Wt=-10,Kt=-10;return}let[Ne,Ue]=Tn.scales,Fe=M.cursor.sync,[st,Et]=Fe.values,[Mt,yt]=Fe.scales,[Je,We]=Tn.match,qt=M.axes[0].side%2==1,ln=I.ori==0?O:Pe,qn=I.ori==1?O:Pe,Ut=qt?J:G,cn=qt?G:J,Fi=qt?L:P,vi=qt?P:L;if(Mt!=null?P=Je(Ne,Mt)?a(st,b[Ne],ln,0):-10:P=ln*(Fi/Ut),yt!=null?L=We(Ue,yt)?a(Et,b[Ue],qn,0):-10:L=qn*(vi/cn),I.ori==1){let ji=P;P=L,L=ji}}xe&&(M==null||M.cursor.event.type==ig)&&((P<=1||P>=O-1)&&(P=Zo(P,O)),(L<=1||L>=Pe-1)&&(L=Zo(L,Pe))),de?(Hg=P,Gg=L,[ua,ha]=he.move(i,P,L)):(Wt=P,Kt=L)}let Fd={width:0,height:0,left:0,top:0};function Bd(){cu(Fd,!1)}let Zg,Jg,jg,Kg;function Qg(_,M,P,L,G,J,ae){Nr=!0,$n=Wn=jn._x=jn._y=!1,Od(_,M,P,L,G,J,ae,!0,!1),_!=null&&(St(sg,cg,e0,!1),Ol(Ux,i,ua,ha,O,Pe,null));let{left:de,top:xe,width:Ne,height:Ue}=Xt;Zg=de,Jg=xe,jg=Ne,Kg=Ue}function e0(_,M,P,L,G,J,ae){Nr=jn._x=jn._y=!1,Od(_,M,P,L,G,J,ae,!1,!0);let{left:de,top:xe,width:Ne,height:Ue}=Xt,Fe=Ne>0||Ue>0,st=Zg!=de||Jg!=xe||jg!=Ne||Kg!=Ue;if(Fe&&st&&cu(Xt),jn.setScale&&Fe&&st){let Et=de,Mt=Ne,yt=xe,Je=Ue;if(I.ori==1&&(Et=xe,Mt=Ue,yt=de,Je=Ne),$n&&Ur(T,Ns(Et,T),Ns(Et+Mt,T)),Wn)for(let We in b){let qt=b[We];We!=T&&qt.from==null&&qt.min!=Vt&&Ur(We,Ns(yt+Je,We),Ns(yt,We))}Bd()}else he.lock&&(he._lock=!he._lock,_o(M,!0,_!=null));_!=null&&(Nn(sg,cg),Ol(sg,i,Wt,Kt,O,Pe,null))}function LS(_,M,P,L,G,J,ae){if(he._lock)return;je(_);let de=Nr;if(Nr){let xe=!0,Ne=!0,Ue=10,Fe,st;I.ori==0?(Fe=$n,st=Wn):(Fe=Wn,st=$n),Fe&&st&&(xe=Wt<=Ue||Wt>=O-Ue,Ne=Kt<=Ue||Kt>=Pe-Ue),Fe&&xe&&(Wt=Wt<ua?0:O),st&&Ne&&(Kt=Kt<ha?0:Pe),_o(null,!0,!0),Nr=!1}Wt=-10,Kt=-10,se.fill(null),_o(null,!0,!0),de&&(Nr=de)}function t0(_,M,P,L,G,J,ae){he._lock||(je(_),Ll(),Bd(),_!=null&&Ol(Bx,i,Wt,Kt,O,Pe,null))}function n0(){A.forEach(r3),U(i.width,i.height,!0)}Ko(_d,xl,n0);let pa={};pa.mousedown=Qg,pa.mousemove=Yg,pa.mouseup=e0,pa.dblclick=t0,pa.setSeries=(_,M,P,L)=>{let G=Tn.match[2];P=G(i,M,P),P!=-1&&Ds(P,L,!0,!1)},me&&(St(Ux,p,Qg),St(ig,p,Yg),St(Ox,p,_=>{je(_),Ul(!1)}),St(Fx,p,LS),St(Bx,p,t0),_g.add(i),i.syncRect=Ul);let uu=i.hooks=n.hooks||{};function Xn(_,M,P){_i?Dt.push([_,M,P]):_ in uu&&uu[_].forEach(L=>{L.call(null,i,M,P)})}(n.plugins||[]).forEach(_=>{for(let M in _.hooks)uu[M]=(uu[M]||[]).concat(_.hooks[M])});let i0=(_,M,P)=>P,Tn=Ln({key:null,setSeries:!1,filters:{pub:Zx,sub:Zx},scales:[T,x[1]?x[1].scale:null],match:[Jx,Jx,i0],values:[null,null]},he.sync);Tn.match.length==2&&Tn.match.push(i0),he.sync=Tn;let s0=Tn.key,kd=Xb(s0);function Ol(_,M,P,L,G,J,ae){Tn.filters.pub(_,M,P,L,G,J,ae)&&kd.pub(_,M,P,L,G,J,ae)}kd.sub(i);function DS(_,M,P,L,G,J,ae){Tn.filters.sub(_,M,P,L,G,J,ae)&&pa[_](null,M,P,L,G,J,ae)}i.pub=DS;function NS(){kd.unsub(i),_g.delete(i),Gn.clear(),fg(_d,xl,n0),c.remove(),Ce?.remove(),Xn("destroy")}i.destroy=NS;function zd(){Xn("init",n,e),Il(e||n.data,!1),$[T]?Ld(T,$[T]):Ll(),ie=Xt.show&&(Xt.width>0||Xt.height>0),te=pe=!0,U(n.width,n.height)}return x.forEach(sa),A.forEach(rr),t?t instanceof HTMLElement?(t.appendChild(c),zd()):t(i,zd):zd(),i}Hn.assign=Ln;Hn.fmtNum=wg;Hn.rangeNum=vd;Hn.rangeLog=bd;Hn.rangeAsinh=Sg;Hn.orient=ea;Hn.pxRatio=Tt;Hn.join=J2;Hn.fmtDate=Tg,Hn.tzDate=aP;Hn.sync=Xb;{Hn.addGap=GP,Hn.clipGaps=wd;let n=Hn.paths={points:Kb};n.linear=eS,n.stepped=XP,n.bars=qP,n.spline=ZP}var ta=26,po=tt(null),na=un(()=>{let n=Bt.value;return n.id.length?X0(n,W0(n,In.value),eo.value.by,eo.value.down):new Int32Array(0)}),Ng=[["state","",30],["from","From → to",104],["kind","Kind",126],["w","w",60],["residual","v",90],["sigma","σ",86],["redundancy","r",46],["value","Value",116],["mdb","MDB",90],["external","Effect",128],["source","Source",210]],Ug=Ng.reduce((n,[,,e])=>n+e,0),o3={state:"active, check or off",sigma:"standard deviation of the value",residual:"residual",redundancy:"redundancy number: 0 is unchecked, 1 wholly checked",w:"normalised residual",mdb:"minimal detectable bias",external:"largest effect of an error of that size that stays undetected, and where"},a3={active:["●","on"],check:["◇","check"],off:["○","off"]},sS=n=>n?.replace(/^-/,"−");function l3(n,e,t,i){let s=n.words?.[t];switch(t){case"value":return sS(s?.[e])??String(n.value[e]);case"sigma":case"residual":case"mdb":return sS(s?.[e])||Xi(n[t][e],n.unit[e],i);case"external":return n.external[e]===null||n.external[e]===void 0?"–":`${s?.[e]||Xi(n.external[e],"m",i)}${n.external_at[e]?` @ ${n.external_at[e]}`:""}`;case"redundancy":case"w":return sn(n[t][e],2);case"source":return n.reason?.[e]?`${n.reason[e]} · ${n.source[e]}`:n.source[e];default:return String(n[t][e]??"")}}var sr=(n,e)=>`${n.from[e]}${n.to[e]?` → ${n.to[e]}`:""}`,ia=(n,e)=>n.title?.[e]??`${qi(n.kind[e])}${n.component?.[e]?` ${n.component[e]}`:""}`;function c3(){let n=zr(null);return ur(()=>{let e=null,t=Yt(()=>{let i=Bt.value,s=Di.value==="dark",r=Math.max(200,n.current.clientWidth),o=i.w??[],a=4;for(let y of o)y!==null&&Math.abs(y)<100&&(a=Math.max(a,Math.ceil(Math.abs(y))));let l=Math.min(80,16*Math.ceil(a/2)),c=ey(o,-a,a,l),u=c.map((y,m)=>-a+(m+.5)*2*a/l),h=o.filter((y,m)=>y!=null&&i.state[m]==="active").length,f=u.map(y=>h*2*a/l*(Math.exp(-y*y/2)/Math.sqrt(2*Math.PI))),p={stroke:s?"#9aa7b4":"#5b6875",font:`11px ${ml}`,grid:{show:!1},ticks:{stroke:s?"#39424d":"#cfd6dd",width:1,size:4}};e?.destroy(),e=new Hn({width:r,height:104,legend:{show:!1},padding:[6,8,0,0],cursor:{drag:{x:!0,y:!1,setScale:!1},points:{show:!1},y:!1},scales:{x:{time:!1,range:[-a,a]},y:{range:(y,m,g)=>[0,Math.max(1,g*1.08)]}},axes:[{...p,size:22,space:40},{...p,size:34,space:24}],series:[{},{stroke:"#4c8fbd",fill:s?"#2f5f80":"#9cc3dd",width:1,paths:Hn.paths.bars({size:[.94,40],align:0}),points:{show:!1}},{stroke:"#d9822b",width:1.5,paths:Hn.paths.spline(),points:{show:!1}}],hooks:{setSelect:[y=>{if(y.select.width<3)return;let m=y.posToVal(y.select.left,"x"),g=y.posToVal(y.select.left+y.select.width,"x");In.value={...In.peek(),low:m<-.98*a?null:Number(m.toFixed(2)),high:g>.98*a?null:Number(g.toFixed(2))}}]}},[u,c,f],n.current),e.over.addEventListener("dblclick",()=>{In.value={...In.peek(),low:null,high:null},e.setSelect({left:0,top:0,width:0,height:0},!1)})});return()=>{t(),e?.destroy()}},[]),k`<div class="histogram" ref=${n} role="img" aria-label="Histogram of the normalised residuals w with the normal curve; draw a stretch to filter"></div>`}function u3(){let n=In.value,e=Bt.value,t=r=>In.value={...n,...r},i=JSON.stringify(n)!==JSON.stringify($l),s=(r,o,a)=>k`<select aria-label=${o} value=${n[r]} onChange=${l=>t({[r]:l.currentTarget.value})}>
+    <option value="">${o}</option>${a.map(([l,c])=>k`<option key=${l} value=${l} selected=${n[r]===l}>${c}</option>`)}</select>`;return k`<div class="filters">
+    <input type="search" placeholder="Find names, sources, reasons" aria-label="Find" value=${n.text} onInput=${r=>t({text:r.currentTarget.value})} />
+    ${s("station","All stations",ly.value.map(r=>[r,r]))}
+    ${s("kind","All kinds",ay.value.map(r=>[r,qi(r)]))}
+    ${s("state","All states",[["active","on"],["check","check"],["off","off"],["suspicious","suspicious"]])}
+    <span class="found">${yn(na.value.length)} of ${yn(ap(e))}${n.low!==null||n.high!==null?k` · w ${n.low??"−∞"} to ${n.high??"∞"}`:""}</span>
+    ${i&&k`<button type="button" class="button plain" onClick=${()=>In.value={...$l}}>Show all</button>`}
+    <span class="links"><a href="tables/observations.csv" download>CSV</a> <a href="tables/observations.json" target="_blank" rel="noopener">JSON</a></span>
+  </div>`}function h3(){let{by:n,down:e}=eo.value;return k`<div class="row head" role="row" style=${{width:`${Ug}px`}}>
+    ${Ng.map(([t,i,s])=>k`<button type="button" key=${t} role="columnheader" class=${`cell c-${t} ${n===t?"sorted":""}`} style=${{width:`${s}px`}}
+      title=${o3[t]??""} aria-sort=${n===t?e?"descending":"ascending":"none"}
+      onClick=${()=>eo.value={by:t,down:n===t?!e:["w","mdb","external","residual","sigma"].includes(t)}}>
+      ${t==="state"?k`<span class="sr">use</span>`:i}${n===t?e?" ↓":" ↑":""}</button>`)}
+  </div>`}function f3({i:n,at:e,o:t,angle:i,does:s,live:r}){let o=t.id[n],a=t.state[n],l=Ft.value?.type==="row"&&Ft.value.id===o,c=Ai.value.has(o),[u,h]=a3[a]??["?",a];return k`<div role="row" aria-rowindex=${e+2} aria-selected=${l||c} class=${`row is-${a} ${t.suspicious[n]?"suspicious":""} ${l||c?"picked":""}`}
+    style=${{transform:`translateY(${e*ta}px)`,width:`${Ug}px`}}
+    onClick=${f=>s.row(n,e,f)} onMouseEnter=${()=>s.hover(n)} onDblClick=${()=>s.visitRow(n)}>
+    ${Ng.map(([f,,d])=>{let p={width:`${d}px`};if(f==="state")return k`<span role="gridcell" key=${f} class="cell c-state" style=${p}>
+          ${r?k`<button type="button" class=${`use ${a}`} tabindex="-1" title=${`${h}: change`} aria-label=${`${sr(t,n)} is ${h}: change`} onClick=${m=>{m.stopPropagation(),s.use([o])}}>${u}</button>`:k`<span class=${`use ${a}`} title=${h}>${u}</span>`}</span>`;let y=f==="from"?sr(t,n):f==="kind"?ia(t,n):l3(t,n,f,i);return k`<span role="gridcell" key=${f} class=${`cell c-${f}`} style=${p} title=${["source","from","kind","external"].includes(f)?y:void 0}>${y}</span>`})}
+  </div>`}function d3(){let n=po.value;return js.value||!zt.value?null:n?n.words===void 0?k`<div class="what-if muted">Without ${n.label} …</div>`:k`<div class="what-if"><b>What if</b> ${n.words}</div>`:k`<div class="what-if muted">Rest on a red row: what would happen without it?</div>`}var Dg=null,rS=0,su=new Map;function Cd(n,e=!1){let t=Bt.value,i=zt.value;if(clearTimeout(rS),!i||!t.suspicious[n]&&!e||t.state[n]!=="active")return;let s=t.id[n],r=`${i.revision}:${s}`,o=`${sr(t,n)} (${ia(t,n)})`;if(su.has(r)){po.value=su.get(r);return}rS=setTimeout(async()=>{Dg?.abort(),Dg=new AbortController,po.value={id:s,label:o};try{let a=await rs("api/what-if",{observation:s},Dg.signal),l=a.words??`σ₀ ${sn(a.sigma0,3)}, dof ${a.dof}, largest move ${a.largest?`${a.largest.name} ${Xi(a.largest.moved,"m","")}`:"none"}`,c={id:s,label:o,...a,words:l};su.set(r,c),su.size>500&&su.clear(),po.value=c}catch(a){a.name!=="AbortError"&&(po.value={id:s,label:o,words:`${o}: ${a.message}`})}},140)}function oS({does:n}){let e=zr(null),[t,i]=Kn({top:0,height:400}),s=Bt.value,r=na.value,o=Ye.value?.angle??"gon",a=!!zt.value;R0(()=>{let p=e.current,y=()=>i({top:p.scrollTop,height:p.clientHeight});y(),p.addEventListener("scroll",y,{passive:!0});let m=new ResizeObserver(y);return m.observe(p),()=>{p.removeEventListener("scroll",y),m.disconnect()}},[]);let l=Ft.value?.type==="row"?Ft.value.id:null;ur(()=>{if(!l)return;let p=r.findIndex(g=>s.id[g]===l);if(p<0)return;let y=e.current,m=p*ta;(m<y.scrollTop||m>y.scrollTop+y.clientHeight-2*ta)&&(y.scrollTop=Math.max(0,m-y.clientHeight/3))},[l]);let{first:c,last:u}=q0(t.top,t.height,ta,r.length),h=[];for(let p=c;p<u;p++)h.push(k`<${f3} key=${r[p]} i=${r[p]} at=${p} o=${s} angle=${o} does=${n} live=${a} />`);let f=p=>{let y=l===null?-1:r.findIndex(g=>s.id[g]===l&&(Ft.value.row===void 0||g===Ft.value.row)),m=g=>{let x=Math.min(r.length-1,Math.max(0,g));r.length&&n.row(r[x],x,{}),p.preventDefault()};p.key==="ArrowDown"?m(y+1):p.key==="ArrowUp"?m(y-1):p.key==="PageDown"?m(y+Math.floor(t.height/ta)):p.key==="PageUp"?m(y-Math.floor(t.height/ta)):p.key==="Home"?m(0):p.key==="End"?m(r.length-1):(p.key==="Enter"||p.key==="x")&&a&&Ai.value.size&&(n.use([...Ai.value]),p.preventDefault())},d=Ai.value.size;return k`<div class="panel observations">
+    <${c3} />
+    <${u3} />
+    <div class=${`grid ${to.value?"stale":""}`} ref=${e} role="grid" aria-rowcount=${r.length+1} aria-label="Observations" tabindex="0" onKeyDown=${f}>
+      <${h3} />
+      <div class="rows" role="rowgroup" style=${{height:`${r.length*ta}px`,width:`${Ug}px`}}>${h}</div>
+      ${!r.length&&k`<p class="empty">No observation passes these filters.</p>`}
+    </div>
+    <div class="foot" hidden=${!a&&!d}>
+      ${to.value&&a?k`<span class="muted">Values are adjusted; tests are on their way …</span>`:k`<${d3} />`}
+      ${d>0&&k`<span class="foot-tools">
+        ${a&&k`<button type="button" class="button" onClick=${()=>n.use([...Ai.value])}>Off, check or on …</button>`}
+        <button type="button" class="button plain" onClick=${n.rowLink}>Link</button></span>`}
+    </div>
+  </div>`}var aS=n=>n?[0,1,2].map(e=>Math.sqrt(Math.max(0,n[e][e]))):[null,null,null],ru=()=>(Ye.value.axes??["E","N","U"]).map(n=>String(n).toUpperCase());function lS({table:n}){return k`<p class="links"><a href=${`tables/${n}.csv`} download>CSV</a> <a href=${`tables/${n}.json`} target="_blank" rel="noopener">JSON</a></p>`}function Og({role:n}){return k`<i class="dot" style=${{background:(ss[n]??ss.free).colour}}></i>`}function cS({does:n}){let[e,t]=Kn(""),i=zt.value,s=e.toLowerCase(),r=vn.value.filter(h=>h.name.toLowerCase().includes(s)),o=Ci.value.filter(h=>h.name.toLowerCase().includes(s)&&h.kind==="scanner"),[a,l,c]=ru(),u=(h,f)=>k`<tr key=${`${f}${h.name}`} class=${Ft.value?.name===h.name?"picked":""} onClick=${()=>n.select({type:f,name:h.name},{stay:!0})} onDblClick=${()=>n.visit(h.name)}>
+    <td><button type="button" class="name" onClick=${()=>n.select({type:f,name:h.name},{stay:!0})}><${Og} role=${h.role} />${h.name}</button></td>
+    <td>${f==="station"?h.kind:i&&h.role!==void 0?k`<button type="button" class="button plain tiny" title="Change the role" onClick=${d=>{d.stopPropagation(),fi.value={type:"role",name:h.name}}}>${h.role}</button>`:h.role}</td>
+    ${(h.xyz??[null,null,null]).map((d,p)=>k`<td class="number" key=${p}>${Ni(d)}</td>`)}
+    ${aS(h.covariance).map((d,p)=>k`<td class="number" key=${p}>${en(d)}</td>`)}</tr>`;return k`<div class="panel scroll">
+    <div class="filters"><input type="search" placeholder="Find a point" aria-label="Find a point" value=${e} onInput=${h=>t(h.currentTarget.value)} />
+      <span class="found">${yn(r.length)} points, ${yn(o.length)} scanner stations</span><${lS} table="points" /></div>
+    <table class="plain-table"><thead><tr><th>Name</th><th>Role</th><th class="number">${a} [m]</th><th class="number">${l} [m]</th><th class="number">${c} [m]</th>
+      <th class="number">σ${a} [mm]</th><th class="number">σ${l} [mm]</th><th class="number">σ${c} [mm]</th></tr></thead>
+      <tbody>${r.slice(0,1500).map(h=>u(h,"point"))}${o.slice(0,500).map(h=>u(h,"station"))}</tbody></table>
+    ${r.length>1500&&k`<p class="muted small">1 500 of ${yn(r.length)} points are listed; find the others by name, or take the CSV.</p>`}
+  </div>`}function uS({at:n}){let e=Ye.value.targets,t=zt.value,i=e.words?.[n]??{},s=e.accepted&&!e.accepted[n];return k`<article class=${`target ${s?"off":""}`}>
+    ${e.picture?.[n]?k`<img src=${e.picture[n]} alt=${`Scan around ${e.name[n]||"the target"}, seen from ${e.scan[n]}`} loading="lazy" width="120" height="120" />`:k`<div class="no-picture">no picture</div>`}
+    <div class="grow"><header><b>${e.name[n]||`number ${e.number[n]}`}</b> <span class="muted">${qi(e.kind[n])} in ${e.scan[n]}</span>${s&&k` <span class="tag bad">rejected</span>`}</header>
+      <dl class="facts"><dt>σ along the scanner's axes</dt><dd>${i.sigma??e.sigma[n].map(r=>en(r)).join(", ")}</dd>
+        <dt>rms of the fit</dt><dd>${i.rms??Xi(e.rms[n],"m","")}</dd><dt>points</dt><dd>${yn(e.points[n])}</dd>
+        <dt>range</dt><dd>${i.range??`${Ni(e.range[n])} m`}</dd><dt>incidence</dt><dd>${i.incidence??km(e.incidence[n])}</dd>
+        <dt>coverage</dt><dd>${i.coverage??sn(e.coverage[n])}</dd></dl>
+      ${e.remark[n]&&k`<p class="small warn-text">${e.remark[n]}</p>`}
+      ${t&&k`<p class="card-tools"><button type="button" class="button plain tiny" onClick=${()=>fi.value={type:"target",at:n,reject:!1}}>Rename, confirm</button>
+        <button type="button" class="button plain tiny" onClick=${()=>fi.value={type:"target",at:n,reject:!0}}>Reject</button></p>`}
+    </div></article>`}function hS({at:n}){let e=Ye.value.rejected;return k`<article class="target off">${e.picture?.[n]?k`<img src=${e.picture[n]} alt=${`Scan around a rejected candidate, seen from ${e.scan[n]}`} loading="lazy" width="120" height="120" />`:k`<div class="no-picture">no picture</div>`}
+    <div class="grow"><header><b>${qi(e.kind[n])}</b> <span class="muted">candidate in ${e.scan[n]}</span></header><p>${e.reason[n]}</p></div></article>`}function fS(){let[n,e]=Kn(""),t=Ye.value.targets,i=Ye.value.rejected,s=t?.scan?.length??0,r=n.toLowerCase(),o=[...Array(s).keys()].filter(l=>`${t.name[l]} ${t.scan[l]} ${t.kind[l]} ${t.remark[l]}`.toLowerCase().includes(r)),a=[...Array(i?.scan?.length??0).keys()].filter(l=>`${i.scan[l]} ${i.kind[l]} ${i.reason[l]}`.toLowerCase().includes(r));return k`<div class="panel scroll">
+    <div class="filters"><input type="search" placeholder="Find a target, a scan" aria-label="Find a target" value=${n} onInput=${l=>e(l.currentTarget.value)} />
+      <span class="found">${yn(o.length)} found targets, ${yn(a.length)} rejected candidates</span><${lS} table="targets" /></div>
+    ${o.slice(0,200).map(l=>k`<${uS} key=${l} at=${l} />`)}
+    ${o.length>200&&k`<p class="muted small">200 of ${yn(o.length)} are shown; find the others by name.</p>`}
+    ${a.length>0&&k`<h3>Rejected candidates</h3>${a.slice(0,200).map(l=>k`<${hS} key=${l} at=${l} />`)}`}
+    ${!s&&!a.length&&k`<p class="empty">No targets were looked for in scans.</p>`}
+  </div>`}var p3=n=>n.observation?`${n.observation}: ${n.use==="active"?"on":n.use}`:n.point?`point ${n.point}: ${n.role}`:n.scan?`target ${n.number} of ${n.scan}: ${n.accept===!1?"rejected":n.name?`is ${n.name}`:"confirmed"}`:JSON.stringify(n);function m3(){let n=zt.value,e=["run",...(n.states??[]).filter(h=>h!=="run").map(String)];e.includes(String(n.revision))||e.push(String(n.revision));let[t,i]=Kn("run"),[s,r]=Kn(String(n.revision)),o=Lm.value,a=async()=>{try{Lm.value=await rs("api/compare",{a:t,b:s})}catch(h){Ms(h.message,"error")}},l=h=>h==="run"?"last run":h===String(n.revision)?`state ${h} (now)`:`state ${h}`,c=(h,f,d)=>k`<select aria-label=${d} value=${h} onChange=${p=>f(p.currentTarget.value)}>${e.map(p=>k`<option key=${p} value=${p} selected=${h===p}>${l(p)}</option>`)}</select>`,u=o?.points??o?.moves??[];return k`<h3>Compare two states</h3><div class="filters">${c(t,i,"First state")} with ${c(s,r,"Second state")}<button type="button" class="button" onClick=${a}>Compare</button></div>
+    ${o&&k`<p class="small">${o.words??""} σ₀ ${sn(o.a?.sigma0?.posterior,3)} → ${sn(o.b?.sigma0?.posterior,3)}, dof ${o.a?.sigma0?.dof??"–"} → ${o.b?.sigma0?.dof??"–"}</p>
+      <table class="plain-table"><thead><tr><th>Name</th><th class="number">moved [mm]</th><th class="number">σ before [mm]</th><th class="number">σ after [mm]</th></tr></thead>
+      <tbody>${u.slice(0,300).map(h=>k`<tr key=${h.name}><td>${h.name}</td><td class="number">${en(h.moved_length??(h.moved?Wi(h.moved):null))}</td>
+        <td class="number">${en(ou(h.before??h.covariance_a))}</td><td class="number">${en(ou(h.after??h.covariance??h.covariance_b))}</td></tr>`)}</tbody></table>`}`}var ou=n=>Array.isArray(n)?Math.sqrt(Math.max(0,n[0][0]+n[1][1]+n[2][2])):typeof n=="number"?n:null;function dS({does:n}){let e=zt.value,t=al.value,i=Ts.value.filter(s=>s.long>1e-9);return k`<div class="panel scroll">
+    <h3>${t.length===0?"No edits":t.length===1?"One edit":`${t.length} edits`}</h3>
+    ${!t.length&&k`<p class="muted">${e?"Switch an observation off in the table, change a role or a target: every decision is listed here with its reason.":"This result was made without edits."}</p>`}
+    <ol class="edits">${t.map((s,r)=>k`<li key=${r}><div><b>${p3(s)}</b><br />${s.reason}<br /><span class="muted small">${[s.by,s.at].filter(Boolean).join(", ")}</span></div>
+      ${s.observation&&k`<button type="button" class="button plain tiny" onClick=${()=>n.select({type:"row",id:s.observation},{tab:"observations"})}>Show</button>`}</li>`)}</ol>
+    ${e&&k`<h3>What moves against the last run</h3>
+      ${i.length?k`<p class="small">Largest: <b>${i[0].name}</b>, ${en(i[0].long)} mm. <a href="tables/moves.csv" download>CSV</a> <a href="tables/moves.json" target="_blank" rel="noopener">JSON</a></p>
+      <table class="plain-table"><thead><tr><th>Name</th>${ru().map(s=>k`<th class="number" key=${s}>Δ${s} [mm]</th>`)}<th class="number">moved [mm]</th><th class="number" title="root of the trace of the covariance">σ before [mm]</th><th class="number">σ now [mm]</th></tr></thead>
+        <tbody>${i.slice(0,500).map(s=>k`<tr key=${s.name} onClick=${()=>n.select({type:s.role==="station"?"station":"point",name:s.name},{stay:!0})} onDblClick=${()=>n.visit(s.name)}>
+          <td><button type="button" class="name"><${Og} role=${s.role} />${s.name}</button></td>${s.moved.map((r,o)=>k`<td class="number" key=${o}>${en(r)}</td>`)}<td class="number"><b>${en(s.long)}</b></td>
+          <td class="number">${en(ou(s.before.covariance))}</td><td class="number">${en(ou(s.covariance))}</td></tr>`)}</tbody></table>`:k`<p class="muted">Nothing has moved.</p>`}
+      <${m3} />`}
+  </div>`}function pS(){let n=Ye.value,e=ol.value,t=e.global_test;return k`<div class="panel scroll">
+    <h3>The network</h3>
+    <dl class="facts wide"><dt>Datum</dt><dd>${n.datum}</dd><dt>σ₀ a priori, a posteriori</dt><dd>${sn(e.prior,3)}, ${sn(e.posterior,4)}</dd>
+      <dt>Degrees of freedom</dt><dd>${e.dof}</dd>
+      ${t&&k`<dt>Global test</dt><dd>${t.accepted?"accepted":"rejected"}: ${sn(t.statistic,1)}, limits ${sn(t.lower,1)} to ${sn(t.upper,1)}</dd>`}
+      <dt>Sigmas</dt><dd>${n.covariances==="posterior"?"scaled a posteriori":"a priori"}${n.sigmas_of?`; ${n.sigmas_of}`:""}</dd>
+      <dt>Coordinates</dt><dd>${n.crs?"in the CRS of the project":"local"}; drawn about ${n.origin.join(", ")}</dd><dt>Program</dt><dd>Tribrach ${n.tribrach}</dd></dl>
+    <h3>${ro.value.length} ${ro.value.length===1?"warning":"warnings"}</h3>
+    <ul class="warnings">${ro.value.map((i,s)=>k`<li key=${s}>${i}</li>`)}</ul>
+    ${(n.comparisons??[]).length>0&&k`<h3>Comparisons</h3>${n.comparisons.map((i,s)=>k`<${g3} key=${s} c=${i} />`)}`}
+  </div>`}function g3({c:n}){return k`<p><b>${n.a}</b> with <b>${n.b}</b></p><ul class="warnings plainer">${(n.sentences??[]).map((e,t)=>k`<li key=${t}>${e}</li>`)}</ul>
+    <table class="plain-table"><thead><tr><th>Site</th><th class="number">points</th><th class="number">range [m]</th><th class="number">M3C2 mean [mm]</th><th class="number">observed σ [mm]</th><th class="number">predicted σ [mm]</th></tr></thead>
+    <tbody>${(n.sites??[]).map(e=>k`<tr key=${e.name}><td>${e.name}</td><td class="number">${yn(e.n)}</td><td class="number">${Ni(e.range,2)}</td>
+      <td class="number">${en(e.m3c2?.mean)}</td><td class="number">${en(e.prediction?.observed)}</td><td class="number">${en(e.predicted_sigma)}</td></tr>`)}</tbody></table>`}function mS({m:n,title:e="3 × 3 [mm²]"}){return n?k`<table class="matrix"><caption>${e}</caption><tbody>${n.map((t,i)=>k`<tr key=${i}>${t.map((s,r)=>k`<td key=${r}>${sn(s*1e6,3)}</td>`)}</tr>`)}</tbody></table>`:null}function gS({covariance:n,names:e=ru()}){if(!n)return k`<p class="muted">It has no covariance: fixed or not estimated.</p>`;let{values:t}=Vc(n);return k`<dl class="facts">${aS(n).map((i,s)=>k`<dt key=${s}>σ ${e[s]}</dt><dd>${en(i)} mm</dd>`)}<dt>σ of position</dt><dd>${en(ou(n))} mm</dd>
+    <dt>principal σ</dt><dd>${t.map(i=>en(Math.sqrt(Math.max(0,i)))).join(", ")} mm</dd></dl><${mS} m=${n} />`}function _3({name:n,type:e,does:t}){let i=(e==="station"?Ci.value:vn.value).find(l=>l.name===n)??Ci.value.find(l=>l.name===n);if(!i)return k`<p class="muted">There is no point of this name.</p>`;let s=Bt.value,r=[];for(let l=0;l<s.id.length&&r.length<200;l++)(s.from[l]===n||s.to[l]===n)&&r.push(l);r.sort((l,c)=>Math.abs(s.w[c]??0)-Math.abs(s.w[l]??0));let o=Ye.value.targets,a=[...Array(o?.scan?.length??0).keys()].filter(l=>o.name[l]===n);return k`<h2><${Og} role=${i.role} />${n} <span class="muted">${i.role==="station"?i.kind:`${i.role} point`}</span></h2>
+    <p class="card-tools"><button type="button" class="button" onClick=${()=>t.visit(n)}>Go there</button>
+      <button type="button" class="button" onClick=${()=>t.measureFrom({name:n})}>Measure from here</button>
+      <button type="button" class="button" onClick=${()=>(In.value={...In.value,station:n,text:"",kind:"",state:""},hi.value="observations")}>Its observations</button>
+      ${zt.value&&e==="point"&&k`<button type="button" class="button" onClick=${()=>fi.value={type:"role",name:n}}>Role …</button>`}</p>
+    <h3>Coordinates</h3>
+    ${(i.words??[]).some(([,l])=>l)?k`<dl class="facts wide">${i.words.filter(([,l])=>l).map(([l,c])=>k`<dt key=${l}>${l}</dt><dd>${[c].flat().join(", ")}</dd>`)}</dl>`:k`<p>${(i.xyz??[]).map(l=>Ni(l)).join(", ")} m</p>`}
+    ${i.moved&&k`<p class="small">Now ${i.xyz.map(l=>Ni(l)).join(", ")} m: moved ${en(Wi(i.moved))} mm against the last run.</p>`}
+    <h3>Uncertainty</h3><${gS} covariance=${i.covariance} />
+    ${i.full&&k`<p class="small muted">σ of the rotations: ${[3,4,5].map(l=>Xi(Math.sqrt(Math.max(0,i.full[l][l])),"rad",Ye.value.angle)).join(", ")}</p>`}
+    ${a.length>0&&k`<h3>Seen in ${a.length} ${a.length===1?"scan":"scans"}</h3>${a.map(l=>k`<${uS} key=${l} at=${l} />`)}`}
+    <h3>Observations</h3><${Fg} list=${r} does=${t} />`}function Fg({list:n,does:e}){let t=Bt.value;return n.length?k`<table class="plain-table"><tbody>${n.slice(0,12).map(i=>k`<tr key=${i} class=${`${t.suspicious[i]?"suspicious":""} is-${t.state[i]}`} onClick=${()=>e.select({type:"row",id:t.id[i],row:i},{tab:"observations"})}>
+    <td><button type="button" class="name">${sr(t,i)}</button></td><td>${ia(t,i)}</td><td class="number">${Xi(t.residual[i],t.unit[i],Ye.value.angle)}</td><td class="number">w ${sn(t.w[i])}</td></tr>`)}</tbody></table>
+    ${n.length>12&&k`<p class="muted small">and ${n.length-12} more</p>`}`:k`<p class="muted">None.</p>`}function v3({item:n,does:e}){let t=[...n.rows].sort((i,s)=>Math.abs(Bt.value.w[s]??0)-Math.abs(Bt.value.w[i]??0));return k`<h2>${n.names[0]} → ${n.names[1]}</h2><p class="muted">${t.length} observed ${t.length===1?"value":"values"}, ${Ni(Wi(n.from.map((i,s)=>i-n.to[s])),3)} m apart</p><${Fg} list=${t} does=${e} />`}function y3({item:n}){let e=n.edge;return k`<h2>${e.first} with ${e.second}</h2><dl class="facts"><dt>by</dt><dd>${qi(e.kind)}, ${e.count}</dd><dt>rms</dt><dd>${Xi(e.rms,"m","")}</dd>
+    <dt>off by</dt><dd>${Xi(e.shift,"m","")} (σ ${Xi(e.shift_sigma,"m","")})</dd><dt>turned by</dt><dd>${Xi(e.turn,"rad",Ye.value.angle)} (σ ${Xi(e.turn_sigma,"rad",Ye.value.angle)})</dd>
+    <dt>statistic</dt><dd>${sn(e.statistic,2)}, limit ${sn(e.limit,1)}</dd></dl><p>${e.outlying?"This link is beyond its limit.":"This link is within its limit."}</p>`}function x3({parts:n}){let e=Math.max(...n.map(t=>t.sigma??0),1e-12);return k`<div class="budget">${n.map(t=>k`<div key=${t.part} class="budget-row"><span>${qi(t.part)}</span><span class="bar"><i style=${{width:`${100*(t.sigma??0)/e}%`}}></i></span><span class="number">${en(t.sigma)} mm</span></div>`)}</div>`}function b3({point:n,does:e}){let t=n.more,i=Object.entries(t?.frames??{});return k`<h2>Point of ${n.cloud}</h2>
+    <p class="card-tools"><button type="button" class="button" onClick=${()=>e.measureFrom({point:n})}>Measure from here</button></p>
+    <h3>Coordinates</h3><dl class="facts wide">${i.length?i.map(([s,r])=>k`<dt key=${s}>${s}</dt><dd>${[r].flat().map(o=>typeof o=="number"?Ni(o):o).join(", ")}</dd>`):k`<dt>${ru().join(", ")}</dt><dd>${n.xyz.map(s=>Ni(s)).join(", ")} m</dd>`}</dl>
+    <h3>Seen from ${t?.station??n.station}</h3><dl class="facts"><dt>range</dt><dd>${t?.range!==void 0&&t?.range!==null?`${Ni(t.range,3)} m`:n.range!==null?`${Ni(n.range,3)} m`:"–"}</dd>
+      <dt>incidence</dt><dd>${n.incidence!==null?`${n.incidence.toFixed(1)}°`:km(t?.incidence)}</dd><dt>intensity</dt><dd>${yn(n.intensity)}</dd></dl>
+    <h3>Uncertainty <span class="muted">${zt.value?"of the last run":""}</span></h3>
+    ${t?.covariance?k`<${gS} covariance=${t.covariance} />`:n.sigma?k`<dl class="facts">${n.sigma.map((s,r)=>k`<dt key=${r}>σ ${ru()[r]}</dt><dd>${en(s)} mm</dd>`)}<dt>σ of position</dt><dd>${en(Wi(n.sigma))} mm</dd></dl>`:k`<p class="muted">This cloud carries no sigmas.</p>`}
+    ${t?.budget?.length?k`<h3>What it is made of</h3><${x3} parts=${t.budget} />`:""}
+    ${t?.words?.note&&k`<p class="small">${t.words.note}</p>`}
+    ${n.asking&&k`<p class="muted small">The program is asked for the full covariance …</p>`}
+    ${n.without&&k`<p class="muted small">${n.without}</p>`}`}function _S({does:n}){let e=Ft.value,t=Es.value,i=t?k`<div class="card inset"><h2>Distance</h2><p>${t.from} to ${t.to}</p>
+    <p class="big">${t.words??`${Ni(t.distance)} m`}</p>${!t.words&&t.sigma!==void 0&&t.sigma!==null&&k`<p>σ ${en(t.sigma)} mm</p>`}${t.note&&k`<p class="muted small">${t.note}</p>`}
+    ${t.covariance&&k`<${mS} m=${t.covariance} title="Covariance of the difference [mm²]" />`}
+    <p class="card-tools"><button type="button" class="button plain" onClick=${n.noMeasure}>Clear</button></p></div>`:null,s;if(!e)s=k`<p class="empty">Pick a point, a target, a station, a line or a point of the cloud in the picture.</p>`;else if(e.type==="cloud")s=k`<${b3} point=${e.point} does=${n} />`;else if(e.type==="ray")s=k`<${v3} item=${e.item} does=${n} />`;else if(e.type==="edge")s=k`<${y3} item=${e.item} />`;else if(e.type==="rejected")s=k`<h2>Rejected candidate</h2><${hS} at=${e.at} />`;else if(e.type==="site")s=k`<h2>Site ${e.name}</h2><p>See the comparisons under Notes.</p>`;else if(e.type==="row"){let r=Bt.value;s=k`<h2>${sr(r,e.row)}</h2><p>${ia(r,e.row)}</p><${Fg} list=${[...r.id.keys()].filter(o=>r.id[o]===e.id)} does=${n} />`}else s=k`<${_3} name=${e.name} type=${e.type} does=${n} />`;return k`<div class="panel scroll selection">${i}${s}</div>`}function Rd({title:n,children:e,submit:t,ready:i,action:s}){let r=zr(null);ur(()=>{r.current.showModal()},[]);let o=()=>fi.value=null;return k`<dialog ref=${r} class="dialog" onClose=${o} onCancel=${o}>
+    <form method="dialog" onSubmit=${a=>{a.preventDefault(),i&&t()}}>
+      <h2>${n}</h2>
+      ${e}
+      <div class="dialog-foot"><button type="button" class="button" onClick=${o}>Cancel</button>
+        <button type="submit" class="button primary" disabled=${!i}>${s}</button></div>
+    </form></dialog>`}function Bg({reason:n,set:e}){return k`<label class="stack"><span>Reason <span class="muted">(is kept with the decision and stands in the report)</span></span>
+    <textarea rows="2" maxlength="400" autofocus required value=${n} onInput=${t=>e(t.currentTarget.value)} placeholder="for example: prism tilted, see field book page 12"></textarea></label>`}function S3({ids:n}){let e=Bt.value,t=n.map(u=>e.id.indexOf(u)).filter(u=>u>=0),i=new Set(t.map(u=>e.state[u])),[s,r]=Kn(i.has("active")?"off":"active"),[o,a]=Kn("");ur(()=>{t.length===1&&Cd(t[0],!0)},[]);let l=po.value?.id===n[0]&&n.length===1?po.value:null,c=()=>{fi.value=null,Qs("api/edits",{changes:n.map(u=>({do:"use",observation:u,use:s,reason:o.trim()}))})};return k`<${Rd} title=${n.length===1?`${sr(e,t[0])}, ${qi(e.kind[t[0]])}`:`${n.length} observations`} submit=${c} ready=${!!o.trim()} action="Adjust again">
+    ${n.length===1&&k`<p class="muted small">${e.source[t[0]]}${e.reason?.[t[0]]?` · now: ${e.reason[t[0]]}`:""}</p>`}
+    <fieldset class="choices"><legend class="sr">Use</legend>
+      ${[["active","On","takes part in the adjustment"],["check","Check","is compared with the result, does not pull on it"],["off","Off","is left out"]].map(([u,h,f])=>k`<label key=${u} class=${s===u?"choice chosen":"choice"}>
+        <input type="radio" name="use" value=${u} checked=${s===u} onChange=${()=>r(u)} /><span><b>${h}</b><br /><span class="muted">${f}</span></span></label>`)}
+    </fieldset>
+    ${l?.words&&s==="off"&&k`<p class="note">${l.words}</p>`}
+    <${Bg} reason=${o} set=${a} />
+  <//>`}function M3({name:n}){let e=vn.value.find(a=>a.name===n),[t,i]=Kn(e.role==="control"?"check":"control"),[s,r]=Kn(""),o=()=>{fi.value=null,Qs("api/edits",{changes:[{do:"role",point:n,role:t,reason:s.trim()}]})};return k`<${Rd} title=${`Role of ${n}`} submit=${o} ready=${!!s.trim()&&t!==e.role} action="Adjust again">
+    <fieldset class="choices"><legend class="sr">Role</legend>
+      ${[["control","Control","its given coordinates take part"],["check","Check","its given coordinates are only compared"],["free","Free","its given coordinates are left out"]].map(([a,l,c])=>k`<label key=${a} class=${t===a?"choice chosen":"choice"}>
+        <input type="radio" name="role" value=${a} checked=${t===a} onChange=${()=>i(a)} /><span><b>${l}</b>${e.role===a?" (now)":""}<br /><span class="muted">${c}</span></span></label>`)}
+    </fieldset><${Bg} reason=${s} set=${r} /><//>`}function w3({at:n,reject:e}){let t=Ye.value.targets,[i,s]=Kn(t.name[n]??""),[r,o]=Kn(!e),[a,l]=Kn(""),c=()=>{fi.value=null,Qs("api/edits",{changes:[{do:"target",scan:t.scan[n],number:t.number[n],name:i.trim()||null,accept:r,reason:a.trim()}]})};return k`<${Rd} title=${`Target ${t.number[n]} of ${t.scan[n]}`} submit=${c} ready=${!!a.trim()} action="Adjust again">
+    <p class="muted small">${qi(t.kind[n])}${t.remark[n]?`, ${t.remark[n]}`:""}</p>
+    <fieldset class="choices two"><legend class="sr">Decision</legend>
+      <label class=${r?"choice chosen":"choice"}><input type="radio" name="accept" checked=${r} onChange=${()=>o(!0)} /><span><b>It is a target</b></span></label>
+      <label class=${r?"choice":"choice chosen"}><input type="radio" name="accept" checked=${!r} onChange=${()=>o(!1)} /><span><b>It is none</b></span></label>
+    </fieldset>
+    ${r&&k`<label class="stack"><span>Name of the point</span><input type="text" maxlength="200" value=${i} onInput=${u=>s(u.currentTarget.value)} list="point-names" /></label>
+      <datalist id="point-names">${vn.value.map(u=>k`<option key=${u.name} value=${u.name}></option>`)}</datalist>`}
+    <${Bg} reason=${a} set=${l} /><//>`}function vS(){let n=fi.value;return n?n.type==="use"?k`<${S3} ids=${n.ids} />`:n.type==="role"?k`<${M3} name=${n.name} />`:n.type==="target"?k`<${w3} at=${n.at} reject=${n.reject} />`:n.type==="keys"?k`<${E3} />`:null:null}function E3(){return k`<${Rd} title="Keys and pointer" submit=${()=>fi.value=null} ready=${!0} action="Close"><dl class="keys">${[["drag","turn about the point under the pointer (parallel views: move; Ctrl turns)"],["Shift or right button","move"],["wheel","nearer or farther, towards the pointer"],["double click","go there"],["R, F","first view; everything"],["P, 1 to 5","perspective or parallel; plan and elevations"],["M","measure a distance"],["Escape","end a tool, clear the selection"],["arrows in the table","next row; Enter or X: off, check or on"],["Ctrl+Z, Ctrl+Shift+Z, Ctrl+S","undo, redo, save"]].map(([e,t])=>k`<dt key=${e}>${e}</dt><dd>${t}</dd>`)}</dl><//>`}var Ae=null,Ir=null,Cl=[["observations","Observations"],["points","Points"],["targets","Targets"],["changes","Changes"],["notes","Notes"],["selection","Selection"]];function mo(n){return vn.value.find(e=>e.name===n)?.xyz??Ci.value.find(e=>e.name===n)?.xyz??null}async function T3(n){let e=Ci.value.find(i=>i.name===n.station);e?.xyz?n.range=Wi(n.xyz.map((i,s)=>i-(e.before.xyz??e.xyz)[s])):n.range=null;let t=i=>{(Ft.value?.point===n||Ft.value?.point?.key===n.key)&&(Ft.value={type:"cloud",point:{...Ft.value.point,...i}})};n.key=`${n.cloud}:${n.node}:${n.index}`;try{let i=await rs("api/point",{cloud:n.cloud,x:n.xyz[0],y:n.xyz[1],z:n.xyz[2],node:n.node,index:n.index});t({more:i,asking:!1})}catch(i){t({asking:!1,without:i.status===404?"The full covariance and the error budget need the program: tribrach view.":i.message})}}function Pd(n,e={}){Fs(()=>{if(n?.type==="row"){let t=n.row??Bt.value.id.indexOf(n.id);Ft.value={type:"row",id:n.id,row:t},Ai.value=new Set([n.id]),na.value.includes(t)||(In.value={text:"",station:"",kind:"",state:"",low:null,high:null})}else Ft.value=n;e.tab?hi.value=e.tab:n&&!e.stay&&(hi.value=n.type==="row"?"observations":"selection"),n&&!e.stay&&(so.value=!0)})}async function yS(n){let e=[...Wo.value,n].slice(-2);if(Wo.value=e,Es.value=null,e.length<2)return;let t=a=>a.name??`point of ${a.point.cloud}`,i=a=>a.name?mo(a.name):a.point.xyz,s=Wi(i(e[0]).map((a,l)=>a-i(e[1])[l])),r={from:t(e[0]),to:t(e[1]),distance:s,sigma:null};Es.value=r,hi.value="selection",os.value="select";let o=a=>a.name??`${a.point.cloud}:${a.point.xyz.join(",")}`;try{let a=await rs("api/relative",{a:o(e[0]),b:o(e[1])});Es.value={...r,distance:a.distance,sigma:a.sigma,covariance:a.covariance,words:typeof a.words=="object"?[a.words.distance,a.words.sigma&&`σ ${a.words.sigma}`].filter(Boolean).join(", "):a.words,note:a.words?.note}}catch(a){let l=A3(e);Es.value=l?{...r,...l}:{...r,note:a.status===404?"Its sigma needs the joint covariance: tribrach view.":a.message}}}function A3(n){let e=Ye.value.relative;if(!e||!n[0].name||!n[1].name)return null;let[t,i]=[n[0].name,n[1].name];for(let s=0;s<(e.a?.length??0);s++)if(e.a[s]===t&&e.b[s]===i||e.a[s]===i&&e.b[s]===t)return{sigma:e.sigma[s],words:e.words?.[s]};return null}function zg(n){Ms(n)}async function xS(n){try{await navigator.clipboard.writeText(n),zg("The link is copied.")}catch{location.hash=new URL(n).hash,zg("The link stands in the address bar.")}}function bS(){let n=new URL(location.href);return n.hash=Gc(),n.href}var Dn={undo:()=>Qs("api/undo"),redo:()=>Qs("api/redo"),save:async()=>await Qs("api/save")&&zg("The decisions are kept in edits.toml."),run:async()=>{Ks.value={what:"Running the project",done:0,total:0},await Qs("api/run")===null&&(Ks.value=null)},cancel:()=>Qs("api/cancel"),undoDefect:async()=>{js.value=null,await Vo()},link:()=>xS(bS()),rowLink:()=>{let n=new URL(bS()),e=new URLSearchParams(n.hash.slice(1));e.set("tab","observations"),n.hash=e.toString(),xS(n.href)},look:n=>Ae?.look(n),home:()=>Ae?.home(),fit:()=>Ae?.fit(),project:()=>Ae?.eye.project(!Ae.eye.ortho),open:n=>zf(n,{camera:e=>Ae?.eye.restore(e)}),canSave:!0,keep:async n=>{try{await Nf("api/views",{name:n,hash:Gc()}),Go.value={...Go.value,[n]:Gc()}}catch(e){Ms(e.status===404?"Views are kept by tribrach view or workbench; copy the link instead.":e.message,"error")}},slice:n=>{if(!n){ws.value=null;return}let e=Ae.slicingBox();ws.value={on:!0,turn:0,...e}},get upright(){let n=Ye.value.frame;return!n||n.every((e,t)=>e.every((i,s)=>i===(t===s?1:0)))},use:n=>fi.value={type:"use",ids:n},row:(n,e,t)=>{let i=Bt.value,s=i.id[n];if(t.ctrlKey||t.metaKey){let r=new Set(Ai.value);r.has(s)?r.delete(s):r.add(s),Ai.value=r;return}if(t.shiftKey&&Ft.value?.type==="row"){let r=na.value,o=r.findIndex(l=>i.id[l]===Ft.value.id),a=new Set;for(let l=Math.min(o,e);l<=Math.max(o,e);l++)l>=0&&a.add(i.id[r[l]]);Ai.value=a;return}Fs(()=>{Ft.value={type:"row",id:s,row:n},Ai.value=new Set([s])})},hover:n=>Cd(n),visitRow:n=>{let e=Bt.value,[t,i]=[mo(e.from[n]),mo(e.to[n])].map(s=>s&&Ae.toDrawing(s));t&&i?Ae.visit(t.map((s,r)=>(s+i[r])/2),Wi(t.map((s,r)=>s-i[r]))*1.4+4):(t??i)&&Ae.visit(t??i)},select:Pd,visit:n=>{let e=mo(n);e&&Ae.visit(Ae.toDrawing(e))},measureFrom:n=>{Wo.value=[n],Es.value=null,os.value="measure"},noMeasure:()=>{Wo.value=[],Es.value=null}};function C3(){let n=al.value.length,e=ro.value.length,t={changes:n,notes:e},i=Cl.some(([o])=>o===hi.value)?hi.value:"observations",s={observations:()=>k`<${oS} does=${Dn} />`,points:()=>k`<${cS} does=${Dn} />`,targets:()=>k`<${fS} />`,changes:()=>k`<${dS} does=${Dn} />`,notes:()=>k`<${pS} />`,selection:()=>k`<${_S} does=${Dn} />`}[i],r=o=>{let a=Cl.findIndex(([c])=>c===i),l={ArrowRight:1,ArrowLeft:-1}[o.key];l&&(hi.value=Cl[(a+l+Cl.length)%Cl.length][0],o.preventDefault(),requestAnimationFrame(()=>document.getElementById(`tab-${hi.value}`)?.focus()))};return k`<aside class=${`right ${so.value?"":"shut"}`} aria-label="Tables">
+    <div class="tabs" role="tablist" onKeyDown=${r}>${Cl.map(([o,a])=>k`<button type="button" role="tab" key=${o} id=${`tab-${o}`} aria-selected=${i===o} aria-controls="panel"
+      tabindex=${i===o?0:-1} onClick=${()=>hi.value=o}>${a}${t[o]?k`<span class="badge">${t[o]}</span>`:""}</button>`)}</div>
+    <div id="panel" role="tabpanel" aria-labelledby=${`tab-${i}`} class="panel-host">${s()}</div>
+  </aside>`}function R3(){let n=zr(null);return ur(()=>L3(n.current),[]),k`<section class="stage" aria-label="Picture">
+    <div class="picture-host" ref=${n}></div>
+    <div class="stage-tools card" role="toolbar" aria-label="Tools">
+      ${[["select","arrow","Select"],["pick","pick","Pick points of the cloud only"],["measure","ruler","Measure a distance (M)"]].map(([t,i,s])=>k`<button type="button" key=${t} class=${`tool ${os.value===t?"active":""}`} aria-pressed=${os.value===t} title=${s} onClick=${()=>{os.value=t,t==="measure"&&Dn.noMeasure()}}><${Ri} name=${i} /><span class="sr">${s}</span></button>`)}
+      <span class="gap"></span>
+      <button type="button" class="tool" title="First view (R)" onClick=${Dn.home}><${Ri} name="home" /><span class="sr">First view</span></button>
+      <button type="button" class="tool" title="Everything in the picture (F)" onClick=${Dn.fit}><${Ri} name="fit" /><span class="sr">Fit all</span></button>
+      <button type="button" class="tool" title="Keys and pointer (?)" onClick=${()=>fi.value={type:"keys"}}>?</button>
+    </div>
+    <${Ix} />
+    <${Px} colours=${Ae?.clouds.stationColours??new Map} ready=${io.value.total} />
+    ${os.value==="measure"&&k`<div class="hint-bar card">${Wo.value.length===0?"Pick the first end: a point, a station or a point of the cloud.":"Pick the other end."}</div>`}
+    <div class="tooltip card" id="tooltip" hidden></div>
+    <${Ax} does=${Dn} />
+  </section>`}function P3(){return document.documentElement.dataset.theme=Di.value,k`<${Tx} does=${Dn} />
+    <main class="body"><${Cx} does=${Dn} colours=${Ae?.clouds.stationColours} ready=${io.value.total} />
+      <${R3} /><${I3} /><${C3} /></main><${vS} />`}function I3(){let n=i=>document.documentElement.style.setProperty("--right",`${Math.min(window.innerWidth*.75,Math.max(300,i))}px`);return k`<div class="splitter" role="separator" aria-orientation="vertical" aria-label="Width of the tables" tabindex="0" onPointerDown=${i=>{let s=i.currentTarget;s.setPointerCapture(i.pointerId);let r=a=>n(window.innerWidth-a.clientX),o=()=>s.removeEventListener("pointermove",r);s.addEventListener("pointermove",r),s.addEventListener("pointerup",o,{once:!0}),s.addEventListener("pointercancel",o,{once:!0})}} onKeyDown=${i=>{let s=document.querySelector(".right")?.getBoundingClientRect().width??600;if(i.key==="ArrowLeft")n(s+40);else if(i.key==="ArrowRight")n(s-40);else return;i.preventDefault()}}></div>`}function L3(n){try{Ae=new hd(n,Ye.value,{click:F3,hover:B3,camera:()=>{Ff.value=Ae?.eye.ortho??!1,O3()},drawn:()=>U3(),failed:t=>Ms(t,"error"),sliced:t=>ws.value=t})}catch(t){Ms(`The picture cannot be drawn: ${t?.message??t}. The tables work without it.`,"error");return}Ir=document.getElementById("tooltip"),Bf.value=Ae.eye.ball.radius;let e=Number(new URLSearchParams(location.search).get("budget"));Number.isFinite(e)&&e>=1e3&&(rl.value=Math.min(2e7,e)),zf(location.hash,{camera:t=>Ae.eye.restore(t)}),Cr.value.has(ii.value)||(ii.value=["sigma_z","sigma","intensity","rgb"].find(t=>Cr.value.has(t))??"station"),D3(),io.value={points:0,total:Ae.clouds.total,loading:1},window.tribrach=k3()}function D3(){let n=Ae.clouds;Yt(()=>n.colour(ii.value,Xo.value)),Yt(()=>{n.shared.uSize.value=no.value*(window.devicePixelRatio>1?1.5:1),n.shared.uFill.value=Hc.value,n.shared.uRound.value=no.value>=4,Ae.composite.uniforms.uStrength.value=$o.value,Ae.draw()}),Yt(()=>{n.budget=rl.value,n.soon()}),Yt(()=>{for(let t of n.clouds)t.visible=fn(`scan:${t.name}`);n.soon(),Ae.draw()}),Yt(()=>{let t=new Map(Ci.value.map(i=>[i.name,{before:i.posed,now:i.pose}]));(ui.value||Ci.value.some(i=>i.posed!==i.pose))&&n.carry(t)}),Yt(()=>{let t=[...vn.value,...Ci.value.filter(i=>i.kind==="scanner")];Ae.network.setEllipsoids(t,Er.value||cl.value),Ae.draw()}),Yt(()=>{Ae.network.setRays(kf.value,Di.value==="dark"),Ae.network.show(fn),Ae.draw()}),Yt(()=>{let t=new Map(Ci.value.filter(s=>s.xyz).map(s=>[s.name,s.xyz]));for(let s of vn.value)t.has(s.name)||t.set(s.name,s.xyz);Ae.network.setEdges((Ye.value.edges??[]).filter(s=>t.has(s.first)&&t.has(s.second)).map(s=>({edge:s,from:t.get(s.first),to:t.get(s.second),outlying:!!s.outlying})));let i=Ye.value.planes;Ae.network.setPlanes((i?.name??[]).map((s,r)=>({name:s,normal:i.normal[r],centre:i.centre[r],extent:i.extent[r]})).filter(s=>s.centre)),Ae.network.show(fn),Ae.draw()}),Yt(()=>{Ae.network.setMoves(Ts.value.map(t=>({from:t.before.xyz??t.xyz,moved:t.moved})),Tr.value||ll.value,1e-9),Ae.network.show(fn),Ae.draw()}),Yt(()=>{Ae.network.show(fn),Ae.names=fn("names"),Ae.marks=N3(),Ae.draw()}),Yt(()=>{let t=Ft.value,i=null;if((t?.type==="ray"||t?.type==="edge")&&(i=[[Ae.toDrawing(t.item.from),Ae.toDrawing(t.item.to)]]),t?.type==="row"){let l=Bt.value,[c,u]=[mo(l.from[t.row]),mo(l.to[t.row])];c&&u&&(i=[[Ae.toDrawing(c),Ae.toDrawing(u)]])}Ae.network.mark(i);let s=[];t?.type==="cloud"&&s.push({at:t.point.draw,text:"",symbol:"ring",colour:"#e81f8c",weight:99,always:!0});let r=t?.type==="row"?[Bt.value.from[t.row],Bt.value.to[t.row]]:t?.name?[t.name]:[];for(let l of r){let c=l&&mo(l);c&&s.push({at:Ae.toDrawing(c),text:"",symbol:"ring",colour:"#e0a100",weight:99,always:!0})}let o=Wo.value.map(l=>l.name?Ae.toDrawing(mo(l.name)):l.point.draw);Ae.network.setMeasure(o.length===2?[o[0],o[1]]:null);for(let l of o)s.push({at:l,text:"",symbol:"dot",colour:"#0b7fab",weight:100,always:!0});let a=Es.value;if(o.length===2&&a){let l=`${Ni(a.distance)} m${a.sigma?` ± ${en(a.sigma)} mm`:""}`;s.push({at:o[0].map((c,u)=>(c+o[1][u])/2),text:l,symbol:"none",colour:"#0b7fab",weight:101,strong:!0,always:!0})}Ae.notes=s,Ae.draw()}),Yt(()=>Ae.setSlice(ws.value)),Yt(()=>Ae.theme(Di.value)),Yt(()=>{Ae.onlyCloud=os.value!=="select",Ae.canvas.classList.toggle("aiming",os.value!=="select")});let e=0;Yt(()=>{let t=Gc();clearTimeout(e),e=setTimeout(()=>history.replaceState(null,"",`#${t}`),400)})}function N3(){let n=[],e=Ft.value,t=s=>e?.name===s;if(fn("stations")){let s=new Set(vn.value.map(r=>r.name));for(let r of Ci.value)!r.xyz||r.kind!=="scanner"&&s.has(r.name)||n.push({at:Ae.toDrawing(r.xyz),text:r.name,symbol:"square",colour:ss.station.colour,weight:60,strong:t(r.name),what:{type:"station",name:r.name}})}if(fn("points"))for(let s of vn.value){if(!s.xyz)continue;let r=Im(s.role);n.push({at:Ae.toDrawing(s.xyz),text:s.name,symbol:r.symbol,colour:r.colour,weight:(s.role==="control"?80:s.role==="check"?50:40)+(t(s.name)?100:0),strong:t(s.name),small:fn("ellipsoids"),what:{type:"point",name:s.name}})}let i=Ye.value.rejected;if(fn("rejected")&&i&&i.xyz.forEach((s,r)=>{s&&n.push({at:Ae.toDrawing(s),text:"",symbol:"cross",colour:"#8a4b12",weight:10,what:{type:"rejected",at:r}})}),fn("comparisons"))for(let s of Ye.value.comparisons??[])for(let r of s.sites??[])r.xyz&&n.push({at:Ae.toDrawing(r.xyz),text:`site ${r.name}`,symbol:"dot",colour:"#0b7fab",weight:20,what:{type:"site",name:r.name}});return n}var kg=0;function U3(){kg||(kg=setTimeout(()=>{kg=0;let n=Ae.clouds,e={points:n.shownPoints,total:n.total,loading:n.loading},t=io.value;(e.points!==t.points||e.total!==t.total||e.loading!==t.loading)&&(io.value=e)},120))}var SS=0;function O3(){clearTimeout(SS),SS=setTimeout(()=>Dm.value=Ae.eye.state(),300)}function F3(n){if(os.value==="measure"){n?.type==="point"||n?.type==="station"?yS({name:n.name}):n?.type==="cloud"&&yS({point:n.point});return}if(!n){Ft.value=null,Ai.value=new Set;return}if(n.type==="cloud"){let e={...n.point,asking:!0};Pd({type:"cloud",point:e}),T3(e)}else if(n.type==="ray"){let e=Bt.value,t=[...n.item.rows].sort((i,s)=>Math.abs(e.w[s]??-1)-Math.abs(e.w[i]??-1))[0];t!==void 0&&Pd({type:"row",id:e.id[t],row:t},{tab:"observations"})}else Pd(n.type==="edge"?{type:"edge",item:n.item}:{type:n.type,name:n.name,at:n.at})}function B3(n){if(!Ir)return;if(!n){Ir.hidden=!0;return}let e=n.name??"";if(n.type==="ray"){let t=Bt.value,i=[...n.item.rows].sort((s,r)=>Math.abs(t.w[r]??-1)-Math.abs(t.w[s]??-1))[0];e=`${n.item.names[0]} → ${n.item.names[1]}: ${n.item.rows.length} values, largest w ${n.item.w===null?"–":n.item.w.toFixed(2)} (${ia(t,i)})`}else if(n.type==="edge")e=`${n.item.edge.first} with ${n.item.edge.second}: ${n.item.edge.count} ${n.item.edge.kind.replaceAll("_"," ")}`;else if(n.type==="rejected")e=`rejected: ${Ye.value.rejected.reason[n.at]}`;else{let t=(n.type==="station"?Ci:vn).value.find(i=>i.name===n.name);t?.covariance&&(e=`${t.name}: σ ${[0,1,2].map(i=>(Math.sqrt(Math.max(0,t.covariance[i][i]))*1e3).toFixed(2)).join(", ")} mm`)}Ir.textContent=e,Ir.hidden=!1,Ir.style.left=`${Math.min(n.x+14,Ae.eye.width-Ir.offsetWidth-8)}px`,Ir.style.top=`${Math.min(n.y+14,Ae.eye.height-Ir.offsetHeight-8)}px`}document.addEventListener("keydown",n=>{if(n.target.closest?.("input, textarea, select, dialog"))return;let t=zt.value;if((n.ctrlKey||n.metaKey)&&t){let s=n.key.toLowerCase();if(s==="z"&&!n.shiftKey&&t.undo)Dn.undo();else if(s==="z"&&n.shiftKey||s==="y")t.redo&&Dn.redo();else if(s==="s"&&!t.saved)Dn.save();else if(s!=="s")return;n.preventDefault();return}if(n.ctrlKey||n.metaKey||n.altKey)return;let i=Object.keys(Xc);n.key==="Escape"?(os.value="select",Dn.noMeasure(),Ft.value=null,Ai.value=new Set):n.key==="r"?Dn.home():n.key==="f"?Dn.fit():n.key==="p"?Dn.project():n.key==="m"?(Dn.noMeasure(),os.value="measure"):n.key==="?"?fi.value={type:"keys"}:/^[1-5]$/.test(n.key)&&Dn.look(i[Number(n.key)-1])});window.addEventListener("hashchange",()=>zf(location.hash,{camera:n=>Ae?.eye.restore(n)}));function k3(){return{get ready(){return!!(Ae&&Ye.value)},get counts(){return{points:Ae.clouds.shownPoints,total:Ae.clouds.total,loading:Ae.clouds.loading,frames:Ae.frames,clouds:Ae.clouds.clouds.filter(n=>n.state==="open").length,failed:Ae.clouds.clouds.filter(n=>n.state==="failed").length,ellipsoids:Ae.network.ellipsoidCount,rays:Ae.network.rayCount,moves:Ae.network.moveCount,rows:na.value.length,marks:Ae.marks.length,labels:Ae.placed?.length??0,first:Ae.clouds.firstAt,held:Ae.clouds.held}},get summary(){return JSON.parse(JSON.stringify(ol.value))},get session(){return JSON.parse(JSON.stringify(zt.value))},get selection(){let n=Ft.value;return n?JSON.parse(JSON.stringify({...n,item:void 0})):null},get measured(){return JSON.parse(JSON.stringify(Es.value))},get points(){return vn.value.map(n=>({name:n.name,role:n.role,xyz:n.xyz,covariance:n.covariance,moved:n.moved}))},get rowsShown(){let n=Bt.value;return[...na.value].map(e=>({id:n.id[e],component:n.component[e],w:n.w[e],residual:n.residual[e],state:n.state[e],words:sr(n,e)}))},get stale(){return to.value},get trip(){return Om.value},share:()=>Ae.drawnShare(),pick:(n,e)=>Ae.clouds.pick(n,e,Ae.eye.width,Ae.eye.height,12),onScreen:n=>Ae.onScreen(Ae.toDrawing(n)),colourOf:()=>({by:ii.value,range:Xo.value}),camera:()=>Ae.eye.state(),look:n=>Ae.look(n)}}async function z3(){Ye.value=await rs("scene.json")}async function V3(){window.matchMedia?.("(prefers-color-scheme: dark)").matches&&(Di.value="dark"),window.innerWidth<800&&(Ar.value=!1);let e=document.getElementById("app");try{if(await z3(),Ye.value?.schema!==1)throw new Error(`scene.json is of version ${Ye.value?.schema}; this page reads version 1`)}catch(s){e.textContent=`The scene cannot be read: ${s?.message??s}`;return}document.title=`${Ye.value.title} · Tribrach`,await Vo().catch(()=>null);let t=zt.value;t?.adjusted&&Vf(t.adjusted),t?.tested&&(Ho.value=t.tested,to.value=t.tested.revision!==t.revision),e.textContent="",v0(k`<${P3} />`,e),rs("api/views").then(s=>Go.value=s??{}).catch(()=>Dn.canSave=!1);let i={adjusted:s=>{Vf(s),zt.value&&s.revision>zt.value.revision&&Vo()},tested:s=>{ui.value&&s.revision<ui.value.revision||Fs(()=>{Ho.value=s,to.value=!1})},defect:s=>js.value=s.sentences??s,progress:s=>Ks.value=s,failed:s=>{Ks.value=null,Ms(s.sentence??"It failed.","error")},ran:()=>location.reload(),clouds:()=>H3()};(t||(Ye.value.pending??[]).length)&&sy(i,s=>Of.value=s)}async function H3(){let n=await rs("scene.json");Ye.value={...Ye.value,clouds:n.clouds,pending:n.pending},Ae?.clouds.add(n.clouds),(n.pending??[]).length||(Ks.value=null)}V3();
