@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from tests.comparison.planes import plane
 from tribrach.comparison.cloud_parts import whole
@@ -10,15 +11,34 @@ UTM = np.array([584_123.4, 2_326_011.7, 12.3])
 
 
 def test_one_point_per_cell_and_it_is_the_nearest_to_the_middle() -> None:
-    xyz = np.random.default_rng(1).uniform(0, 3, (3000, 3))
+    xyz = np.random.default_rng(1).uniform(0, 3, (30_000, 3))
     core = core_points(whole(xyz), 1.0)
     cells = np.floor(xyz - xyz[0])
-    assert len(core) == len(np.unique(cells, axis=0))
+    inner = np.array([len(core_in(cell, core - xyz[0])) for cell in np.unique(cells, axis=0)])
+    assert inner.max() == 1
     for point in core:
         mine = xyz[(cells == np.floor(point - xyz[0])).all(axis=1)] - xyz[0]
         miss = np.linalg.norm(mine - np.floor(mine) - 0.5, axis=1)
         kept = point - xyz[0]
         assert np.linalg.norm(kept - np.floor(kept) - 0.5) == pytest.approx(miss.min())
+
+
+def core_in(cell: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return points[(np.floor(points) == cell).all(axis=1)]
+
+
+@pytest.mark.parametrize("place", [0.0, 0.01, 0.98, 0.25, 0.5])
+def test_a_wall_has_its_core_points_once_wherever_the_grid_cuts_it(place: float) -> None:
+    """A wall of 40 m^2 with 2 mm of noise: a face of the grid through it would double them."""
+    rng = np.random.default_rng(4)
+    n, spacing = 200_000, 0.05
+    wall = np.stack([rng.uniform(0, 10, n), rng.normal(0, 2e-3, n), rng.uniform(0, 4, n)], axis=1)
+    wall[:, 1] += (100 + place) * spacing
+    core = core_points(whole(wall), spacing, origin=np.zeros(3))
+    cells = 40 / spacing**2
+    assert 0.98 * cells < len(core) < 1.15 * cells
+    apart, _ = cKDTree(core).query(core, k=2)
+    assert apart[:, 1].min() >= spacing / 2
 
 
 def test_parts_and_large_coordinates_change_nothing() -> None:

@@ -1,19 +1,24 @@
 """Chooses core points, at which clouds are compared, and the normals there.
 
-Core points are one point per cell of a grid: the one nearest to its middle. The normal at one is
-the direction of least spread of the points within D / 2 (principal components; Lague, Brodu and
-Leroux 2013). Where several scales D are given, that one is taken where the surface is most planar:
-the largest ``(l2 - l3) / l1`` of the sorted variances. Metres.
+Core points are one point per cell of a grid: the one nearest to its middle. A surface that lies
+along a face of the cells has points in both cells beside the face, and would have every core point
+twice: of two that are nearer than half a cell the one that is better placed stays, so that their
+number hardly depends on how the grid lies.
+
+The normal at one is the direction of least spread of the points within D / 2 (principal components;
+Lague, Brodu and Leroux 2013). Where several scales D are given, that one is taken where the surface
+is most planar: the largest ``(l2 - l3) / l1`` of the sorted variances. Metres.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
-from tribrach._types import Array, Index
+from tribrach._types import Array, Index, Mask
 from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import PointCells, ball_ranges
 from tribrach.errors import InputError
@@ -33,7 +38,7 @@ _CELLS = 1 << 21
 def core_points(
     cloud: Source, spacing: float, most: int = MOST, *, origin: Array | None = None
 ) -> Array:
-    """Choose of each cubic cell of a grid the point nearest to its middle.
+    """Choose of each cubic cell of a grid the point nearest to its middle, half a cell apart.
 
     The order of the parts does not matter but for ties, which the first of them wins.
 
@@ -83,7 +88,36 @@ def core_points(
             f"a spacing of {spacing:g} m makes more than {most} core points",
             cure="take a wider spacing",
         )
-    return known[2]
+    apart: Array = known[2][_apart(known, spacing / 2)]
+    return apart
+
+
+#: half of the cells around a cell, the other half looks back
+_AROUND = [n for n in product((-1, 0, 1), repeat=3) if n > (0, 0, 0)]
+
+
+def _apart(cells: _Cells, least: float) -> Mask:
+    """Which points (m,) stay so that none is nearer than ``least`` to a better placed one."""
+    key, miss, xyz = cells
+    pairs = []
+    for i, j, k in _AROUND:
+        beside = key + (i * _CELLS + j) * _CELLS + k
+        at = np.minimum(np.searchsorted(key, beside), len(key) - 1)
+        one = np.flatnonzero(key[at] == beside)
+        two = at[one]
+        near = ((xyz[one] - xyz[two]) ** 2).sum(axis=1) < least**2
+        pairs.append(np.column_stack([one[near], two[near]]))
+    both = np.concatenate(pairs)
+    # the better placed of each pair first, and the best placed of all before the others
+    rank = np.empty(len(key), dtype=np.int64)
+    rank[np.lexsort((key, miss))] = np.arange(len(key))
+    better = rank[both[:, 0]] < rank[both[:, 1]]
+    both = np.where(better[:, None], both, both[:, ::-1])
+    stays = np.ones(len(key), dtype=bool)
+    for keep, drop in both[np.argsort(rank[both[:, 0]], kind="stable")].tolist():
+        if stays[keep]:
+            stays[drop] = False
+    return stays
 
 
 #: numbers of cells, squared misses of their middles [cells], and the points
