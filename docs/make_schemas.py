@@ -15,6 +15,8 @@ from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
 from tribrach.report.schema.transformation import TransformationDocument
+from tribrach.report.schema.workbench import WorkbenchDocument
+from tribrach.workbench.schema import SceneDocument
 
 FOLDER = Path(__file__).parent / "schema"
 
@@ -33,8 +35,10 @@ def documents() -> dict[str, type[Document]]:
         "plan": PlanDocument,
         "register": RegistrationDocument,
         "regress": RegressionDocument,
+        "scene": SceneDocument,
         "targets": TargetsDocument,
         "transform": TransformationDocument,
+        "workbench": WorkbenchDocument,
     }
 
 

@@ -32,6 +32,7 @@ from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
 from tribrach.report.found_targets import FOLDER, LIST, write_found
 from tribrach.report.summary import sigma_origin
+from tribrach.report.workbench_parts import workbench_texts
 from tribrach.solution import AdjustmentSettings, SolvedNetwork, adjust_network, report, solve
 from tribrach.tasks.engine import HERE, Engine
 
@@ -61,9 +62,13 @@ _REPORTS: dict[str, Callable[[Report], Content]] = {
 _BARE = 6
 
 
-def write(content: Report, folder: Path, further: Mapping[Path, str] | None = None) -> list[Path]:
+def write(
+    content: Report, folder: Path, further: Mapping[Path, str | bytes] | None = None
+) -> list[Path]:
     """Write report.html, report.txt and result.json into a folder, and further files by path."""
-    texts = {folder / name: render(content) for name, render in _REPORTS.items()}
+    texts: dict[Path, Content] = {
+        folder / name: render(content) for name, render in _REPORTS.items()
+    }
     return write_texts({**(further or {}), **texts})
 
 
@@ -234,7 +239,11 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
         )
     content = report(solution, settings, project.facts, results)
     arms = () if results.antennas is None else results.antennas.lever_arms
-    write(content, folder, lever_arm_files(arms, folder, content.datum.sentence, origin))
+    beside = {
+        **lever_arm_files(arms, folder, content.datum.sentence, origin),
+        **workbench_texts(content, folder),
+    }
+    write(content, folder, beside)
     if found is not None and (folder / FOLDER / LIST).exists():
         # an earlier run stopped: what it left is brought up to date; files of others stay
         with suppress(InputError):

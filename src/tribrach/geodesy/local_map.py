@@ -8,14 +8,16 @@ to :data:`TOLERANCE`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["LocalMap"]
+__all__ = ["LocalMap", "StoredMap"]
 
 
 #: largest difference from the exact function [m]
@@ -61,15 +63,99 @@ class LocalMap:
             low, high = np.minimum(low, self._low), np.maximum(high, self._high)
         margin = 1.0 + 0.2 * (high - low)
         self._low, self._high = low - margin, high + margin
-        centre, half = (self._low + self._high) / 2, (self._high - self._low) / 2
-        line = np.cos(np.pi * (np.arange(6) + 0.5) / 6)
-        nodes = np.stack(np.meshgrid(line, line, line), axis=-1).reshape(-1, 3)
-        there = self.exact(centre + half * nodes)
-        self._origin = there.mean(axis=0)
-        cubic = np.linalg.lstsq(_monomials(nodes), there - self._origin)[0].astype(np.float64)
-        trial = np.random.default_rng(0).uniform(-1, 1, (64, 3))
-        error = _monomials(trial) @ cubic + self._origin - self.exact(centre + half * trial)
-        self._coefficients = cubic if np.abs(error).max() <= TOLERANCE else None
+        self._origin, cubic, error = _fitted(self.exact, self._low, self._high)
+        self._coefficients = cubic if error <= TOLERANCE else None
+
+
+@dataclass(frozen=True)
+class StoredMap:
+    """A smooth change of coordinates over a box, in numbers that need nothing else to be used.
+
+    Parameters
+    ----------
+    low, high : array (3,)
+        Corners of the box in which it holds [m].
+    origin : array (3,)
+        Mapped middle [m].
+    cubic : array (20, 3)
+        Coefficients by the products of powers of the coordinates, from -1 to 1 over the box.
+    """
+
+    low: Array
+    high: Array
+    origin: Array
+    cubic: Array
+
+    @classmethod
+    def over(
+        cls, exact: Callable[[Array], Array], low: Array, high: Array, tolerance: float
+    ) -> StoredMap | None:
+        """Fit a map over a box; None where no cubic is exact to the tolerance [m].
+
+        Parameters
+        ----------
+        exact : function
+            Maps points (n, 3) to (n, 3) [m].
+        low, high : array (3,)
+            Corners of the box [m].
+        tolerance : float
+            Largest difference from the exact function [m].
+        """
+        origin, cubic, error = _fitted(exact, low, high)
+        return cls(low, high, origin, cubic) if error <= tolerance else None
+
+    def __call__(self, x: Array) -> Array:
+        """Mapped points (n, 3) [m], NaN outside of the box."""
+        centre, half = (self.low + self.high) / 2, (self.high - self.low) / 2
+        out = self.origin + _monomials((x - centre) / half) @ self.cubic
+        inside = np.all((x >= self.low) & (x <= self.high), axis=1)
+        mapped: Array = np.where(inside[:, None], out, np.nan)
+        return mapped
+
+    def rotation(self, x: Array) -> Array:
+        """Rotations (n, 3, 3) nearest to the derivatives at points (n, 3)."""
+        step = 1e-3 * (self.high - self.low)
+        centre = np.clip(x, self.low + step, self.high - step)
+        columns = [
+            (self(centre + e * step) - self(centre - e * step)) / (2 * step @ e) for e in np.eye(3)
+        ]
+        u, _, vt = np.linalg.svd(np.stack(columns, axis=2))
+        turned: Array = u @ vt
+        return turned
+
+    def to_facts(self) -> dict[str, Any]:
+        """As plain numbers."""
+        parts = {"low": self.low, "high": self.high, "origin": self.origin, "cubic": self.cubic}
+        return {name: values.tolist() for name, values in parts.items()}
+
+    @classmethod
+    def from_facts(cls, facts: Mapping[str, Any]) -> StoredMap:
+        """The same again.
+
+        Raises
+        ------
+        ValueError, KeyError, TypeError
+            These are facts of something else.
+        """
+        low, high, origin = (np.array(facts[k], dtype=float) for k in ("low", "high", "origin"))
+        cubic = np.array(facts["cubic"], dtype=float)
+        shapes = [a.shape for a in (low, high, origin)]
+        if shapes != [(3,)] * 3 or cubic.shape != (len(_POWERS), 3) or not (low < high).all():
+            raise ValueError("this is no map")
+        return cls(low, high, origin, cubic)
+
+
+def _fitted(exact: Callable[[Array], Array], low: Array, high: Array) -> tuple[Array, Array, float]:
+    """Mapped middle, coefficients, and the largest error [m] of a cubic over a box."""
+    centre, half = (low + high) / 2, (high - low) / 2
+    line = np.cos(np.pi * (np.arange(6) + 0.5) / 6)
+    nodes = np.stack(np.meshgrid(line, line, line), axis=-1).reshape(-1, 3)
+    there = exact(centre + half * nodes)
+    origin: Array = there.mean(axis=0)
+    cubic: Array = np.linalg.lstsq(_monomials(nodes), there - origin)[0].astype(np.float64)
+    trial = np.random.default_rng(0).uniform(-1, 1, (64, 3))
+    error = _monomials(trial) @ cubic + origin - exact(centre + half * trial)
+    return origin, cubic, float(np.abs(error).max())
 
 
 def _monomials(x: Array) -> Array:

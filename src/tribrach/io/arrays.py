@@ -22,7 +22,13 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["joint_covariance_bytes", "named_bytes", "read_joint_covariance", "read_named"]
+__all__ = [
+    "joint_covariance_bytes",
+    "named_bytes",
+    "read_covariance_rows",
+    "read_joint_covariance",
+    "read_named",
+]
 
 
 #: deflate packs nothing more tightly than this; bytes of the header of an array
@@ -128,6 +134,28 @@ def read_joint_covariance(path: Path, stations: int, effects: int = 0) -> Array:
         The file cannot be read, is no matrix of this size, or has values that are no numbers.
     """
     n = 6 * stations + effects
+    return read_covariance_rows(path, n, n, f"joint covariance of {stations} stations")
+
+
+def read_covariance_rows(
+    path: Path, rows: int, columns: int, what: str = "joint covariance of the points"
+) -> Array:
+    """Rows (k, n) of a joint covariance.
+
+    Parameters
+    ----------
+    path
+        An ``.npy`` file.
+    rows, columns
+        Their numbers.
+    what
+        What it should be, for the message.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, is no matrix of this size, or has values that are no numbers.
+    """
     cure = "run the project again"
     try:
         with path.open("rb") as file:
@@ -135,18 +163,17 @@ def read_joint_covariance(path: Path, stations: int, effects: int = 0) -> Array:
             if version != (1, 0):
                 raise ValueError("version")
             shape, fortran, kind = _header(file, 1000)
-            if shape != (n, n) or fortran or kind != np.dtype("<f8"):
+            if shape != (rows, columns) or fortran or kind != np.dtype("<f8"):
                 raise ValueError("shape")
-            values = np.frombuffer(file.read(8 * n * n), "<f8").reshape(n, n)
+            values = np.frombuffer(file.read(8 * rows * columns), "<f8").reshape(shape)
     except OSError as error:
         raise InputError(
-            f"the joint covariance of the poses cannot be read ({error.strerror})",
+            f"the {what} cannot be read ({error.strerror})",
             file=path,
             cure=cure,
         ) from error
     except _DAMAGE as error:
-        what = f"the file is no joint covariance of {stations} stations"
-        raise InputError(what, file=path, cure=cure) from error
+        raise InputError(f"the file is no {what}", file=path, cure=cure) from error
     if not np.isfinite(values).all():
         raise InputError("the joint covariance has a value that is no number", file=path, cure=cure)
     return np.array(values, dtype=np.float64)

@@ -25,7 +25,7 @@ from tribrach.registration.geometry_warnings import (
 )
 from tribrach.scan.surface_sample import SurfaceSample
 
-__all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences"]
+__all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences", "station_shares"]
 
 
 @dataclass(frozen=True)
@@ -252,8 +252,7 @@ def error_budget(
     samples = samples_of(known, state, progress)
     for station in dict.fromkeys(scan.station for scan in scans):
         first = next(placements[scan.name] for scan in scans if scan.station == station)
-        shares = by_category(contributions(adjustment, station), factor)
-        shares |= _considered(first.covariance - factor * adjustment.covariance(station), first)
+        shares = station_shares(adjustment, first, factor)
         sampled = [
             _sampled(samples[scan.name], placements[scan.name], shares)
             for scan in known
@@ -262,6 +261,25 @@ def error_budget(
         if sampled:
             rows += _regions(station, sampled)
     return rows
+
+
+def station_shares(
+    adjustment: Adjustment, where: Placement, factor: float = 1.0
+) -> dict[str, Array]:
+    """Shares (6, 6) of the covariance of a station by what they come from; they add up to it.
+
+    Parameters
+    ----------
+    adjustment
+        The network that placed it.
+    where
+        The station, in the work frame.
+    factor
+        On a-priori covariances, as in the placement.
+    """
+    shares = by_category(contributions(adjustment, where.station), factor)
+    rest = where.covariance - factor * adjustment.covariance(where.station)
+    return shares | _considered(rest, where)
 
 
 def _considered(rest: Array, where: Placement) -> dict[str, Array]:

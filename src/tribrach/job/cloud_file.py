@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 
@@ -23,7 +24,14 @@ from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 
-__all__ = ["CloudFile", "cloud_points", "open_cloud", "refuse_other_frames", "station_pair"]
+__all__ = [
+    "CloudFile",
+    "cloud_points",
+    "open_cloud",
+    "refuse_other_frames",
+    "stated_light",
+    "station_pair",
+]
 
 
 @dataclass(frozen=True)
@@ -89,14 +97,24 @@ class CloudFile:
 
 
 def _light(scan: Scan, chunk: Chunk) -> Array:
-    """Intensities (n,) in the units of the scan that a cloud was made of, NaN where unknown.
+    """Intensities (n,) in the units of the scan that a cloud was made of, NaN where unknown."""
+    light = chunk.values.get("intensity")
+    return np.full(len(chunk), np.nan) if light is None else stated_light(scan.facts, light)
+
+
+def stated_light(facts: Mapping[str, str], light: NDArray[Any]) -> Array:
+    """Intensities (n,) in the units of the scan that a cloud was made of.
 
     LAS has integers: where they were stretched to their whole range, our clouds say from what.
+
+    Parameters
+    ----------
+    facts : mapping
+        What the cloud says of itself.
+    light : array (n,)
+        Intensities as the cloud has them.
     """
-    light = chunk.values.get("intensity")
-    if light is None:
-        return np.full(len(chunk), np.nan)
-    low, _, high = scan.facts.get("intensity", "").partition(" to ")
+    low, _, high = facts.get("intensity", "").partition(" to ")
     try:
         shift, span = float(low), float(high) - float(low)
     except ValueError:

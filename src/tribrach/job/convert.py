@@ -10,14 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.copc_head import stored_step
 from tribrach.io.clouds.formats import WRITERS, create
 from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.scans.formats import read_scans
 from tribrach.scan.scan import Scan
 
-__all__ = ["convert_scans"]
+__all__ = ["as_copc", "convert_scans"]
 
+#: step of coordinates of clouds that come without one [m]
+_FINEST = 1e-4
 _NORMALS = ("normal_x", "normal_y", "normal_z")
 
 
@@ -51,6 +56,39 @@ def convert_scans(
         (path, _convert(scan, path, placed, step, progress))
         for scan, path in zip(scans, paths, strict=True)
     ]
+
+
+def as_copc(source: Path, *, path: Path, progress: Progress) -> dict[str, Any]:
+    """Write a cloud as COPC for a viewer, in the steps that it is stored in.
+
+    Parameters
+    ----------
+    source : Path
+        The cloud; one with poses of its own is placed by them.
+    path : Path
+        The COPC file.
+    progress : Progress
+        Told of the points done.
+
+    Returns
+    -------
+    dict
+        Number of points.
+
+    Raises
+    ------
+    InputError
+        A cloud that cannot be read, or that has several scans.
+    """
+    scans = read_scans(source)
+    if len(scans) != 1:
+        raise InputError(
+            f"the file has {len(scans)} scans, and one cloud is made of one",
+            file=source,
+            cure='say format = "copc" in [cloud]',
+        )
+    placed, step = scans[0].pose is not None, stored_step(source) or _FINEST
+    return {"points": _convert(scans[0], path, placed, step, progress)}
 
 
 def _numbered(path: Path, number: int) -> Path:

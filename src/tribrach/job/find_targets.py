@@ -5,21 +5,23 @@ Two scans of one station share its frame; what both saw is one detection, the mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import base64
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from tribrach._types import Progress
 from tribrach.job.each import Item, each
-from tribrach.job.panorama import Panorama, panorama
+from tribrach.job.panorama import Panorama, close_up, panorama
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
 from tribrach.job.visits import Wish
 from tribrach.project.sections import TargetSection
-from tribrach.scan.loading import laid_out
+from tribrach.scan.loading import Loaded, laid_out
 from tribrach.scan.no_return import screened
+from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.discs.search import find_discs
@@ -33,6 +35,8 @@ __all__ = ["Findings", "blind", "extract", "find_targets", "found_alone", "merge
 
 #: two detections of a station this near to each other are one target, however small it is [m]
 _SAME = 0.02
+#: rejected candidates of a scan that are shown
+_SHOWN = 50
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ class Findings:
     detections, rejected : targets and what only looked like one; points : valid points of the scan;
     panorama : intensity over directions with the places of the targets, None without one;
     sentences : what could not be looked for, and why; sampling : angular steps and ranges, None
-    where the scanner is unknown.
+    where the scanner is unknown; pictures : the scan around targets, numbered from 1, and around
+    rejected candidates, from -1 downwards, as small WebP files.
     """
 
     scan: str
@@ -53,6 +58,7 @@ class Findings:
     panorama: Panorama | None = None
     sentences: tuple[str, ...] = ()
     sampling: Sampling | None = None
+    pictures: Mapping[int, bytes] = field(default_factory=dict)
 
     def moved(self, by: Sequence[float]) -> Findings:
         """The same with all centres moved by (3,) [m]."""
@@ -168,7 +174,22 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
         view,
         sentences,
         Sampling.of(image) if scan.origin_known else None,
+        _pictures(cloud, image, detections, rejected),
     )
+
+
+def _pictures(
+    cloud: Loaded,
+    image: RangeImage,
+    detections: Sequence[Detection],
+    rejected: Sequence[Rejected],
+) -> dict[int, bytes]:
+    """The scan around each target and each candidate that was none."""
+    places = {k: (d.center, d.radius) for k, d in enumerate(detections, start=1)}
+    # thousands of candidates are noise that nobody looks through
+    places |= {-k: (r.center, np.nan) for k, r in enumerate(rejected[:_SHOWN], start=1)}
+    views = {k: close_up(image, cloud.intensity, *place) for k, place in places.items()}
+    return {k: view for k, view in views.items() if view is not None}
 
 
 def blind(scan: MeasuredScan, wanted: TargetSection) -> str:
@@ -220,6 +241,10 @@ def _to_facts(findings: Findings) -> dict[str, Any]:
         "panorama": None if findings.panorama is None else findings.panorama.to_facts(),
         "sentences": list(findings.sentences),
         "sampling": None if findings.sampling is None else findings.sampling.to_facts(),
+        "pictures": {
+            str(number): base64.b64encode(picture).decode("ascii")
+            for number, picture in findings.pictures.items()
+        },
     }
 
 
@@ -235,4 +260,5 @@ def _from_facts(item: Item, facts: dict[str, Any]) -> Findings:
         None if view is None else Panorama.from_facts(view),
         tuple(str(s) for s in facts["sentences"]),
         None if sampling is None else Sampling.from_facts(sampling),
+        {int(number): base64.b64decode(text) for number, text in facts["pictures"].items()},
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -17,7 +18,7 @@ from tribrach.io.grey_pictures import grey_file, grey_picture
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection
 
-__all__ = ["HEIGHT", "WIDTH", "Panorama", "panorama"]
+__all__ = ["HEIGHT", "WIDTH", "Panorama", "close_up", "panorama"]
 
 #: pixels of a panorama as it is shown: width, and most of its height
 WIDTH, HEIGHT = 900, 360
@@ -107,6 +108,71 @@ def panorama(
             # from centres of pixels to centres of larger ones, mirrored
             marks[k] = grey.shape[1] - 0.5 - (column + 0.5) * scale[1], (row + 0.5) * scale[0] - 0.5
     return Panorama(grey, marks, tuple(d.kind for d in detections), (width, height))
+
+
+#: a close-up shows so much around a centre: times the radius, and at least [m]
+_AROUND, _LEAST = 2.0, 0.35
+#: pixels of a close-up, and of the scan that it shows at most
+_SIDE, _MOST_SEEN = 160, 400
+
+
+def close_up(
+    image: RangeImage, intensity: NDArray[np.float32] | None, center: Array, radius: float
+) -> bytes | None:
+    """The scan around a place, as its scanner saw it.
+
+    Parameters
+    ----------
+    image : RangeImage
+        The scan in directions.
+    intensity : (n,) or None
+        Of the points behind the image; ranges are shown without it.
+    center : (3,)
+        The place in the scanner frame [m].
+    radius : float
+        Of what is there [m]; NaN where nobody knows.
+
+    Returns
+    -------
+    bytes or None
+        A small square WebP file, upright; None where the scan shows nothing there.
+    """
+    length, h, v = polar_from_xyz(center[None])[0]
+    half = max(_AROUND * radius, _LEAST) if np.isfinite(radius) else _LEAST
+    flat = max(length * np.sin(v), 1e-3)
+    across = int(np.clip(half / (flat * abs(image.step_h)), 4, _MOST_SEEN / 2))
+    up = int(np.clip(half / (length * abs(image.step_v)), 4, _MOST_SEEN / 2))
+    row, column = image.pixel(h, v)
+    rows = round(row) + np.arange(-up, up + 1)
+    columns = round(column) + np.arange(-across, across + 1)
+    if image.wraps:
+        columns = columns % image.shape[1]
+    inside = ((rows >= 0) & (rows < image.shape[0]))[:, None] & (
+        (columns >= 0) & (columns < image.shape[1])
+    )[None]
+    place = np.ix_(np.clip(rows, 0, image.shape[0] - 1), np.clip(columns, 0, image.shape[1] - 1))
+    index = np.where(inside, image.index[place], -1)
+    seen = index >= 0
+    if not seen.any():
+        return None
+    source = image.range[place]
+    if intensity is not None:
+        source = intensity[np.maximum(index, 0)]
+    low, high = np.quantile(source[seen], [0.02, 0.98])
+    grey = np.clip((source - low) / max(high - low, 1e-12), 0, 1)
+    shown = np.round(255 * np.where(seen, np.nan_to_num(grey), 0.0)).astype(np.uint8)
+    if image.step_v < 0:
+        shown = shown[::-1]
+    if image.step_h > 0:
+        # horizontal angles grow to the left
+        shown = shown[:, ::-1]
+    images = _image()
+    made = images.fromarray(np.ascontiguousarray(shown)).resize(
+        (_SIDE, _SIDE), images.Resampling.BICUBIC
+    )
+    out = io.BytesIO()
+    made.save(out, "WEBP", quality=75, method=4)
+    return out.getvalue()
 
 
 def _image() -> Any:

@@ -23,7 +23,10 @@ from tribrach.job.scans import StationScan, calibration_of, known_correction
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.considered import Considered, influence_of
 
-__all__ = ["shared_part"]
+__all__ = ["joint_with_points", "shared_part"]
+
+#: no columns
+_NONE = np.zeros(0, dtype=np.int64)
 
 
 #: an unknown of the network by its column, a parameter of a file, a common error
@@ -73,6 +76,30 @@ def shared_part(
         rows.stations,
         rows.names,
     )
+
+
+def joint_with_points(
+    scans: Sequence[StationScan], adjustment: Adjustment, points: Sequence[str], factor: float = 1.0
+) -> Array:
+    """The joint covariance of what points of scans share, and of points of the network.
+
+    Parameters
+    ----------
+    scans, adjustment, factor
+        As for :func:`shared_part`.
+    points
+        Names of points of the network.
+
+    Returns
+    -------
+    array (q + 3p, q + 3p)
+        The q rows of the shared part in their order, then three of each point, in the work frame.
+    """
+    rows = _Rows(adjustment, list(dict.fromkeys(scan.station for scan in scans)))
+    for scan in scans:
+        rows.of_scan(scan)
+    columns = [adjustment.columns(name) for name in points]
+    return rows.covariance(scans, factor, np.concatenate([np.zeros(0, dtype=np.int64), *columns]))
 
 
 @dataclass
@@ -135,15 +162,19 @@ class _Rows:
         files = [f"{p}({f.instrument})" for f in self.files.values() for p in f.parameters]
         return [*self.unknowns.values(), *files, *(f"{e}({owner})" for e, owner in self.errors)]
 
-    def covariance(self, scans: Sequence[StationScan], factor: float) -> Array:
-        """The joint covariance of all rows."""
+    def covariance(
+        self, scans: Sequence[StationScan], factor: float, further: Index = _NONE
+    ) -> Array:
+        """The joint covariance of all rows, and of further columns of the network behind them."""
         adjustment = self.adjustment
         poses = [adjustment.columns(name) for name in self.stations]
-        columns = np.concatenate([*poses, np.array(list(self.unknowns), dtype=np.int64)])
-        count = len(self.order)
-        out = np.zeros((count, count))
-        n = len(columns)
-        out[:n, :n] = factor * adjustment.covariance_columns(columns, columns)
+        own = np.concatenate([_NONE, *poses, np.array(list(self.unknowns), dtype=np.int64)])
+        columns = np.concatenate([own, further])
+        count, n = len(self.order), len(own)
+        # where the unknowns of the network stand among the rows
+        at = np.concatenate([np.arange(n), count + np.arange(len(further))])
+        out = np.zeros((count + len(further),) * 2)
+        out[np.ix_(at, at)] = factor * adjustment.covariance_columns(columns, columns)
         for known in self.files.values():
             k = len(known.values)
             out[n : n + k, n : n + k] = known.covariance
@@ -155,12 +186,12 @@ class _Rows:
             for effect, owner in self.errors
         ]
         moved = influence_of(adjustment, effects, columns)
-        own = np.diag(np.array(list(self.errors.values())) ** 2)
-        out[n:, n:] = own
-        k = len(columns)
-        out[:k, :k] += moved @ own @ moved.T
-        out[:k, n:] = moved @ own
-        out[n:, :k] = out[:k, n:].T
+        sizes = np.diag(np.array(list(self.errors.values())) ** 2)
+        errors = np.arange(n, count)
+        out[np.ix_(errors, errors)] = sizes
+        out[np.ix_(at, at)] += moved @ sizes @ moved.T
+        out[np.ix_(at, errors)] = moved @ sizes
+        out[np.ix_(errors, at)] = (moved @ sizes).T
         return out
 
 

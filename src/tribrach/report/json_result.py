@@ -22,7 +22,7 @@ from tribrach.report.content import ObservedValues, Point, Report, StationRow, U
 from tribrach.report.schema.base import Items, document_pieces, heading
 from tribrach.report.schema.result import SCHEMA, ResultHead
 
-__all__ = ["SCHEMA", "dumps", "pieces", "result", "result_model"]
+__all__ = ["SCHEMA", "dumps", "network", "pieces", "result", "result_model"]
 
 #: objects of a part that is written at once
 _PART = 5000
@@ -40,11 +40,19 @@ _DOCUMENT = "What ``tribrach run`` and ``tribrach adjust --json`` write."
 
 def result(content: Report) -> ResultHead:
     """The result as a document."""
+    return result_model().model_validate(network(content))
+
+
+def network(content: Report) -> dict[str, Any]:
+    """The result as plain values by the keys of the document."""
     whole: dict[str, Any] = {"points": {}, "calibrations": {}, "stations": {}, "observations": []}
     for key, parts in _long(content).items():
         for part in parts:
-            whole[key] = whole[key] | part if isinstance(part, dict) else whole[key] + part
-    return result_model().model_validate(_short(content) | whole)
+            if isinstance(part, dict):
+                whole[key].update(part)
+            else:
+                whole[key] += part
+    return _short(content) | whole
 
 
 def pieces(content: Report) -> Iterator[str]:

@@ -16,6 +16,7 @@ from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head, Observation, ObservedValues
+from tribrach.report.numbers import Style
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -31,7 +32,7 @@ from tribrach.report.tables import (
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "observations", "printed_size", "worst_first"]
+__all__ = ["SUBJECT", "observations", "printed_size", "value_words", "worst_first"]
 
 #: rows stand in this order
 _WORST = Worst("those with the largest w")
@@ -90,7 +91,10 @@ def _observation_table(head: Head) -> ReportTable:
         (ColumnHead("Kind", numeric=False), lambda o: text_cell(_kind(o))),
         columns.word("From", "start"),
         columns.word("To", "end"),
-        (ColumnHead("value"), lambda o: number_cell(o.value, _with_unit(o, columns))),
+        (
+            ColumnHead("value"),
+            lambda o: number_cell(o.value, value_words(o.kind, o.value, o.unit, columns.style)),
+        ),
         _small("σ", "sigma", columns),
         _small("v", "residual", columns),
         columns.plain("r", "redundancy"),
@@ -113,13 +117,24 @@ def _kind(o: Observation) -> str:
     return f"{kind_named(o.kind).facts.title} {o.component}".strip()
 
 
-def _with_unit(o: Observation, columns: ColumnSet) -> str:
-    facts = kind_named(o.kind).facts
-    if o.unit == "1" and not facts.of_unknown:
-        return columns.style.ratio(o.value)
-    text = columns.style.value(o.value, o.unit, full_circle=facts.full_circle)
-    unit = columns.style.value_unit(o.unit)
-    return f"{text} {unit}" if unit in ("m", "gon") else text
+def value_words(kind: str, value: float, unit: str, style: Style) -> str:
+    """A measured value with its unit.
+
+    Parameters
+    ----------
+    kind : str
+        Of the observation.
+    value, unit
+        In metres, radians or a ratio: ``m``, ``rad`` or ``1``.
+    style : Style
+        How angles are written.
+    """
+    facts = kind_named(kind).facts
+    if unit == "1" and not facts.of_unknown:
+        return style.ratio(value)
+    text = style.value(value, unit, full_circle=facts.full_circle)
+    named = style.value_unit(unit)
+    return f"{text} {named}" if named in ("m", "gon") else text
 
 
 def _small(head: str, path: str, columns: ColumnSet) -> Spec:

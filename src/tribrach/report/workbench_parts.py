@@ -1,0 +1,244 @@
+"""What the workbench needs beside the result: frames, planes, pictures of targets, covariances.
+
+The run knows all of this and ``result.json`` does not hold it. It is written in numbers that
+need neither the project nor grids of PROJ again, so that a folder of results can be looked at
+anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.geodesy.local_map import StoredMap
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.site import EllipsoidSite
+from tribrach.io.arrays import joint_covariance_bytes
+from tribrach.job.budget import station_shares
+from tribrach.job.grouping import file_name
+from tribrach.job.shared import joint_with_points
+from tribrach.report.content import Report
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.workbench import SCHEMA, WorkbenchDocument
+
+if TYPE_CHECKING:
+    from tribrach.job.steps import PlacedScans
+    from tribrach.job.tie import Registered
+
+__all__ = ["JOINT", "PARTS", "PICTURES", "frame_part", "workbench_texts"]
+
+#: the file, the matrix and the folder of pictures in a folder of results
+PARTS, JOINT, PICTURES = "workbench.json", "workbench_covariance.npy", "pictures"
+#: what maps may be wrong by [m]
+_TOLERANCE = 1e-4
+#: the box of a map reaches so far beyond what it is for: of its extent, and at least [m]
+_MARGIN, _LEAST = 0.2, 20.0
+#: an angle of a map is times this radius, so that its tolerance is one in metres
+_RADIUS = 6378137.0
+#: numbers of the largest joint covariance with points that is written: 16 MB
+_MOST = 2_000_000
+
+
+def workbench_texts(content: Report, folder: Path) -> dict[Path, str | bytes]:
+    """Contents of the files by their paths.
+
+    Parameters
+    ----------
+    content
+        The report of a run.
+    folder
+        Folder of the results.
+    """
+    placed, registered = content.job.placed, content.job.registered
+    files: dict[Path, str | bytes] = {}
+    data = heading(SCHEMA) | {
+        "tribrach": content.version,
+        "date": content.date,
+        "confidence": content.settings.confidence,
+        "angle": content.settings.angle,
+        "frame": None if placed is None else frame_part(placed.frame, _box(content, placed)),
+        "planes": {} if registered is None else _planes(content, registered),
+        "pictures": {},
+        "shares": {},
+        "joint": None,
+    }
+    if placed is not None:
+        data["pictures"], pictures = _pictures(placed)
+        files |= {folder / PICTURES / name: picture for name, picture in pictures.items()}
+        data["shares"] = _shares(content, placed)
+        joint = _joint(content, placed)
+        if joint is not None:
+            points, matrix, shared = joint
+            data["joint"] = {"points": points, "file": JOINT, "shared": shared}
+            files[folder / JOINT] = joint_covariance_bytes(matrix)
+    files[folder / PARTS] = document_text(WorkbenchDocument.model_validate(data))
+    return files
+
+
+def frame_part(frame: OutputFrame, box: tuple[Array, Array]) -> dict[str, Any]:
+    """The frame of clouds, what turns it upright, and maps to the frames that the site knows.
+
+    Parameters
+    ----------
+    frame
+        Of the clouds.
+    box
+        Lowest and highest coordinates (3,) in the work frame [m] of all that is drawn.
+    """
+    work, site = frame.work, frame.work.site
+    low, high = box
+    middle = ((low + high) / 2)[None]
+    upright = np.eye(3)
+    if frame.kind == "ecef":
+        upright = site.axes(middle)[0] @ frame.rotation(middle[0]).T
+    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    there = frame.from_work(corners)
+    reach = there.min(axis=0), there.max(axis=0)
+    to_work = _to_work(frame)
+    maps: dict[str, Callable[[Array], Array]] = {}
+    if frame.kind != "work":
+        maps["work"] = to_work
+    grid = OutputFrame(work, "projected", frame.crs) if work.grid is not None else None
+    if grid is not None and frame.kind != "projected":
+        maps["projected"] = lambda x: grid.from_work(to_work(x))
+    if isinstance(site, EllipsoidSite):
+        scale = np.array([_RADIUS, _RADIUS, 1.0])
+        maps["geodetic"] = lambda x: site.geodetic(to_work(x)) * scale
+        if frame.kind != "ecef":
+            maps["ecef"] = lambda x: site.to_ecef(to_work(x))
+    fitted = {name: StoredMap.over(exact, *reach, _TOLERANCE) for name, exact in maps.items()}
+    back = None if frame.kind == "work" else StoredMap.over(frame.from_work, *box, _TOLERANCE)
+    return {
+        "kind": frame.kind,
+        "crs": frame.crs,
+        "epoch": frame.epoch,
+        "axes": frame.axes,
+        "upright": upright.tolist(),
+        "names": _names(frame),
+        "from_work": None if back is None else back.to_facts(),
+        "maps": {name: m.to_facts() for name, m in fitted.items() if m is not None},
+        "radius": _RADIUS,
+    }
+
+
+def _to_work(frame: OutputFrame) -> Callable[[Array], Array]:
+    """From the frame of the clouds to the work frame."""
+    if frame.kind == "work":
+        return lambda x: x
+    if frame.kind == "ecef":
+        return lambda x: frame.work.from_ecef(x)[0]
+    return lambda x: frame.work.from_own(x)[0]
+
+
+def _names(frame: OutputFrame) -> dict[str, str]:
+    """What the frames are called."""
+    grid = frame.work.grid
+    names = {"work": "Work frame E, N, U"}
+    if grid is not None:
+        names["projected"] = f"{grid.crs} easting, northing, height"
+    if isinstance(frame.work.site, EllipsoidSite):
+        names["geodetic"] = "Latitude, longitude, ellipsoidal height"
+        names["ecef"] = "Geocentric X, Y, Z"
+    return names
+
+
+def _box(content: Report, placed: PlacedScans) -> tuple[Array, Array]:
+    """Lowest and highest coordinates in the work frame of points, stations and clouds."""
+    xyz = np.array([p.xyz for p in content.points], dtype=float).reshape(-1, 3)
+    places = [np.nan_to_num(xyz), *(w.pose.translation[None] for w in placed.placements.values())]
+    to_work = _to_work(placed.frame)
+    for product in placed.products:
+        low, high = product.summary.low, product.summary.high
+        if np.isfinite(low).all() and np.isfinite(high).all():
+            corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+            places.append(to_work(corners))
+    every = np.concatenate(places)
+    low, high = every.min(axis=0), every.max(axis=0)
+    margin = np.maximum(_MARGIN * (high - low), _LEAST)
+    return low - margin, high + margin
+
+
+def _planes(content: Report, registered: Registered) -> dict[str, Any]:
+    """Where planes of the network were seen: around the centres of their patches."""
+    ties = registered.ties
+    if ties is None:
+        return {}
+    adjustment = content.adjustment
+    layout, state = adjustment.layout, adjustment.state
+    sets = {s.name: s.planes for s in registered.stations}
+    out: dict[str, Any] = {}
+    for surface in range(len(ties.normal)):
+        name = f"plane {surface + 1}"
+        centres, sizes = [], []
+        for k in np.flatnonzero(ties.surface == surface):
+            station, number = ties.station[k], int(ties.number[k])
+            if station not in layout.names["pose"]:
+                continue
+            at = layout.index("pose", station)
+            local = sets[station].center[number]
+            centres.append(state.pose_r[at] @ local + state.pose_t[at])
+            sizes.append(np.sqrt(sets[station].area[number] / np.pi))
+        if centres and name in layout.names["plane"]:
+            centre = np.mean(centres, axis=0)
+            away = np.linalg.norm(np.array(centres) - centre, axis=1)
+            out[name] = {"centre": centre.tolist(), "extent": float((away + sizes).max())}
+    return out
+
+
+def _pictures(placed: PlacedScans) -> tuple[dict[str, dict[str, str]], dict[str, bytes]]:
+    """Names of the pictures of targets and candidates by scan and number, and their files."""
+    names: dict[str, dict[str, str]] = {}
+    files: dict[str, bytes] = {}
+    for at, finding in enumerate(placed.findings, start=1):
+        for number, picture in finding.pictures.items():
+            file = f"{at}-{file_name(finding.scan)}-{number}.webp"
+            names.setdefault(finding.scan, {})[str(number)] = file
+            files[file] = picture
+    return names, files
+
+
+def _shares(content: Report, placed: PlacedScans) -> dict[str, dict[str, Any]]:
+    """Parts of the covariance of each station, along the axes of the clouds."""
+    out: dict[str, dict[str, Any]] = {}
+    for where in placed.placements.values():
+        if where.station in out:
+            continue
+        turn = np.kron(np.eye(2), placed.frame.rotation(where.pose.translation))
+        shares = station_shares(content.adjustment, where, content.variance_factor)
+        out[where.station] = {n: (turn @ c @ turn.T).tolist() for n, c in shares.items()}
+    return out
+
+
+def _joint(content: Report, placed: PlacedScans) -> tuple[list[str], Array, int] | None:
+    """Points, their rows of the joint covariance, and how many rows the stations have.
+
+    None where the run keeps none of the stations, or it would be too large.
+    """
+    points = [p.name for p in content.points]
+    if placed.shared is None or not points:
+        return None
+    shared = len(placed.shared.covariance)
+    if 3 * len(points) * (shared + 3 * len(points)) > _MOST:
+        return None
+    joint = joint_with_points(placed.scans, content.adjustment, points, content.variance_factor)
+    turn = np.eye(len(joint))
+    frame = placed.frame
+    for name, rows in _rows_of_stations(placed).items():
+        at = placed.placements[name].pose.translation
+        turn[np.ix_(rows, rows)] = np.kron(np.eye(2), frame.rotation(at))
+    state, layout = content.adjustment.state, content.adjustment.layout
+    for k, name in enumerate(points):
+        rows = shared + 3 * k + np.arange(3)
+        turn[np.ix_(rows, rows)] = frame.rotation(state.points[layout.index("point", name)])
+    turned = turn @ joint @ turn.T
+    return points, 0.5 * (turned + turned.T)[shared:], shared
+
+
+def _rows_of_stations(placed: PlacedScans) -> Mapping[str, Any]:
+    """Rows of the poses, by one scan of each station."""
+    assert placed.shared is not None
+    return {name: placed.shared.columns[name][:6] for name in placed.shared.scans}

@@ -1,0 +1,310 @@
+"""The scene of a result: what the page draws, in columns, in the frame of the clouds.
+
+A scene is made from the keys of ``result.json``: those of a file, or those of the adjustment of a
+session with what the last run left of its scans. What lies beside the result (poses of the clouds,
+``workbench.json``) is used where it is there, so that results without it stay readable.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Literal
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.observations.registry import kind_named
+from tribrach.report.chapters.observations import value_words
+from tribrach.report.numbers import Style
+from tribrach.report.schema.base import heading
+from tribrach.statistics import chi2
+from tribrach.units import format_angle
+from tribrach.workbench.result_folder import ResultFolder
+from tribrach.workbench.schema import SCHEMA, SceneDocument
+
+__all__ = ["scene_of"]
+
+Columns = dict[str, list[Any]]
+
+#: figures of an observation that are written with its unit
+_SMALL = ("sigma", "residual", "mdb")
+
+
+def scene_of(
+    result: Mapping[str, Any],
+    beside: ResultFolder,
+    clouds: Sequence[Mapping[str, Any]] = (),
+    *,
+    session: bool = False,
+) -> SceneDocument:
+    """Make the scene of a result.
+
+    Parameters
+    ----------
+    result : mapping
+        Keys as in ``result.json``.
+    beside : ResultFolder
+        What lies beside it: the frame of the clouds, places of scans, pictures.
+    clouds : sequence of mapping
+        Clouds with their attributes, see :func:`tribrach.workbench.clouds.cloud_parts`.
+    session : bool
+        Whether observations can be switched off here.
+
+    Returns
+    -------
+    SceneDocument
+    """
+    style = Style(beside.angle)
+    observations = _observations(result["observations"], style)
+    points = _points(result, beside, style)
+    frame = beside.frame
+    stations = _stations(result, beside, clouds)
+    targets, rejected = _targets(result.get("scans") or {}, beside, style)
+    return SceneDocument.model_validate(
+        heading(SCHEMA)
+        | {
+            "title": result["title"],
+            "confidence": beside.confidence(result),
+            "ellipsoid": math.sqrt(float(chi2.ppf(beside.confidence(result), 3))),
+            "angle": beside.angle,
+            "crs": frame.crs,
+            "axes": frame.axes,
+            "origin": _origin(points["xyz"], stations["xyz"], clouds),
+            "frame": frame.upright.tolist(),
+            "datum": result["datum"]["statement"],
+            "covariances": result["sigma0"]["covariances"],
+            "summary": {**result["sigma0"], "verdict": _verdict(result["sigma0"])},
+            "warnings": result["warnings"],
+            "points": points,
+            "stations": stations,
+            "observations": observations,
+            "rays": _rays(observations),
+            "planes": _planes(result["planes"], beside),
+            "edges": (result.get("registration") or {}).get("edges", []),
+            "targets": targets,
+            "rejected": rejected,
+            "clouds": list(clouds),
+            "comparisons": _comparisons(result.get("comparisons") or []),
+            "edits": result["edits"],
+            "session": session,
+            "sigmas_of": beside.sigmas_of,
+        }
+    )
+
+
+def _verdict(sigma0: Mapping[str, Any]) -> str:
+    """The global test in words."""
+    test = sigma0["global_test"]
+    if test["accepted"] is None:
+        return "no redundancy, nothing is tested"
+    where = f"{test['statistic']:.1f}, limits {test['lower']:.1f} to {test['upper']:.1f}"
+    return f"global test {'accepted' if test['accepted'] else 'rejected'} ({where})"
+
+
+def _origin(
+    points: Iterable[Sequence[float | None]],
+    stations: Iterable[Sequence[float | None] | None],
+    clouds: Iterable[Mapping[str, Any]],
+) -> list[int]:
+    """Whole metres near the middle of everything."""
+    places = [place for place in (*points, *stations) if place is not None]
+    places += [corner for cloud in clouds for corner in cloud["bounds"]]
+    known = np.array([[np.nan if v is None else v for v in place] for place in places], dtype=float)
+    if not len(known):
+        return [0, 0, 0]
+    inside = ~np.isnan(known).all(axis=0)
+    middle = (np.nanmin(known[:, inside], axis=0) + np.nanmax(known[:, inside], axis=0)) / 2
+    out = np.zeros(3)
+    out[inside] = middle
+    return [int(v) for v in np.rint(out)]
+
+
+def _points(result: Mapping[str, Any], beside: ResultFolder, style: Style) -> Columns:
+    """Points of the network in the frame of the clouds, with their coordinates in others."""
+    given = result["points"]
+    out: Columns = {"name": list(given), "role": [p["role"] for p in given.values()]}
+    xyz, covariance = beside.frame.of_points(given)
+    out["xyz"], out["covariance"] = xyz, covariance
+    out["frames"] = _frames(given.values(), beside, style)  # type: ignore[assignment]
+    return out
+
+
+def _frames(
+    points: Iterable[Mapping[str, Any]], beside: ResultFolder, style: Style
+) -> dict[str, list[list[str] | None]]:
+    """Coordinates of points as a person reads them, by frame."""
+    points = list(points)
+    work = [[_metres(v) for v in p["xyz"]] for p in points]
+    frames: dict[str, list[list[str] | None]] = {beside.names["work"]: [*work]}
+    for key in ("projected", "geodetic", "ecef"):
+        rows = [coordinate_words(key, p.get(key), style) for p in points]
+        if any(row is not None for row in rows):
+            frames[beside.names[key]] = rows
+    return frames
+
+
+def coordinate_words(kind: str, values: Sequence[float] | None, style: Style) -> list[str] | None:
+    """Three coordinates with their units, None where there are none.
+
+    Parameters
+    ----------
+    kind : str
+        ``work``, ``projected``, ``geodetic`` or ``ecef``.
+    values : sequence of float
+        Metres; latitude and longitude in radians.
+    style : Style
+        How angles are written.
+    """
+    if values is None:
+        return None
+    if kind != "geodetic":
+        return [_metres(v) for v in values]
+    latitude, longitude = (format_angle(v, "dms", 5) for v in values[:2])
+    return [latitude, longitude, _metres(values[2])]
+
+
+def _metres(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f} m"
+
+
+def _stations(
+    result: Mapping[str, Any], beside: ResultFolder, clouds: Sequence[Mapping[str, Any]]
+) -> Columns:
+    """Scanner stations by their pose; set-ups at the place of their point."""
+    out: Columns = {key: [] for key in ("name", "kind", "pose", "xyz", "covariance", "clouds")}
+    for name, station in result["stations"].items():
+        scanner = station["world_from_scanner"] is not None
+        pose, covariance = beside.frame.of_station(name, station)
+        place = pose[:3, 3].tolist() if pose is not None else None
+        if not scanner and name in result["points"]:
+            place = beside.frame.of_points({name: result["points"][name]})[0][0]
+        out["name"].append(name)
+        out["kind"].append("scanner" if scanner else "set-up")
+        out["pose"].append(None if pose is None else pose.tolist())
+        out["xyz"].append(place)
+        out["covariance"].append(None if covariance is None else covariance.tolist())
+        out["clouds"].append([c["name"] for c in clouds if c["station"] == name])
+    return out
+
+
+def _observations(rows: Sequence[Mapping[str, Any]], style: Style) -> Columns:
+    """Observed values in columns, with their words."""
+    keys = (
+        "id", "kind", "component", "from", "to", "unit", "value", "sigma", "residual", "redundancy",
+        "w", "tau", "mdb", "external", "external_at", "suspicious", "group", "state", "source",
+    )  # fmt: skip
+    out: Columns = {key: [row[key] for row in rows] for key in keys}
+    out["reason"] = [row.get("reason", "") for row in rows]
+    out["title"] = [observation_title(row["kind"], row["component"]) for row in rows]
+    words: dict[str, list[str]] = {
+        "value": [value_words(r["kind"], r["value"], r["unit"], style) for r in rows],
+        "external": [style.small(r["external"], "m") for r in rows],
+    }
+    for key in _SMALL:
+        words[key] = [
+            ""
+            if r[key] is None
+            else f"{style.small(r[key], r['unit'])} {style.small_unit(r['unit'])}"
+            for r in rows
+        ]
+    words["external"] = [f"{text} mm" if text else "" for text in words["external"]]
+    out["words"] = words  # type: ignore[assignment]
+    return out
+
+
+def observation_title(kind: str, component: str) -> str:
+    """What a report calls a kind of observations, with the component."""
+    return f"{kind_named(kind).facts.title} {component}".strip()
+
+
+def _rays(observations: Columns) -> Columns:
+    """Pairs of positions with the rows of their observations; a pair has one direction."""
+    rows: dict[tuple[str, str], list[int]] = {}
+    for k, pair in enumerate(zip(observations["from"], observations["to"], strict=True)):
+        if all(pair):
+            back = (pair[1], pair[0])
+            rows.setdefault(back if back in rows else pair, []).append(k)
+    w, suspicious = observations["w"], observations["suspicious"]
+    return {
+        "from": [start for start, _ in rows],
+        "to": [end for _, end in rows],
+        "w": [
+            max((abs(w[k]) for k in at if w[k] is not None), default=None) for at in rows.values()
+        ],
+        "suspicious": [any(suspicious[k] for k in at) for at in rows.values()],
+        "rows": list(rows.values()),
+    }
+
+
+def _planes(planes: Mapping[str, Any], beside: ResultFolder) -> Columns:
+    """Planes in the frame of the clouds, with the place where they were seen."""
+    out: Columns = {key: [] for key in ("name", "normal", "offset", "centre", "extent")}
+    for name, plane in planes.items():
+        seen = beside.planes.get(name)
+        centre = None if seen is None else np.array(seen["centre"])
+        normal, offset, there = beside.frame.of_plane(
+            np.array(plane["normal"]), float(plane["offset"]), centre
+        )
+        out["name"].append(name)
+        out["normal"].append(normal.tolist())
+        out["offset"].append(offset)
+        out["centre"].append(None if there is None else there.tolist())
+        out["extent"].append(None if seen is None else seen["extent"])
+    return out
+
+
+def _targets(
+    scans: Mapping[str, Any], beside: ResultFolder, style: Style
+) -> tuple[Columns, Columns]:
+    """Targets found and rejected, placed by the poses of their scans."""
+    same = (
+        "scan", "number", "kind", "name", "center", "sigma", "range", "incidence", "points", "rms",
+        "coverage", "remark",
+    )  # fmt: skip
+    found, rejections = scans.get("targets", []), scans.get("rejected", [])
+    out: Columns = {key: [row[key] for row in found] for key in same}
+    out["xyz"] = [_placed(row, beside) for row in found]
+    out["accepted"] = [bool(row["name"]) for row in found]
+    out["picture"] = [beside.picture(row["scan"], row["number"]) for row in found]
+    out["words"] = [_fit_words(row, style) for row in found]
+    bad: Columns = {key: [row[key] for row in rejections] for key in ("scan", "kind", "center")}
+    bad["reason"] = [row["reason"] for row in rejections]
+    bad["xyz"] = [_placed(row, beside) for row in rejections]
+    numbers: dict[str, int] = {}
+    bad["picture"] = []
+    for row in rejections:
+        numbers[row["scan"]] = numbers.get(row["scan"], 0) + 1
+        bad["picture"].append(beside.picture(row["scan"], -numbers[row["scan"]]))
+    return out, bad
+
+
+def _fit_words(row: Mapping[str, Any], style: Style) -> dict[str, str]:
+    """The numbers of a fit with their units."""
+    mm = [style.small(value, "m") for value in (*row["sigma"], row["rms"])]
+    angle: Literal["gon", "deg"] = style.angle
+    incidence = row["incidence"]
+    return {
+        "sigma": f"{mm[0]}, {mm[1]}, {mm[2]} mm",
+        "rms": f"{mm[3]} mm",
+        "range": "" if row["range"] is None else _metres(row["range"]),
+        "incidence": ""
+        if incidence is None
+        else f"{format_angle(incidence, angle, 1)} {'gon' if angle == 'gon' else '°'}",
+        "coverage": f"{100 * row['coverage']:.0f} %",
+    }
+
+
+def _placed(row: Mapping[str, Any], beside: ResultFolder) -> list[float] | None:
+    """A centre of the scanner frame in the frame of the clouds."""
+    pose: Array | None = beside.poses.get(row["scan"])
+    if pose is None:
+        return None
+    placed: list[float] = (pose[:3, :3] @ np.array(row["center"]) + pose[:3, 3]).tolist()
+    return placed
+
+
+def _comparisons(comparisons: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Comparisons without what only a report needs."""
+    keep = ("a", "b", "limit", "sites", "offsets", "sentences")
+    return [{key: c[key] for key in keep if key in c} for c in comparisons]

@@ -1,0 +1,94 @@
+"""Views that somebody saved by name: a small file beside the project.
+
+A view is the part of the address behind ``#``: layers, camera, colours and selection.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from tribrach.errors import InputError
+from tribrach.io.keeping import keeping
+from tribrach.io.outputs import write_text
+from tribrach.io.toml_model import quoted, read_model
+
+__all__ = ["VIEWS", "keep_view", "read_views"]
+
+#: beside the project file
+VIEWS = "views.toml"
+#: views of a project, and characters of a name and of a view
+_MOST, _NAME, _LENGTH = 500, 100, 20_000
+_HEAD = "# Views of the workbench, by name: what stands behind # in its address.\n"
+
+
+class _View(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    name: str
+    hash: str
+
+
+class _Views(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    view: list[_View] = []
+
+
+def read_views(path: Path) -> dict[str, str]:
+    """Views by name; none where there is no file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        It is no file of views.
+    """
+    if not path.is_file():
+        return {}
+    views = read_model(path, _Views, "a view has a name and a hash").view
+    return {view.name: view.hash for view in views}
+
+
+def keep_view(path: Path, name: str, place: str | None) -> dict[str, str]:
+    """Save a view, or remove the one of a name.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    name : str
+        Of the view.
+    place : str or None
+        What stands behind ``#``; None removes the view.
+
+    Returns
+    -------
+    dict
+        All views.
+
+    Raises
+    ------
+    InputError
+        No name, a text that is too long, too many views, a file that cannot be written.
+    """
+    name = name.strip()
+    if not name or len(name) > _NAME or len(place or "") > _LENGTH:
+        raise InputError(
+            f"a view has a name of at most {_NAME} characters and a state of at most {_LENGTH}",
+            cure="give it a short name",
+        )
+    views = read_views(path)
+    if place is None:
+        views.pop(name, None)
+    else:
+        views[name] = place
+    if len(views) > _MOST:
+        raise InputError(f"there are {_MOST} views already", cure="remove some")
+    rows = [f"\n[[view]]\nname = {quoted(n)}\nhash = {quoted(h)}\n" for n, h in views.items()]
+    with keeping(overwrite=True):
+        write_text(path, _HEAD + "".join(rows))
+    return views
