@@ -14,6 +14,7 @@ from pathlib import Path
 from tribrach._types import Progress
 from tribrach.errors import InputError, NothingFound, TribrachError
 from tribrach.io.keeping import keeping, refuse_loss
+from tribrach.io.logo import read_logo
 from tribrach.io.outputs import Content, write_texts
 from tribrach.io.survey.formats import read
 from tribrach.job.antenna_lever_arms import lever_arm_files
@@ -162,7 +163,7 @@ def adjust_job(
     survey = job.surveyed()
     solution = solve(job.network_of(survey, datum=datum), settings)
     antennas = _antennas(survey, solution.adjustment, settings)
-    results = JobResults(job.project, job.sessions, antennas=antennas)
+    results = JobResults(job.project, job.sessions, antennas=antennas, logo=_logo(job.project))
     return report(solution, settings, job.project.facts, results)
 
 
@@ -215,7 +216,7 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
     """Run a project while what it reads is kept."""
     for name in _REPORTS:
         refuse_loss(folder / name)
-    settings = AdjustmentSettings.of(project)
+    settings, logo = AdjustmentSettings.of(project), _logo(project)
     job = open_job(project, progress)
     found = find(job, folder, progress, engine) if project.scans else None
     with _leaving(found, folder):
@@ -228,7 +229,7 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
     adjustment = solution.adjustment
     origin = sigma_origin(adjustment, settings.posterior, solution.components)
     results = JobResults(
-        job.project, job.sessions, antennas=_antennas(survey, adjustment, settings)
+        job.project, job.sessions, antennas=_antennas(survey, adjustment, settings), logo=logo
     )
     if ties is not None:
         results = replace(
@@ -249,6 +250,12 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
         with suppress(InputError):
             write_found(found.findings, folder)
     return content
+
+
+def _logo(project: Project) -> str:
+    """The picture that the facts of a project name for the head of the report."""
+    names = [name for key, name in project.facts.items() if key.strip().lower() == "logo"]
+    return read_logo(project.folder / names[0]) if names and names[0] else ""
 
 
 @contextmanager

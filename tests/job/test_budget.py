@@ -108,9 +108,13 @@ def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Pa
     assert sum(first[name] ** 2 for name in parts) == pytest.approx(first["3D σ"] ** 2)
     both = first["own σ"] ** 2 + first["shared σ"] ** 2
     assert both == pytest.approx(first["3D σ"] ** 2)
-    charts = budget_charts(rows)
+    charts = budget_charts(rows, ColumnSet(Style()))
     assert [chart.name for chart in charts] == ["budget-S1"]
-    assert len(charts[0].webp) > 5000
+    drawing = charts[0].drawing
+    assert drawing is not None
+    panels = [mark for mark in drawing.marks if mark.inner]
+    blocks = [inner for panel in panels for inner in panel.inner if inner.tag == "rect"]
+    assert any("range" in block.title and "mm²" in block.title for block in blocks)
     assert "Largest parts along the normal" in charts[0].caption
 
 
@@ -158,5 +162,5 @@ def test_own_neighbours_and_shared_add_up_by_intensity(
         assert ranges is not None
         assert law.sigma([high])[0] ** 2 < ranges < law.sigma([low])[0] ** 2
     assert len({round(1e9 * row.shared) for row in rows}) > 1
-    charts = budget_charts(rows)
+    charts = budget_charts(rows, ColumnSet(Style()))
     assert [chart.name for chart in charts] == ["budget-S1"]

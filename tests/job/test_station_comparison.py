@@ -70,7 +70,7 @@ def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Report]) ->
     assert data[0]["sites"][0]["predicted_sigma"] == chapter.sites[0].predicted_sigma
     assert data[0]["regression"]["rows"] == len(SOME)
     text = (folder / "out" / "report.txt").read_text()
-    assert "Comparison between stations: S3 S3-sites against S4 S4-sites" in text
+    assert "Comparison between stations: S3, sites against S4, sites" in text
     assert "joint covariance of the stations says" in " ".join(text.split())
     root = parser.fromstring((folder / "out" / "report.html").read_text())
     ids = {s.get("id") for s in root.iter("section")}

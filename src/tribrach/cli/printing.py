@@ -45,7 +45,7 @@ def printed(table: ReportTable, width: int) -> Printed:
         justify: JustifyMethod = "right" if column.numeric else "left"
         out.add_column(head, justify=justify, width=characters, overflow="fold")
     for row in table.rows:
-        out.add_row(*(escape(visible(cell.text)) for cell in row.cells))
+        out.add_row(*(escape(visible(cell.words)) for cell in row.cells))
     return out
 
 
@@ -69,4 +69,4 @@ def _least(table: ReportTable, k: int) -> int:
 
 
 def _longest(table: ReportTable, k: int) -> int:
-    return max((len(row.cells[k].text) for row in table.rows), default=0)
+    return max((len(row.cells[k].words) for row in table.rows), default=0)

@@ -21,7 +21,7 @@ from tribrach.targets.detection import Detection
 __all__ = ["HEIGHT", "WIDTH", "Panorama", "close_up", "panorama"]
 
 #: pixels of a panorama as it is shown: width, and most of its height
-WIDTH, HEIGHT = 900, 360
+WIDTH, HEIGHT = 1400, 560
 #: a packed panorama with more pixels than this is damaged
 _MOST = 20_000_000
 #: pixels of which less is seen stay dark
@@ -43,12 +43,15 @@ class Panorama:
         Their kinds.
     shape : (float, float)
         Width and height in pixels as it is to be shown.
+    window : (float, float)
+        Horizontal angles [rad] at the left and at the right margin.
     """
 
     grey: NDArray[np.uint8]
     marks: Array
     kinds: tuple[str, ...]
     shape: tuple[float, float]
+    window: tuple[float, float] = (np.pi, -np.pi)
 
     def to_facts(self) -> dict[str, Any]:
         """As plain numbers and text, to be remembered."""
@@ -58,6 +61,7 @@ class Panorama:
             "marks": self.marks.tolist(),
             "kinds": list(self.kinds),
             "shape": list(self.shape),
+            "window": list(self.window),
         }
 
     @classmethod
@@ -75,7 +79,9 @@ class Panorama:
         grey = grey_picture(base64.b64decode(facts["grey"]), (rows, columns))
         width, height = (float(x) for x in facts["shape"])
         marks = np.array(facts["marks"], dtype=float).reshape(-1, 2)
-        return cls(grey, marks, tuple(str(kind) for kind in facts["kinds"]), (width, height))
+        left, right = (float(x) for x in facts["window"])
+        kinds = tuple(str(kind) for kind in facts["kinds"])
+        return cls(grey, marks, kinds, (width, height), (left, right))
 
 
 def panorama(
@@ -97,7 +103,7 @@ def panorama(
     width : int
         Pixels across.
     """
-    height = min(HEIGHT * width / WIDTH, max(90.0, width * image.shape[0] / image.shape[1]))
+    height = min(HEIGHT * width / WIDTH, max(140.0, width * image.shape[0] / image.shape[1]))
     grey = _reduced(image, intensity, width, round(height))
     scale = np.array(grey.shape) / np.array(image.shape)
     marks = np.zeros((len(detections), 2))
@@ -107,7 +113,9 @@ def panorama(
             row, column = image.pixel(h, v)
             # from centres of pixels to centres of larger ones, mirrored
             marks[k] = grey.shape[1] - 0.5 - (column + 0.5) * scale[1], (row + 0.5) * scale[0] - 0.5
-    return Panorama(grey, marks, tuple(d.kind for d in detections), (width, height))
+    first, last = image.first_h - image.step_h / 2, image.shape[1] * image.step_h
+    window = float(first + last), float(first)
+    return Panorama(grey, marks, tuple(d.kind for d in detections), (width, height), window)
 
 
 #: a close-up shows so much around a centre: times the radius, and at least [m]

@@ -35,6 +35,8 @@ class JobResults:
         Between stations, as the project asks for.
     antennas : CarriedAntennas or None
         Lever arms and the rigid model of stations that carry antennas or prisms.
+    logo : str
+        The picture in the head of the report as an address that holds it, "" if there is none.
     """
 
     project: Project | None = None
@@ -43,3 +45,4 @@ class JobResults:
     placed: PlacedScans | None = None
     comparisons: Sequence[StationComparison] = field(default=())
     antennas: CarriedAntennas | None = None
+    logo: str = ""

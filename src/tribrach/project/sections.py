@@ -495,10 +495,30 @@ class AdjustmentSection(Section):
 
 
 class OutputSection(Section):
-    """Folder of the results inside the project's, and how angles are written."""
+    """Folder of the results inside the project's, and how numbers are written in reports.
+
+    Attributes
+    ----------
+    folder
+        Folder of the results, inside the project's.
+    angle
+        Unit of angles.
+    decimal
+        Between a whole number and its fraction.
+    thousands
+        Between groups of three digits, in numbers of five digits and more.
+    """
 
     folder: Annotated[str, Field(min_length=1)] = "out"
     angle: Literal["gon", "deg"] = "gon"
+    decimal: Literal[".", ","] = "."
+    thousands: Literal["", " ", "'", ".", ","] = ""
+
+    @model_validator(mode="after")
+    def _two_signs(self) -> Self:
+        if self.decimal == self.thousands:
+            raise ValueError("decimal and thousands are the same sign: change one of them")
+        return self
 
 
 # The section ``[datum]`` of a project, and the same in one string.

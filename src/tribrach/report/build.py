@@ -23,9 +23,10 @@ from tribrach.report.chapters.points import points, position_uncertainty
 from tribrach.report.chapters.stations import stations
 from tribrach.report.chapters.unknowns import correlations, other_unknowns
 from tribrach.report.content import ComponentRow, Head, Report, ReportSettings, SnoopingRow
+from tribrach.report.names import spoken
 from tribrach.report.numbers import number
 from tribrach.report.summary import datum_statement, sigma_origin, summary
-from tribrach.report.warnings import ReportWarning, in_order
+from tribrach.report.warnings import ReportWarning, Severity, in_order
 from tribrach.units import format_angle
 
 __all__ = ["build"]
@@ -102,22 +103,24 @@ def build(
         apart=adjustment if apart is None else apart,
     )
     asked = subjects(head, job)
-    chapters = tuple(chapter for subject in asked for chapter in subject.chapters(head, job))
+    made = [chapter for subject in asked for chapter in subject.chapters(head, job)]
+    chapters = tuple(sorted(made, key=lambda chapter: not chapter.signed))
     graded = [*adjustment_warnings(head), *warnings]
     graded += [warning for chapter in chapters for warning in chapter.warnings]
     given = {item.name: getattr(head, item.name) for item in fields(Head)}
-    return Report(**given, warnings=in_order(graded), chapters=chapters, job=job)
+    grave = in_order(w for w in graded if w.severity <= Severity.BLUNDER)
+    return Report(**given, warnings=in_order(graded), grave=len(grave), chapters=chapters, job=job)
 
 
 def _facts(
     adjustment: Adjustment, sources: list[str], facts: Mapping[str, str]
 ) -> tuple[tuple[str, str], ...]:
     """Lines of the head: what the caller gives, the reference system, the files."""
-    files = list(dict.fromkeys(source.rsplit(":", 1)[0] for source in sources if source))
+    files = list(dict.fromkeys(spoken(s.rsplit(":", 1)[0]) for s in sources if s))
     lines = [*facts.items(), ("Reference system", _reference(adjustment))]
     if files:
         more = f" and {len(files) - 8} more" if len(files) > 8 else ""
-        lines.append(("Files", ", ".join(files[:8]) + more))
+        lines.append(("Files", "; ".join(files[:8]) + more))
     for fact in adjustment.network.facts:
         if isinstance(fact, ListReading):
             lines.append((f"How {fact.file} was read", "; ".join(fact.sentences)))

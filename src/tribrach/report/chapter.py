@@ -40,6 +40,9 @@ class Chapter:
         What belongs on top of the report.
     key : str
         Key of the data in the JSON result; the name if it is empty.
+    signed : bool
+        True for the figures that one signs: they come first. The others stand behind them, and a
+        page shows them when they are asked for.
     """
 
     name: str
@@ -50,3 +53,4 @@ class Chapter:
     data: DocumentPart | Sequence[DocumentPart] | Mapping[str, DocumentPart] | None = None
     warnings: tuple[ReportWarning, ...] = ()
     key: str = ""
+    signed: bool = False

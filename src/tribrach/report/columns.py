@@ -7,6 +7,7 @@ from operator import attrgetter
 from pathlib import PurePath
 from typing import Any
 
+from tribrach.report.names import spoken
 from tribrach.report.numbers import Style
 from tribrach.report.tables import ColumnHead, Spec, number_cell, text_cell
 from tribrach.units import format_angle
@@ -41,8 +42,15 @@ class ColumnSet:
     def source(self) -> Spec:
         """File and line of each item, of an absolute path the file alone."""
         return ColumnHead("Source", numeric=False), lambda item: text_cell(
-            PurePath(item.source).name if PurePath(item.source).is_absolute() else item.source
+            PurePath(item.source).name
+            if PurePath(item.source).is_absolute()
+            else spoken(item.source)
         )
+
+    def scan(self, head: str, path: str) -> Spec:
+        """Names of scans as one would say them."""
+        get = attrgetter(path)
+        return ColumnHead(head, numeric=False), lambda item: text_cell(spoken(get(item)))
 
     def plain(self, head: str, path: str, digits: int = 2, *, wide: bool = False) -> Spec:
         """A number without a unit."""

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tribrach._types import Array
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
 from tribrach.comparison.results import SiteResult
+from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import Style, count_cell, fixed_cell, percent_cell
 from tribrach.report.page import page
 from tribrach.report.tables import (
@@ -35,6 +37,9 @@ __all__ = [
 ]
 
 Make = Callable[[SiteResult], Cell]
+
+#: a plan narrower than this share of its length is a line
+_LINE = 0.03
 
 _mm = ColumnSet(Style()).mm
 
@@ -292,15 +297,19 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
         return None
     predicted = 1e3 * np.array([p.sigma for p in known])
     observed = 1e3 * np.array([p.observed for p in known])
-    figure = new_figure(figsize=(4.6, 4.2), dpi=100, layout="constrained")
-    panel = figure.subplots()
-    ends = np.array([0.0, 1.1 * max(predicted.max(), observed.max())])
-    panel.plot(ends, ends, "-", color="#4878a8")
-    panel.fill_between(ends, BAND[0] * ends, BAND[1] * ends, color="#4878a8", alpha=0.2, lw=0)
-    panel.plot(predicted, observed, "o", color="#1d2327", markersize=4)
-    panel.set(xlabel="predicted [mm]", ylabel="observed [mm]", xlim=ends, ylim=ends)
+    end = 1.1 * float(max(predicted.max(), observed.max()))
+    chart = Chart((0.0, end), (0.0, end), ("predicted [mm]", "observed [mm]"), (480.0, 400.0))
+    chart.area([0.0, end, end], [0.0, BAND[0] * end, BAND[1] * end], "s0")
+    chart.line([0.0, end], [0.0, end])
+    named = [s.name for s in sites if s.prediction is not None and s.prediction.enough]
+    words = [
+        f"{name}: predicted {p:.2f} mm, observed {o:.2f} mm"
+        for name, p, o in zip(named, predicted, observed, strict=True)
+    ]
+    chart.points(predicted, observed, words)
     caption = "Along the normal, single points of both clouds; the band is 10 % to both sides."
-    return picture("predicted-observed", "Predicted against observed", figure, caption)
+    title = "Predicted against observed"
+    return Picture("predicted-observed", title, beside([[chart]], title), caption)
 
 
 def _at(path: str) -> Callable[[SiteResult], float | None]:
@@ -356,19 +365,35 @@ def _map(sites: Sequence[SiteResult]) -> Picture | None:
     corner = np.floor(rows[:, :3].min(axis=0) / 10) * 10
     x, y, z, d = (rows - np.append(corner, 0)).T
     along, name = (x, "x") if np.ptp(x) >= np.ptp(y) else (y, "y")
-    figure = new_figure(figsize=(9.6, 4.4), dpi=100, layout="constrained")
-    plan, side = figure.subplots(1, 2)
     top = max(1e3 * float(np.quantile(d, 0.98)), 1e-3)
     start = {"x": corner[0], "y": corner[1], "z": corner[2]}
-    for panel, u, v, names in ((plan, x, y, "xy"), (side, along, z, f"{name}z")):
-        shown = panel.scatter(u, v, c=1e3 * d, s=2, cmap="viridis", vmin=0, vmax=top)
-        panel.set(aspect="equal", xlabel=f"{names[0]} - {start[names[0]]:.0f} m")
-        panel.set_ylabel(f"{names[1]} - {start[names[1]]:.0f} m")
-    figure.colorbar(shown, ax=[plan, side], label="nearest-neighbour distance [mm]", shrink=0.8)
-    caption = (
-        f"Plan and elevation; a sample of {len(rows):,} points, colours up to the 98 % quantile."
-    )
-    return picture("distances", "Distances", figure, caption)
+    # a plan that is a line shows nothing that the elevation does not
+    flat = min(np.ptp(x), np.ptp(y)) < _LINE * max(np.ptp(x), np.ptp(y))
+    views = [] if flat else [(x, y, "xy")]
+    views.append((along, z, f"{name}z"))
+    rows_of_panels = []
+    for u, v, names in views:
+        labels = [f"{axis}{_less(start[axis])} [m]" for axis in names]
+        panel = Chart(_wide(u), _wide(v), (labels[0], labels[1]), (900.0, 420.0), equal=True)
+        panel.cloud(u, v, 1e3 * d / top)
+        rows_of_panels.append([panel])
+    scale = colour_bar(0.0, top, "nearest-neighbour distance [mm]", 900.0)
+    what = "Elevation" if flat else "Plan and elevation"
+    caption = f"{what}; a sample of {len(rows):,} points, colours up to the 98 % quantile."
+    drawing = beside(rows_of_panels, "Distances", scale)
+    return Picture("distances", "Distances", drawing, caption, wide=True)
+
+
+def _less(start: float) -> str:
+    """What an axis is shortened by."""
+    return f" - {start:.0f}" if start > 0 else f" + {-start:.0f}" if start < 0 else ""
+
+
+def _wide(values: Array) -> tuple[float, float]:
+    """Ends of an axis with a little space beside the values."""
+    low, high = float(values.min()), float(values.max())
+    margin = 0.03 * (high - low) + 1e-6
+    return low - margin, high + margin
 
 
 def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
@@ -378,16 +403,20 @@ def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
         return None
     edges = results[0].tally.histogram(_BINS)[0]
     counts = np.sum([one.tally.histogram(_BINS)[1] for one in results], axis=0)
-    figure = new_figure(figsize=(6.4, 3.2), dpi=100, layout="constrained")
-    panel = figure.subplots()
-    panel.bar(1e3 * edges[:-1], counts, 1e3 * np.diff(edges), align="edge", color="#4878a8")
+    last = int(np.searchsorted(np.cumsum(counts), 0.999 * counts.sum())) + 1
+    end = 1e3 * float(edges[min(last + 1, _BINS)])
+    title = "Histogram of distances"
+    labels = ("nearest-neighbour distance [mm]", "points")
+    chart = Chart((0.0, end), (0.0, 1.05 * float(counts.max())), labels, (640.0, 300.0))
+    for low, high, count in zip(1e3 * edges[:-1], 1e3 * edges[1:], counts, strict=True):
+        if count and low < end:
+            words = f"{low:.2f} to {high:.2f} mm: {count:,} points"
+            chart.bar(low, min(high, end), 0.0, float(count), "s0", words)
     known = [(one.floor.mean, one.count) for one in results if one.floor is not None]
     if known:
-        mean = np.average([m for m, _ in known], weights=[n for _, n in known])
-        panel.axvline(1e3 * mean, color="#c2571a", ls="--", label=f"mean floor {1e3 * mean:.1f} mm")
-        panel.legend(frameon=False)
-    last = int(np.searchsorted(np.cumsum(counts), 0.999 * counts.sum())) + 1
-    panel.set_xlim(0, 1e3 * edges[min(last + 1, _BINS)])
-    panel.set(xlabel="nearest-neighbour distance [mm]", ylabel="points")
-    caption = f"All sites; {counts.sum():,} distances within {1e3 * limit:g} mm."
-    return picture("histogram-distances", "Histogram of distances", figure, caption)
+        mean = 1e3 * float(np.average([m for m, _ in known], weights=[n for _, n in known]))
+        words = f"mean floor {mean:.1f} mm"
+        chart.line([mean, mean], [0.0, 1.02 * counts.max()], "s1", dashed=True, words=words)
+    floor = f" Dashed: the mean floor, {mean:.1f} mm." if known else ""
+    caption = f"All sites; {counts.sum():,} distances within {1e3 * limit:g} mm.{floor}"
+    return Picture("histogram-distances", title, beside([[chart]], title), caption)

@@ -520,6 +520,9 @@ class Report(Head):
         The same scaled, and at the confidence, as the report states it.
     warnings : tuple[str, ...]
         What looks wrong or weak, in sentences, the heaviest first.
+    grave : int
+        How many of the first warnings say that something was not read as it was meant, or that
+        measurements contradict each other; the others tell what is weak or to be known.
     chapters : tuple[Chapter, ...]
         Tables and words; ``chapter("clouds")`` is one of them.
     job : JobResults
@@ -527,6 +530,7 @@ class Report(Head):
     """
 
     warnings: tuple[str, ...]
+    grave: int = 0
     chapters: tuple[Chapter, ...] = ()
     job: JobResults = field(default_factory=JobResults, repr=False, compare=False)
 

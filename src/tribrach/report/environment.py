@@ -13,8 +13,12 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tribrach.report.characters import visible
+from tribrach.report.notation import PLAIN
 
-__all__ = ["render_page"]
+__all__ = ["PRINTED", "render_page"]
+
+#: rows of a table on paper; the rest is looked up where it can be searched
+PRINTED = 40
 
 
 @cache
@@ -32,7 +36,9 @@ def _environment() -> Environment:
 
 def _seen(value: Any) -> Any:
     """What is put in, without characters that do something; what is escaped already stays so."""
-    return visible(value) if isinstance(value, str) else value
+    if isinstance(value, str) and not hasattr(value, "__html__"):
+        return visible(value)
+    return value
 
 
 def render_page(template: str, **values: Any) -> str:
@@ -45,5 +51,10 @@ def render_page(template: str, **values: Any) -> str:
     values
         What the template asks for.
     """
-    today = {"version": version("tribrach"), "date": datetime.date.today().isoformat()}
+    today = {
+        "version": version("tribrach"),
+        "date": datetime.date.today().isoformat(),
+        "notation": PLAIN,
+        "printed": PRINTED,
+    }
     return _environment().get_template(template).render(**today | values)

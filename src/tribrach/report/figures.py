@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from tribrach._types import Array
 from tribrach.report.characters import visible
+from tribrach.report.charts import Drawing
 
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
@@ -48,19 +49,33 @@ class Picture:
     ----------
     name, title, caption : str
         Anchor in the page, heading, and what the figure shows.
-    image : str or callable
-        The WebP file in base64, or what makes it when the picture is first looked at.
+    image : str, Drawing or callable
+        The WebP file in base64 or a drawing, or what makes either when the picture is first
+        looked at.
+    wide : bool
+        True for what is to take the whole width of a page.
     """
 
     name: str
     title: str
-    image: str | Callable[[], str]
+    image: str | Drawing | Callable[[], str | Drawing]
     caption: str
+    wide: bool = False
 
     @cached_property
+    def content(self) -> str | Drawing:
+        """The WebP file in base64, or the drawing."""
+        return self.image() if callable(self.image) else self.image
+
+    @property
     def webp(self) -> str:
-        """The WebP file in base64."""
-        return self.image if isinstance(self.image, str) else self.image()
+        """The WebP file in base64, "" for a drawing."""
+        return self.content if isinstance(self.content, str) else ""
+
+    @property
+    def drawing(self) -> Drawing | None:
+        """The drawing, None for a picture."""
+        return None if isinstance(self.content, str) else self.content
 
 
 def new_figure(**options: Any) -> Figure:

@@ -2,25 +2,64 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+from tribrach.report.chapter import Chapter
 from tribrach.report.content import Report
 from tribrach.report.environment import render_page
+from tribrach.report.front_page import front_page, letterhead
 from tribrach.report.histogram import histogram
 from tribrach.report.map import network_map
-from tribrach.report.tables import ROW_LIMIT
+from tribrach.report.notation import notation_of
+from tribrach.report.tables import ROW_LIMIT, ReportTable
 
 __all__ = ["render"]
 
 
+@dataclass(frozen=True)
+class _Shown:
+    """A chapter with the rows of its tables that are shown."""
+
+    chapter: Chapter
+    tables: tuple[ReportTable, ...]
+
+
 def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
     """The whole report; tables have ``row_limit`` rows at most, the worst, and say so."""
+    shown = [_shown(chapter, row_limit) for chapter in content.chapters]
+    shown = [s for s in shown if s.tables or s.chapter.sentences or s.chapter.pictures]
+    head, _ = letterhead(dict(content.facts), content.job.logo)
     return render_page(
         "report.html.j2",
         content=content,
+        front=front_page(content),
+        head=head,
+        running=_running(
+            " · ".join(text for text in (head.job, content.title, head.client) if text),
+            f"Tribrach {content.version} · {content.date}",
+        ),
         summary=content.summary,
         map=network_map(content),
         histogram=histogram(content),
-        chapters=[c for c in content.chapters if c.sentences or c.pictures],
-        tables=content.tables(row_limit),
+        signed=[s for s in shown if s.chapter.signed],
+        behind=[s for s in shown if not s.chapter.signed],
         percent=content.percent,
         posterior=content.scaled,
+        notation=notation_of(content),
     )
+
+
+def _shown(chapter: Chapter, row_limit: int) -> _Shown:
+    """The chapter with the first rows of its tables, those with rows."""
+    tables = tuple(table.first(row_limit) for table in chapter.tables)
+    return _Shown(chapter, tuple(table for table in tables if table.rows))
+
+
+def _running(left: str, right: str) -> str:
+    """The words on top of every printed page, for the style of the page."""
+    return f'--top-left: "{_css_text(left)}"; --top-right: "{_css_text(right)}"'
+
+
+def _css_text(text: str) -> str:
+    """A text between quotes in a style sheet: all but letters and digits by their numbers."""
+    return "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in text)

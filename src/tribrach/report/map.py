@@ -19,7 +19,16 @@ from scipy.spatial import cKDTree
 from tribrach._types import Array
 from tribrach.report.content import Ellipse, Head
 
-__all__ = ["Arrow", "Drawn", "Label", "MapDrawing", "Symbol", "network_map", "round_down"]
+__all__ = [
+    "Arrow",
+    "Drawn",
+    "DrawnSuspect",
+    "Label",
+    "MapDrawing",
+    "Symbol",
+    "network_map",
+    "round_down",
+]
 
 WIDTH, MARGIN = 960.0, 56.0
 LOWEST, HIGHEST = 320.0, 860.0
@@ -78,6 +87,18 @@ class Label:
 
 
 @dataclass(frozen=True)
+class DrawnSuspect:
+    """A sight with a suspicious observation: both ends in pixels, their names, what it is."""
+
+    x1: float
+    y1: float
+    x2: float
+    y2: float
+    ends: tuple[str, str]
+    words: str
+
+
+@dataclass(frozen=True)
 class MapDrawing:
     """Everything to draw: sizes in pixels, one path of sight lines, scale bars in metres and mm."""
 
@@ -85,6 +106,7 @@ class MapDrawing:
     height: float
     sights: str
     sight_opacity: float
+    suspects: tuple[DrawnSuspect, ...]
     symbols: tuple[Symbol, ...]
     ellipses: tuple[Drawn, ...]
     arrows: tuple[Arrow, ...]
@@ -149,6 +171,7 @@ def network_map(content: Head) -> MapDrawing | None:
         height=frame.height,
         sights=_sights(content, where),
         sight_opacity=round(min(0.6, 10.0 / math.sqrt(len(content.sights) + 1)), 2),
+        suspects=_suspects(content, where),
         symbols=tuple(sorted(placed, key=lambda s: s.sort != "free")),
         ellipses=_drawn(placed, ellipses, size) if exaggeration else (),
         arrows=_arrows(content, where, size) if exaggeration else (),
@@ -245,6 +268,28 @@ def _sights(content: Head, where: dict[str, tuple[float, float]]) -> str:
     pairs = [(where[a], where[b]) for a, b in content.sights if a in where and b in where]
     step = math.ceil(len(pairs) / MOST_SIGHTS) or 1
     return "".join(f"M{a[0]:.1f} {a[1]:.1f}L{b[0]:.1f} {b[1]:.1f}" for a, b in pairs[::step])
+
+
+#: suspicious sights that a plan shows
+_MOST_SUSPECTS = 200
+
+
+def _suspects(content: Head, where: dict[str, tuple[float, float]]) -> tuple[DrawnSuspect, ...]:
+    """Sights with a suspicious observation, each once with its largest test value."""
+    observations = content.observations
+    chosen = observations.chosen(observations.column("suspicious").astype(bool))
+    order = np.argsort(-np.abs(np.nan_to_num(chosen.column("w"))), kind="stable")
+    out: dict[tuple[str, str], DrawnSuspect] = {}
+    for o in chosen.chosen(order):
+        ends = o.start, o.end
+        if ends in out or o.start not in where or o.end not in where:
+            continue
+        size = "" if o.w is None else f", w {o.w:.1f}"
+        words = f"{o.kind.replace('_', ' ')} {o.start} to {o.end}{size}"
+        out[ends] = DrawnSuspect(*where[o.start], *where[o.end], ends, words)
+        if len(out) == _MOST_SUSPECTS:
+            break
+    return tuple(out.values())
 
 
 class _Occupied:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.charts import Chart, beside, legend
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import fixed_cell
 from tribrach.report.page import page
 from tribrach.report.tables import (
@@ -21,9 +22,7 @@ from tribrach.report.tables import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from tribrach.comparison.regression import Regression, RegressionFit, Relation, Term
+    from tribrach.comparison.regression import Regression, RegressionFit, Term
 
 __all__ = ["regression_page", "regression_pictures", "regression_tables", "regression_text"]
 
@@ -101,45 +100,57 @@ def _curves(values: Values, units: Mapping[str, str], regression: Regression) ->
     """Points, line and quadratic of every pair."""
     ys = list(dict.fromkeys(r.y for r in regression.relations))
     xs = list(dict.fromkeys(r.x for r in regression.relations))
-    figure = new_figure(figsize=(4.6 * len(xs), 3.4 * len(ys)), dpi=100, layout="constrained")
-    panels = figure.subplots(len(ys), len(xs), squeeze=False)
-    for relation in regression.relations:
-        panel = panels[ys.index(relation.y)][xs.index(relation.x)]
-        _panel(panel, values, relation)
-        panel.set_xlabel(_titled(relation.x, units))
-        panel.set_ylabel(_titled(relation.y, units))
-    caption = "The fit that is taken is solid, the other dashed."
-    return picture("curves", "Quadratic and straight fits", figure, caption)
+    rows = [[_panel(values, units, regression, y, x) for x in xs] for y in ys]
+    entries = [("s0", "straight line"), ("s1", "quadratic")]
+    title = "Quadratic and straight fits"
+    width = 430.0 * len(xs)
+    drawing = beside(rows, title, legend(entries, width))
+    caption = "The fit that is taken is solid, the other dashed; a fit that is pointed at says R²."
+    return Picture("curves", title, drawing, caption, wide=len(xs) > 1)
 
 
-def _panel(panel: Axes, values: Values, relation: Relation) -> None:
-    a, b = values[relation.x], values[relation.y]
-    grid = np.linspace(a.min(), a.max(), 101)
-    panel.plot(a, b, "o", color="#1d2327", markersize=4)
-    for fit, colour in ((relation.line, "#4878a8"), (relation.quadratic, "#c2571a")):
-        curve = np.polynomial.polynomial.polyval(grid, fit.values)
-        style = "-" if fit is relation.chosen else "--"
-        label = f"{fit.model}, R² {fit.r2:.3f}"
-        panel.plot(grid, curve, style, color=colour, label=label)
-    panel.legend(loc="upper right", fontsize=8, frameon=False)
+def _panel(
+    values: Values, units: Mapping[str, str], regression: Regression, y: str, x: str
+) -> Chart:
+    """Points of a pair with their line and quadratic; empty where it was not fitted."""
+    a, b = values[x], values[y]
+    labels = _titled(x, units), _titled(y, units)
+    chart = Chart(_ends(a), _ends(b), labels, (430.0, 290.0))
+    found = [r for r in regression.relations if (r.y, r.x) == (y, x)]
+    for relation in found:
+        grid = np.linspace(a.min(), a.max(), 61)
+        for fit, colour in ((relation.line, "s0"), (relation.quadratic, "s1")):
+            curve = np.polynomial.polynomial.polyval(grid, fit.values)
+            words = f"{fit.model}, R² {fit.r2:.3f}"
+            chart.line(grid, curve.tolist(), colour, dashed=fit is not relation.chosen, words=words)
+        chart.points(a, b, [f"{x} {u:.4g}, {y} {v:.4g}" for u, v in zip(a, b, strict=True)])
+    return chart
+
+
+def _ends(values: Array) -> tuple[float, float]:
+    """Ends of an axis with a little space beside the values."""
+    low, high = float(values.min()), float(values.max())
+    return low - 0.05 * (high - low), high + 0.05 * (high - low)
 
 
 def _physical(values: Values, units: Mapping[str, str], regression: Regression) -> list[Picture]:
     """Fitted against given values of the physical model."""
     if not regression.physical:
         return []
-    figure = new_figure(
-        figsize=(4.6 * len(regression.physical), 3.6), dpi=100, layout="constrained"
-    )
-    panels = figure.subplots(1, len(regression.physical), squeeze=False)[0]
-    for panel, fit in zip(panels, regression.physical, strict=True):
+    panels = []
+    for fit in regression.physical:
         given = values[fit.y]
-        panel.plot(given, fit.fitted, "o", color="#1d2327", markersize=4)
-        ends = [min(given.min(), fit.fitted.min()), max(given.max(), fit.fitted.max())]
-        panel.plot(ends, ends, "-", color="#4878a8")
-        panel.set(xlabel=_titled(fit.y, units), ylabel="model", title=f"R² {fit.r2:.3f}")
+        ends = float(min(given.min(), fit.fitted.min())), float(max(given.max(), fit.fitted.max()))
+        axis = _ends(np.array(ends))
+        labels = _titled(fit.y, units), "model"
+        chart = Chart(axis, axis, labels, (430.0, 330.0), f"R² {fit.r2:.3f}")
+        chart.line(ends, ends)
+        words = [f"given {u:.4g}, model {v:.4g}" for u, v in zip(given, fit.fitted, strict=True)]
+        chart.points(given, fit.fitted, words)
+        panels.append(chart)
     caption = "What a + b D + c / cos I makes of each row against what the row says."
-    return [picture("physical", "Physical model", figure, caption)]
+    drawing = beside([panels], "Physical model")
+    return [Picture("physical", "Physical model", drawing, caption, wide=len(panels) > 1)]
 
 
 def _titled(name: str, units: Mapping[str, str]) -> str:

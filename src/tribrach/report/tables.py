@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -41,27 +42,76 @@ class ColumnHead:
 
 @dataclass(frozen=True)
 class Cell:
-    """Text of a cell, what it sorts by, and a mark: ``bad``, ``good`` or nothing."""
+    """What stands in a cell.
+
+    Parameters
+    ----------
+    text : str
+        Its words or its number.
+    key : float or str, optional
+        What it sorts by.
+    mark : {"", "bad", "good"}
+        How it stands out.
+    unit : str
+        Of a number whose column has several.
+    blanks : int
+        As many digits the longest fraction of the column has more: blanks of that width put the
+        decimal points of a column one below the other.
+    """
 
     text: str
     key: float | str | None = None
     mark: str = ""
+    unit: str = ""
+    blanks: int = 0
+
+    @property
+    def padding(self) -> str:
+        """Blanks as wide as the digits that are missing, and as the point where it is."""
+        if not self.blanks:
+            return ""
+        point = "\u2008" * ("." not in self.text)
+        return point + "\u2007" * (self.blanks - len(point))
+
+    @property
+    def words(self) -> str:
+        """The text with its unit."""
+        return f"{self.text} {self.unit}" if self.unit else self.text
 
 
 @dataclass(frozen=True)
 class Row:
-    """Cells of a row and its state: ``off``, ``check``, ``suspicious`` or nothing."""
+    """A row of a table.
+
+    Parameters
+    ----------
+    cells : tuple of Cell
+        From the left.
+    state : {"", "off", "check", "suspicious"}
+        Of what the row is about.
+    ends : tuple of str
+        Names of the points that it is about, one or two, to be shown in the plan.
+    """
 
     cells: tuple[Cell, ...]
     state: str = ""
+    ends: tuple[str, ...] = ()
 
 
 #: a column: its head, and how it makes a cell of an item
 Spec = tuple[ColumnHead, Callable[[Any], Cell]]
 
 
+#: a number as cells have it: sign, digits with what groups them, fraction, percent
+_NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.(\d+))?(?: %)?")
+
+
 def _plain(item: Any) -> str:
     return ""
+
+
+def _nowhere(item: Any) -> tuple[str, ...]:
+    return ()
 
 
 @dataclass(frozen=True)
@@ -98,6 +148,8 @@ class ReportTable:
         How many further items have no row.
     worst : Worst, optional
         Which items keep their rows where not all can have one; the first if not given.
+    ends : callable
+        Names of the points that an item is about, see :class:`Row`.
     """
 
     name: str
@@ -108,6 +160,7 @@ class ReportTable:
     state: Callable[[Any], str] = _plain
     left_out: int = 0
     worst: Worst | None = None
+    ends: Callable[[Any], tuple[str, ...]] = _nowhere
 
     @cached_property
     def _made(self) -> tuple[tuple[ColumnHead, ...], tuple[Row, ...]]:
@@ -118,8 +171,10 @@ class ReportTable:
             used = [any(cells[k].text for cells in made) for k in range(len(heads))]
             heads = tuple(compress(heads, used))
             made = [tuple(compress(cells, used)) for cells in made]
+        made = _by_the_point(made, [head.numeric for head in heads])
         rows = tuple(
-            Row(cells, self.state(item)) for cells, item in zip(made, self.items, strict=True)
+            Row(cells, self.state(item), self.ends(item))
+            for cells, item in zip(made, self.items, strict=True)
         )
         return heads, rows
 
@@ -162,14 +217,35 @@ class ReportTable:
         )
 
 
+def _by_the_point(
+    rows: Sequence[tuple[Cell, ...]], numeric: Sequence[bool]
+) -> list[tuple[Cell, ...]]:
+    """The cells with the blanks that put decimal points one below the other.
+
+    A column with a number that is written in another way keeps its right margin.
+    """
+    columns = [list(column) for column in zip(*rows, strict=True)]
+    for column in compress(columns, numeric):
+        found = [_NUMBER.fullmatch(cell.text) for cell in column]
+        numbers = [isinstance(cell.key, int | float) for cell in column]
+        if any(match is None for match in compress(found, numbers)):
+            continue
+        fractions = [0 if m is None or m[1] is None else 1 + len(m[1]) for m in found]
+        longest = max(fractions, default=0)
+        for k, (cell, own) in enumerate(zip(column, fractions, strict=True)):
+            if isinstance(cell.key, int | float) and own < longest:
+                column[k] = replace(cell, blanks=longest - own)
+    return list(zip(*columns, strict=True))
+
+
 def text_cell(text: str, mark: str = "") -> Cell:
     """A cell of words."""
     return Cell(text, text, mark)
 
 
-def number_cell(value: float | None, text: str, mark: str = "") -> Cell:
+def number_cell(value: float | None, text: str, mark: str = "", unit: str = "") -> Cell:
     """A cell of a number, sorted by its value; empty if there is none."""
-    return Cell("" if value is None else text, value, mark)
+    return Cell("", value, mark) if value is None else Cell(text, value, mark, unit)
 
 
 def build_table(
@@ -181,6 +257,7 @@ def build_table(
     state: Callable[[Item], str] = _plain,
     most: int | None = None,
     worst: Worst | None = None,
+    ends: Callable[[Item], tuple[str, ...]] = _nowhere,
 ) -> ReportTable:
     """A table with one row for each of ``most`` items (all if None).
 
@@ -192,6 +269,8 @@ def build_table(
         State of the row of an item.
     worst : Worst, optional
         Which rows are shown where there are too many; the first if not given.
+    ends : callable
+        Names of the points that an item is about, one or two.
     """
-    table = ReportTable(name, title, note, items, tuple(columns), state, worst=worst)
+    table = ReportTable(name, title, note, items, tuple(columns), state, worst=worst, ends=ends)
     return table.first(most)

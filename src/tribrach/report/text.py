@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import textwrap
 
+from tribrach.report.chapter import Chapter
 from tribrach.report.characters import visible
 from tribrach.report.content import Report
-from tribrach.report.tables import ROW_LIMIT, ColumnHead, ReportTable, Row
+from tribrach.report.notation import PLAIN, Notation, notation_of
+from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
 
@@ -20,13 +22,16 @@ def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
 
     Tables have ``row_limit`` rows at most, the worst, and say so.
     """
+    notation = notation_of(content)
+    say = notation.words
+    warnings = [say(f"! {text}") for text in content.warnings]
+    origin = [content.datum.sentence, content.sigma_origin]
     parts = [
         _head(content),
-        _section("Warnings", [f"! {text}" for text in content.warnings] or ["none"]),
-        _section("Datum and standard deviations", [content.datum.sentence, content.sigma_origin]),
-        _section("Adjustment", _facts(content)),
-        *(_section(c.title, list(c.sentences)) for c in content.chapters if c.sentences),
-        *(table_text(table) for table in content.tables(row_limit)),
+        _section("Warnings", warnings or ["none"]),
+        _section("Datum and standard deviations", [say(text) for text in origin]),
+        _section("Adjustment", [say(text) for text in _facts(content)]),
+        *(part for chapter in content.chapters for part in _chapter(chapter, row_limit, notation)),
     ]
     return visible("\n\n".join(parts) + "\n")
 
@@ -87,22 +92,32 @@ def wrapped(line: str) -> str:
     return textwrap.fill(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def table_text(table: ReportTable) -> str:
+def _chapter(chapter: Chapter, row_limit: int, notation: Notation) -> list[str]:
+    """The findings of a chapter and its tables."""
+    tables = [table.first(row_limit) for table in chapter.tables]
+    said = [notation.words(text) for text in chapter.sentences]
+    return [
+        *([_section(chapter.title, said)] if said else []),
+        *(table_text(table, notation) for table in tables if table.rows),
+    ]
+
+
+def table_text(table: ReportTable, notation: Notation = PLAIN) -> str:
     """Title, note and grid of a table."""
     title = [table.title, "-" * len(table.title)]
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
     marks = f"Marks: {', '.join(legend)}." if legend else ""
-    note = " ".join(filter(None, [table.note, marks, table.cut]))
-    return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table)])
+    note = notation.words(" ".join(filter(None, [table.note, marks, table.cut])))
+    return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table, notation)])
 
 
-def _grid(table: ReportTable) -> str:
+def _grid(table: ReportTable, notation: Notation = PLAIN) -> str:
     """Aligned columns: numbers to the right, words to the left; units under the heads."""
     table = table.narrow()
     grid = [
         [column.head for column in table.columns],
         [column.unit for column in table.columns],
-        *([cell.text for cell in row.cells] for row in table.rows),
+        *([_words(cell, notation) for cell in row.cells] for row in table.rows),
     ]
     if not any(grid[1]):
         del grid[1]
@@ -113,6 +128,13 @@ def _grid(table: ReportTable) -> str:
         for mark, line in zip(marks, grid, strict=True)
     ]
     return "\n".join(line.rstrip() for line in lines)
+
+
+def _words(cell: Cell, notation: Notation) -> str:
+    """A cell with the blanks that put decimal points one below the other, and its unit."""
+    unit = f" {cell.unit:4s}" if cell.unit else ""
+    text = notation.cell(cell.text) if isinstance(cell.key, int | float) else cell.text
+    return text + " " * cell.blanks + unit
 
 
 def _aligned(text: str, column: ColumnHead, width: int) -> str:

@@ -33,25 +33,26 @@ def _with_baselines(head: Head, job: JobResults) -> bool:
     return bool(job.sessions) or any(isinstance(o, GnssBaselines) for o in observations)
 
 
-#: in the order of the report, with when there is something to ask the file for
+#: in the order of the report, with when there is something to ask the file for; chapters that one
+#: signs come before all others
 CHAPTERS: dict[str, When] = {
+    "stations": _always,
+    "control": _always,
+    "points": _always,
+    "observations": _always,
+    "side_shots": lambda head, job: bool(head.adjustment.network.facts),
+    "georeferencing": lambda head, job: job.project is not None,
     "scans": lambda head, job: job.placed is not None,
+    "adjustment": _always,
+    "unknowns": _always,
+    "registration": lambda head, job: job.registered is not None,
     "comparisons": lambda head, job: bool(job.comparisons),
+    "observed_noise": lambda head, job: job.placed is not None,
     "reductions": lambda head, job: bool(head.adjustment.network.facts),
     "gnss": _with_baselines,
-    "georeferencing": lambda head, job: job.project is not None,
-    "registration": lambda head, job: job.registered is not None,
     "lever_arm_calibration": lambda head, job: job.antennas is not None,
     "rigid_model": lambda head, job: job.antennas is not None,
-    "adjustment": _always,
-    "control": _always,
-    "observations": _always,
-    "stations": _always,
-    "points": _always,
-    "side_shots": lambda head, job: bool(head.adjustment.network.facts),
-    "unknowns": _always,
     "instruments": _always,
-    "observed_noise": lambda head, job: job.placed is not None,
 }
 
 

@@ -16,6 +16,7 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.control import control
 from tribrach.report.chapters.observations import observations, printed_size
 from tribrach.report.content import Control, Head, KindCount, ObservedValues
+from tribrach.report.names import spoken
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     ColumnHead,
@@ -174,7 +175,8 @@ def _remarks(head: Head) -> tuple[str, ...]:
 def _words(kind: str, start: str, end: str, source: str) -> str:
     """An observation in words."""
     arrow = f"{start} -> {end}" if end else start
-    return f"{kind.replace('_', ' ')} {arrow}" + (f" ({source})" if source else "")
+    title = kind_named(kind).facts.title
+    return f"{title} {arrow}" + (f" ({spoken(source)})" if source else "")
 
 
 def _named(observations: ObservedValues, most: int = 3) -> str:

@@ -16,6 +16,7 @@ from tribrach.report.comparison import (
 )
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
+from tribrach.report.names import spoken
 from tribrach.report.regression import regression_pictures, regression_tables
 from tribrach.report.schema.comparison import StationComparisonPart, station_comparison
 from tribrach.report.subject import Subject
@@ -37,18 +38,13 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "deg") -> Chapter:
     """What a comparison came to; names of its tables and pictures end with those of both."""
     sentences = _sentences(one)
-    slug, title = anchor(f"{one.a}-{one.b}"), f"{one.a} against {one.b}"
+    slug, title = anchor(f"{one.a}-{one.b}"), f"{spoken(one.a)} against {spoken(one.b)}"
     return Chapter(
         f"comparison-{slug}",
         f"Comparison between stations: {title}",
         tuple(sentences) or ("nothing",),
-        tuple(
-            replace(p, name=f"{p.name}-{slug}", title=f"{title}: {p.title}") for p in _pictures(one)
-        ),
-        tuple(
-            replace(t, name=f"{t.name}-{slug}", title=f"{title}: {t.title}")
-            for t in _tables(one, angle)
-        ),
+        tuple(replace(p, name=f"{p.name}-{slug}", title=p.title) for p in _pictures(one)),
+        tuple(replace(t, name=f"{t.name}-{slug}", title=t.title) for t in _tables(one, angle)),
         station_comparison(
             one.a, one.b, one.limit, one.sites, one.offsets, one.regression, sentences
         ),

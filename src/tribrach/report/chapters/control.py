@@ -167,7 +167,7 @@ def _judged(difference: Array, predicted: Array, limits: _Limits) -> CheckVerdic
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter; its table has no rows where no coordinates are given."""
-    yield Chapter("control", "Control and check points", tables=(_table(head),))
+    yield Chapter("control", "Control and check points", tables=(_table(head),), signed=True)
 
 
 def _table(head: Head) -> ReportTable:
@@ -200,6 +200,7 @@ def _table(head: Head) -> ReportTable:
         columns,
         _control_state,
         worst=_WORST,
+        ends=lambda c: (c.name,),
     )
 
 

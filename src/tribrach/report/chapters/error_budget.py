@@ -2,32 +2,35 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.report.charts import PALETTE, Chart, beside, legend
 from tribrach.report.columns import ColumnSet
-from tribrach.report.figures import (
-    Picture,
-    colours,
-    legend_patches,
-    new_figure,
-    picture,
-    poly_collection,
+from tribrach.report.figures import Picture
+from tribrach.report.tables import (
+    ColumnHead,
+    ReportTable,
+    Spec,
+    build_table,
+    number_cell,
+    text_cell,
 )
-from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, number_cell
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from tribrach.job.budget import BudgetRow
 
 __all__ = ["budget_charts", "budget_table"]
 
-#: width of a bar in steps from one to the next, and free space beside and above all of them
-_WIDTH, _MARGIN = 0.8, 0.05
+#: width of a bar in steps from one to the next
+_WIDTH = 0.8
+_NORMAL, _SURFACE, _ALL = "along the normal", "in the surface", "all directions"
+#: the degrees of a class of incidence angles
+_DEGREES = re.compile(r"(\d+) to (\d+)°")
 _ANGLES = ("horizontal angle", "vertical angle")
 _NOTE = (
     "Sigmas of points by what they come from; their squares add up to the square of "
@@ -49,7 +52,7 @@ def budget_table(rows: Sequence[BudgetRow], columns: ColumnSet) -> ReportTable:
         groups["angles"] = _ANGLES
     specs: list[Spec] = [
         columns.word("Station", "station"),
-        columns.word("Class", "region"),
+        (ColumnHead("Class", numeric=False), lambda r: text_cell(_class(r.region, columns))),
         (ColumnHead("points", "%"), lambda r: number_cell(r.share, f"{100 * r.share:.0f}")),
         *(columns.mm(name, _part(members)) for name, members in groups.items()),
         columns.mm("own σ", lambda r: _root(r.own)),
@@ -70,13 +73,15 @@ def _root(variance: float | None) -> float | None:
     return None if variance is None else float(np.sqrt(max(variance, 0.0)))
 
 
-def budget_charts(rows: Sequence[BudgetRow]) -> list[Picture]:
+def budget_charts(rows: Sequence[BudgetRow], columns: ColumnSet) -> list[Picture]:
     """One chart for each station."""
     stations = dict.fromkeys(row.station for row in rows)
-    return [_chart(name, [row for row in rows if row.station == name]) for name in stations]
+    return [
+        _chart(name, [row for row in rows if row.station == name], columns) for name in stations
+    ]
 
 
-def _chart(station: str, rows: Sequence[BudgetRow]) -> Picture:
+def _chart(station: str, rows: Sequence[BudgetRow], columns: ColumnSet) -> Picture:
     """Stacked variances of the regions of a station, along the normal and in the surface.
 
     Regions without normals are in the chart only if there are no others.
@@ -85,55 +90,77 @@ def _chart(station: str, rows: Sequence[BudgetRow]) -> Picture:
     rows = [row for row in rows if row.normal is not None] or rows
     names = [part.name for part in rows[0].parts]
     known = rows[0].normal is not None
-    wide = max(7.0, 2.5 + 0.9 * len(rows) * (2 if known else 1))
-    figure = new_figure(figsize=(min(wide, 13.0), 4.4), dpi=100, layout="constrained")
+    classes = [_class(row.region, columns) for row in rows]
+    panels = []
     if known:
-        panels = figure.subplots(1, 2)
-        _stack(panels[0], rows, names, lambda r, k: r.parts[k].normal, "along the normal")
-        _stack(panels[1], rows, names, lambda r, k: r.parts[k].tangential, "in the surface")
+        panels.append(_stack(rows, classes, names, lambda r, k: r.parts[k].normal, _NORMAL))
+        panels.append(_stack(rows, classes, names, lambda r, k: r.parts[k].tangential, _SURFACE))
     else:
-        panels = [figure.subplots()]
-        _stack(panels[0], rows, names, lambda r, k: r.parts[k].variance, "all directions")
-    handles = legend_patches(names, _part_colours(len(names)))
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
-    caption = f"Variances add up, so the bars do. {_largest(rows, known)}"
-    return picture(f"budget-{station}", f"Error budget of {station}", figure, caption)
+        panels.append(_stack(rows, classes, names, lambda r, k: r.parts[k].variance, _ALL))
+    entries = [(f"s{k % PALETTE}", name) for k, name in enumerate(names)]
+    width = sum(panel.width for panel in panels)
+    drawing = beside([panels], f"Error budget of {station}", legend(entries, width))
+    caption = f"Variances add up, so the bars do. {_largest(rows, classes, known)}"
+    return Picture(f"budget-{station}", f"Error budget of {station}", drawing, caption, wide=True)
 
 
-def _part_colours(count: int) -> Array:
-    """Colours (count, 4) of the parts of a budget, pairs of like ones last."""
-    palette = np.asarray(colours("tab20")(np.linspace(0, 1, 20)))
-    return palette[[(2 * k) % 20 + k // 10 % 2 for k in range(count)]]
+def _class(region: str, columns: ColumnSet) -> str:
+    """A class of range and incidence with angles in the unit of the report."""
+    if columns.style.angle == "deg":
+        return region
+
+    def turned(found: re.Match[str]) -> str:
+        low, high = (float(found[k]) / 0.9 for k in (1, 2))
+        return f"{low:.0f} to {high:.0f} gon"
+
+    return _DEGREES.sub(turned, region)
 
 
 def _stack(
-    panel: Axes,
     rows: Sequence[BudgetRow],
+    classes: Sequence[str],
     names: Sequence[str],
     value: Callable[[BudgetRow, int], float | None],
     title: str,
-) -> None:
-    """One bar per region; all pieces of a panel are one thing to draw, which saves time."""
+) -> Chart:
+    """One bar for each region, the parts one above the other.
+
+    Beams that graze a surface are smeared along it for many times of what they are elsewhere: bars
+    far above the others are cut, with their height in words, so that the others can be read.
+    """
     heights = 1e6 * np.array([[value(row, k) or 0.0 for row in rows] for k in range(len(names))])
     tops = np.cumsum(heights, axis=0)
-    left = np.broadcast_to(np.arange(len(rows)) - _WIDTH / 2, tops.shape)
-    right, low = left + _WIDTH, tops - heights
-    corners = [(left, low), (right, low), (right, tops), (left, tops)]
-    pieces = np.stack([np.stack(corner, axis=-1) for corner in corners], axis=2)
-    colour = np.repeat(_part_colours(len(names)), len(rows), axis=0)
-    panel.add_collection(poly_collection(pieces.reshape(-1, 4, 2), facecolors=colour))
-    margin = _MARGIN * (len(rows) - 1 + _WIDTH)
-    panel.set_xlim(-_WIDTH / 2 - margin, len(rows) - 1 + _WIDTH / 2 + margin)
-    highest = float(tops[-1].max(initial=0.0))
-    panel.set_ylim(0.0, (1 + _MARGIN) * highest if highest > 0 else 1.0)
-    panel.set_xticks(np.arange(len(rows)), [row.region for row in rows], rotation=40, ha="right")
-    panel.tick_params(labelsize=8)
-    panel.set(title=title, ylabel="variance [mm²]")
+    highest = _readable(tops[-1])
+    panel = Chart(
+        (-0.5, len(rows) - 0.5), (0.0, highest * 1.08), ("", "variance [mm²]"), (620.0, 340.0),
+        title, names=classes,
+    )  # fmt: skip
+    for k, name in enumerate(names):
+        for j, region in enumerate(classes):
+            top, own = float(tops[k, j]), float(heights[k, j])
+            words = f"{region}: {name} {own:.3g} mm², sigma {np.sqrt(own):.2g} mm"
+            panel.bar(
+                j - _WIDTH / 2, j + _WIDTH / 2, min(top - own, highest), min(top, highest),
+                f"s{k % PALETTE}", words,
+            )  # fmt: skip
+    for j, total in enumerate(tops[-1]):
+        if total > highest:
+            panel.note(j, highest * 1.02, f"↑ {total:.0f}")
+    return panel
 
 
-def _largest(rows: Sequence[BudgetRow], known: bool) -> str:
+def _readable(totals: Array) -> float:
+    """How high the chart is: a quarter above the highest bar that is not far above the median."""
+    usual = 4.0 * float(np.median(totals)) if len(totals) else 0.0
+    highest = float(totals.max(initial=0.0))
+    if highest <= usual or usual <= 0:
+        return highest if highest > 0 else 1.0
+    return 1.1 * float(totals[totals <= usual].max(initial=usual / 4))
+
+
+def _largest(rows: Sequence[BudgetRow], classes: Sequence[str], known: bool) -> str:
     """Which parts matter most where most points are."""
-    row = max(rows, key=lambda r: r.points)
+    at, row = max(enumerate(rows), key=lambda one: one[1].points)
     values = [(part.normal if known else part.variance) or 0.0 for part in row.parts]
     total = sum(values)
     if total <= 0:
@@ -141,4 +168,4 @@ def _largest(rows: Sequence[BudgetRow], known: bool) -> str:
     order = np.argsort(values)[::-1][:3]
     words = [f"{row.parts[k].name} {values[k] / total:.0%}" for k in order if values[k] > 0]
     where = "along the normal" if known else "in all directions"
-    return f"Largest parts {where} at {row.region}: {', '.join(words)}."
+    return f"Largest parts {where} at {classes[at]}: {', '.join(words)}."

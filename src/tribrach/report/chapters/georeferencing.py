@@ -17,10 +17,10 @@ from tribrach.observations.declaration import Category, Role
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
+from tribrach.report.numbers import Style
 from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
-from tribrach.units import SEC
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -91,7 +91,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     rows = _rows(accuracy, common, free)
     sentences = [
         *_rests_on(head, job.project, adjustment, common),
-        *_words(accuracy, common, free),
+        *_words(accuracy, common, free, head.columns.style),
         _checked(check),
     ]
     yield Chapter(
@@ -176,7 +176,9 @@ def _mm(values: Array) -> str:
     )
 
 
-def _words(accuracy: SiteAccuracy, common: list[CommonShift], free: bool) -> list[str]:
+def _words(
+    accuracy: SiteAccuracy, common: list[CommonShift], free: bool, style: Style
+) -> list[str]:
     """Absolute and relative in words."""
     a, b = accuracy.worst_names
     relative = (
@@ -197,12 +199,17 @@ def _words(accuracy: SiteAccuracy, common: list[CommonShift], free: bool) -> lis
         )
     edge = 1e3 * accuracy.turn * accuracy.radius
     out.append(
-        f"as a whole the site may be turned by {accuracy.turn[2] / SEC:.3g} arcsec in azimuth, "
+        f"as a whole the site may be turned by {_turn(accuracy.turn[2], style)} in azimuth, "
         f"{edge[2]:.3g} mm at its edge in {accuracy.radius:.0f} m, and tilted by "
-        f"{np.hypot(*accuracy.turn[:2]) / SEC:.3g} arcsec, {np.hypot(*edge[:2]):.3g} mm in "
+        f"{_turn(float(np.hypot(*accuracy.turn[:2])), style)}, {np.hypot(*edge[:2]):.3g} mm in "
         "height there"
     )
     return [*out, relative]
+
+
+def _turn(angle: float, style: Style) -> str:
+    """A small angle in the unit of the report."""
+    return f"{style.scale('rad') * angle:.3g} {style.small_unit('rad')}"
 
 
 def _checked(check: tuple[int, Array] | None) -> str:

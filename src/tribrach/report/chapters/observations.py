@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from operator import attrgetter
 from typing import TYPE_CHECKING
@@ -36,6 +37,12 @@ __all__ = ["SUBJECT", "observations", "printed_size", "value_words", "worst_firs
 
 #: rows stand in this order
 _WORST = Worst("those with the largest w")
+#: a source that is a line of a file
+_LINE = re.compile(r":\d+$")
+#: rows of the table of the worst
+_SHOWN = 10
+#: a redundancy number below this leaves an error hardly visible
+_POOR = 0.1
 
 
 def observations(adjustment: Adjustment, quality: Quality) -> ObservedValues:
@@ -45,6 +52,14 @@ def observations(adjustment: Adjustment, quality: Quality) -> ObservedValues:
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter; every report has it."""
+    if len(head.observations.chosen(head.observations.column("state") != "off")):
+        yield Chapter(
+            "worst-observations",
+            "Worst observations",
+            _advice(head),
+            tables=(_worst_table(head),),
+            signed=True,
+        )
     yield Chapter("observations", "Observations", tables=(_observation_table(head),))
 
 
@@ -91,10 +106,7 @@ def _observation_table(head: Head) -> ReportTable:
         (ColumnHead("Kind", numeric=False), lambda o: text_cell(_kind(o))),
         columns.word("From", "start"),
         columns.word("To", "end"),
-        (
-            ColumnHead("value"),
-            lambda o: number_cell(o.value, value_words(o.kind, o.value, o.unit, columns.style)),
-        ),
+        (ColumnHead("value"), lambda o: _value(o, columns)),
         _small("σ", "sigma", columns),
         _small("v", "residual", columns),
         columns.plain("r", "redundancy"),
@@ -110,7 +122,84 @@ def _observation_table(head: Head) -> ReportTable:
     ]
     rows = worst_first(head.observations)
     title = "Observations, worst first"
-    return build_table("observations", title, note, rows, specs, _row_state, worst=_WORST)
+    return build_table(
+        "observations", title, note, rows, specs, _row_state, worst=_WORST, ends=_ends
+    )
+
+
+def _ends(o: Observation) -> tuple[str, ...]:
+    """The positions that an observation is about."""
+    return tuple(name for name in (o.start, o.end) if name)
+
+
+def _advice(head: Head) -> tuple[str, ...]:
+    """How the worst observations are to be read: what chance does alone."""
+    chance, quality = head.quality.chance, head.quality
+    if not chance.tests:
+        return ("No observation is tested: nothing is measured a second time.",)
+    verb = "is" if chance.beyond == 1 else "are"
+    found = (
+        f"{chance.beyond} of {chance.tests} tests {verb} beyond the limit of {quality.critical:.2f}"
+        if chance.beyond
+        else f"None of {chance.tests} tests is beyond the limit of {quality.critical:.2f}"
+    )
+    expected = f"{found}; {chance.expected:.1f} would be by chance."
+    if chance.act:
+        percent = 100 * quality.global_test.alpha
+        return (
+            expected,
+            f"The worst is more than chance: fewer than {percent:g} of 100 clean networks of this "
+            "size have one like it. Look it up before you sign.",
+        )
+    return (expected,)
+
+
+def _worst_table(head: Head) -> ReportTable:
+    """The worst observations, each with what to do about it."""
+    columns, chance = head.columns, head.quality.chance
+    rows = worst_first(head.observations)
+    rows = rows.chosen(rows.column("state") != "off")[:_SHOWN]
+    note = (
+        "By the size of the test value w. Likely error: what the reading would be wrong by if it "
+        "alone were wrong, - v / r. A row that is clicked shows in the plan."
+    )
+    specs: list[Spec] = [
+        (ColumnHead("Observation", numeric=False), lambda o: text_cell(_kind(o))),
+        columns.word("From", "start"),
+        columns.word("To", "end"),
+        (ColumnHead("w"), lambda o: _w(o, columns)),
+        _small("v", "residual", columns),
+        (ColumnHead("likely error"), lambda o: _likely(o, columns)),
+        columns.plain("r", "redundancy"),
+        (ColumnHead("What to do", numeric=False), lambda o: text_cell(_to_do(o, chance.act))),
+        columns.source(),
+    ]
+    return build_table("worst", "Worst observations", note, rows, specs, _row_state, ends=_ends)
+
+
+def _likely(o: Observation, columns: ColumnSet) -> Cell:
+    """The estimated gross error of a suspicious value, if it alone is wrong."""
+    if not o.suspicious or o.residual is None or not o.redundancy or o.redundancy < _POOR:
+        return Cell("")
+    error, style = -o.residual / o.redundancy, columns.style
+    return number_cell(error, style.small(error, o.unit), unit=style.small_unit(o.unit))
+
+
+def _to_do(o: Observation, act: bool) -> str:
+    """What to do about an observation, by its test alone."""
+    where = "field notes" if _LINE.search(o.source) else "scan"
+    if o.state == "check":
+        if o.suspicious:
+            return "It is held out and does not agree: compare it with what it is to check."
+        return "Nothing: held out as a check, within its limit."
+    if o.suspicious:
+        look = f"Look into the {where}"
+        if not act:
+            return f"Beyond the limit, as chance makes some: {look.lower()} if they are at hand."
+        return f"{look}: name, height, pointing. Switch it off only with a reason."
+    if o.redundancy is not None and o.redundancy < _POOR:
+        return "Within the limit, but hardly controlled: observe this once more from elsewhere."
+    return "Nothing: within the limit."
 
 
 def _kind(o: Observation) -> str:
@@ -129,12 +218,21 @@ def value_words(kind: str, value: float, unit: str, style: Style) -> str:
     style : Style
         How angles are written.
     """
+    return _value_cell(kind, value, unit, style).words
+
+
+def _value(o: Observation, columns: ColumnSet) -> Cell:
+    return _value_cell(o.kind, o.value, o.unit, columns.style)
+
+
+def _value_cell(kind: str, value: float, unit: str, style: Style) -> Cell:
+    """A measured value as a cell with its unit."""
     facts = kind_named(kind).facts
     if unit == "1" and not facts.of_unknown:
-        return style.ratio(value)
+        return number_cell(value, style.ratio(value))
     text = style.value(value, unit, full_circle=facts.full_circle)
     named = style.value_unit(unit)
-    return f"{text} {named}" if named in ("m", "gon") else text
+    return number_cell(value, text, unit=named if named in ("m", "gon") else "")
 
 
 def _small(head: str, path: str, columns: ColumnSet) -> Spec:
@@ -142,8 +240,8 @@ def _small(head: str, path: str, columns: ColumnSet) -> Spec:
     get, style = attrgetter(path), columns.style
 
     def cell(o: Observation) -> Cell:
-        text = f"{style.small(get(o), o.unit)} {style.small_unit(o.unit)}"
-        return number_cell(get(o), text)
+        text = style.small(get(o), o.unit)
+        return number_cell(get(o), text, unit=style.small_unit(o.unit))
 
     return ColumnHead(head), cell
 

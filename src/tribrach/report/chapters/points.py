@@ -152,8 +152,11 @@ def _three(row: Array) -> tuple[float, float, float]:
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter; every report has it."""
-    tables = (_point_table(head), _ellipsoid_table(head), _geodetic_table(head))
-    yield Chapter("points", "Points", tables=tables)
+    tables = (_point_table(head), _geodetic_table(head))
+    yield Chapter("points", "Points", tables=tables, signed=True)
+    covariances = _ellipsoid_table(head)
+    if covariances.rows:
+        yield Chapter("covariances", "Covariances of points", tables=(covariances,))
 
 
 def _point_table(head: Head) -> ReportTable:
@@ -169,7 +172,14 @@ def _point_table(head: Head) -> ReportTable:
         *head.columns.axes("σ ", "sigma", head.columns.mm),
         *head.columns.ellipse(),
     ]
-    return build_table("points", "Adjusted points", note, head.points, columns, worst=_WORST)
+    return build_table(
+        "points", "Adjusted points", note, head.points, columns, worst=_WORST, ends=_ends
+    )
+
+
+def _ends(point: Point) -> tuple[str, ...]:
+    """The point itself."""
+    return (point.name,)
 
 
 def _ellipsoid_table(head: Head) -> ReportTable:

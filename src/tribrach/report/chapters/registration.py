@@ -15,10 +15,11 @@ from tribrach.observations.registry import kind_named
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.views import Agreement, seen
 from tribrach.report.chapter import Chapter
+from tribrach.report.charts import Chart, beside
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
-from tribrach.report.figures import Picture, colour_scale, colours, new_figure, picture
-from tribrach.report.numbers import percent_cell
+from tribrach.report.figures import Picture
+from tribrach.report.numbers import Style, percent_cell
 from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -32,8 +33,6 @@ from tribrach.report.tables import (
 from tribrach.report.warnings import Severity, warned
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from tribrach.job.results import JobResults
     from tribrach.job.tie import Registered
 
@@ -113,7 +112,10 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         RegistrationPart(
             edges=[_record(pair) for pair in pairs], sentences=list(registered.sentences)
         ),
-        warned(Severity.BLUNDER, [*_outliers(pair_edges), *_contradictions(seen)]),
+        warned(
+            Severity.BLUNDER,
+            [*_outliers(pair_edges, head.columns.style), *_contradictions(seen)],
+        ),
     )
 
 
@@ -145,13 +147,14 @@ def _verdict(pair_edges: Sequence[Edge]) -> list[str]:
     ]
 
 
-def _outliers(pair_edges: Sequence[Edge]) -> list[str]:
+def _outliers(pair_edges: Sequence[Edge], style: Style) -> list[str]:
     """Pairs that the network contradicts, the worst first, and a station that all of them share."""
     bad = sorted((e for e in pair_edges if e.outlying), key=lambda e: -(e.ratio or 0.0))
     sentences = [
         f"{e.first} and {e.second} by {kind_named(e.kind).facts.common_to_stations}: their own "
-        f"relative pose differs from the network by {_size(e.shift, e.turn)}, expected "
-        f"{_size(e.shift_sigma, e.turn_sigma)} (test {e.statistic:.1f} against {e.limit:.1f})"
+        f"relative pose differs from the network by {_size(e.shift, e.turn, style)}, expected "
+        f"{_size(e.shift_sigma, e.turn_sigma, style)} (test {e.statistic:.1f} against "
+        f"{e.limit:.1f})"
         for e in bad[:10]
     ]
     if len(bad) > 2:
@@ -162,9 +165,9 @@ def _outliers(pair_edges: Sequence[Edge]) -> list[str]:
     return sentences
 
 
-def _size(shift: float, turn: float) -> str:
+def _size(shift: float, turn: float, style: Style) -> str:
     """A relative pose in words."""
-    return f"{1e3 * shift:.1f} mm and {np.degrees(turn) * 3600:.0f} arcsec"
+    return f"{1e3 * shift:.1f} mm and {style.small(turn, 'rad', 1)} {style.small_unit('rad')}"
 
 
 def _contradictions(seen: dict[frozenset[str], Agreement]) -> list[str]:
@@ -241,36 +244,37 @@ def _graph(adjustment: Adjustment, pair_edges: Sequence[Edge]) -> Picture:
     layout, state = adjustment.layout, adjustment.state
     names = sorted({name for e in pair_edges for name in (e.first, e.second)})
     plan = {name: state.pose_t[layout.index("pose", name), :2] for name in names}
-    figure = new_figure(figsize=(8, 5.5), dpi=100, layout="constrained")
-    axes = figure.subplots()
+    xy = np.array([plan[name] for name in names])
+    low, high = xy.min(axis=0), xy.max(axis=0)
+    margin = 0.12 * max(float((high - low).max()), 1.0)
+    chart = Chart(
+        (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin),
+        ("E [m]", "N [m]"), (760.0, 480.0), equal=True,
+    )  # fmt: skip
     for first, second in sorted({(e.first, e.second) for e in pair_edges}):
         group = [e for e in pair_edges if (e.first, e.second) == (first, second)]
-        _line(axes, group, np.array([plan[first], plan[second]]))
-    xy = np.array([plan[name] for name in names])
-    axes.plot(xy[:, 0], xy[:, 1], "^", color="#222222", markersize=9, zorder=3)
+        _line(chart, group, np.array([plan[first], plan[second]]))
+    chart.points(xy[:, 0], xy[:, 1], names)
     for name in names:
-        axes.annotate(name, tuple(plan[name]), (6, 6), textcoords="offset points", zorder=4)
-    axes.set(aspect="equal", xlabel="E [m]", ylabel="N [m]")
-    axes.margins(0.12)
-    axes.ticklabel_format(useOffset=False)
-    scale = colour_scale(0, _WORST, "RdYlGn_r")
-    figure.colorbar(scale, ax=axes, label="worst test of the pair over its limit", shrink=0.8)
+        chart.name(float(plan[name][0]), float(plan[name][1]), name)
     caption = (
-        "Stations in plan. Lines join stations with observations in common, coloured by the worst "
-        "test of the pair over its limit (above 1: it contradicts the network), grey where nothing "
-        "controls it; dashed where the pair by itself leaves a direction open."
+        "Stations in plan. Lines join stations with observations in common, green where the worst "
+        "test of the pair is within its limit, red where it is above, which contradicts the "
+        "network, and grey where nothing controls it; a line that is pointed at says the ratio. "
+        "Dashed where the pair by itself leaves a direction open."
     )
-    return picture("registration-graph", "Graph of the registration", figure, caption)
+    drawing = beside([[chart]], "Graph of the registration")
+    return Picture("registration-graph", "Graph of the registration", drawing, caption)
 
 
-def _line(axes: Axes, group: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
+def _line(chart: Chart, group: Sequence[Edge], ends: np.ndarray[Any, Any]) -> None:
     """One pair of stations."""
-    ratios = [e.ratio for e in group if e.ratio is not None]
-    worst = max(ratios, default=None)
-    color = "#999999" if worst is None else colours("RdYlGn_r")(min(worst / _WORST, 1.0))
-    style = "-" if max(e.held for e in group) == 6 else "--"
-    width = 1.0 + min(len(group), 3)
-    axes.plot(ends[:, 0], ends[:, 1], style, color=color, linewidth=width, zorder=2)
+    worst = max((e.ratio for e in group if e.ratio is not None), default=None)
+    colour = "faint" if worst is None else "good" if worst <= 1 else "bad"
+    words = f"{group[0].first} and {group[0].second}: "
+    words += "not controlled" if worst is None else f"worst test {worst:.2f} times its limit"
+    dashed = max(e.held for e in group) != 6
+    chart.line(ends[:, 0], ends[:, 1], colour, dashed=dashed, words=words)
 
 
 SUBJECT = Subject("registration", _chapters, RegistrationPart)

@@ -5,7 +5,6 @@ Metres and radians; pictures are WebP files in base64.
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -18,10 +17,14 @@ from tribrach.geodesy.projection import grid_scale
 from tribrach.job.truth import Side, TruthRow
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
+from tribrach.report.characters import anchor
+from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
-from tribrach.report.figures import Picture, new_figure, picture
-from tribrach.report.panoramas import panorama_file
+from tribrach.report.figures import Picture
+from tribrach.report.names import spoken
+from tribrach.report.numbers import counted
+from tribrach.report.panoramas import panorama_drawing
 from tribrach.report.schema.base import DocumentPart, Finite
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -38,7 +41,6 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 if TYPE_CHECKING:
     from tribrach.cloud.placement import Placement
     from tribrach.job.clouds import Product
-    from tribrach.job.find_targets import Findings
     from tribrach.job.name_targets import Named
     from tribrach.job.results import JobResults
     from tribrach.job.scans import StationScan
@@ -201,23 +203,24 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     clouds = [_cloud(product, placed.placements, placed.frame) for product in placed.products]
     placement = () if placed.named is None else tuple(placed.named.identification.sentences)
     precision = _precision(placed.products, placed.frame)
+    if clouds:
+        yield Chapter(
+            "clouds",
+            "Clouds and their sigma",
+            tuple(precision),
+            tuple(_maps(placed.products, placed.frame)),
+            (_cloud_table(clouds, columns), _class_table(clouds, columns)),
+            signed=True,
+        )
     yield Chapter(
         "scans",
-        "Scans and clouds",
-        (*placement, *precision),
+        "Targets in the scans",
+        placement,
+        tuple(_panoramas(placed, head)),
         (
-            *_panoramas(placed.findings),
-            *_maps(placed.products, placed.frame),
-            *budget_charts(placed.budget),
-        ),
-        (
-            _truth_table(placed.truth, columns),
-            _beam_table(beams, columns),
             _target_table(targets, columns),
             _rejection_table(rejections, columns),
-            _cloud_table(clouds, columns),
-            _class_table(clouds, columns),
-            budget_table(placed.budget, columns),
+            _beam_table(beams, columns),
         ),
         ScansPart(
             no_return=beams,
@@ -231,6 +234,27 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         ),
         _warnings(placed),
     )
+    if placed.budget:
+        yield Chapter(
+            "error-budgets",
+            "Error budget",
+            (),
+            tuple(budget_charts(placed.budget, columns)),
+            (budget_table(placed.budget, columns),),
+        )
+    if placed.truth:
+        bad = sum(not row.agrees for row in placed.truth)
+        verdict = (
+            f"All {len(placed.truth)} comparisons with the truth are as stated."
+            if not bad
+            else f"{bad} of {len(placed.truth)} comparisons with the truth are not as stated."
+        )
+        yield Chapter(
+            "against-truth",
+            "Agreement with the truth",
+            (verdict,),
+            tables=(_truth_table(placed.truth, columns),),
+        )
 
 
 def _warnings(placed: PlacedScans) -> tuple[ReportWarning, ...]:
@@ -331,18 +355,30 @@ def _weakest(summary: CloudSummary, where: Placement, frame: OutputFrame) -> Wea
     return weakest_direction(around, where.covariance)
 
 
-def _panoramas(findings: Sequence[Findings]) -> list[Picture]:
+def _panoramas(placed: PlacedScans, head: Head) -> list[Picture]:
+    """The scans as their scanners saw them, with names of targets and azimuths."""
+    headings = {station.name: station.heading for station in head.stations}
     return [
         Picture(
-            f"panorama-{f.scan}",
-            f"Scan {f.scan}",
-            base64.b64encode(panorama_file(f.panorama, "WEBP")).decode("ascii"),
-            f"{f.points:,} points; {len(f.detections)} targets found, "
-            f"{len(f.rejected)} candidates rejected.",
+            f"panorama-{anchor(f.scan)}",
+            f"Scan {spoken(f.scan)}",
+            panorama_drawing(
+                f.panorama,
+                [_name(placed.named, f.station, d) for d in f.detections],
+                headings.get(f.station),
+                head.settings.angle,
+            ),
+            f"{f.points:,} points; {counted(len(f.detections), 'target')} found, "
+            f"{counted(len(f.rejected), 'candidate')} rejected.",
+            wide=True,
         )
-        for f in findings
+        for f in placed.findings
         if f.panorama is not None
     ]
+
+
+#: points of the plan of sigmas
+_MOST_DRAWN = 60_000
 
 
 def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
@@ -350,33 +386,39 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     sample = np.concatenate([np.zeros((0, 4)), *(p.summary.sample for p in products)])
     if len(sample) == 0:
         return []
-    figure = new_figure(figsize=(9, 4.2), dpi=100, layout="constrained")
-    plan, bars = figure.subplots(1, 2)
-    order = np.argsort(sample[:, 3])
-    shown = plan.scatter(
-        *(sample[order, :2] - np.round(sample[:, :2].mean(0), -1)).T,
-        c=1e3 * sample[order, 3],
-        s=2,
-        cmap="viridis",
-        vmax=1e3 * np.quantile(sample[:, 3], 0.98),
+    sample = sample[:: -(-len(sample) // _MOST_DRAWN)]
+    corner = np.floor(sample[:, :2].min(axis=0) / 10) * 10
+    xy, sigma = sample[:, :2] - corner, 1e3 * sample[:, 3]
+    low, high = xy.min(axis=0), xy.max(axis=0)
+    top = float(np.quantile(sigma, 0.98))
+    labels = [
+        f"{axis.upper()} {'-' if c >= 0 else '+'} {abs(c):.0f} [m]"
+        for axis, c in zip(frame.axes[:2], corner, strict=True)
+    ]
+    plan = Chart(
+        (low[0], high[0]), (low[1], high[1]), (labels[0], labels[1]), (620.0, 420.0), equal=True
     )
-    east, north = np.round(sample[:, :2].mean(0), -1)
-    plan.set(aspect="equal", xlabel=f"{frame.axes[0]} - {east:.0f} m")
-    plan.set_ylabel(f"{frame.axes[1]} - {north:.0f} m")
-    figure.colorbar(shown, ax=plan, label="3D sigma [mm]")
+    bottom = float(sigma.min())
+    plan.cloud(xy[:, 0], xy[:, 1], (sigma - bottom) / max(top - bottom, 1e-9))
     counts = np.sum([p.summary.counts for p in products], axis=0)[1:-1]
-    bars.bar(1e3 * EDGES[:-1], counts, 1e3 * np.diff(EDGES), align="edge", color="#4878a8")
     used = np.flatnonzero(counts)
-    bars.set_xscale("log")
-    if len(used):
-        bars.set_xlim(1e3 * EDGES[used[0]] / 1.3, 1e3 * EDGES[used[-1] + 1] * 1.3)
-    bars.set(xlabel="3D sigma [mm]", ylabel="points")
+    ends = (1e3 * EDGES[used[0]] / 1.1, 1e3 * EDGES[used[-1] + 1] * 1.1) if len(used) else (1, 10)
+    bars = Chart(
+        ends, (0.0, 1.05 * max(float(counts.max()), 1.0)), ("3D sigma [mm]", "points"),
+        (540.0, 340.0), log=True,
+    )  # fmt: skip
+    for k in used.tolist():
+        left, right = 1e3 * EDGES[k], 1e3 * EDGES[k + 1]
+        words = f"{left:.2f} to {right:.2f} mm: {counts[k]:,} points"
+        bars.bar(left, right, 0.0, float(counts[k]), "s0", words)
     total = sum(p.summary.points for p in products)
     caption = (
-        f"Predicted uncertainty of {total:,} points: a sample of {len(sample):,} in plan, all of "
-        "them in the histogram."
+        f"Predicted uncertainty of {total:,} points: a sample of {len(sample):,} in plan, colours "
+        "up to the 98 % quantile; all of them in the histogram."
     )
-    return [picture("point-sigma", "Uncertainty of points", figure, caption)]
+    scale = colour_bar(bottom, top, "3D sigma [mm]", 620.0)
+    drawing = beside([[plan, bars]], "Uncertainty of points", scale)
+    return [Picture("point-sigma", "Uncertainty of points", drawing, caption, wide=True)]
 
 
 def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
@@ -428,7 +470,7 @@ def _truth_table(truth: Sequence[TruthRow], columns: ColumnSet) -> ReportTable:
     )
     specs: list[Spec] = [
         columns.word("What", "what"),
-        columns.word("Name", "name"),
+        columns.scan("Name", "name"),
         columns.word("Error", "words"),
         columns.plain("test", "statistic"),
         columns.plain("least", "least"),
@@ -443,7 +485,7 @@ def _truth_table(truth: Sequence[TruthRow], columns: ColumnSet) -> ReportTable:
 
 def _beam_table(beams: Sequence[LeftOutBeams], columns: ColumnSet) -> ReportTable:
     specs: list[Spec] = [
-        columns.word("Scan", "scan"),
+        columns.scan("Scan", "scan"),
         columns.plain("points left out", "points", 0),
         (ColumnHead("of all", "%"), lambda b: number_cell(100 * b.share, f"{100 * b.share:.2f}")),
         columns.plain("at the scanner", "zeros", 0),
@@ -460,7 +502,7 @@ def _beam_table(beams: Sequence[LeftOutBeams], columns: ColumnSet) -> ReportTabl
 
 def _target_table(targets: Sequence[FoundTarget], columns: ColumnSet) -> ReportTable:
     specs: list[Spec] = [
-        columns.word("Scan", "scan"),
+        columns.scan("Scan", "scan"),
         columns.plain("No.", "number", 0),
         columns.word("Kind", "kind"),
         columns.word("Point", "name"),
@@ -485,7 +527,7 @@ def _target_table(targets: Sequence[FoundTarget], columns: ColumnSet) -> ReportT
 
 def _rejection_table(rejections: Sequence[Rejection], columns: ColumnSet) -> ReportTable:
     specs: list[Spec] = [
-        columns.word("Scan", "scan"),
+        columns.scan("Scan", "scan"),
         columns.word("Kind", "kind"),
         *(columns.metres(a, component("center", k)) for k, a in enumerate("xyz")),
         columns.word("Why it is none", "reason"),
@@ -495,7 +537,7 @@ def _rejection_table(rejections: Sequence[Rejection], columns: ColumnSet) -> Rep
 
 def _cloud_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTable:
     specs: list[Spec] = [
-        columns.word("Cloud", "name"),
+        columns.scan("Cloud", "name"),
         columns.word("File", "file"),
         columns.plain("points", "points", 0),
         *(columns.mm(f"σ{k + 1}", component("sigma", k), 2) for k in range(3)),
@@ -518,7 +560,7 @@ def _cloud_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTa
 
 def _class_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTable:
     names = list(clouds[0].shares) if clouds else []
-    specs: list[Spec] = [columns.word("Cloud", "name")]
+    specs: list[Spec] = [columns.scan("Cloud", "name")]
     specs += [(ColumnHead(name, "%"), _share(name)) for name in names]
     note = (
         "Share of the points whose predicted 95 % uncertainty (twice the 3D σ) is within the "

@@ -128,7 +128,7 @@ def stations(
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter; its table has no rows without scanners."""
-    yield Chapter("stations", "Stations", tables=(_table(head),))
+    yield Chapter("stations", "Stations", tables=(_table(head),), signed=True)
 
 
 def _table(head: Head) -> ReportTable:
@@ -151,7 +151,14 @@ def _table(head: Head) -> ReportTable:
         head.columns.small_angle("σ", attrgetter("tilt_sigma")),
         *head.columns.ellipse(wide=True),
     ]
-    return build_table("stations", "Stations", note, head.stations, columns, worst=_WORST)
+    return build_table(
+        "stations", "Stations", note, head.stations, columns, worst=_WORST, ends=_ends
+    )
+
+
+def _ends(station: StationRow) -> tuple[str, ...]:
+    """The station itself."""
+    return (station.name,)
 
 
 SUBJECT = Subject("stations", _chapters)

@@ -1,0 +1,386 @@
+"""Charts of few marks as drawings that a page holds as they are: sharp, dark where the page is
+dark, and every mark says its numbers when it is pointed at. Clouds of very many points are drawn
+as pictures without a background inside of them.
+"""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tribrach._types import Array
+
+__all__ = [
+    "PALETTE",
+    "Chart",
+    "Drawing",
+    "DrawnMark",
+    "beside",
+    "colour_bar",
+    "legend",
+    "mark",
+    "nice_ticks",
+]
+
+#: classes of colours in the style sheet: ``s0`` to ``s11``
+PALETTE = 12
+_LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 14.0, 26.0, 44.0
+#: size of a letter in pixels
+_LETTER = 6.2
+#: stops of the colours from low to high, dark blue to yellow, evenly spaced
+_LEVELS = np.array(
+    [
+        [68, 1, 84], [72, 40, 120], [62, 73, 137], [49, 104, 142], [38, 130, 142],
+        [31, 158, 137], [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37],
+    ],
+    dtype=float,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class DrawnMark:
+    """An element of a drawing.
+
+    Parameters
+    ----------
+    tag : str
+        Of the element, in SVG.
+    attributes : tuple of (str, str)
+        Names of attributes with their values.
+    text : str
+        Its words.
+    title : str
+        What it says when it is pointed at.
+    inner : tuple of DrawnMark
+        What it holds.
+    """
+
+    tag: str
+    attributes: tuple[tuple[str, str], ...]
+    text: str = ""
+    title: str = ""
+    inner: tuple[DrawnMark, ...] = ()
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a page draws by itself: its size in pixels, its marks, and in words what it is."""
+
+    width: float
+    height: float
+    marks: tuple[DrawnMark, ...]
+    words: str
+    sort: str = "chart"
+
+
+def mark(
+    tag: str,
+    text: str = "",
+    title: str = "",
+    inner: Sequence[DrawnMark] = (),
+    **attributes: float | str,
+) -> DrawnMark:
+    """An element by its attributes; ``class_`` stands for class, numbers have two digits."""
+    given = tuple(
+        (
+            key.rstrip("_").replace("_", "-"),
+            value if isinstance(value, str) else f"{value:.2f}".rstrip("0").rstrip("."),
+        )
+        for key, value in attributes.items()
+    )
+    return DrawnMark(tag, given, text, title, tuple(inner))
+
+
+def nice_ticks(low: float, high: float, most: int = 6) -> list[float]:
+    """Round numbers from low to high: steps of 1, 2 or 5 times a power of ten, at most ``most``."""
+    span = high - low
+    if not span > 0 or not math.isfinite(span):
+        return [low]
+    power = 10.0 ** math.floor(math.log10(span / most))
+    step = next(k * power for k in (1, 2, 5, 10, 20) if span / (k * power) <= most)
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [k * step + 0.0 for k in range(first, last + 1)]
+
+
+def _log_ticks(low: float, high: float) -> list[float]:
+    """Ticks of a logarithmic axis: 1, 2 and 5 times powers of ten, fewer over many powers."""
+    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    steps = (1, 2, 5) if len(powers) <= 4 else (1,)
+    ticks = [k * 10.0**p for p in powers for k in steps]
+    return [tick for tick in ticks if low <= tick * (1 + 1e-9) and tick <= high * (1 + 1e-9)]
+
+
+def _level_colour(share: float) -> str:
+    """The colour of a share from 0 to 1 between low and high."""
+    r, g, b = np.round(_level(np.array([share]))[0]).astype(int).tolist()
+    return f"#{r:02x}{g:02x}{b:02x}"
+
+
+def _level(shares: Array) -> Array:
+    """Colours (n, 3) from 0 to 255 of shares (n,)."""
+    at = np.linspace(0, 1, len(_LEVELS))
+    return np.stack([np.interp(shares, at, _LEVELS[:, k]) for k in range(3)], axis=-1)
+
+
+class Chart:
+    """A panel with two axes; marks are added one after the other.
+
+    Parameters
+    ----------
+    x, y : (float, float)
+        Ends of the axes in units of the values.
+    labels : (str, str)
+        What stands at the axes.
+    size : (float, float)
+        Width and height in pixels.
+    title : str
+        Above the panel.
+    log : bool
+        The axis to the right is logarithmic.
+    equal : bool
+        Both axes have one scale; the panel gets as high as that needs, up to ``size``.
+    names : sequence of str, optional
+        Instead of numbers at the axis to the right: at 0, 1, 2 and so on.
+    """
+
+    def __init__(
+        self,
+        x: tuple[float, float],
+        y: tuple[float, float],
+        labels: tuple[str, str],
+        size: tuple[float, float] = (460.0, 300.0),
+        title: str = "",
+        *,
+        log: bool = False,
+        equal: bool = False,
+        names: Sequence[str] | None = None,
+    ) -> None:
+        self._log = log
+        self.x, self.y = _ends(x, log=log), _ends(y)
+        self._labels, self._title, self._names = labels, title, names
+        self.width, self.height = size
+        longest = max((len(name) for name in names or ()), default=0)
+        self._slanted = names is not None and longest * _LETTER > (
+            (self.width - _LEFT - _RIGHT) / max(len(names), 1) - 4
+        )
+        slant = longest * _LETTER * 0.64 - 8 if self._slanted else 0.0
+        self._bottom = _BOTTOM + max(slant, 0.0) - (14.0 if not labels[0] else 0.0)
+        self._top = _TOP if title else 10.0
+        room = self.width - _LEFT - _RIGHT, self.height - self._top - self._bottom
+        if equal:
+            spans = self.x[1] - self.x[0], self.y[1] - self.y[0]
+            scale = min(room[0] / spans[0], room[1] / spans[1])
+            least = 60.0
+            high = max(scale * spans[1], least)
+            self.height = high + self._top + self._bottom
+            # the axes reach as far as the panel does
+            self.x, self.y = _about(self.x, room[0] / scale), _about(self.y, high / scale)
+        self._marks: list[DrawnMark] = []
+
+    def across(self, value: float) -> float:
+        """Pixels from the left."""
+        low, high = self.x
+        if self._log:
+            low, high, value = (math.log10(v) for v in (low, high, max(value, 1e-300)))
+        room = self.width - _LEFT - _RIGHT
+        return round(_LEFT + (value - low) / (high - low) * room, 2)
+
+    def up(self, value: float) -> float:
+        """Pixels from the top."""
+        low, high = self.y
+        room = self.height - self._top - self._bottom
+        return round(self.height - self._bottom - (value - low) / (high - low) * room, 2)
+
+    def points(
+        self, x: Sequence[float] | Array, y: Sequence[float] | Array, words: Sequence[str],
+        colour: str = "mark",
+    ) -> None:  # fmt: skip
+        """Discs, each with what it says."""
+        for a, b, text in zip(x, y, words, strict=True):
+            at = self.across(a), self.up(b)
+            self._marks.append(mark("circle", title=text, cx=at[0], cy=at[1], r=3, class_=colour))
+
+    def line(
+        self, x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str = "s0",
+        *, dashed: bool = False, words: str = "",
+    ) -> None:  # fmt: skip
+        """A line through points."""
+        sort = f"line {colour} dashed" if dashed else f"line {colour}"
+        self._marks.append(mark("path", title=words, d=self._path(x, y), class_=sort))
+
+    def area(self, x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str) -> None:
+        """A filled polygon, faint."""
+        self._marks.append(mark("path", d=f"{self._path(x, y)}Z", class_=f"area {colour}"))
+
+    def _path(self, x: Sequence[float] | Array, y: Sequence[float] | Array) -> str:
+        """A path through points."""
+        places = (f"{self.across(a)} {self.up(b)}" for a, b in zip(x, y, strict=True))
+        return "M" + "L".join(places)
+
+    def bar(
+        self, left: float, right: float, low: float, high: float, colour: str, words: str
+    ) -> None:
+        """A block from left to right and from low to high."""
+        a, b = self.across(left), self.across(right)
+        top, base = self.up(high), self.up(low)
+        if base - top < 0.02:
+            return
+        self._marks.append(
+            mark(
+                "rect", title=words, x=a, y=top, width=b - a, height=base - top,
+                class_=f"bar-{colour}",
+            )
+        )  # fmt: skip
+
+    def name(self, x: float, y: float, text: str) -> None:
+        """A name right above a place."""
+        at = self.across(x) + 7, self.up(y) - 6
+        self._marks.append(mark("text", text, x=at[0], y=at[1], class_="label"))
+
+    def note(self, x: float, y: float, text: str) -> None:
+        """Words about a place."""
+        self._marks.append(mark("text", text, x=self.across(x), y=self.up(y), class_="note-end"))
+
+    def cloud(self, x: Array, y: Array, shares: Array) -> None:
+        """Very many points, coloured by shares from 0 to 1; the largest lies on top."""
+        from PIL import Image
+
+        zoom = 2
+        left, right = self.across(self.x[0]), self.across(self.x[1])
+        top, base = self.up(self.y[1]), self.up(self.y[0])
+        columns, rows = int((right - left) * zoom), int((base - top) * zoom)
+        picture = np.zeros((rows, columns, 4), dtype=np.uint8)
+        order = np.argsort(shares, kind="stable")
+        column = (x[order] - self.x[0]) / (self.x[1] - self.x[0]) * (columns - 1)
+        row = (self.y[1] - y[order]) / (self.y[1] - self.y[0]) * (rows - 1)
+        inside = (column >= 0) & (column < columns - 2) & (row >= 0) & (row < rows - 2)
+        column, row = column[inside].astype(int), row[inside].astype(int)
+        colour = np.round(_level(np.clip(shares[order][inside], 0, 1))).astype(np.uint8)
+        for right_by in range(3):
+            for down_by in range(3):
+                picture[row + down_by, column + right_by, :3] = colour
+                picture[row + down_by, column + right_by, 3] = 255
+        out = io.BytesIO()
+        Image.fromarray(picture, "RGBA").save(out, "WEBP", lossless=True, quality=50, method=2)
+        data = base64.b64encode(out.getvalue()).decode("ascii")
+        self._marks.insert(
+            0,
+            mark(
+                "image", x=left, y=top, width=right - left, height=base - top,
+                href=f"data:image/webp;base64,{data}",
+            ),
+        )  # fmt: skip
+
+    def group(self, x: float, y: float) -> DrawnMark:
+        """The panel as a part of a drawing, shifted."""
+        left, right = self.across(self.x[0]), self.across(self.x[1])
+        top, base = self.up(self.y[1]), self.up(self.y[0])
+        parts = []
+        for value in nice_ticks(*self.y, most=max(2, int((base - top) / 34))):
+            at = self.up(value)
+            parts.append(mark("path", d=f"M{left} {at}H{right}", class_="grid"))
+            parts.append(mark("text", f"{value:.10g}", x=left - 6, y=at + 4, class_="count"))
+        parts += self._ticks(left, right, base)
+        parts += self._marks
+        parts.append(mark("path", d=f"M{left} {top}V{base}H{right}", class_="axis"))
+        middle = (left + right) / 2
+        if self._labels[0]:
+            parts.append(mark("text", self._labels[0], x=middle, y=self.height - 6, class_="tick"))
+        if self._labels[1]:
+            turn = f"translate(13 {(top + base) / 2:.1f}) rotate(-90)"
+            parts.append(mark("text", self._labels[1], transform=turn, class_="tick"))
+        if self._title:
+            parts.append(mark("text", self._title, x=middle, y=15, class_="head"))
+        return mark("g", inner=parts, transform=f"translate({x} {y})")
+
+    def _ticks(self, left: float, right: float, base: float) -> list[DrawnMark]:
+        """Marks and words below the axis to the right."""
+        if self._names is not None:
+            places = [(float(k), name) for k, name in enumerate(self._names)]
+        elif self._log:
+            places = [(value, f"{value:.10g}") for value in _log_ticks(*self.x)]
+        else:
+            most = max(2, int((right - left) / 70))
+            places = [(value, f"{value:.10g}") for value in nice_ticks(*self.x, most=most)]
+        parts, free = [], -math.inf
+        for value, text in places:
+            at = self.across(value)
+            parts.append(mark("path", d=f"M{at} {base}v4", class_="axis"))
+            half = len(text) * _LETTER / 2
+            if self._slanted:
+                turn = f"translate({at + 4} {base + 14}) rotate(-40)"
+                parts.append(mark("text", text, transform=turn, class_="count"))
+            elif at - half > free:
+                parts.append(mark("text", text, x=at, y=base + 17, class_="tick"))
+                free = at + half + 4
+        return parts
+
+
+def _ends(ends: tuple[float, float], *, log: bool = False) -> tuple[float, float]:
+    """Ends of an axis that has a length."""
+    low, high = float(ends[0]), float(ends[1])
+    if not (math.isfinite(low) and math.isfinite(high)):
+        return (1.0, 10.0) if log else (0.0, 1.0)
+    if log:
+        low = max(low, 1e-12)
+        return (low, high) if high > low * 1.0001 else (low / 2, low * 2)
+    return (low, high) if high > low else (low - 0.5, low + 0.5)
+
+
+def _about(ends: tuple[float, float], span: float) -> tuple[float, float]:
+    """An interval of a length about the middle of another."""
+    middle = (ends[0] + ends[1]) / 2
+    return middle - span / 2, middle + span / 2
+
+
+def legend(entries: Sequence[tuple[str, str]], width: float) -> tuple[DrawnMark, float]:
+    """Colours with their words, in rows, and how high they are in pixels."""
+    parts, x, y = [], _LEFT, 12.0
+    for colour, text in entries:
+        need = 24 + len(text) * _LETTER
+        if x > _LEFT and x + need > width:
+            x, y = _LEFT, y + 18.0
+        parts.append(mark("rect", x=x, y=y - 9, width=11, height=11, class_=f"bar-{colour}"))
+        parts.append(mark("text", text, x=x + 16, y=y, class_="entry"))
+        x += need
+    return mark("g", inner=parts), y + 8.0
+
+
+def colour_bar(low: float, high: float, label: str, width: float) -> tuple[DrawnMark, float]:
+    """The colours from low to high with their numbers, and how high that is in pixels."""
+    left, long = _LEFT, min(260.0, width - 2 * _LEFT)
+    steps = 40
+    step = long / steps
+    parts = [
+        mark("rect", x=left + k * step, y=4, width=step + 0.4, height=10,
+             fill=_level_colour((k + 0.5) / steps))
+        for k in range(steps)
+    ]  # fmt: skip
+    for value in nice_ticks(low, high, 5) if high > low else ():
+        at = left + (value - low) / (high - low) * long
+        parts.append(mark("text", f"{value:.10g}", x=at, y=27, class_="tick"))
+    parts.append(mark("text", label, x=left + long + 14, y=13, class_="entry"))
+    return mark("g", inner=parts), 34.0
+
+
+def beside(
+    rows: Sequence[Sequence[Chart]], words: str, below: tuple[DrawnMark, float] | None = None
+) -> Drawing:
+    """Panels in rows as one drawing; ``below`` is a legend or scale of colours with its height."""
+    width = max(sum(chart.width for chart in row) for row in rows)
+    parts, y = [], 0.0
+    for row in rows:
+        x = 0.0
+        for chart in row:
+            parts.append(chart.group(x, y))
+            x += chart.width
+        y += max(chart.height for chart in row) + 6
+    if below is not None:
+        parts.append(mark("g", inner=[below[0]], transform=f"translate(0 {y:.1f})"))
+        y += below[1]
+    return Drawing(width, y, tuple(parts), words)

@@ -1,0 +1,227 @@
+"""What stands first on a report: the verdict, what was measured, and what is to be signed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from tribrach.observations.registry import kind_named
+from tribrach.report.content import Control, Point, Report, StationRow
+from tribrach.report.names import spoken
+from tribrach.report.numbers import counted
+
+__all__ = ["FrontPage", "Letterhead", "front_page", "letterhead"]
+
+#: lines of ``[facts]`` that have a place of their own in the head
+_HEAD = ("job", "client", "author", "logo")
+_AXES = ("E", "N", "U")
+
+
+@dataclass(frozen=True)
+class Letterhead:
+    """Job, client and author as the project gives them, and its logo as an address of data."""
+
+    job: str
+    client: str
+    author: str
+    logo: str
+
+
+@dataclass(frozen=True)
+class FrontPage:
+    """The first page.
+
+    Attributes
+    ----------
+    sort
+        ``good`` where the global test passes and nothing contradicts, ``look`` where something is
+        to be looked into, ``bad`` where the global test fails, ``none`` without redundancy.
+    verdict, sentence
+        In some words, and why.
+    lines
+        Headings with what there is to know.
+    signed
+        What a signature is given for.
+    """
+
+    sort: Literal["good", "look", "bad", "none"]
+    verdict: str
+    sentence: str
+    lines: tuple[tuple[str, str], ...]
+    signed: str
+
+
+def letterhead(facts: Mapping[str, str], logo: str) -> tuple[Letterhead, tuple[str, ...]]:
+    """The head of the pages, and the names of the facts that it shows."""
+    known = {name.strip().lower(): name for name in facts}
+    used = tuple(known[key] for key in _HEAD if key in known)
+    job, client, author = (facts.get(known.get(key, ""), "") for key in _HEAD[:3])
+    return Letterhead(job, client, author, logo), used
+
+
+def front_page(content: Report) -> FrontPage:
+    """What stands first."""
+    sort, verdict = _verdict(content)
+    shown = letterhead(dict(content.facts), "")[1]
+    lines = [
+        ("Measured", _measured(content)),
+        ("Datum", content.datum.sentence),
+        ("Fit", _fit(content)),
+        ("Least certain", _worst(content)),
+        ("Check points", _checks(content)),
+        ("Clouds", _clouds(content)),
+        ("Standard deviations", content.sigma_origin),
+        *((name, value) for name, value in content.facts if name not in shown),
+    ]
+    return FrontPage(
+        sort,
+        verdict,
+        content.summary.test.sentence,
+        tuple((name, text) for name, text in lines if text),
+        _signed(content),
+    )
+
+
+def _verdict(content: Report) -> tuple[Literal["good", "look", "bad", "none"], str]:
+    """How it ended, by the global test and by what was found besides."""
+    test, grave = content.summary.test, content.grave
+    things = f"{counted(grave, 'thing')} to look into before you sign"
+    if test.accepted is None:
+        return "none", "Not checked: no redundancy"
+    if not test.accepted:
+        return "bad", "Global test failed"
+    if grave:
+        return "look", f"Global test passed; {things}"
+    return "good", "Global test passed, nothing contradicts"
+
+
+def _measured(content: Report) -> str:
+    """How much was measured, of which kinds, from where."""
+    counts: dict[str, int] = {}
+    for kind in content.summary.kinds:
+        title = kind_named(kind.kind).facts.title
+        counts[title] = counts.get(title, 0) + kind.active
+    parts = [f"{title} {n}" for title, n in counts.items() if n]
+    summary = content.summary
+    held = [
+        f"{n} {words}"
+        for n, words in ((summary.n_check, "held out"), (summary.n_off, "switched off"))
+        if n
+    ]
+    where = [
+        counted(n, noun)
+        for n, noun in ((len(content.points), "point"), (len(content.stations), "scanner station"))
+        if n
+    ]
+    more = f" ({', '.join(held)})" if held else ""
+    return (
+        f"{counted(summary.n_observations, 'observed value')}{more} on {' and '.join(where)}: "
+        f"{', '.join(parts)}."
+    )
+
+
+def _fit(content: Report) -> str:
+    """Sigma0 in words."""
+    summary = content.summary
+    after = summary.sigma0_posterior
+    if after is None:
+        return "There is no redundancy: nothing was measured a second time."
+    ratio = after / summary.sigma0 if summary.sigma0 else after
+    return (
+        f"σ₀ is {after:.3f} where {summary.sigma0:g} was expected, with redundancy {summary.dof}: "
+        f"the residuals are {_times(ratio)}."
+    )
+
+
+def _times(ratio: float) -> str:
+    """The ratio of sigma0 in words."""
+    if 0.95 <= ratio <= 1.05:
+        return "as large as the given sigmas say"
+    side = "larger" if ratio > 1 else "smaller"
+    return f"{abs(ratio - 1):.0%} {side} than the given sigmas say"
+
+
+def _worst(content: Report) -> str:
+    """The largest sigma of a point and of a station."""
+    parts = []
+    for noun, items in (("point", content.points), ("station", content.stations)):
+        worst = _largest(items)
+        if worst is not None:
+            name, sigma, axis = worst
+            parts.append(f"{noun} {name} with σ {1e3 * sigma:.2f} mm in {axis}")
+    return ", ".join(parts) + f" ({content.origin})." if parts else ""
+
+
+def _largest(items: tuple[Point, ...] | tuple[StationRow, ...]) -> tuple[str, float, str] | None:
+    """Name, sigma [m] and axis of the coordinate that is known least."""
+    found = [
+        (sigma, item.name, axis)
+        for item in items
+        for sigma, axis in zip(item.sigma, _AXES, strict=True)
+        if sigma is not None
+    ]
+    if not found:
+        return None
+    sigma, name, axis = max(found, key=lambda one: one[0])
+    return name, sigma, axis
+
+
+def _checks(content: Report) -> str:
+    """What the check points say."""
+    checks = [c for c in content.control if c.use == "check"]
+    if not checks:
+        return "There are none: nothing independent confirms these figures."
+    judged = [c for c in checks if c.verdict is not None]
+    agree = sum(c.verdict.agrees for c in judged if c.verdict is not None)
+    rms = [_rms(checks, k) for k in range(3)]
+    words = ", ".join(
+        f"{value:.2f} mm in {axis}" for value, axis in zip(rms, _AXES, strict=True) if value
+    )
+    told = f"{agree} of {len(judged)} agree with the network" if judged else "none can be judged"
+    return f"{told}; root mean square of the differences {words}." if words else f"{told}."
+
+
+def _rms(checks: list[Control], k: int) -> float | None:
+    """Root mean square of the differences along an axis [mm]."""
+    values = [c.difference[k] for c in checks]
+    known = [v for v in values if v is not None]
+    return 1e3 * float(np.sqrt(np.mean(np.square(known)))) if known else None
+
+
+def _clouds(content: Report) -> str:
+    """How many clouds, how exact their points."""
+    placed = content.job.placed
+    if placed is None or not placed.products:
+        return ""
+    summaries = [product.summary for product in placed.products]
+    total = sum(summary.points for summary in summaries)
+    known = [(s.quantile(0.95), p) for p, s in zip(placed.products, summaries, strict=True)
+             if len(s.sample)]  # fmt: skip
+    words = f"{counted(len(summaries), 'cloud')} with {total:,} points"
+    if not known:
+        return f"{words}, without sigmas."
+    worst, product = max(known, key=lambda one: one[0])
+    name = ", ".join(spoken(scan) for scan in product.scans[:2])
+    return (
+        f"{words}; in each of them 95 % of the points have a 3D σ of {1e3 * worst:.1f} mm or less, "
+        f"the largest in {name}."
+    )
+
+
+def _signed(content: Report) -> str:
+    """What a signature is given for."""
+    parts = [
+        counted(n, noun)
+        for n, noun in (
+            (sum(p.role != "control" for p in content.points), "point"),
+            (len(content.stations), "station"),
+            (len(content.job.placed.products) if content.job.placed is not None else 0, "cloud"),
+        )
+        if n
+    ]
+    return (
+        f"Coordinates and sigmas of {', '.join(parts)}" if parts else "The figures of this report"
+    )

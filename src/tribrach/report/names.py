@@ -1,0 +1,18 @@
+"""Names as a person would say them."""
+
+from __future__ import annotations
+
+__all__ = ["spoken"]
+
+
+def spoken(name: str) -> str:
+    """A name of a scan as one would say it: ``S1, targets`` for the scan S1-targets at S1.
+
+    Scans of a station with several are named after both, and files often begin with the name of
+    the station as well. Everything else stays as it is, also what follows after the name.
+    """
+    station, _, scan = name.partition(" ")
+    rest = scan.removeprefix(station)
+    if not station or rest == scan or rest[:1] not in tuple("-_. ") or len(rest) < 2:
+        return name
+    return f"{station}, {rest[1:]}"

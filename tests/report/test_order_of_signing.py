@@ -1,0 +1,235 @@
+"""The page in the order in which one signs: verdict, plan, figures, what stands behind them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lxml import html as parser
+
+from tests.report.cases import levelling, mean_of_two, scanner_content
+from tribrach.errors import InputError
+from tribrach.io.logo import read_logo
+from tribrach.job.panorama import Panorama
+from tribrach.job.results import JobResults
+from tribrach.project import Project
+from tribrach.report import html, text
+from tribrach.report.charts import Chart, DrawnMark, beside, nice_ticks
+from tribrach.report.front_page import front_page
+from tribrach.report.names import spoken
+from tribrach.report.notation import Notation
+from tribrach.report.panoramas import panorama_drawing
+from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+
+
+def page(content):
+    return parser.document_fromstring(html.render(content))
+
+
+def test_signed_chapters_come_first_and_the_others_are_folded() -> None:
+    content = scanner_content()
+    tree = page(content)
+    signed = [c.name for c in content.chapters if c.signed]
+    assert signed == ["stations", "control", "points", "worst-observations"]
+    shown = [s.get("id") for s in tree.xpath("//main/section[@class='chapter']")]
+    assert shown == [f"chapter-{name}" for name in signed]
+    folded = tree.xpath("//details[contains(@class, 'chapter')]")
+    assert not any("open" in one.attrib for one in folded)
+    assert "chapter-observations" in {one.get("id") for one in folded}
+    links = [a.get("href") for a in tree.xpath("//nav[@id='contents']/a")]
+    assert links[:2] == ["#summary", "#warnings" if content.warnings else "#plan"]
+    assert set(links) >= {f"#{one.get('id')}" for one in folded}
+
+
+def test_the_front_page_says_what_is_signed_and_by_whom() -> None:
+    content = replace(scanner_content(), facts=(("Author", "A. Sample"), ("client", "City & Co")))
+    tree = page(content)
+    words = tree.xpath("//section[@id='summary']")[0].text_content()
+    for said in ("Adjusted by", "Signature", "A. Sample", "For City & Co", "Check points"):
+        assert said in words
+    assert content.datum.sentence in words
+    assert "Author" not in [dt.text for dt in tree.xpath("//dt")]
+
+
+def test_without_redundancy_nothing_is_called_passed() -> None:
+    content = levelling()
+    none = replace(
+        content,
+        summary=replace(content.summary, test=replace(content.summary.test, accepted=None)),
+    )
+    assert front_page(none).sort == "none"
+    assert "passed" not in front_page(none).verdict
+    failed = replace(
+        content,
+        summary=replace(content.summary, test=replace(content.summary.test, accepted=False)),
+    )
+    assert front_page(failed).sort == "bad"
+    passed = replace(
+        content,
+        grave=0,
+        summary=replace(content.summary, test=replace(content.summary.test, accepted=True)),
+    )
+    assert front_page(passed).sort == "good"
+    assert "2 things to look into" in front_page(replace(passed, grave=2)).verdict
+
+
+def test_largest_sigma_and_check_points_are_those_of_the_points() -> None:
+    content = scanner_content()
+    lines = dict(front_page(content).lines)
+    sigma = [(s, p.name) for p in content.points for s in p.sigma if s is not None]
+    worst, name = max(sigma)
+    assert f"point {name} with σ {1e3 * worst:.2f} mm" in lines["Least certain"]
+    checks = dict(front_page(mean_of_two()).lines)["Check points"]
+    assert "agree" in checks or "judged" in checks
+
+
+def test_decimal_points_stand_one_below_the_other() -> None:
+    values = [0.6, 0.033, 12.0, None]
+    words = ["0.60", "0.033", "12", ""]
+    columns = [
+        (ColumnHead("s"), lambda k: number_cell(values[k], words[k])),
+        (ColumnHead("n", numeric=False), lambda k: text_cell(f"row {k}")),
+    ]
+    table = build_table("t", "T", "", range(4), columns)
+    assert [row.cells[0].blanks for row in table.rows] == [1, 0, 4, 0]
+    lines = text.table_text(table).splitlines()[3:6]
+    # the digit before the point stands in one column
+    assert {line.replace("12 ", "12.").index(".") for line in lines} == {lines[0].index(".")}
+
+
+def test_a_suspicious_sight_is_drawn_and_rows_name_their_ends() -> None:
+    content = scanner_content()
+    tree = page(content)
+    rows = tree.xpath("//section[@id='observations']//tr[@data-a]")
+    names = {g.get("data-name") for g in tree.xpath("//figure[@class='plan']//g[@data-name]")}
+    assert rows
+    assert {row.get("data-a") for row in rows} <= names
+    drawn = tree.xpath("//figure[@class='plan']//line[@class='suspect']")
+    pairs = {(o.start, o.end) for o in content.observations if o.suspicious and o.end}
+    assert len(drawn) == len(pairs)
+
+
+@pytest.mark.parametrize(
+    ("given", "comma", "grouped"),
+    [
+        ("σ 0.976 of 1", "σ 0,976 of 1", "σ 0,976 of 1"),
+        ("5,322,543 points", "5322543 points", "5 322 543 points"),
+        ("passes (180.90 against 153.72).", "passes (180,90 against 153,72).", None),
+        ("traverse.gsi:43 and S1.laz", "traverse.gsi:43 and S1.laz", None),
+        ("Tribrach 0.1.0 of 2026-11-23", "Tribrach 0.1.0 of 2026-11-23", None),
+        ("point 12.3 moved 4.5 mm", "point 12.3 moved 4,5 mm", None),
+    ],
+)
+def test_numbers_of_sentences(given: str, comma: str, grouped: str | None) -> None:
+    names = frozenset({"12.3"})
+    assert Notation(",", "", names).words(given) == comma
+    assert Notation(",", " ", names).words(given) == (grouped or comma)
+    assert Notation().words(given) == given
+
+
+def test_numbers_of_cells() -> None:
+    notation = Notation(",", ".")
+    assert notation.cell("-412345.6789") == "-412.345,6789"
+    assert notation.cell("1234.5") == "1234,5"
+    assert notation.cell("18.2×15.3") == "18.2×15.3"
+    assert notation.cell("") == ""
+
+
+def test_a_project_chooses_its_decimal_sign(tmp_path) -> None:
+    given = {"observations": [{"file": "a.csv"}], "output": {"decimal": ","}}
+    project = Project.model_validate(given)
+    content = replace(scanner_content(), job=JobResults(project))
+    tree = page(content)
+    cells = tree.xpath("//section[@id='points']//td[contains(@class, 'n')]")
+    words = [cell.text for cell in cells if cell.text]
+    assert any("," in word for word in words)
+    assert not any("." in word for word in words)
+    # what sorts stays a number
+    assert all(float(c.get("data-k")) is not None for c in cells if c.get("data-k"))
+    assert "," in text.render(content).split("Adjusted points")[1]
+    with pytest.raises(ValueError, match="the same sign"):
+        Project.model_validate(
+            {"observations": [{"file": "a.csv"}], "output": {"decimal": ",", "thousands": ","}}
+        )
+
+
+def test_names_of_scans_as_one_would_say_them() -> None:
+    assert spoken("S1 S1-targets") == "S1, targets"
+    assert spoken("S1 S1-targets: checkerboard") == "S1, targets: checkerboard"
+    assert spoken("S1") == "S1"
+    assert spoken("S1 hall") == "S1 hall"
+    assert spoken("S1 S10") == "S1 S10"
+    assert spoken("S1 S1-") == "S1 S1-"
+    assert spoken("traverse.gsi:43") == "traverse.gsi:43"
+
+
+def marks_of(marks: tuple[DrawnMark, ...]) -> list[DrawnMark]:
+    return [m for mark in marks for m in (mark, *marks_of(mark.inner))]
+
+
+def test_azimuths_of_a_panorama_are_those_of_its_targets() -> None:
+    """A target at the horizontal angle h is seen at the azimuth heading - h (y is left of x)."""
+    heading, h = np.radians(70.0), np.radians(-50.0)
+    grey = np.zeros((10, 400), dtype=np.uint8)
+    column = (np.pi - h) / (2 * np.pi) * 400 - 0.5
+    view = Panorama(grey, np.array([[column, 5.0]]), ("sphere",), (1000, 200), (np.pi, -np.pi))
+    drawn = marks_of(panorama_drawing(view, ["T1"], heading, "deg").marks)
+    ring = next(dict(m.attributes) for m in drawn if m.tag == "circle")
+    ticks = {
+        m.text: float(dict(m.attributes)["x"])
+        for m in drawn
+        if m.tag == "text" and m.text.isdigit()
+    }
+    # azimuth 120 degrees, by its tick or between two of them
+    assert float(ring["cx"]) == pytest.approx(
+        np.interp(
+            120.0,
+            *np.array(sorted((float(k), x) for k, x in ticks.items() if 60 < float(k) < 200)).T,
+        ),
+        abs=0.5,
+    )
+    assert "T1" in [m.text for m in drawn]
+
+
+def test_ticks_are_round_and_inside() -> None:
+    assert nice_ticks(0.0, 1.0, 5) == pytest.approx([0, 0.2, 0.4, 0.6, 0.8, 1.0])
+    assert nice_ticks(1960.0, 2070.0, 6) == [1960, 1980, 2000, 2020, 2040, 2060]
+    assert nice_ticks(3.0, 3.0) == [3.0]
+
+
+def test_ticks_of_an_axis_do_not_overprint() -> None:
+    chart = Chart((1.2, 31.0), (0, 1), ("sigma", "n"), (300.0, 200.0), log=True)
+    drawing = beside([[chart]], "words")
+    at = sorted(
+        float(dict(m.attributes)["x"])
+        for m in marks_of(drawing.marks)
+        if m.tag == "text"
+        and dict(m.attributes).get("class") == "tick"
+        and m.text not in ("sigma", "n")
+    )
+    assert len(at) >= 3
+    assert np.diff(at).min() > 10
+
+
+def test_places_of_marks_are_linear_in_their_values() -> None:
+    chart = Chart((0, 10), (0, 4), ("x", "y"), (400.0, 300.0))
+    assert chart.across(5) == pytest.approx((chart.across(0) + chart.across(10)) / 2, abs=0.01)
+    assert chart.up(1) - chart.up(2) == pytest.approx(chart.up(3) - chart.up(4), abs=0.02)
+    same = Chart((0, 100), (0, 10), ("x", "y"), (500.0, 400.0), equal=True)
+    scale = (same.across(10) - same.across(0)) / 10
+    assert (same.up(0) - same.up(10)) / 10 == pytest.approx(scale, rel=0.01)
+
+
+def test_a_logo_is_a_picture(tmp_path) -> None:
+    logo = tmp_path / "logo.png"
+    logo.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(20))
+    assert read_logo(logo).startswith("data:image/png;base64,")
+    logo.write_text("<html>")
+    with pytest.raises(InputError, match="no PNG, JPEG or SVG"):
+        read_logo(logo)
+    logo.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(1_000_001))
+    with pytest.raises(InputError, match="larger than 1 MB"):
+        read_logo(logo)
+    with pytest.raises(InputError, match="cannot be read"):
+        read_logo(tmp_path / "none.png")
+    content = replace(scanner_content(), job=JobResults(logo="data:image/png;base64,QUJD"))
+    assert page(content).xpath("//img[@class='logo']/@src") == ["data:image/png;base64,QUJD"]
