@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.blunders.control_mistakes import wrong_coordinate
+from tribrach.network.blunders.control_mistakes import WrongCoordinate, wrong_coordinate
 from tribrach.network.blunders.mistakes import first_adjustment, mistakes
-from tribrach.network.blunders.robust import adjust_robust
+from tribrach.network.blunders.robust import RobustResult, adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
-from tribrach.network.blunders.suspects import Key
 from tribrach.network.datum_control import unchecked_control
 from tribrach.network.misread_checks import misread_checks
 from tribrach.network.network import Network
@@ -34,7 +34,7 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["AdjustmentSettings", "SolvedNetwork", "adjust_network", "report", "solve"]
+__all__ = ["AdjustmentSettings", "SolvedNetwork", "Solving", "adjust_network", "report", "solve"]
 
 
 @dataclass(frozen=True)
@@ -106,43 +106,107 @@ class SolvedNetwork:
     apart: Adjustment
 
 
+class Solving:
+    """The steps from a network to its solution, each done when it is first asked for.
+
+    What the adjusted values need is done before what only tests and warnings need, so that
+    somebody who waits sees the values first.
+
+    Parameters
+    ----------
+    network : Network
+        What is adjusted; it may start anywhere.
+    settings : AdjustmentSettings
+        What is done with it.
+    """
+
+    def __init__(self, network: Network, settings: AdjustmentSettings) -> None:
+        self.network, self.settings = network, settings
+
+    @cached_property
+    def first(self) -> Adjustment:
+        """The network as it is.
+
+        Raises
+        ------
+        InputError, AdjustmentError
+            It cannot be adjusted.
+        """
+        return first_adjustment(self.network)
+
+    @cached_property
+    def accused(self) -> WrongCoordinate | None:
+        """A given coordinate that looks wrong, for certain or not."""
+        return wrong_coordinate(self.first)
+
+    @property
+    def wrong(self) -> WrongCoordinate | None:
+        """A given coordinate that is wrong for certain: what else is wrong is seen without it."""
+        return self.accused if self.accused is not None and self.accused.certain else None
+
+    @cached_property
+    def robust(self) -> RobustResult | None:
+        """The robust estimate; None if none is wanted."""
+        if self.settings.robust == "none":
+            return None
+        apart = self.first if self.wrong is None else self.wrong.after
+        return adjust_robust(apart.network, self.settings.robust)
+
+    @cached_property
+    def cleaned(self) -> tuple[Adjustment, SnoopingLog | None]:
+        """The network without blunders, and what was done; as it is if snooping is not wanted."""
+        if not self.settings.snoop:
+            return self.first, None
+        suspects = {} if self.robust is None else self.robust.suspects
+        if self.wrong is None:
+            return snoop(self.network, suspects=suspects)
+        return self.wrong.snooped(suspects)
+
+    @cached_property
+    def components(self) -> VarianceComponents | None:
+        """Variance components; None if they are not wanted."""
+        return estimate_components(self.cleaned[0].network) if self.settings.vce else None
+
+    @property
+    def adjustment(self) -> Adjustment:
+        """The network adjusted, cleaned and weighed."""
+        return self.cleaned[0] if self.components is None else self.components.adjustment
+
+    @cached_property
+    def quality(self) -> Quality:
+        """All tests of the adjustment."""
+        settings = self.settings
+        return assess(self.adjustment, posterior=settings.posterior, confidence=settings.confidence)
+
+    @cached_property
+    def solved(self) -> SolvedNetwork:
+        """All of it, with what looks wrong."""
+        first, wrong, accused = self.first, self.wrong, self.accused
+        warnings = [*warned(Severity.INPUT, implausible_sigmas(self.network))]
+        warnings += [*warned(Severity.INPUT, [] if accused is None else [accused.sentence()])]
+        # what else is wrong is looked for without a coordinate that is wrong for certain
+        found = mistakes(first if wrong is None else wrong.after)
+        warnings += warned(Severity.INPUT, found.sentences)
+        warnings += warned(Severity.NOTE, (*found.notes, *held_azimuths(self.network)))
+        if self.robust is not None:
+            warnings += warned(Severity.BLUNDER, self.robust.sentences())
+        adjustment, log = self.adjustment, self.cleaned[1]
+        apart = adjustment if wrong is None else wrong.without(adjustment)
+        alone = self.quality
+        if wrong is not None:
+            alone = assess(apart, confidence=self.settings.confidence)
+        warnings += warned(Severity.WEAK, confusable(apart, alone)[:10])
+        warnings += warned(Severity.NOTE, placement_sentences(adjustment))
+        warnings += warned(Severity.INPUT, misread_checks(apart))
+        warnings += warned(Severity.WEAK, unchecked_control(adjustment))
+        warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
+        warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
+        return SolvedNetwork(adjustment, self.quality, log, self.components, tuple(warnings), apart)
+
+
 def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:
     """Adjust a network as the settings say, clean it, weigh it, assess it."""
-    log: SnoopingLog | None = None
-    components: VarianceComponents | None = None
-    adjustment = first_adjustment(network)
-    wrong = wrong_coordinate(adjustment)
-    warnings = [*warned(Severity.INPUT, implausible_sigmas(network))]
-    warnings += [*warned(Severity.INPUT, [] if wrong is None else [wrong.sentence()])]
-    # what else is wrong is looked for without a coordinate that is wrong for certain
-    wrong = wrong if wrong is not None and wrong.certain else None
-    apart = adjustment if wrong is None else wrong.after
-    found = mistakes(apart)
-    warnings += warned(Severity.INPUT, found.sentences)
-    warnings += warned(Severity.NOTE, (*found.notes, *held_azimuths(network)))
-    suspects: Mapping[Key, float] = {}
-    if settings.robust != "none":
-        robust = adjust_robust(apart.network, settings.robust)
-        warnings += warned(Severity.BLUNDER, robust.sentences())
-        suspects = robust.suspects
-    if settings.snoop:
-        if wrong is None:
-            adjustment, log = snoop(network, suspects=suspects)
-        else:
-            adjustment, log = wrong.snooped(suspects)
-    if settings.vce:
-        components = estimate_components(adjustment.network)
-        adjustment = components.adjustment
-    quality = assess(adjustment, posterior=settings.posterior, confidence=settings.confidence)
-    apart = adjustment if wrong is None else wrong.without(adjustment)
-    alone = quality if wrong is None else assess(apart, confidence=settings.confidence)
-    warnings += warned(Severity.WEAK, confusable(apart, alone)[:10])
-    warnings += warned(Severity.NOTE, placement_sentences(adjustment))
-    warnings += warned(Severity.INPUT, misread_checks(apart))
-    warnings += warned(Severity.WEAK, unchecked_control(adjustment))
-    warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
-    warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
-    return SolvedNetwork(adjustment, quality, log, components, tuple(warnings), apart)
+    return Solving(network, settings).solved
 
 
 def report(

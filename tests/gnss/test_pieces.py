@@ -22,7 +22,7 @@ from tribrach.gnss.engine import engines
 from tribrach.gnss.fixed_phases import ClockFreePhases, phase_variance
 from tribrach.gnss.phase_noise import SLOW, PhaseNoise, phase_noise, usual_noise
 from tribrach.gnss.pieces import piece_scatter, piece_spans
-from tribrach.gnss.sessions import Occupation, Session, run_sessions
+from tribrach.gnss.sessions import Occupation, ReceiverSession, run_sessions
 from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.orbit_files import Orbits
 from tribrach.report.baseline import baseline_headline
@@ -382,7 +382,7 @@ def test_pieces_show_how_far_they_are(shared_data: Path) -> None:
     """A run of a session tells of each piece: hours of fast epochs take their time."""
     base, rover, orbits = geonet(shared_data)
     seen: list[tuple[str, int, int | None]] = []
-    session = Session("s", (Occupation("A", base), Occupation("B", rover)), tuple(orbits))
+    session = ReceiverSession("s", (Occupation("A", base), Occupation("B", rover)), tuple(orbits))
     run_sessions(
         [session],
         {"A": np.array(BASE_3040)},

@@ -16,7 +16,7 @@ from tribrach.gnss import sessions as session_run
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.attempts import Attempt, reason
 from tribrach.gnss.baseline import Baseline, Processing
-from tribrach.gnss.sessions import Occupation, Session, run_sessions
+from tribrach.gnss.sessions import Occupation, ReceiverSession, run_sessions
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
@@ -73,7 +73,7 @@ class Engine:
         )  # fmt: skip
 
 
-def session(folder: Path, name: str, points: str, star: str | None = None) -> Session:
+def session(folder: Path, name: str, points: str, star: str | None = None) -> ReceiverSession:
     (folder / "day.nav").write_text(navigation())
     occupations = []
     for point in points:
@@ -82,7 +82,7 @@ def session(folder: Path, name: str, points: str, star: str | None = None) -> Se
         there = f"{x:14.4f}{y:14.4f}{z:14.4f}"
         path.write_text(rinex_2().replace("  4157177.0658   671230.4766  4774767.0311", there))
         occupations.append(Occupation(point, path))
-    return Session(name, tuple(occupations), (folder / "day.nav",), star)
+    return ReceiverSession(name, tuple(occupations), (folder / "day.nav",), star)
 
 
 def test_baselines_start_where_coordinates_are_known(

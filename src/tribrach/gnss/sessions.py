@@ -31,7 +31,7 @@ from tribrach.io.gnss.observation_file import RinexObservations, read_observatio
 
 __all__ = [
     "Occupation",
-    "Session",
+    "ReceiverSession",
     "SessionResult",
     "independent_baselines",
     "run_sessions",
@@ -118,7 +118,7 @@ class Occupation:
 
 
 @dataclass(frozen=True)
-class Session:
+class ReceiverSession:
     """Receivers that observed together.
 
     Attributes
@@ -162,7 +162,7 @@ class SessionResult:
 
 
 def run_sessions(
-    sessions: Sequence[Session],
+    sessions: Sequence[ReceiverSession],
     known: Mapping[str, Array],
     processing: Processing,
     progress: Progress = lambda what, done, total: None,
@@ -205,7 +205,7 @@ def _step(progress: Progress, done: int, total: int, more: int) -> None:
 
 
 def _run(
-    session: Session,
+    session: ReceiverSession,
     places: Mapping[str, Array],
     processing: Processing,
     step: Callable[[int], None],
@@ -244,7 +244,7 @@ def _run(
 
 
 def _pairs(
-    session: Session, files: Sequence[RinexObservations], own: Mapping[str, Array]
+    session: ReceiverSession, files: Sequence[RinexObservations], own: Mapping[str, Array]
 ) -> list[tuple[int, int]]:
     """Indices (from, to) of the baselines to compute."""
     names = [o.point for o in session.occupations]
@@ -263,7 +263,7 @@ def _pairs(
 
 
 def _baseline(
-    session: Session,
+    session: ReceiverSession,
     files: Sequence[RinexObservations],
     a: int,
     b: int,

@@ -14,7 +14,7 @@ from tribrach.geodesy.epochs import Passage, Realisation
 from tribrach.geodesy.grid_datum import GridDatum
 from tribrach.geodesy.site import EllipsoidSite, Site, ecef_from_geodetic
 from tribrach.gnss.baseline import Processing
-from tribrach.gnss.sessions import Occupation, Session, SessionResult, run_sessions
+from tribrach.gnss.sessions import Occupation, ReceiverSession, SessionResult, run_sessions
 from tribrach.io.gnss.files import GnssContext
 from tribrach.network.facts import FrameChange
 from tribrach.network.survey import Survey
@@ -187,7 +187,9 @@ def compute_sessions(
             for r in session.receivers
         )
         orbits = tuple(folder / name for name in (*session.navigation, *section.navigation))
-        sessions.append(Session(session.name or str(k + 1), receivers, orbits, session.star))
+        sessions.append(
+            ReceiverSession(session.name or str(k + 1), receivers, orbits, session.star)
+        )
     given = {n: p for n, p in survey.points.items() if np.isfinite(p.xyz).all()}
     surest = sorted(given, key=lambda n: given[n].role not in ("fixed", "control"))
     known = {name: site.to_ecef(given[name].xyz[None])[0] for name in surest}

@@ -313,12 +313,30 @@ class Job:
         InputError
             As :meth:`network`; a decision about something that the network does not have.
         """
-        network = self._built(survey, whole)
+        network = self.measured(survey, whole=whole)
         network = network if datum is None else network.with_datum(datum)
         return obeyed(network, self.edits, whole=whole or not self.project.scans)
 
-    def _built(self, survey: Survey, whole: bool) -> Network:
-        """The network in its datum, before anything that was decided by hand."""
+    def measured(self, survey: Survey, *, whole: bool = False) -> Network:
+        """Build the network of a survey of this job, before anything that was decided by hand.
+
+        Parameters
+        ----------
+        survey : Survey
+            As :meth:`surveyed` gives it.
+        whole : bool
+            True if it has what scans add.
+
+        Returns
+        -------
+        Network
+            In its datum.
+
+        Raises
+        ------
+        InputError
+            As :meth:`network`.
+        """
         project = self.project
         network = observed_part(survey).network()
         # without its scans a project has no heights to take from them

@@ -56,6 +56,7 @@ __all__ = [
     "assess",
     "block_tests",
     "check_covariances",
+    "design_of",
     "global_test",
     "prediction_statistics",
 ]
@@ -573,12 +574,12 @@ def check_covariances(adjustment: SolvedSystem, o: Observations, items: Index) -
     own = o.covariance[items]
     if len(items) == 0:
         return own
-    design = sp.csc_array(_design(adjustment, o, items).T)
+    design = sp.csc_array(design_of(adjustment, o, items).T)
     out: Array = own + adjustment.cofactor.forms(design, o.rows)
     return out
 
 
-def _design(adjustment: SolvedSystem, o: Observations, items: Index) -> sp.csr_array:
+def design_of(adjustment: SolvedSystem, o: Observations, items: Index) -> sp.csr_array:
     """Derivatives (k * rows, u) of chosen observations by the free columns."""
     n, rows = len(items), o.rows
     data, line, columns = [], [], []

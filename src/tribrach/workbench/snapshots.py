@@ -1,0 +1,255 @@
+"""What is kept of a state of a session: places, covariances and tests by name, to compare later."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.geometry import rotation
+from tribrach.io.json_file import read_json
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.observation_rows import observation_rows
+from tribrach.network.quality import Quality, global_test
+from tribrach.network.roles import used_axes
+
+__all__ = ["Snapshot", "compared", "last_run", "moves", "plain", "snapshot", "with_tests"]
+
+#: columns of the table of observations that depend on the adjustment
+FIGURES = ("residual", "redundancy", "w", "tau", "mdb", "external")
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Positions and poses of one state, by name, in the work frame.
+
+    Attributes
+    ----------
+    points : dict
+        Name to coordinates (3,) [m], NaN along axes that the network does not have.
+    point_covariances : dict
+        Name to covariance (3, 3) [m^2].
+    stations : dict
+        Name to pose (4, 4), world from scanner.
+    station_covariances : dict
+        Name to covariance (6, 6), translation and then left rotation increments [m, rad].
+    sigma0 : dict
+        Sigma of unit weight, redundancy and global test, by the keys of ``result.json``.
+    tests : dict
+        By id and component the figures of an observation; empty until it was tested.
+    """
+
+    points: Mapping[str, Array]
+    point_covariances: Mapping[str, Array]
+    stations: Mapping[str, Array]
+    station_covariances: Mapping[str, Array]
+    sigma0: Mapping[str, Any] = field(default_factory=dict)
+    tests: Mapping[tuple[str, str], Mapping[str, Any]] = field(default_factory=dict)
+
+
+def snapshot(adjustment: Adjustment, posterior: bool, confidence: float) -> Snapshot:
+    """Places and covariances of an adjustment, scaled as reports state them."""
+    layout, state = adjustment.layout, adjustment.state
+    factor = adjustment.variance_factor(posterior=posterior)
+    names, stations = layout.names["point"], layout.names["pose"]
+    xyz = np.where(used_axes(adjustment), state.points, np.nan)
+    poses = np.tile(np.eye(4), (len(stations), 1, 1))
+    poses[:, :3, :3], poses[:, :3, 3] = state.pose_r, state.pose_t
+    return Snapshot(
+        dict(zip(names, xyz, strict=True)),
+        dict(zip(names, factor * adjustment.family_covariances("point"), strict=True)),
+        dict(zip(stations, poses, strict=True)),
+        dict(zip(stations, factor * adjustment.family_covariances("pose"), strict=True)),
+        sigma0_block(adjustment, posterior, confidence),
+    )
+
+
+def sigma0_block(adjustment: Adjustment, posterior: bool, confidence: float) -> dict[str, Any]:
+    """Sigma of unit weight, redundancy, global test, by the keys of ``result.json``."""
+    test = global_test(adjustment, 1 - confidence)
+    words = test.sentence()
+    return {
+        "prior": adjustment.sigma0,
+        "posterior": _number(adjustment.sigma0_posterior),
+        "dof": adjustment.dof,
+        "vtpv": adjustment.vtpv,
+        "covariances": "posterior" if adjustment.scaled(posterior=posterior) else "prior",
+        "global_test": {
+            "statistic": test.vtpv,
+            "lower": _number(test.lower),
+            "upper": _number(test.upper),
+            "alpha": test.alpha,
+            "accepted": test.passed,
+        },
+        "words": f"{words[:1].upper()}{words[1:]}. {adjustment.network.edits_sentence}".rstrip(),
+    }
+
+
+def with_tests(snap: Snapshot, adjustment: Adjustment, quality: Quality) -> Snapshot:
+    """A state with the figures of its observations."""
+    columns = observation_rows(adjustment, quality).columns()
+    keys = zip(columns["id"].tolist(), columns["component"].tolist(), strict=True)
+    values = zip(*(columns[name].tolist() for name in (*FIGURES, "state")), strict=True)
+    names = (*FIGURES, "state")
+    tests = {
+        key: dict(zip(names, figures, strict=True))
+        for key, figures in zip(keys, values, strict=True)
+    }
+    return replace(snap, tests=tests)
+
+
+def last_run(folder: Path) -> Snapshot | None:
+    """What the last run left in its folder; None if there is nothing that can be read.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results.
+    """
+    path = folder / "result.json"
+    if not path.is_file():
+        return None
+    try:
+        data = read_json(path)
+        stations = {
+            str(name): station
+            for name, station in data["stations"].items()
+            if station["world_from_scanner"] is not None
+        }
+        return Snapshot(
+            {str(n): _array(p["xyz"], (3,)) for n, p in data["points"].items()},
+            {str(n): _array(p["covariance"], (3, 3)) for n, p in data["points"].items()},
+            {n: _array(s["world_from_scanner"], (4, 4)) for n, s in stations.items()},
+            {n: _array(s["covariance"], (6, 6)) for n, s in stations.items()},
+            dict(data["sigma0"]),
+            {(str(row["id"]), str(row["component"])): row for row in data["observations"]},
+        )
+    except (InputError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def _array(values: Any, shape: tuple[int, ...]) -> Array:
+    """Numbers of a file, null as NaN.
+
+    Raises
+    ------
+    ValueError, TypeError
+        Others than that.
+    """
+    # None becomes NaN
+    numbers = np.array(values, dtype=float)
+    if numbers.shape != shape:
+        raise ValueError(f"an array of the shape {numbers.shape}")
+    return numbers
+
+
+def moves(now: Snapshot, before: Snapshot) -> dict[str, Any]:
+    """How points and stations moved from one state to another.
+
+    Parameters
+    ----------
+    now, before : Snapshot
+        The states.
+
+    Returns
+    -------
+    dict
+        ``points`` and ``stations`` of the state now, each with ``moved`` (3) [m], ``moved_length``,
+        stations also ``turned`` [rad], and ``before``, the covariance that it had; None where the
+        state before has no such name. ``largest`` is the one that moved most.
+    """
+    points, stations = [], []
+    most, at = 0.0, ""
+    for name, xyz in now.points.items():
+        old = before.points.get(name)
+        shift = None if old is None else xyz - old
+        length = _length(shift)
+        points.append(
+            {
+                "name": name,
+                "xyz": plain(xyz),
+                "covariance": plain(now.point_covariances[name]),
+                "moved": None if shift is None else plain(shift),
+                "moved_length": length,
+                "before": None if old is None else plain(before.point_covariances[name]),
+            }
+        )
+        if length is not None and length > most:
+            most, at = length, name
+    for name, pose in now.stations.items():
+        old = before.stations.get(name)
+        shift = None if old is None else pose[:3, 3] - old[:3, 3]
+        length = _length(shift)
+        turned = None
+        if old is not None:
+            turned = float(np.linalg.norm(rotation.log((pose[:3, :3] @ old[:3, :3].T)[None])[0]))
+        stations.append(
+            {
+                "name": name,
+                "world_from_scanner": plain(pose),
+                "covariance": plain(now.station_covariances[name]),
+                "moved": None if shift is None else plain(shift),
+                "moved_length": length,
+                "turned": turned,
+                "before": None if old is None else plain(before.station_covariances[name]),
+            }
+        )
+        if length is not None and length > most:
+            most, at = length, name
+    return {"points": points, "stations": stations, "largest": {"name": at, "moved": most}}
+
+
+def compared(a: Snapshot, b: Snapshot) -> dict[str, Any]:
+    """Two states side by side: moves from a to b with old and new covariances, sigma0, tests.
+
+    Parameters
+    ----------
+    a, b : Snapshot
+        The states; tests are there for those that were tested.
+
+    Returns
+    -------
+    dict
+        What :func:`moves` gives, ``sigma0`` of both, and ``observations`` in columns: those that
+        either has, figures of a state that has them not are None.
+    """
+    keys = list(dict.fromkeys((*a.tests, *b.tests)))
+    columns: dict[str, list[Any]] = {
+        "id": [key[0] for key in keys],
+        "component": [key[1] for key in keys],
+    }
+    for side, snap in (("a", a), ("b", b)):
+        rows = [snap.tests.get(key, {}) for key in keys]
+        for name in ("state", "residual", "w"):
+            columns[f"{name}_{side}"] = [_number(row.get(name)) for row in rows]
+    return {
+        **moves(b, a),
+        "sigma0": {"a": dict(a.sigma0), "b": dict(b.sigma0)},
+        "observations": columns,
+        "tested": {"a": bool(a.tests), "b": bool(b.tests)},
+    }
+
+
+def _length(shift: Array | None) -> float | None:
+    """Length of a move along the axes that both states have."""
+    return None if shift is None else float(np.linalg.norm(np.nan_to_num(shift)))
+
+
+def _number(value: Any) -> Any:
+    """A value as JSON takes it: no NaN."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def plain(array: Array) -> list[Any]:
+    """An array as nested lists, None for NaN."""
+    if np.isfinite(array).all():
+        return list(array.tolist())
+    out = array.astype(object)
+    out[~np.isfinite(array)] = None
+    return list(out.tolist())
