@@ -10,6 +10,7 @@ from tribrach.report.schema.calibration import CalibrationDocument
 from tribrach.report.schema.check import CheckDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.completeness import CompletenessDocument
+from tribrach.report.schema.epochs import EpochDocument, EpochsDocument
 from tribrach.report.schema.noise import NoiseDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
@@ -30,6 +31,8 @@ def documents() -> dict[str, type[Document]]:
         "check": CheckDocument,
         "compare": ComparisonDocument,
         "complete": CompletenessDocument,
+        "epoch": EpochDocument,
+        "epochs": EpochsDocument,
         "info": ScansDocument,
         "noise": NoiseDocument,
         "plan": PlanDocument,

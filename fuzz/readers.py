@@ -15,6 +15,7 @@ from typing import Any
 from tribrach.io.arrays import read_joint_covariance, read_named
 from tribrach.io.calibration_file import read_calibration
 from tribrach.io.comparison_table import read_comparison
+from tribrach.io.epoch_files import read_epoch
 from tribrach.io.gnss.antex_file import read_antex
 from tribrach.io.gnss.navigation_file import read_navigation
 from tribrach.io.gnss.observation_file import read_observations
@@ -139,6 +140,7 @@ READERS: dict[str, Reader] = {
     "comparison": Reader(
         lambda paths: read_comparison(paths[0], ["reach", "range"]), "keyed"
     ),
+    "epochs": Reader(lambda paths: read_epoch(paths), "keyed"),
     "earlier check": Reader(_one(read_earlier), "keyed"),
     "truth": Reader(_one(read_truth), "keyed"),
     "points": Reader(_one(read_point_list), "text"),

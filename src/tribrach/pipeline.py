@@ -6,19 +6,30 @@ report, write.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from tribrach._types import Progress
 from tribrach.errors import InputError, NothingFound, TribrachError
+from tribrach.io.epoch_files import SCHEMA as EPOCH_SCHEMA
+from tribrach.io.epoch_files import epoch_data, read_epoch
 from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.logo import read_logo
 from tribrach.io.outputs import Content, write_texts
 from tribrach.io.survey.formats import read
 from tribrach.job.antenna_lever_arms import lever_arm_files
 from tribrach.job.antennas import CarriedAntennas, carried_antennas
+from tribrach.job.epochs import (
+    ComparedEpochs,
+    EpochInput,
+    EpochSettings,
+    compare_epochs,
+    control_names,
+    epoch_of,
+)
 from tribrach.job.nothing_found import search_sentences
 from tribrach.job.opened import Job, open_job
 from tribrach.job.results import JobResults
@@ -27,11 +38,14 @@ from tribrach.network.adjustment import Adjustment, Options
 from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
+from tribrach.network.roles import datum_sentence
 from tribrach.network.survey import Survey
 from tribrach.project import Project
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
 from tribrach.report.found_targets import FOLDER, LIST, write_found
+from tribrach.report.schema.base import document_text, heading
+from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.summary import sigma_origin
 from tribrach.report.workbench_parts import workbench_texts
 from tribrach.solution import AdjustmentSettings, SolvedNetwork, adjust_network, report, solve
@@ -43,6 +57,9 @@ __all__ = [
     "adjust",
     "adjust_job",
     "adjust_network",
+    "compare_epoch_files",
+    "epoch_from_files",
+    "epoch_text",
     "refuse_scans",
     "report",
     "run",
@@ -50,6 +67,9 @@ __all__ = [
     "write",
 ]
 
+
+#: coordinates of a run with their joint covariance, where they are wanted
+_EPOCH = "epoch.json"
 
 #: what every run leaves, by name
 _REPORTS: dict[str, Callable[[Report], Content]] = {
@@ -134,6 +154,147 @@ def refuse_scans(project: Project) -> None:
         )
 
 
+def epoch_from_files(
+    files: Sequence[Path], *, datum: Literal["free", "control"] = "free", label: str = ""
+) -> EpochInput:
+    """An epoch from its files: a project, survey files, or coordinates with their covariance.
+
+    Parameters
+    ----------
+    files
+        They belong to one epoch.
+    datum
+        Of networks: ``free``, so that control can be tested, or ``control`` as given.
+    label
+        What the epoch is called; the name of its first file if not given.
+
+    Raises
+    ------
+    InputError
+        What a file says wrong; a project with scans, a result without joint covariance.
+    AdjustmentError
+        The network cannot be adjusted.
+    """
+    paths = [Path(file) for file in files]
+    label = label or paths[0].stem
+    stored = read_epoch(paths)
+    if stored is not None:
+        return EpochInput(
+            replace(stored.epoch, label=label), stored.site, sentences=stored.sentences
+        )
+    settings = AdjustmentSettings()
+    if len(paths) == 1 and paths[0].suffix.lower() == ".toml":
+        project = Project.load(paths[0])
+        if project.scans:
+            raise project.error(
+                ("scans",),
+                "the project has scans",
+                f"run it with epoch = true in [output], and give the {_EPOCH} that it writes",
+            )
+        settings = AdjustmentSettings.of(project)
+        network = open_job(project).network()
+    else:
+        network = observed_part(read(paths)).network()
+    return _epoch(network, settings, datum, label)
+
+
+def _epoch(
+    network: Network, settings: AdjustmentSettings, datum: Literal["free", "control"], label: str
+) -> EpochInput:
+    """The epoch of a network in a datum; blunders are switched off where that is asked for."""
+    # roles of control are those before the datum lets it go
+    control = control_names(network)
+    if datum == "free":
+        network = network.with_datum(Datum("free"))
+    if settings.snoop or settings.robust != "none" or settings.vce:
+        adjustment = solve(network, settings).adjustment
+    else:
+        adjustment = adjust_alone(network)
+    return replace(epoch_of(adjustment, label), control=control)
+
+
+def compare_epoch_files(
+    epochs: Sequence[Sequence[Path]],
+    settings: EpochSettings,
+    *,
+    datum: Literal["free", "control"] = "free",
+    previous: bool = False,
+) -> list[ComparedEpochs]:
+    """Compare epochs with the first of them, or each with the one before it.
+
+    Parameters
+    ----------
+    epochs
+        Files of each, the earliest first; at least two.
+    settings
+        What is compared, and how.
+    datum
+        Of networks.
+    previous
+        Each is compared with the one before it.
+
+    Raises
+    ------
+    InputError, AdjustmentError
+        As for :func:`epoch_from_files`, and where two epochs cannot be compared.
+    """
+    if len(epochs) < 2:
+        raise InputError("one epoch alone says nothing", cure="give at least two")
+    labels = _labels([files[0] for files in epochs])
+    inputs = [
+        epoch_from_files(files, datum=datum, label=label)
+        for files, label in zip(epochs, labels, strict=True)
+    ]
+    firsts = inputs[:-1] if previous else [inputs[0]] * (len(inputs) - 1)
+    return [compare_epochs(one, two, settings) for one, two in zip(firsts, inputs[1:], strict=True)]
+
+
+def _labels(files: Sequence[Path]) -> list[str]:
+    """Names of files without their suffix; with their folder where that is not enough."""
+    for name in (
+        [f.stem for f in files],
+        [f.name for f in files],
+        [f"{f.resolve().parent.name}/{f.name}" for f in files],
+    ):
+        if len(set(name)) == len(name):
+            return name
+    return [f"{k + 1}: {f.name}" for k, f in enumerate(files)]
+
+
+def epoch_text(adjustment: Adjustment, label: str) -> str:
+    """The epoch file of an adjusted network, for later comparisons.
+
+    Raises
+    ------
+    InputError
+        The network has too many points for a joint covariance.
+    """
+    found = epoch_of(adjustment, label)
+    data = heading(EPOCH_SCHEMA) | epoch_data(found.epoch, found.site, datum_sentence(adjustment))
+    return document_text(EpochDocument.model_validate(data))
+
+
+def _earlier(project: Project, adjustment: Adjustment) -> tuple[ComparedEpochs, ...]:
+    """The project against the earlier epochs that it names."""
+    out = []
+    for k, section in enumerate(project.epochs):
+        files = [project.folder / name for name in section.against]
+        missing = [path for path in files if not path.is_file()]
+        if missing:
+            raise project.error(
+                ("epochs", k, "against"), f"there is no file {missing[0].name}", "check the path"
+            )
+        first = epoch_from_files(files, datum=section.datum)
+        label = project.title if project.title != first.epoch.label else f"{project.title} (now)"
+        second = _epoch(adjustment.network, AdjustmentSettings(), section.datum, label)
+        control = control_names(adjustment.network)
+        settings = EpochSettings(
+            section.settings(project.confidence), section.coordinates, section.free
+        )
+        out.append(compare_epochs(first, replace(second, control=control), settings))
+    return tuple(out)
+
+
 def adjust_job(
     job: Job, settings: AdjustmentSettings | None = None, datum: Datum | None = None
 ) -> Report:
@@ -163,7 +324,13 @@ def adjust_job(
     survey = job.surveyed()
     solution = solve(job.network_of(survey, datum=datum), settings)
     antennas = _antennas(survey, solution.adjustment, settings)
-    results = JobResults(job.project, job.sessions, antennas=antennas, logo=_logo(job.project))
+    results = JobResults(
+        job.project,
+        job.sessions,
+        antennas=antennas,
+        epochs=_earlier(job.project, solution.adjustment),
+        logo=_logo(job.project),
+    )
     return report(solution, settings, job.project.facts, results)
 
 
@@ -221,15 +388,19 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
     found = find(job, folder, progress, engine) if project.scans else None
     with _leaving(found, folder):
         ties = None if found is None else name_and_tie(job, found, progress)
-        further = None if ties is None else ties.registered.survey
-        survey = job.surveyed(further)
-        solution = solve(job.network_of(survey, whole=further is not None), settings)
+        tied = None if ties is None else ties.registered.survey
+        survey = job.surveyed(tied)
+        solution = solve(job.network_of(survey, whole=tied is not None), settings)
         if ties is not None:
             refuse_lost(job, ties, solution.adjustment)
     adjustment = solution.adjustment
     origin = sigma_origin(adjustment, settings.posterior, solution.components)
     results = JobResults(
-        job.project, job.sessions, antennas=_antennas(survey, adjustment, settings), logo=logo
+        job.project,
+        job.sessions,
+        antennas=_antennas(survey, adjustment, settings),
+        epochs=_earlier(project, adjustment),
+        logo=logo,
     )
     if ties is not None:
         results = replace(
@@ -240,10 +411,12 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
         )
     content = report(solution, settings, project.facts, results)
     arms = () if results.antennas is None else results.antennas.lever_arms
-    beside = {
+    beside: dict[Path, str | bytes] = {
         **lever_arm_files(arms, folder, content.datum.sentence, origin),
         **workbench_texts(content, folder),
     }
+    if project.output.epoch:
+        beside[folder / _EPOCH] = epoch_text(adjustment, project.title)
     write(content, folder, beside)
     if found is not None and (folder / FOLDER / LIST).exists():
         # an earlier run stopped: what it left is brought up to date; files of others stay

@@ -22,9 +22,12 @@ from tribrach.comparison.completeness import assess_completeness
 from tribrach.comparison.regression import regress
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import Geometry
+from tribrach.epochs.comparison import compare
+from tribrach.epochs.differences import Epoch, difference
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.estimate_noise import NoiseEstimate, ScanPatches
 from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
@@ -50,6 +53,7 @@ from tribrach.report.cloud_registration import cloud_registration_page
 from tribrach.report.comparison import comparison_page
 from tribrach.report.completeness import completeness_page
 from tribrach.report.content import Report
+from tribrach.report.epochs import epochs_page, epochs_svg
 from tribrach.report.field_check import check_page
 from tribrach.report.figures import new_figure, picture
 from tribrach.report.noise import noise_page
@@ -275,6 +279,26 @@ def _noise(name: Naming) -> str:
     return noise_page(estimate)
 
 
+def _epochs(name: Naming) -> tuple[ComparedEpochs, ...]:
+    rng = np.random.default_rng(6)
+    names = tuple(name(k) for k in range(6))
+    xyz = rng.uniform(0, 100, (6, 3))
+    first = Epoch(name(7), names, xyz, 1e-6 * np.eye(18))
+    shift = rng.normal(0, 1e-3, (6, 3)) + np.outer([0, 0, 0, 0, 0, 1], [0.02, 0, 0])
+    second = Epoch(name(8), names, xyz + shift, first.covariance, first.motions)
+    return (ComparedEpochs(compare(difference(first, second)), (name(9),)),)
+
+
+def _epochs_page(name: Naming) -> str:
+    return epochs_page(_epochs(name))
+
+
+def _epochs_svg(name: Naming) -> str:
+    drawn = epochs_svg(_epochs(name)[0])
+    assert drawn is not None
+    return drawn
+
+
 #: every function that makes a page, by its module below ``tribrach.report`` and its name
 PAGES = {
     "html.render": _report,
@@ -286,4 +310,6 @@ PAGES = {
     "planning.page.plan_page": _plan,
     "cloud_registration.cloud_registration_page": _registration,
     "noise.noise_page": _noise,
+    "epochs.epochs_page": _epochs_page,
+    "epochs.epochs_svg": _epochs_svg,
 }

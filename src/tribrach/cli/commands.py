@@ -61,6 +61,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "compare",
         "Compare two clouds, on test sites or as a whole, with the sampling floor beside.",
     ),
+    "epochs": (
+        "epochs",
+        "Say what has moved between epochs: which points, how far, how sure.",
+    ),
     "regress": (
         "regress",
         "Fit differences of clouds against range and incidence, and say what that tells.",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -69,6 +70,10 @@ def adjust(
     ] = None,
     html_file: Annotated[Path | None, typer.Option("--html", help="Write the HTML report.")] = None,
     text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
+    epoch_file: Annotated[
+        Path | None,
+        typer.Option("--epoch", help="Write coordinates and joint covariance for epochs."),
+    ] = None,
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
@@ -87,7 +92,7 @@ def adjust(
     given: dict[str, Any] = {key: value for key, value in options.items() if value is not None}
 
     def work() -> None:
-        claim(files, (json_file, html_file, text_file), overwrite=overwrite)
+        claim(files, (json_file, html_file, text_file, epoch_file), overwrite=overwrite)
         other = None if datum is None else _datum(datum)
         project = project_of(files)
         if project is not None:
@@ -100,6 +105,7 @@ def adjust(
             (json_file, _json),
             (html_file, _html),
             (text_file, text.render),
+            (epoch_file, partial(_epoch, label=files[0].stem)),
         ]
         write_texts({path: render(content) for path, render in outputs if path is not None})
         finish(content, quiet)
@@ -131,6 +137,13 @@ def _json(content: Report) -> Content:
     from tribrach.report.json_result import pieces
 
     return pieces(content)
+
+
+def _epoch(content: Report, label: str) -> Content:
+    """The epoch file, for later epochs."""
+    from tribrach.pipeline import epoch_text
+
+    return epoch_text(content.adjustment, label)
 
 
 def _html(content: Report) -> Content:

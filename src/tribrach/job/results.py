@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tribrach.gnss.sessions import SessionResult
     from tribrach.job.antennas import CarriedAntennas
+    from tribrach.job.epochs import ComparedEpochs
     from tribrach.job.station_comparison import StationComparison
     from tribrach.job.steps import PlacedScans
     from tribrach.job.tie import Registered
@@ -33,6 +34,8 @@ class JobResults:
         Scans with their targets and clouds, through the adjusted stations.
     comparisons : sequence of StationComparison
         Between stations, as the project asks for.
+    epochs : sequence of ComparedEpochs
+        The job against earlier epochs.
     antennas : CarriedAntennas or None
         Lever arms and the rigid model of stations that carry antennas or prisms.
     logo : str
@@ -44,5 +47,6 @@ class JobResults:
     registered: Registered | None = None
     placed: PlacedScans | None = None
     comparisons: Sequence[StationComparison] = field(default=())
+    epochs: Sequence[ComparedEpochs] = field(default=())
     antennas: CarriedAntennas | None = None
     logo: str = ""

@@ -12,6 +12,7 @@ from tribrach.errors import InputError
 from tribrach.project import toml_file
 from tribrach.project.calibration import CalibrationSection
 from tribrach.project.edits import Edits, read_edits
+from tribrach.project.epochs import EpochSection
 from tribrach.project.gnss import GnssSection
 from tribrach.project.instrument import Instrument
 from tribrach.project.instrument_file import read_instrument_file
@@ -64,6 +65,8 @@ class Project(Section):
         What is given and measured.
     targets, registration, cloud, comparison
         What is done with scans.
+    epochs
+        Earlier epochs that the project is compared with.
     stations, lever_arms, scale_bars, heights, telescopes
         How scanners were set up, what they carry, known lengths, unknown heights over marks, axes
         of telescopes.
@@ -86,6 +89,7 @@ class Project(Section):
     registration: RegistrationSection = RegistrationSection()
     cloud: CloudSection = CloudSection()
     comparison: tuple[ComparisonSection, ...] = ()
+    epochs: tuple[EpochSection, ...] = ()
     stations: dict[str, StationSection] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()

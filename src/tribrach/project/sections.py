@@ -507,10 +507,13 @@ class OutputSection(Section):
         Between a whole number and its fraction.
     thousands
         Between groups of three digits, in numbers of five digits and more.
+    epoch
+        True to write epoch.json, the coordinates with their joint covariance, for later epochs.
     """
 
     folder: Annotated[str, Field(min_length=1)] = "out"
     angle: Literal["gon", "deg"] = "gon"
+    epoch: bool = False
     decimal: Literal[".", ","] = "."
     thousands: Literal["", " ", "'", ".", ","] = ""
 

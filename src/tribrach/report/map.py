@@ -25,8 +25,11 @@ __all__ = [
     "DrawnSuspect",
     "Label",
     "MapDrawing",
+    "MapFrame",
     "Symbol",
+    "length_words",
     "network_map",
+    "place_labels",
     "round_down",
 ]
 
@@ -121,7 +124,7 @@ class MapDrawing:
     @property
     def bar_words(self) -> str:
         """Length of the scale bar."""
-        return _length(self.bar_metres)
+        return length_words(self.bar_metres)
 
     @property
     def ellipse_words(self) -> str:
@@ -131,7 +134,7 @@ class MapDrawing:
         enlarged = (
             f"enlarged {factor:,.0f} ×" if factor >= 1 else f"reduced to 1 : {1 / factor:,.0f}"
         )
-        return f"{_length(self.ellipse_bar_metres)} for {what} ({enlarged})"
+        return f"{length_words(self.ellipse_bar_metres)} for {what} ({enlarged})"
 
 
 def round_down(value: float) -> float:
@@ -140,7 +143,7 @@ def round_down(value: float) -> float:
     return max(k * power for k in (1.0, 2.0, 5.0) if k * power <= value * (1 + 1e-12))
 
 
-def _length(metres: float) -> str:
+def length_words(metres: float) -> str:
     """A length in the unit that suits its size."""
     for factor, unit in ((1000.0, "km"), (1.0, "m"), (0.001, "mm")):
         if metres >= factor * 0.999:
@@ -153,7 +156,7 @@ def network_map(content: Head) -> MapDrawing | None:
     symbols, ellipses = _positions(content)
     if len(symbols) < 2:
         return None
-    frame = _Frame(np.array([[s.x, s.y] for s in symbols]))
+    frame = MapFrame(np.array([[s.x, s.y] for s in symbols]))
     pixel = frame.pixel(np.array([[s.x, s.y] for s in symbols]))
     placed = [
         Symbol(x, y, s.sort, s.name) for s, (x, y) in zip(symbols, pixel.tolist(), strict=True)
@@ -163,7 +166,7 @@ def network_map(content: Head) -> MapDrawing | None:
     size = frame.scale * exaggeration
     radius = [e.major * size if e else 0.0 for e in ellipses]
     items = [(s.x, s.y, s.name, s.sort, r) for s, r in zip(placed, radius, strict=True)]
-    labels = _place_labels(items, frame.width, frame.height)
+    labels = place_labels(items, frame.width, frame.height)
     bar = round_down(0.22 * frame.width / frame.scale)
     small = round_down(60.0 / size) if exaggeration else 0.0
     return MapDrawing(
@@ -185,7 +188,7 @@ def network_map(content: Head) -> MapDrawing | None:
     )
 
 
-class _Frame:
+class MapFrame:
     """Metres to pixels: one scale, the network centred, the height as the network needs."""
 
     def __init__(self, xy: Array) -> None:
@@ -317,7 +320,7 @@ class _Occupied:
         )
 
 
-def _place_labels(items: Sequence[Item], width: float, height: float) -> tuple[Label, ...]:
+def place_labels(items: Sequence[Item], width: float, height: float) -> tuple[Label, ...]:
     """Labels of symbols ``(x, y, name, sort, radius)``, each beside its symbol and its ellipse.
 
     Control, stations and check points choose first; names without room are left out, except

@@ -48,6 +48,7 @@ CHAPTERS: dict[str, When] = {
     "registration": lambda head, job: job.registered is not None,
     "comparisons": lambda head, job: bool(job.comparisons),
     "observed_noise": lambda head, job: job.placed is not None,
+    "epochs": lambda head, job: bool(job.epochs),
     "reductions": lambda head, job: bool(head.adjustment.network.facts),
     "gnss": _with_baselines,
     "lever_arm_calibration": lambda head, job: job.antennas is not None,

@@ -4,12 +4,14 @@ The adjusted coordinates of one epoch are control of another job, or one of the 
 deformation. Fixed points stay held, adjusted ones are weighted by the covariance matrix of the
 file, which has the coordinates in the order in which they are listed [mm^2] and the orientations
 behind them, scaled as the file says. The covariance of a free network is singular and holds in its
-own datum only; such a file is refused.
+own datum only: as control such a file is refused, as an epoch (:func:`adjusted_coordinates`) it
+is read.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,40 @@ from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinate
 from tribrach.units import MM
 
-__all__ = ["read_adjusted"]
+__all__ = ["AdjustedCoordinates", "adjusted_coordinates", "read_adjusted"]
+
+
+@dataclass(frozen=True, eq=False)
+class AdjustedCoordinates:
+    """The coordinates of a result.
+
+    Attributes
+    ----------
+    names, axis, values, sources
+        Of each of the k adjusted coordinates: point, 0 to 2 for E, N, U, value [m], place.
+    covariance : array (k, k)
+        Of all of them [m^2], scaled as the file says.
+    fixed
+        Points that are held with their coordinates (3,) [m], NaN where not given.
+    dof, factor
+        Redundancy, and the a-posteriori variance factor over the a-priori one; 0 and NaN where the
+        file does not say it.
+    used
+        ``apriori`` or ``aposteriori``, what the covariance is scaled by.
+    element
+        Of the matrix.
+    """
+
+    names: list[str]
+    axis: NDArray[np.int64]
+    values: Array
+    sources: list[str]
+    covariance: Array
+    fixed: dict[str, Array]
+    dof: int
+    factor: float
+    used: str
+    element: Element
 
 
 def read_adjusted(root: Element) -> Survey:
@@ -59,6 +94,61 @@ def read_adjusted(root: Element) -> Survey:
 
 def _weighted(survey: Survey, axes: Axes, coordinates: Element) -> None:
     """Adjusted points with their covariance; the matrix has further rows for orientations."""
+    found = _coordinates(survey, axes, coordinates)
+    names, values, sources = found.names, found.values, found.sources
+    matrix, element = found.covariance, found.element
+    positive = bool((np.diag(matrix) > 0).all())
+    scale = np.sqrt(np.diag(matrix)) if positive else np.ones(len(matrix))
+    if not positive or np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] < 1e-9:
+        raise element.error(
+            "the covariance matrix of the adjusted coordinates is singular, as that of a free "
+            "network is: it holds in the datum of that network only",
+            "adjust the network with fixed points, or give coordinates with sigmas as CSV",
+        )
+    table = checked(
+        element,
+        lambda: survey.add(
+            Coordinate,
+            values=values,
+            sigma=scale,
+            position=names,
+            axis=found.axis,
+            source=sources,
+            group="control",
+        ),
+    )
+    rows = np.arange(len(names))
+    checked(
+        element,
+        lambda: survey.correlate(
+            np.full(len(rows), table), rows, np.zeros(len(rows)), matrix, element.source
+        ),
+    )
+
+
+def adjusted_coordinates(root: Element) -> AdjustedCoordinates:
+    """The coordinates of a result with their covariance, singular or not.
+
+    Parameters
+    ----------
+    root
+        The element ``gama-local-adjustment``.
+
+    Raises
+    ------
+    InputError
+        What the file says wrong.
+    """
+    general = _child(root, "network-general-parameters")
+    axes = Axes(general.choice("axes-xy", AXES, "ne"))
+    coordinates = _child(root, "coordinates")
+    return _coordinates(Survey(), axes, coordinates, root)
+
+
+def _coordinates(
+    survey: Survey, axes: Axes, coordinates: Element, root: Element | None = None
+) -> AdjustedCoordinates:
+    """Adjusted points, which come into the survey, with their covariance."""
     names: list[str] = []
     values: list[float] = []
     axis: list[int] = []
@@ -79,34 +169,36 @@ def _weighted(survey: Survey, axes: Axes, coordinates: Element) -> None:
         raise coordinates.error("there are no adjusted coordinates", "give a result with them")
     coordinates.refused.settle()
     matrix, element = _matrix(coordinates, len(names))
-    matrix = matrix * np.outer(sign, sign) * MM**2
-    positive = bool((np.diag(matrix) > 0).all())
-    scale = np.sqrt(np.diag(matrix)) if positive else np.ones(len(matrix))
-    if not positive or np.linalg.eigvalsh(matrix / np.outer(scale, scale))[0] < 1e-9:
-        raise element.error(
-            "the covariance matrix of the adjusted coordinates is singular, as that of a free "
-            "network is: it holds in the datum of that network only",
-            "adjust the network with fixed points, or give coordinates with sigmas as CSV",
-        )
-    table = checked(
+    fixed = {}
+    if root is not None:
+        fixed = {name: axes.world_from_file(xyz) for _, name, xyz in _points(coordinates, "fixed")}
+    dof, factor, used = (0, float("nan"), "apriori") if root is None else _precision(root)
+    return AdjustedCoordinates(
+        names,
+        np.array(axis, dtype=np.int64),
+        np.array(values),
+        sources,
+        matrix * np.outer(sign, sign) * MM**2,
+        fixed,
+        dof,
+        factor,
+        used,
         element,
-        lambda: survey.add(
-            Coordinate,
-            values=values,
-            sigma=scale,
-            position=names,
-            axis=np.array(axis),
-            source=sources,
-            group="control",
-        ),
     )
-    rows = np.arange(len(names))
-    checked(
-        element,
-        lambda: survey.correlate(
-            np.full(len(rows), table), rows, np.zeros(len(rows)), matrix, element.source
-        ),
-    )
+
+
+def _precision(root: Element) -> tuple[int, float, str]:
+    """Redundancy, variance factor, and what covariances are scaled by, where the file says it."""
+    words: dict[str, str] = {}
+    for node in root.node.iter():
+        if isinstance(node.tag, str) and node.text:
+            words.setdefault(node.tag.rpartition("}")[2], node.text.strip())
+    try:
+        dof = int(words["degrees-of-freedom"])
+        factor = (float(words["aposteriori"]) / float(words["apriori"])) ** 2
+    except (KeyError, ValueError, ZeroDivisionError):
+        return 0, float("nan"), words.get("used", "apriori")
+    return max(dof, 0), factor, words.get("used", "apriori")
 
 
 def _add_point(

@@ -1,0 +1,478 @@
+"""Two epochs compared: which points moved, by how much, how sure, and what would have been seen.
+
+The steps are those of the classical analysis: the reference points are tested for congruence, those
+that moved are found, the datum is laid over the others, and every point is tested in it (method
+sections 12.2 to 12.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.epochs.congruence import (
+    Congruence,
+    CongruenceTest,
+    Limits,
+    StabilitySearch,
+    search_moved,
+)
+from tribrach.epochs.differences import Difference, motion_columns, motion_length
+from tribrach.epochs.systematics import Answer, answer, quadratic_range
+from tribrach.errors import AdjustmentError, InputError
+from tribrach.network.significance import sidak
+from tribrach.statistics import f
+
+__all__ = [
+    "CommonMotion",
+    "Comparison",
+    "Displacement",
+    "Settings",
+    "compare",
+    "s_transformation",
+]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How epochs are compared.
+
+    Attributes
+    ----------
+    references
+        Names of the points that are taken as stable until a test says otherwise; all if empty.
+    confidence
+        One minus the probability of a false alarm of each test.
+    power
+        Probability with which a minimal detectable displacement is found.
+    posterior
+        Variances are scaled by the a-posteriori factor of both epochs, and tests are those of F.
+    together
+        The tests of single points have the confidence together, after Šidák, not each.
+    most
+        Reference points that may have moved; the smaller half if None.
+    systematic : tuple of float
+        Bounds of what may be systematic in a difference in E, N and U [m].
+    """
+
+    references: tuple[str, ...] = ()
+    confidence: float = 0.95
+    power: float = 0.8
+    posterior: bool = False
+    together: bool = False
+    most: int | None = None
+    systematic: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what is no probability and no bound."""
+        for name in ("confidence", "power"):
+            if not 0 < getattr(self, name) < 1:
+                raise InputError(
+                    f"{name} is {getattr(self, name):g}, which is not between 0 and 1",
+                    cure="give a probability such as 0.95",
+                )
+        if any(not b >= 0 for b in self.systematic):
+            raise InputError("a bound of systematic effects is negative", cure="give its size")
+
+
+@dataclass(frozen=True, eq=False)
+class Displacement:
+    """What became of a point, in the datum of the points that stayed.
+
+    Attributes
+    ----------
+    name
+        Of the point.
+    reference
+        True for a point that was taken as stable.
+    xyz : array (3,)
+        Where it is [m].
+    vector : array (d,)
+        Its displacement along the axes that are compared [m].
+    covariance : array (d, d)
+        Of the displacement, scaled as the tests are [m^2].
+    statistic, limit, significance
+        ``T = v^T C^-1 v``, its limit, and the probability of a larger one by chance.
+    least, largest
+        ``T`` over all systematic parts within their bounds.
+    answer
+        Moved, not moved, or cannot tell.
+    detectable, easiest
+        Displacement that is found with the stated power in the direction in which that is hardest,
+        and in the easiest [m].
+    """
+
+    name: str
+    reference: bool
+    xyz: Array
+    vector: Array
+    covariance: Array
+    statistic: float
+    limit: float
+    significance: float
+    least: float
+    largest: float
+    answer: Answer
+    detectable: float
+    easiest: float
+
+    @property
+    def length(self) -> float:
+        """Length of the displacement [m]."""
+        return float(np.linalg.norm(self.vector))
+
+
+@dataclass(frozen=True)
+class CommonMotion:
+    """A motion of the whole that was taken out although the networks do not leave it open.
+
+    Attributes
+    ----------
+    name
+        Of the motion.
+    value, sigma
+        In metres, radians or 1.
+    statistic, limit
+        Value over sigma, and its limit.
+    """
+
+    name: str
+    value: float
+    sigma: float
+    statistic: float
+    limit: float
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Everything that two epochs tell.
+
+    Attributes
+    ----------
+    difference
+        What was compared.
+    settings, limits
+        How.
+    search
+        Test of the reference points, and those of them that moved; None with too few of them.
+    displacements
+        Of all points, in the order of the difference.
+    stable
+        Names of the points that carry the datum.
+    partners
+        By the names of the points that moved: groups that explain it nearly as well.
+    precision
+        Test of the variance factors of both epochs against each other; None where not known.
+    common
+        Motions that were taken out by choice, with their size.
+    whole
+        Congruence test of all points together.
+    held
+        Points that are held in both epochs: they are the datum.
+    """
+
+    difference: Difference
+    settings: Settings
+    limits: Limits
+    search: StabilitySearch | None
+    displacements: tuple[Displacement, ...]
+    stable: tuple[str, ...]
+    partners: tuple[tuple[str, ...], ...]
+    precision: CongruenceTest | None
+    common: tuple[CommonMotion, ...]
+    whole: CongruenceTest
+    held: tuple[str, ...]
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Names of the points that moved."""
+        return tuple(d.name for d in self.displacements if d.answer == "moved")
+
+
+def compare(
+    difference: Difference, settings: Settings | None = None, chosen: Collection[str] = ()
+) -> Comparison:
+    """Test which points moved between two epochs.
+
+    Parameters
+    ----------
+    difference
+        Of the epochs.
+    settings
+        How they are compared.
+    chosen
+        Motions of the difference that were added by choice; their size is estimated.
+
+    Raises
+    ------
+    InputError
+        A reference point that is none of the points; a posteriori without a variance factor.
+    AdjustmentError
+        A covariance that is singular beyond the motions, or too few points for the datum.
+
+    References
+    ----------
+    Method sections 12.2 to 12.5.
+    """
+    settings = settings or Settings()
+    difference, held = _without_held(difference)
+    names = difference.names
+    strange = [n for n in settings.references if n not in names and n not in held]
+    if strange:
+        raise InputError(
+            f"the reference point {strange[0]} is not in both epochs",
+            cure=f"name points such as {', '.join(names[:6])}",
+        )
+    limits = _limits(difference, settings)
+    # points that are held in both epochs are the datum, unless others are named
+    every = not settings.references and not held
+    among = [k for k, n in enumerate(names) if every or n in settings.references]
+    form = _form(difference, range(len(names)))
+    found, part = None, None
+    stable = list(among)
+    if among:
+        part = _form(difference, among)
+        if part.dof > 0:
+            found = search_moved(part, limits, most=settings.most)
+            stable = [k for i, k in enumerate(among) if i not in set(found.moved)]
+    elif not held:
+        raise AdjustmentError("no reference point carries the datum", ["name some of the points"])
+    if difference.motions and not _carries(difference, stable):
+        raise AdjustmentError(
+            f"the points {', '.join(names[k] for k in stable)} do not fix the datum",
+            ["more reference points are needed, or fewer motions that are taken out"],
+        )
+    values, covariance = s_transformation(difference, stable)
+    displacements = _displacements(
+        difference, values, covariance * limits.factor, set(among), limits, settings
+    )
+    if found is not None and part is not None:
+        displacements = _settled(displacements, found, among, part, limits, settings)
+    partners = (
+        ()
+        if found is None
+        else tuple(tuple(names[among[k]] for k in p.points) for p in found.partners)
+    )
+    return Comparison(
+        difference=difference,
+        settings=settings,
+        limits=limits,
+        search=found,
+        displacements=displacements,
+        stable=tuple(names[k] for k in stable) or held,
+        partners=partners,
+        precision=_precision(difference, settings),
+        common=_common(difference, stable, limits, chosen),
+        whole=form.test(limits),
+        held=held,
+    )
+
+
+def _without_held(difference: Difference) -> tuple[Difference, tuple[str, ...]]:
+    """The differences of points that are not held in both epochs, and the names of those."""
+    width = len(difference.axes)
+    variance = np.diag(difference.covariance).reshape(-1, width)
+    held = (variance <= 0).min(axis=1)
+    if not held.any():
+        return difference, ()
+    keep = np.flatnonzero(~held)
+    if not len(keep):
+        raise AdjustmentError("all points are held in both epochs", ["none of them can be tested"])
+    rows = difference.rows(keep)
+    names = tuple(difference.names[k] for k in keep)
+    left = replace(
+        difference,
+        names=names,
+        xyz=difference.xyz[keep],
+        values=difference.values[keep],
+        covariance=difference.covariance[np.ix_(rows, rows)],
+    )
+    return left, tuple(n for k, n in enumerate(difference.names) if held[k])
+
+
+def _limits(difference: Difference, settings: Settings) -> Limits:
+    alpha = 1 - settings.confidence
+    if not settings.posterior:
+        return Limits(alpha)
+    if difference.dof <= 0:
+        raise InputError(
+            "variances cannot be scaled a posteriori: the redundancy of both epochs is not known",
+            cure="compare a priori, or give adjusted networks",
+        )
+    return Limits(alpha, difference.factor, difference.dof)
+
+
+def _form(difference: Difference, points: Collection[int]) -> Congruence:
+    """The quadratic form of some of the points."""
+    chosen = np.array(list(points), dtype=np.int64)
+    rows = difference.rows(chosen)
+    return Congruence(
+        difference.values[chosen].ravel(),
+        difference.covariance[np.ix_(rows, rows)],
+        difference.basis[rows],
+        len(difference.axes),
+    )
+
+
+def _carries(difference: Difference, stable: list[int]) -> bool:
+    """Do these points fix all motions?"""
+    basis = difference.basis
+    if not len(stable):
+        return not basis.shape[1]
+    part = basis[difference.rows(stable)]
+    value = np.linalg.svd(part, compute_uv=False)
+    return len(value) >= basis.shape[1] and bool(value[-1] > 1e-6 * value[0])
+
+
+def s_transformation(difference: Difference, stable: list[int]) -> tuple[Array, Array]:
+    """Differences (n, d) and their covariance in the datum of some points.
+
+    ``S = I - G (G_s^T G_s)^-1 G_s^T E_s`` with the rows of the stable points (method section 12.3).
+
+    Parameters
+    ----------
+    difference
+        The differences.
+    stable
+        Numbers of the points that carry the datum.
+    """
+    basis = difference.basis
+    k = len(basis)
+    if not basis.shape[1]:
+        return difference.values, difference.covariance
+    rows = difference.rows(stable)
+    chosen = np.zeros((basis.shape[1], k))
+    chosen[:, rows] = np.linalg.pinv(basis[rows])
+    s = np.eye(k) - basis @ chosen
+    values = (s @ difference.values.ravel()).reshape(difference.values.shape)
+    return values, s @ difference.covariance @ s.T
+
+
+def _displacements(
+    difference: Difference,
+    values: Array,
+    covariance: Array,
+    references: set[int],
+    limits: Limits,
+    settings: Settings,
+) -> tuple[Displacement, ...]:
+    """Every point in the datum of the stable ones, tested by itself."""
+    width = len(difference.axes)
+    n = len(difference.names)
+    alpha = sidak(limits.alpha, n) if settings.together else limits.alpha
+    limit = limits.limit(width, alpha)
+    root = np.sqrt(limits.noncentrality(width, settings.power, alpha))
+    bounds = np.array(settings.systematic)[list(difference.axes)]
+    out = []
+    for k, name in enumerate(difference.names):
+        rows = difference.rows([k])
+        c = covariance[np.ix_(rows, rows)]
+        value = np.linalg.eigvalsh(c)
+        vector = values[k]
+        if value[0] <= 1e-12 * max(value[-1], 1e-300):
+            # a point that alone carries a motion has no displacement in this datum
+            statistic = least = largest = float("nan")
+        else:
+            statistic = float(vector @ np.linalg.solve(c, vector))
+            least, largest = quadratic_range(vector, c, bounds)
+        known = np.isfinite(statistic)
+        out.append(
+            Displacement(
+                name=name,
+                reference=k in references,
+                xyz=difference.xyz[k],
+                vector=vector,
+                covariance=c,
+                statistic=statistic,
+                limit=limit,
+                significance=limits.significance(statistic, width) if known else float("nan"),
+                least=least,
+                largest=largest,
+                answer=answer(least, largest, limit) if known else "cannot tell",
+                detectable=float(root * np.sqrt(max(value[-1], 0.0))),
+                easiest=float(root * np.sqrt(max(value[0], 0.0))),
+            )
+        )
+    return tuple(out)
+
+
+def _settled(
+    displacements: tuple[Displacement, ...],
+    found: StabilitySearch,
+    among: list[int],
+    form: Congruence,
+    limits: Limits,
+    settings: Settings,
+) -> tuple[Displacement, ...]:
+    """Reference points by their common test: what passed it together did not move.
+
+    What of their displacements would have been detected is that of the global test, which has
+    to be failed before any of them is looked at.
+    """
+    moved = {among[i] for i in found.moved}
+    width = form.width
+    root = np.sqrt(limits.noncentrality(form.dof, settings.power) * limits.factor)
+    out = list(displacements)
+    for i, k in enumerate(among):
+        one = out[k]
+        if k in moved and found.resolved:
+            # what is systematic may still explain it
+            said: Answer = "moved" if one.least >= one.limit else "cannot tell"
+        elif not found.resolved:
+            said = "cannot tell"
+        else:
+            said = "not moved"
+        rows = slice(i * width, (i + 1) * width)
+        value = np.linalg.eigvalsh(form.weights[rows, rows])
+        seen = value[0] > 1e-12 * max(value[-1], 1e-300)
+        out[k] = replace(
+            one,
+            answer=said,
+            detectable=float(root / np.sqrt(value[0])) if seen else float("inf"),
+            easiest=float(root / np.sqrt(value[-1])),
+        )
+    return tuple(out)
+
+
+def _precision(difference: Difference, settings: Settings) -> CongruenceTest | None:
+    """Are both epochs equally precise? The ratio of their variance factors, the larger above."""
+    one, two = zip(difference.factors, difference.dofs, strict=True)
+    if min(one[1], two[1]) <= 0 or not min(one[0], two[0]) > 0:
+        return None
+    above, below = (one, two) if one[0] >= two[0] else (two, one)
+    ratio = above[0] / below[0]
+    alpha = 1 - settings.confidence
+    limit = float(f.ppf(1 - alpha / 2, above[1], below[1]))
+    return CongruenceTest(ratio, above[1], limit, float(2 * f.sf(ratio, above[1], below[1])))
+
+
+def _common(
+    difference: Difference, stable: list[int], limits: Limits, chosen: Collection[str]
+) -> tuple[CommonMotion, ...]:
+    """Size of the motions that were taken out by choice, from the stable points."""
+    motions = [m for m in difference.motions if m in chosen]
+    if not motions or not stable:
+        return ()
+    rows = difference.rows(stable)
+    covariance = difference.covariance[np.ix_(rows, rows)]
+    every = list(difference.motions)
+    basis = motion_columns(difference.xyz, difference.axes, every)[rows]
+    if basis.shape[1] != len(every):
+        return ()
+    # what the networks leave open has no variance of its own
+    open_ = basis[:, [k for k, m in enumerate(every) if m not in motions]]
+    total = covariance + float(np.median(np.diag(covariance))) * (open_ @ open_.T)
+    weighted = np.linalg.solve(total, basis)
+    inverse = np.linalg.pinv(basis.T @ weighted, hermitian=True)
+    estimate = inverse @ weighted.T @ difference.values[stable].ravel()
+    sigma = np.sqrt(np.maximum(np.diag(inverse), 0.0) * limits.factor)
+    limit = float(np.sqrt(limits.limit(1)))
+    out = []
+    for m in motions:
+        k, unit = every.index(m), motion_length(difference.xyz, difference.axes, m)
+        test = float(estimate[k] / sigma[k])
+        out.append(CommonMotion(m, float(estimate[k]) / unit, float(sigma[k]) / unit, test, limit))
+    return tuple(out)

@@ -1,0 +1,76 @@
+"""The sections ``[[epochs]]`` of a project: earlier epochs that it is compared with."""
+
+from __future__ import annotations
+
+from typing import Literal, Self
+
+from pydantic import Field, NonNegativeFloat, model_validator
+
+from tribrach.epochs.comparison import Settings
+from tribrach.epochs.differences import MOTIONS
+from tribrach.project.sections import Section
+
+__all__ = ["EpochSection"]
+
+
+class EpochSection(Section):
+    """An earlier epoch, and how the project is compared with it.
+
+    Attributes
+    ----------
+    against
+        Files of the earlier epoch: a project, an epoch file, survey files, a result of GNU Gama,
+        SINEX, or coordinates with their covariance matrix.
+    datum
+        Free, so that control of both epochs is tested like all other points, or control as given.
+    references
+        Points that are taken as stable until a test says otherwise; control of both epochs, or
+        all points, if empty.
+    coordinates
+        Heights, plan or 3D; all that both epochs have if not given.
+    free
+        Further motions of the whole that are taken out, such as scale.
+    power
+        Probability with which a minimal detectable displacement is found.
+    posterior
+        True for variances and tests a posteriori.
+    together
+        True for one confidence of the tests of all points together, instead of each.
+    most_moved
+        Reference points that may have moved; the smaller half if not given.
+    systematic_mm, systematic_up_mm
+        Bounds of what may be systematic in a difference, in E and N, and in U.
+    """
+
+    against: tuple[str, ...] = Field(min_length=1)
+    datum: Literal["free", "control"] = "free"
+    references: tuple[str, ...] = ()
+    coordinates: Literal["heights", "plan", "3D"] | None = None
+    free: tuple[str, ...] = ()
+    power: float = Field(default=0.8, gt=0.05, lt=1)
+    posterior: bool = False
+    together: bool = False
+    most_moved: int | None = Field(default=None, ge=1, le=1000)
+    systematic_mm: NonNegativeFloat = 0.0
+    systematic_up_mm: NonNegativeFloat | None = None
+
+    @model_validator(mode="after")
+    def _motions(self) -> Self:
+        strange = [m for m in self.free if m not in MOTIONS]
+        if strange:
+            raise ValueError(f"{strange[0]!r} is no motion: give {', '.join(MOTIONS)}")
+        return self
+
+    def settings(self, confidence: float) -> Settings:
+        """How epochs are compared, with the confidence of the project."""
+        up = self.systematic_mm if self.systematic_up_mm is None else self.systematic_up_mm
+        plan = 1e-3 * self.systematic_mm
+        return Settings(
+            references=self.references,
+            confidence=confidence,
+            power=self.power,
+            posterior=self.posterior,
+            together=self.together,
+            most=self.most_moved,
+            systematic=(plan, plan, 1e-3 * up),
+        )
