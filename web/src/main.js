@@ -38,7 +38,8 @@ function placeOf(name) {
 
 async function details(point) {
   const station = s.stations.value.find((p) => p.name === point.station);
-  if (station?.xyz) point.range = length(point.xyz.map((x, k) => x - (station.before.xyz ?? station.xyz)[k]));
+  const from = station?.posed?.slice(0, 3).map((row) => row[3]) ?? station?.xyz;
+  if (from) point.range = length(point.xyz.map((x, k) => x - from[k]));
   else point.range = null;
   const set = (change) => {
     if (s.selection.value?.point === point || s.selection.value?.point?.key === point.key) {
@@ -309,6 +310,7 @@ function start(host) {
         rememberCamera();
       },
       drawn: () => count(),
+      loaded: () => count(),
       failed: (words) => s.say(words, 'error'),
       sliced: (slice) => (s.slice.value = slice),
     });
@@ -333,7 +335,7 @@ function follow() {
   effect(() => {
     clouds.shared.uSize.value = s.pointSize.value * (window.devicePixelRatio > 1 ? 1.5 : 1);
     clouds.shared.uFill.value = s.fill.value;
-    clouds.shared.uRound.value = s.pointSize.value >= 4;
+    clouds.shared.uRound.value = s.fill.value || s.pointSize.value >= 4;
     viewer.composite.uniforms.uStrength.value = s.shading.value;
     viewer.draw();
   });
@@ -351,12 +353,14 @@ function follow() {
     if (s.adjusted.value || s.stations.value.some((p) => p.posed !== p.pose)) clouds.carry(poses);
   });
   effect(() => {
-    const items = [...s.points.value, ...s.stations.value.filter((p) => p.kind === 'scanner')];
+    const cut = inSlice(s.slice.value);
+    const items = [...s.points.value, ...s.stations.value.filter((p) => p.kind === 'scanner')].filter((p) => p.xyz && cut(p.xyz));
     viewer.network.setEllipsoids(items, s.ellipsoidTimes.value || s.autoEllipsoid.value);
     viewer.draw();
   });
   effect(() => {
-    viewer.network.setRays(s.rays.value, s.theme.value === 'dark');
+    const cut = inSlice(s.slice.value);
+    viewer.network.setRays(s.rays.value.filter((ray) => cut(ray.from) && cut(ray.to)), s.theme.value === 'dark');
     viewer.network.show(s.on);
     viewer.draw();
   });
@@ -373,7 +377,7 @@ function follow() {
     viewer.draw();
   });
   effect(() => {
-    viewer.network.setMoves(s.moves.value.map((p) => ({ from: p.before.xyz ?? p.xyz, moved: p.moved })), s.moveTimes.value || s.autoMove.value, 1e-9);
+    viewer.network.setMoves(s.moves.value.map((p) => ({ from: p.xyz.map((x, k) => x - p.moved[k]), moved: p.moved })), s.moveTimes.value || s.autoMove.value, s.MOVED);
     viewer.network.show(s.on);
     viewer.draw();
   });
@@ -424,6 +428,16 @@ function follow() {
     clearTimeout(timer);
     timer = setTimeout(() => history.replaceState(null, '', `#${hash}`), 400);
   });
+}
+
+/** Whether a place of the work frame is left by the slice. */
+function inSlice(slice) {
+  if (!slice?.on) return () => true;
+  const [c, n] = [Math.cos(slice.turn), Math.sin(slice.turn)];
+  return (xyz) => {
+    const [x, y, z] = viewer.toDrawing(xyz).map((v, k) => v - slice.centre[k]);
+    return Math.abs(c * x + n * y) <= slice.half[0] && Math.abs(c * y - n * x) <= slice.half[1] && Math.abs(z) <= slice.half[2];
+  };
 }
 
 function marks() {
@@ -608,10 +622,6 @@ function exposed() {
 
 // -- start ----------------------------------------------------------------------------------------------------------------
 
-async function freshScene() {
-  s.scene.value = await api.get('scene.json');
-}
-
 async function begin() {
   const dark = window.matchMedia?.('(prefers-color-scheme: dark)').matches;
   if (dark) s.theme.value = 'dark';
@@ -620,7 +630,7 @@ async function begin() {
   }
   const app = document.getElementById('app');
   try {
-    await freshScene();
+    await s.askScene();
     if (s.scene.value?.schema !== 1) throw new Error(`scene.json is of version ${s.scene.value?.schema}; this page reads version 1`);
   } catch (error) {
     app.textContent = `The scene cannot be read: ${error?.message ?? error}`;

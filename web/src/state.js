@@ -72,6 +72,9 @@ export function toggle(layer, show) {
   hidden.value = next;
 }
 
+/** Decisions that are in force. */
+export const edits = computed(() => adjusted.value?.edits ?? session.value?.edits ?? scene.value?.edits ?? []);
+
 // -- the network as it is now ---------------------------------------------------------------------------------------------
 
 export const points = computed(() => {
@@ -86,7 +89,7 @@ export const points = computed(() => {
       role: roles.get(name) ?? s.points.role[i],
       xyz: is?.xyz ?? s.points.xyz[i],
       covariance: is?.covariance ?? s.points.covariance[i],
-      before: { xyz: s.points.xyz[i], covariance: s.points.covariance[i] },
+      before: is?.before ?? (adjusted.value ? null : s.points.covariance[i]),
       moved: is?.moved ?? null,
       words: Object.entries(s.points.frames ?? {}).map(([frame, rows]) => [frame, rows[i]]),
     };
@@ -95,7 +98,7 @@ export const points = computed(() => {
 
 const rolesNow = computed(() => {
   const out = new Map();
-  for (const edit of session.value?.edits ?? []) if (edit.do === 'role' || edit.role) out.set(edit.point, edit.role);
+  for (const edit of edits.value) if (edit.role) out.set(edit.point, edit.role);
   for (const p of adjusted.value?.points ?? []) if (p.role) out.set(p.name, p.role);
   return out;
 });
@@ -112,11 +115,11 @@ export const stations = computed(() => {
       role: 'station',
       kind: s.stations.kind[i],
       pose,
-      posed: s.stations.pose[i],
+      posed: s.stations.pose_of_clouds?.[i] ?? s.stations.pose[i],
       xyz: is?.world_from_scanner ? pose.slice(0, 3).map((row) => row[3]) : s.stations.xyz[i],
       full: is?.covariance ?? s.stations.covariance[i],
       covariance: block(is?.covariance ?? s.stations.covariance[i]),
-      before: { xyz: s.stations.xyz[i], covariance: block(s.stations.covariance[i]) },
+      before: block(is?.before ?? (adjusted.value ? null : s.stations.covariance[i])),
       moved: is?.moved ?? null,
       turned: is?.turned ?? null,
       clouds: s.stations.clouds?.[i] ?? [],
@@ -140,10 +143,11 @@ export const observations = computed(() => {
     const words = fresh.words && typeof fresh.words === 'object' ? fresh.words : {};
     out.words = { value: base.words?.value, sigma: base.words?.sigma, ...words };
   }
-  const uses = new Map((session.value?.edits ?? []).filter((edit) => edit.observation).map((edit) => [edit.observation, edit]));
-  if (uses.size) {
-    out.state = base.id.map((id, i) => uses.get(id)?.use ?? (fresh?.state ? out.state[i] : base.state[i]));
-    out.reason = base.id.map((id, i) => uses.get(id)?.reason ?? base.reason?.[i] ?? '');
+  // decisions are seen at once, the tests come a little later
+  const uses = new Map(edits.value.filter((edit) => edit.observation).map((edit) => [edit.observation, edit]));
+  if (stale.value && uses.size) {
+    out.state = base.id.map((id, i) => uses.get(id)?.use ?? out.state[i]);
+    out.reason = base.id.map((id, i) => uses.get(id)?.reason ?? out.reason?.[i] ?? '');
   }
   return out;
 });
@@ -155,15 +159,17 @@ export const summary = computed(() => {
 });
 
 export const warnings = computed(() => tested.value?.warnings ?? scene.value?.warnings ?? []);
-export const edits = computed(() => session.value?.edits ?? scene.value?.edits ?? []);
 export const kinds = computed(() => distinct(observations.value.kind ?? []));
 export const stationNames = computed(() => distinct([...(observations.value.from ?? [])]));
+
+/** Metres from which on something is said to have moved: below it nothing is seen in a table. */
+export const MOVED = 5e-6;
 
 /** What moved against the run that the page shows, largest first. */
 export const moves = computed(() => {
   if (!adjusted.value) return [];
   return [...points.value, ...stations.value.filter((s) => s.kind === 'scanner')]
-    .filter((p) => p.moved)
+    .filter((p) => p.moved && p.moved.every((x) => x !== null))
     .map((p) => ({ ...p, long: length(p.moved) }))
     .sort((a, b) => b.long - a.long);
 });
@@ -171,7 +177,7 @@ export const moves = computed(() => {
 export const autoMove = computed(() => {
   const largest = moves.value[0]?.long ?? 0;
   const size = extent.value;
-  return largest > 1e-9 ? Math.max(1, roundDown((0.09 * size) / largest)) : 1;
+  return largest > MOVED ? Math.max(1, roundDown((0.24 * size) / largest)) : 1;
 });
 
 export const extent = signal(50);
@@ -314,6 +320,14 @@ export function selectObservation(id) {
 
 // -- changes --------------------------------------------------------------------------------------------------------------
 
+/** Points and decisions about targets that the scene was fetched with. */
+let known = { names: null, decided: null };
+
+export async function askScene() {
+  const fresh = await api.get('scene.json');
+  scene.value = fresh;
+}
+
 /** @param {any} body an Adjusted */
 export function took(body) {
   if (!body || (adjusted.value && body.revision < adjusted.value.revision)) return;
@@ -322,6 +336,13 @@ export function took(body) {
     defect.value = null;
     stale.value = !tested.value || tested.value.revision !== body.revision;
   });
+  const names = body.points.map((p) => p.name).join('\n');
+  const decided = JSON.stringify((body.edits ?? []).filter((edit) => edit.do === 'target'));
+  if (scene.value && (names !== known.names || decided !== known.decided)) {
+    // another network: points, targets and rows are asked for again
+    if (known.names !== null) askScene();
+    known = { names, decided };
+  }
 }
 
 export async function refresh() {
@@ -340,6 +361,7 @@ export async function act(path, body = {}) {
   try {
     const answer = await api.post(path, { revision: session.value?.revision ?? 0, ...body });
     if (answer?.points) took(answer);
+    else if (answer?.adjusted?.points) took(answer.adjusted);
     await refresh();
     lastTrip.value = performance.now() - began;
     return answer;

@@ -89,8 +89,8 @@ test('median and round numbers', () => {
 });
 
 test('numbers are said in field units', () => {
-  assert.equal(smallWords(0.00123, 'm', 'gon'), '1.23\u202fmm');
-  assert.equal(smallWords((0.001 * Math.PI) / 200, 'rad', 'gon'), '1.00\u202fmgon');
+  assert.equal(smallWords(0.00123, 'm', 'gon'), '1.23\u00a0mm');
+  assert.equal(smallWords((0.001 * Math.PI) / 200, 'rad', 'gon'), '1.00\u00a0mgon');
   assert.equal(smallWords(Math.PI / 180 / 3600, 'rad', 'deg'), '1.0″');
   assert.equal(smallWords(null, 'm', 'gon'), '–');
   assert.equal(small('m', 'gon').unit, 'mm');

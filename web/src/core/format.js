@@ -45,7 +45,7 @@ export function smallWords(x, unit, angle) {
   if (!isNumber(x)) return DASH;
   const how = small(unit, angle);
   const words = plain(x * how.factor, how.digits);
-  return how.unit ? `${words}${how.unit === '″' ? '' : thin}${how.unit}` : words;
+  return how.unit ? `${words}${how.unit === '″' ? '' : '\u00a0'}${how.unit}` : words;
 }
 
 /** An angle in degrees with one decimal. @param {unknown} x radians */

@@ -250,7 +250,6 @@ export function steer(element, eye, does) {
       held = null;
       grabbed = event.button === 0 ? does.grab(x, y) : null;
     }
-    element.focus({ preventScroll: true });
   });
   element.addEventListener('pointermove', (event) => {
     const [x, y] = place(event);

@@ -65,7 +65,7 @@ export class NetworkView {
     this.planeLines = lines(1.5, false);
     this.box = lines(1.5, true);
     this.box.material.opacity = 0.9;
-    this.arrowLines = lines(3, true);
+    this.arrowLines = lines(3.5, true);
     this.arrowLines.material.opacity = 1;
     this.scene.add(this.rayLines, this.edgeLines, this.planeLines);
     this.front.add(this.rayGhosts, this.badRays, this.edgeGhosts, this.box, this.arrowLines, this.marked, this.measure);
@@ -217,14 +217,14 @@ export class NetworkView {
       const d = new THREE.Vector3(...this.toAxes(move.moved)).multiplyScalar(times);
       const b = a.clone().add(d);
       const long = d.length();
-      places.push(...a.toArray(), ...b.clone().addScaledVector(d, -0.2).toArray());
+      places.push(...a.toArray(), ...b.clone().addScaledVector(d, -0.3).toArray());
       colours.push(...colour, ...colour);
       heads.setMatrixAt(
         i,
         new THREE.Matrix4().compose(
           b,
           new THREE.Quaternion().setFromUnitVectors(up, d.clone().normalize()),
-          new THREE.Vector3(long * 0.22, long * 0.3, long * 0.22),
+          new THREE.Vector3(long * 0.28, long * 0.36, long * 0.28),
         ),
       );
     });

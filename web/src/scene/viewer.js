@@ -19,7 +19,7 @@ export class Viewer {
   /**
    * @param {HTMLElement} host
    * @param {any} scene
-   * @param {{click: (hit: any, event: PointerEvent) => void, hover: (hit: any) => void, camera: () => void, drawn: () => void,
+   * @param {{click: (hit: any, event: PointerEvent) => void, hover: (hit: any) => void, camera: () => void, drawn: () => void, loaded: () => void,
    *   failed: (words: string) => void, sliced: (slice: any) => void}} tell
    */
   constructor(host, scene, tell) {
@@ -40,7 +40,10 @@ export class Viewer {
     this.renderer.outputColorSpace = THREE.LinearSRGBColorSpace;
     this.renderer.autoClear = false;
     this.eye = new Eye(() => this.#moved());
-    this.clouds = new Clouds(scene, this.eye.camera, () => this.draw(), tell.failed);
+    this.clouds = new Clouds(scene, this.eye.camera, () => {
+      this.draw();
+      tell.loaded();
+    }, tell.failed);
     this.network = new NetworkView((xyz) => this.toDrawing(xyz), this.frame, scene.ellipsoid ?? ellipsoidFactor(scene.confidence ?? 0.95));
     this.cloudScene = new THREE.Scene();
     this.cloudScene.add(this.clouds.group);
@@ -236,7 +239,7 @@ export class Viewer {
   }
 
   #compass(ink) {
-    const [cx, cy, r] = [this.eye.width - 40, 44, 24];
+    const [cx, cy, r] = [this.eye.width - 52, 50, 24];
     const { right, up } = this.eye.axes();
     const axes = [['E', new THREE.Vector3(1, 0, 0), '#c8372d'], ['N', new THREE.Vector3(0, 1, 0), '#12876a'], ['U', new THREE.Vector3(0, 0, 1), '#2b6cd4']];
     const { ahead } = this.eye.axes();
@@ -375,7 +378,18 @@ export class Viewer {
     return point ? { type: 'cloud', point } : null;
   }
 
+  /** Once a frame at most: a large network has many lines to look at. */
   #hover(x, y) {
+    this.hoverAt = [x, y];
+    if (this.hovering) return;
+    this.hovering = true;
+    requestAnimationFrame(() => {
+      this.hovering = false;
+      this.#hovered(...this.hoverAt);
+    });
+  }
+
+  #hovered(x, y) {
     const hit = this.what(x, y, false);
     const handle = this.slice && this.#grab(x, y);
     this.canvas.classList.toggle('over', Boolean(hit || handle));

@@ -38,7 +38,7 @@ function Layers() {
     rays: scene.rays?.from?.length ?? 0,
     edges: scene.edges?.length ?? 0,
     planes: scene.planes?.name?.length ?? 0,
-    moves: s.moves.value.filter((move) => move.long > 1e-9).length,
+    moves: s.moves.value.filter((move) => move.long > s.MOVED).length,
     rejected: scene.rejected?.scan?.length ?? 0,
     comparisons: (scene.comparisons ?? []).reduce((sum, c) => sum + (c.sites ?? []).filter((site) => site.xyz).length, 0),
   };
@@ -96,8 +96,8 @@ function Colour() {
         ${order.map((name) => html`<option key=${name} value=${name} selected=${current === name}>${titleOf(name)}</option>`)}
       </select></label>
     ${how?.low !== undefined && html`<div class="pair">
-      <${Number_} label=${`from [${unit.unit}]`} value=${digits(low)} change=${(x) => x / unit.factor < high && set([x / unit.factor, high])} />
-      <${Number_} label=${`to [${unit.unit}]`} value=${digits(high)} change=${(x) => x / unit.factor > low && set([low, x / unit.factor])} />
+      <${Number_} label=${unit.unit ? `from [${unit.unit}]` : 'from'} value=${digits(low)} change=${(x) => x / unit.factor < high && set([x / unit.factor, high])} />
+      <${Number_} label=${unit.unit ? `to [${unit.unit}]` : 'to'} value=${digits(high)} change=${(x) => x / unit.factor > low && set([low, x / unit.factor])} />
       ${s.ranges.value[current] && html`<button type="button" class="button plain" onClick=${() => {
         const { [current]: _, ...rest } = s.ranges.value;
         s.ranges.value = rest;

@@ -45,7 +45,7 @@ export function Legend({ colours }) {
     </div>
     <div class="legend-notes">
       ${s.on('ellipsoids') && html`<span>Ellipsoids of ${Math.round((scene.confidence ?? 0.95) * 1000) / 10} %, drawn <b>${count(s.ellipsoidTimes.value || s.autoEllipsoid.value)} times</b></span>`}
-      ${s.on('moves') && s.moves.value.some((m) => m.long > 1e-9) && html`<span class="moves-note"><i class="line move"></i>moves, drawn <b>${count(s.moveTimes.value || s.autoMove.value)} times</b></span>`}
+      ${s.on('moves') && s.moves.value.some((m) => m.long > s.MOVED) && html`<span class="moves-note"><i class="line move"></i>moves, drawn <b>${count(s.moveTimes.value || s.autoMove.value)} times</b></span>`}
     </div>
   </div>`;
 }

@@ -95,7 +95,7 @@ function Histogram() {
       plot?.destroy();
       plot = new uPlot(
         {
-          width, height: 104, legend: { show: false }, padding: [6, 8, 0, 0],
+          width, height: 104, legend: { show: false }, padding: [6, 14, 0, 0],
           cursor: { drag: { x: true, y: false, setScale: false }, points: { show: false }, y: false },
           scales: { x: { time: false, range: [-reach, reach] }, y: { range: (_, __, high) => [0, Math.max(1, high * 1.08)] } },
           axes: [{ ...axis, size: 22, space: 40 }, { ...axis, size: 34, space: 24 }],
@@ -189,9 +189,9 @@ function WhatIf() {
   const w = whatIf.value;
   if (s.defect.value) return null;
   if (!s.session.value) return null;
-  if (!w) return html`<div class="what-if muted">Rest on a red row: what would happen without it?</div>`;
+  if (!w || w.revision !== s.session.value.revision) return html`<div class="what-if muted">Rest on a red row: what would happen without it?</div>`;
   if (w.words === undefined) return html`<div class="what-if muted">Without ${w.label} …</div>`;
-  return html`<div class="what-if"><b>What if</b> ${w.words}</div>`;
+  return html`<div class="what-if"><b>${w.label}:</b> ${w.words.replace('->', '→')}</div>`;
 }
 
 
@@ -214,16 +214,16 @@ export function askWhatIf(i, any = false) {
   askTimer = setTimeout(async () => {
     asking?.abort();
     asking = new AbortController();
-    whatIf.value = { id, label: name };
+    whatIf.value = { id, label: name, revision: live.revision };
     try {
       const answer = await api.get('api/what-if', { observation: id }, asking.signal);
       const words = answer.words ?? `σ₀ ${plain(answer.sigma0, 3)}, dof ${answer.dof}, largest move ${answer.largest ? `${answer.largest.name} ${smallWords(answer.largest.moved, 'm', '')}` : 'none'}`;
-      const out = { id, label: name, ...answer, words };
+      const out = { id, label: name, revision: live.revision, ...answer, words };
       answers.set(key, out);
       if (answers.size > 500) answers.clear();
       whatIf.value = out;
     } catch (error) {
-      if (error.name !== 'AbortError') whatIf.value = { id, label: name, words: `${name}: ${error.message}` };
+      if (error.name !== 'AbortError') whatIf.value = { id, label: name, revision: live.revision, words: error.message };
     }
   }, 140);
 }

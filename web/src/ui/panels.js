@@ -92,9 +92,13 @@ export function Targets() {
 // -- changes --------------------------------------------------------------------------------------------------------------
 
 const what = (edit) => {
-  if (edit.observation) return `${edit.observation}: ${edit.use === 'active' ? 'on' : edit.use}`;
+  if (edit.observation) {
+    const o = s.observations.value;
+    const i = o.id.indexOf(edit.observation);
+    return `${i < 0 ? edit.observation : `${label(o, i)}, ${spaced(o.kind[i])}`}: ${edit.use === 'active' ? 'on' : edit.use}`;
+  }
   if (edit.point) return `point ${edit.point}: ${edit.role}`;
-  if (edit.scan) return `target ${edit.number} of ${edit.scan}: ${edit.accept === false ? 'rejected' : edit.name ? `is ${edit.name}` : 'confirmed'}`;
+  if (edit.scan) return `target at ${(edit.center ?? []).map((x) => metres(x, 2)).join(', ')} of ${edit.scan}: ${edit.accept === false ? 'rejected' : edit.name ? `is ${edit.name}` : 'confirmed'}`;
   return JSON.stringify(edit);
 };
 
@@ -114,12 +118,21 @@ function Compare() {
   };
   const name = (x) => (x === 'run' ? 'last run' : x === String(live.revision) ? `state ${x} (now)` : `state ${x}`);
   const pick = (value, set, title) => html`<select aria-label=${title} value=${value} onChange=${(e) => set(e.currentTarget.value)}>${states.map((x) => html`<option key=${x} value=${x} selected=${value === x}>${name(x)}</option>`)}</select>`;
-  const moved = answer?.points ?? answer?.moves ?? [];
+  const moved = [...(answer?.points ?? []), ...(answer?.stations ?? [])].sort((p, q) => (q.moved_length ?? 0) - (p.moved_length ?? 0));
   return html`<h3>Compare two states</h3><div class="filters">${pick(a, setA, 'First state')} with ${pick(b, setB, 'Second state')}<button type="button" class="button" onClick=${go}>Compare</button></div>
-    ${answer && html`<p class="small">${answer.words ?? ''} σ₀ ${plain(answer.a?.sigma0?.posterior, 3)} → ${plain(answer.b?.sigma0?.posterior, 3)}, dof ${answer.a?.sigma0?.dof ?? '–'} → ${answer.b?.sigma0?.dof ?? '–'}</p>
+    ${answer && html`<p class="small">σ₀ ${plain(answer.sigma0?.a?.posterior, 3)} → ${plain(answer.sigma0?.b?.posterior, 3)}, dof ${answer.sigma0?.a?.dof ?? '–'} → ${answer.sigma0?.b?.dof ?? '–'}, largest move ${answer.largest?.name ? `${answer.largest.name} ${millimetres(answer.largest.moved)} mm` : 'none'}</p>
       <table class="plain-table"><thead><tr><th>Name</th><th class="number">moved [mm]</th><th class="number">σ before [mm]</th><th class="number">σ after [mm]</th></tr></thead>
       <tbody>${moved.slice(0, 300).map((p) => html`<tr key=${p.name}><td>${p.name}</td><td class="number">${millimetres(p.moved_length ?? (p.moved ? length(p.moved) : null))}</td>
-        <td class="number">${millimetres(total(p.before ?? p.covariance_a))}</td><td class="number">${millimetres(total(p.after ?? p.covariance ?? p.covariance_b))}</td></tr>`)}</tbody></table>`}`;
+        <td class="number">${millimetres(total(p.before))}</td><td class="number">${millimetres(total(p.covariance))}</td></tr>`)}</tbody></table>
+      <${Tests} columns=${answer.observations} tested=${answer.tested} />`}`;
+}
+
+/** Observations whose use or test value differs most between two states. */
+function Tests({ columns, tested }) {
+  if (!columns?.id?.length || !tested?.a || !tested?.b) return html`<p class="muted small">Tests are compared where both states were tested.</p>`;
+  const gap = (i) => (columns.state_a[i] !== columns.state_b[i] ? 1e6 : 0) + Math.abs((columns.w_b[i] ?? 0) - (columns.w_a[i] ?? 0));
+  const list = [...columns.id.keys()].filter((i) => gap(i) > 0.005).sort((i, j) => gap(j) - gap(i)).slice(0, 20);
+  return html`<table class="plain-table"><thead><tr><th>Observation</th><th>use</th><th class="number">w before</th><th class="number">w after</th></tr></thead><tbody>${list.map((i) => html`<tr key=${i}><td>${columns.id[i]} ${columns.component[i]}</td><td>${columns.state_a[i] === columns.state_b[i] ? columns.state_b[i] : `${columns.state_a[i]} → ${columns.state_b[i]}`}</td><td class="number">${plain(columns.w_a[i])}</td><td class="number">${plain(columns.w_b[i])}</td></tr>`)}</tbody></table>`;
 }
 
 const total = (m) => (Array.isArray(m) ? Math.sqrt(Math.max(0, m[0][0] + m[1][1] + m[2][2])) : typeof m === 'number' ? m : null);
@@ -127,18 +140,18 @@ const total = (m) => (Array.isArray(m) ? Math.sqrt(Math.max(0, m[0][0] + m[1][1]
 export function Changes({ does }) {
   const live = s.session.value;
   const list = s.edits.value;
-  const moves = s.moves.value.filter((move) => move.long > 1e-9);
+  const moves = s.moves.value.filter((move) => move.long > s.MOVED);
   return html`<div class="panel scroll">
     <h3>${list.length === 0 ? 'No edits' : list.length === 1 ? 'One edit' : `${list.length} edits`}</h3>
     ${!list.length && html`<p class="muted">${live ? 'Switch an observation off in the table, change a role or a target: every decision is listed here with its reason.' : 'This result was made without edits.'}</p>`}
-    <ol class="edits">${list.map((edit, i) => html`<li key=${i}><div><b>${what(edit)}</b><br />${edit.reason}<br /><span class="muted small">${[edit.by, edit.at].filter(Boolean).join(', ')}</span></div>
+    <ol class="edits">${list.map((edit, i) => html`<li key=${i}><div><b>${what(edit)}</b><br />${edit.reason}<br /><span class="muted small" title=${edit.observation ?? ''}>${[edit.by, edit.at?.replace?.('T', ' ')].filter(Boolean).join(', ')}</span></div>
       ${edit.observation && html`<button type="button" class="button plain tiny" onClick=${() => does.select({ type: 'row', id: edit.observation }, { tab: 'observations' })}>Show</button>`}</li>`)}</ol>
     ${live && html`<h3>What moves against the last run</h3>
       ${!moves.length ? html`<p class="muted">Nothing has moved.</p>` : html`<p class="small">Largest: <b>${moves[0].name}</b>, ${millimetres(moves[0].long)} mm. <a href="tables/moves.csv" download>CSV</a> <a href="tables/moves.json" target="_blank" rel="noopener">JSON</a></p>
       <table class="plain-table"><thead><tr><th>Name</th>${axes().map((x) => html`<th class="number" key=${x}>Δ${x} [mm]</th>`)}<th class="number">moved [mm]</th><th class="number" title="root of the trace of the covariance">σ before [mm]</th><th class="number">σ now [mm]</th></tr></thead>
         <tbody>${moves.slice(0, 500).map((p) => html`<tr key=${p.name} onClick=${() => does.select({ type: p.role === 'station' ? 'station' : 'point', name: p.name }, { stay: true })} onDblClick=${() => does.visit(p.name)}>
           <td><button type="button" class="name"><${Mark} role=${p.role} />${p.name}</button></td>${p.moved.map((x, k) => html`<td class="number" key=${k}>${millimetres(x)}</td>`)}<td class="number"><b>${millimetres(p.long)}</b></td>
-          <td class="number">${millimetres(total(p.before.covariance))}</td><td class="number">${millimetres(total(p.covariance))}</td></tr>`)}</tbody></table>`}
+          <td class="number">${millimetres(total(p.before))}</td><td class="number">${millimetres(total(p.covariance))}</td></tr>`)}</tbody></table>`}
       <${Compare} />`}
   </div>`;
 }

@@ -73,9 +73,9 @@ export function Banners({ does }) {
         <progress max=${p.total || undefined} value=${p.total ? p.done ?? 0 : undefined}></progress></div>
       ${s.session.value && html`<button type="button" class="button" onClick=${does.cancel}>Cancel</button>`}
     </div>`);
-  } else if (s.adjusted.value && s.moves.value.some((move) => move.long > 1e-9)) {
+  } else if (s.session.value && s.moves.value.some((move) => move.long > s.MOVED)) {
     out.push(html`<div class="banner quiet" key="moved">
-      <p>Positions moved, sigmas of the last run. <span class="muted">Clouds are carried with their stations; Run writes them anew.</span></p>
+      <p>Positions moved, sigmas of the last run. <span class="muted">Run writes the clouds anew.</span></p>
     </div>`);
   }
   if (s.session.value && !s.alive.value) {
