@@ -418,7 +418,7 @@ function follow() {
   effect(() => viewer.setSlice(s.slice.value));
   effect(() => viewer.theme(s.theme.value));
   effect(() => {
-    viewer.onlyCloud = s.tool.value !== 'select';
+    viewer.only = s.tool.value;
     viewer.canvas.classList.toggle('aiming', s.tool.value !== 'select');
   });
   // the address follows, a little later
@@ -612,11 +612,12 @@ function exposed() {
       return s.lastTrip.value;
     },
     share: () => viewer.drawnShare(),
-    pick: (x, y) => viewer.clouds.pick(x, y, viewer.eye.width, viewer.eye.height, 12),
+    pick: (x, y) => viewer.clouds.pick(x, y, viewer.eye.width, viewer.eye.height),
     onScreen: (xyz) => viewer.onScreen(viewer.toDrawing(xyz)),
     colourOf: () => ({ by: s.colour.value, range: s.range.value }),
     camera: () => viewer.eye.state(),
     look: (name) => viewer.look(name),
+    view: (from) => viewer.eye.between(from.eye, from.at),
   };
 }
 
@@ -640,10 +641,9 @@ async function begin() {
   await s.refresh().catch(() => null);
   const live = s.session.value;
   if (live?.adjusted) s.took(live.adjusted);
-  if (live?.tested) {
-    s.tested.value = live.tested;
-    s.stale.value = live.tested.revision !== live.revision;
-  }
+  if (live?.tested) s.tested.value = live.tested;
+  // the scene comes with the tests of the state that it shows
+  s.stale.value = false;
   app.textContent = '';
   render(html`<${App} />`, app);
   api.get('api/views').then((views) => (s.savedViews.value = views ?? {})).catch(() => (does.canSave = false));

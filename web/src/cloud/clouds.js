@@ -333,7 +333,7 @@ export class Clouds {
    * beside the place it is.
    * @param {number} x pixels @param {number} y pixels @param {number} width @param {number} height @param {number} reach pixels
    */
-  pick(x, y, width, height, reach = 6) {
+  pick(x, y, width, height, reach = 8) {
     const camera = this.camera;
     camera.updateMatrixWorld();
     const view = new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);

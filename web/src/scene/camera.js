@@ -201,6 +201,18 @@ export class Eye {
     return new THREE.Vector3((x / this.width) * 2 - 1, 1 - (y / this.height) * 2, z).unproject(camera);
   }
 
+  /** Look from a place at another, both in the drawing. @param {number[]} eye @param {number[]} at */
+  between(eye, at) {
+    const d = new THREE.Vector3(...at).sub(new THREE.Vector3(...eye));
+    this.ortho = false;
+    this.yaw = Math.atan2(d.x, d.y);
+    this.pitch = Math.atan2(d.z, Math.hypot(d.x, d.y));
+    this.at.fromArray(eye);
+    this.pivot.fromArray(at);
+    this.tall = 2 * d.length() * HALF;
+    this.#done();
+  }
+
   state() {
     return { eye: this.at.toArray(), yaw: this.yaw, pitch: this.pitch, ortho: this.ortho, height: this.tall };
   }

@@ -52,6 +52,7 @@ export class Viewer {
     this.notes = [];
     this.names = true;
     this.slice = null;
+    this.only = 'select';
     this.asked = false;
     this.frames = 0;
     this.theme('light');
@@ -355,12 +356,12 @@ export class Viewer {
   /** A named thing, a ray, an edge or a point of a cloud. */
   what(x, y, clouds = true) {
     let best = null;
-    for (const mark of this.placed ?? []) {
+    for (const mark of this.only === 'pick' ? [] : this.placed ?? []) {
       const distance = Math.hypot(mark.x - x, mark.y - y);
       if (distance < 11 && (!best || distance < best.distance)) best = { distance, ...mark.what };
     }
     if (best) return best;
-    if (!this.onlyCloud) {
+    if (this.only === 'select') {
       for (const [kind, list, on] of [['ray', this.network.rays, this.network.rayLines.visible || this.network.badRays.visible], ['edge', this.network.edges, this.network.edgeLines.visible]]) {
         if (!on) continue;
         for (const item of list) {
