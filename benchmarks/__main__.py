@@ -28,6 +28,7 @@ NAMES = (
     "start_values",
     "self_calibration",
     "planning",
+    "workbench",
     "start_up",
     "workers",
     "georeferencing",

@@ -82,14 +82,16 @@ def write_grid(side: int, file: Path) -> int:
     return network.count()
 
 
-def write_scanner(stations: int, targets: int, folder: Path, seed: int = 0) -> int:
+def write_scanner(
+    stations: int, targets: int, folder: Path, seed: int = 0, seen: int = SEEN
+) -> int:
     """Write the readings of a hall of scanner stations; their number of values."""
     rng = np.random.default_rng(seed)
     size = 10.0 * np.sqrt(targets)
     place = rng.uniform(0, 1, (targets, 3)) * [size, size, 12]
     stand = rng.uniform(0, 1, (stations, 3)) * [size, size, 2]
     turn = rng.uniform(0, 2 * np.pi, stations)
-    _, near = cKDTree(place).query(stand, k=min(SEEN, targets))
+    _, near = cKDTree(place).query(stand, k=min(seen, targets))
     station, target = np.repeat(np.arange(stations), near.shape[1]), near.ravel()
     e, n, u = (place[target] - stand[station]).T
     flat = np.hypot(e, n)

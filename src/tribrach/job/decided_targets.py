@@ -55,14 +55,21 @@ def found_again(findings: Sequence[Findings], edits: Edits) -> list[Findings]:
         if found is None:
             raise edits.error("target", number, *_far(findings[k], np.array(target.center)))
         if not target.accept:
-            words = f"rejected by hand: {target.reason}"
-            bad = Rejected(found.kind, found.center, words)
-            out[k] = replace(
-                out[k],
-                detections=tuple(d for d in out[k].detections if d is not found),
-                rejected=(*out[k].rejected, bad),
-            )
+            bad = Rejected(found.kind, found.center, f"rejected by hand: {target.reason}")
+            out[k] = _without(out[k], found, bad)
     return out
+
+
+def _without(finding: Findings, found: Detection, bad: Rejected) -> Findings:
+    """What a scan holds with one of its targets among the rejected candidates."""
+    keep = [detection is not found for detection in finding.detections]
+    view = finding.panorama
+    return replace(
+        finding,
+        detections=tuple(d for d, kept in zip(finding.detections, keep, strict=True) if kept),
+        rejected=(*finding.rejected, bad),
+        panorama=None if view is None else view.chosen(keep),
+    )
 
 
 def nearest(detections: Sequence[Detection], center: Array) -> Detection | None:

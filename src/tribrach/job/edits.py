@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from tribrach.errors import InputError, UnknownName
 from tribrach.network.network import Edit, Network
 from tribrach.observations.base import Use
@@ -36,8 +34,7 @@ def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
         and the nearest names.
     """
     if whole:
-        told = tuple(_told(target) for target in edits.target)
-        network = replace(network, edits=(*network.edits, *told))
+        network = network.noting(_told(target) for target in edits.target)
     for number, role in enumerate(edits.role):
         try:
             network = network.with_role(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
@@ -52,6 +52,11 @@ class Panorama:
     kinds: tuple[str, ...]
     shape: tuple[float, float]
     window: tuple[float, float] = (np.pi, -np.pi)
+
+    def chosen(self, keep: Sequence[bool]) -> Panorama:
+        """The same with some of its targets, by a mask (n,)."""
+        kinds = tuple(kind for kind, kept in zip(self.kinds, keep, strict=True) if kept)
+        return replace(self, marks=self.marks[np.array(keep, dtype=bool)], kinds=kinds)
 
     def to_facts(self) -> dict[str, Any]:
         """As plain numbers and text, to be remembered."""

@@ -435,6 +435,10 @@ class Network:
             observations[table] = replace(o, use=uses, reason=reasons)
         return _replace_kept(self, observations=tuple(observations))
 
+    def noting(self, edits: Iterable[Edit]) -> Network:
+        """The same network with more edits on its list: of what was done before it was built."""
+        return _replace_kept(self, edits=(*self.edits, *edits))
+
     def with_role(
         self, name: str, role: PointRole, *, reason: str, by: str = "", at: str = ""
     ) -> Network:

@@ -37,7 +37,6 @@ from tribrach.job.steps import FoundInScans, ScanWork, find, name_and_tie, refus
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import restart
 from tribrach.network.network import Network, PointRole, is_given
-from tribrach.network.observation_rows import observation_rows
 from tribrach.network.removal import what_if
 from tribrach.observations.base import Use
 from tribrach.project import Project
@@ -174,6 +173,7 @@ class Session:
         self._saved = job.edits.model_dump()
         self._snapshots: dict[int, Snapshot] = {}
         self._tested: dict[str, Any] | None = None
+        self._told: tuple[_State, Report] | None = None
         self._state = self._adjusted(1, job.edits, None)
         self._note(self._state)
         self._run = last_run(self.folder)
@@ -371,7 +371,9 @@ class Session:
         quality = state.solving.quality
         if self.revision != revision:
             raise Superseded(f"state {revision} is not the newest any more")
-        rows = observation_rows(state.adjustment, quality).columns()
+        content = self._content(state)
+        rows = {name: content.observations.column(name) for name in COLUMNS}
+        rows["external_at"] = np.array([name or None for name in rows["external_at"]], dtype=object)
         chance = quality.chance
         out = {
             "revision": revision,
@@ -379,7 +381,7 @@ class Session:
             "beyond": chance.beyond,
             "tests": chance.tests,
             "expected": chance.expected,
-            "warnings": list(state.adjustment.warnings),
+            "warnings": list(content.warnings),
             "seconds": time.perf_counter() - began,
         }
         with self._lock:
@@ -387,7 +389,7 @@ class Session:
                 raise Superseded(f"state {revision} is not the newest any more")
             self._tested = out
             snap = self._snapshots[revision]
-            self._snapshots[revision] = with_tests(snap, state.adjustment, quality)
+            self._snapshots[revision] = with_tests(snap, content.observations)
         return out
 
     def what_if(self, observation: str) -> dict[str, Any]:
@@ -491,8 +493,19 @@ class Session:
         """The report of the state, without what is made of clouds."""
         with self._lock:
             state = self._state
-        results = JobResults(self.project, self._job.sessions)
-        return report(state.solving.solved, self.settings, self.project.facts, results)
+        return self._content(state)
+
+    def _content(self, state: _State) -> Report:
+        """The report of a state; that of the newest is kept."""
+        kept = self._told
+        if kept is not None and kept[0] is state:
+            return kept[1]
+        work = state.measured.work
+        registered = None if work is None else work.registered
+        results = JobResults(self.project, self._job.sessions, registered=registered)
+        content = report(state.solving.solved, self.settings, self.project.facts, results)
+        self._told = state, content
+        return content
 
     def _step(self, revision: int, by: int, otherwise: str) -> dict[str, Any]:
         """Go back or forth in the history."""

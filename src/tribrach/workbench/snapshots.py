@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -15,9 +15,9 @@ from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.io.json_file import read_json
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observation_rows import observation_rows
-from tribrach.network.quality import Quality, global_test
+from tribrach.network.quality import global_test
 from tribrach.network.roles import used_axes
+from tribrach.report.content import ObservedValues
 
 __all__ = ["Snapshot", "compared", "last_run", "moves", "plain", "snapshot", "with_tests"]
 
@@ -91,12 +91,12 @@ def sigma0_block(adjustment: Adjustment, posterior: bool, confidence: float) -> 
     }
 
 
-def with_tests(snap: Snapshot, adjustment: Adjustment, quality: Quality) -> Snapshot:
+def with_tests(snap: Snapshot, observations: ObservedValues) -> Snapshot:
     """A state with the figures of its observations."""
-    columns = observation_rows(adjustment, quality).columns()
-    keys = zip(columns["id"].tolist(), columns["component"].tolist(), strict=True)
-    values = zip(*(columns[name].tolist() for name in (*FIGURES, "state")), strict=True)
     names = (*FIGURES, "state")
+    columns = {name: observations.column(name).tolist() for name in ("id", "component", *names)}
+    keys = zip(columns["id"], columns["component"], strict=True)
+    values = zip(*(columns[name] for name in names), strict=True)
     tests = {
         key: dict(zip(names, figures, strict=True))
         for key, figures in zip(keys, values, strict=True)
@@ -164,45 +164,66 @@ def moves(now: Snapshot, before: Snapshot) -> dict[str, Any]:
         stations also ``turned`` [rad], and ``before``, the covariance that it had; None where the
         state before has no such name. ``largest`` is the one that moved most.
     """
-    points, stations = [], []
-    most, at = 0.0, ""
-    for name, xyz in now.points.items():
-        old = before.points.get(name)
-        shift = None if old is None else xyz - old
-        length = _length(shift)
-        points.append(
-            {
-                "name": name,
-                "xyz": plain(xyz),
-                "covariance": plain(now.point_covariances[name]),
-                "moved": None if shift is None else plain(shift),
-                "moved_length": length,
-                "before": None if old is None else plain(before.point_covariances[name]),
-            }
-        )
-        if length is not None and length > most:
-            most, at = length, name
-    for name, pose in now.stations.items():
-        old = before.stations.get(name)
-        shift = None if old is None else pose[:3, 3] - old[:3, 3]
-        length = _length(shift)
-        turned = None
-        if old is not None:
-            turned = float(np.linalg.norm(rotation.log((pose[:3, :3] @ old[:3, :3].T)[None])[0]))
-        stations.append(
-            {
-                "name": name,
-                "world_from_scanner": plain(pose),
-                "covariance": plain(now.station_covariances[name]),
-                "moved": None if shift is None else plain(shift),
-                "moved_length": length,
-                "turned": turned,
-                "before": None if old is None else plain(before.station_covariances[name]),
-            }
-        )
-        if length is not None and length > most:
-            most, at = length, name
-    return {"points": points, "stations": stations, "largest": {"name": at, "moved": most}}
+    points = _rows(now.points, before.points, (3,))
+    covariances = _blocks(now.point_covariances, now.points, 3)
+    old = _blocks(before.point_covariances, now.points, 3)
+    for row, own, was in zip(points, covariances, old, strict=True):
+        row["covariance"], row["before"] = own, was
+    here = {name: pose[:3, 3] for name, pose in now.stations.items()}
+    there = {name: pose[:3, 3] for name, pose in before.stations.items()}
+    stations = _rows(here, there, (3,))
+    covariances = _blocks(now.station_covariances, now.stations, 6)
+    old = _blocks(before.station_covariances, now.stations, 6)
+    for row, own, was in zip(stations, covariances, old, strict=True):
+        row["covariance"], row["before"] = own, was
+        pose, last = now.stations[row["name"]], before.stations.get(row["name"])
+        del row["xyz"]
+        row["world_from_scanner"], row["turned"] = plain(pose), None
+        if last is not None:
+            turn = rotation.log((pose[:3, :3] @ last[:3, :3].T)[None])[0]
+            row["turned"] = float(np.linalg.norm(turn))
+    most = max(
+        (row for row in (*points, *stations) if row["moved_length"]),
+        key=lambda row: float(row["moved_length"]),
+        default={"name": "", "moved_length": 0.0},
+    )
+    largest = {"name": most["name"], "moved": most["moved_length"]}
+    return {"points": points, "stations": stations, "largest": largest}
+
+
+def _rows(
+    now: Mapping[str, Array], before: Mapping[str, Array], shape: tuple[int, ...]
+) -> list[dict[str, Any]]:
+    """Name, place and move of everything that there is now."""
+    if not now:
+        return []
+    unknown = np.full(shape, np.nan)
+    places = np.array(list(now.values()))
+    shift = places - np.array([before.get(name, unknown) for name in now])
+    # along the axes that both states have
+    length = np.linalg.norm(np.nan_to_num(shift), axis=1).tolist()
+    columns = zip(now, plain(places), plain(shift), length, strict=True)
+    return [
+        {
+            "name": name,
+            "xyz": xyz,
+            "moved": moved if name in before else None,
+            "moved_length": far if name in before else None,
+        }
+        for name, xyz, moved, far in columns
+    ]
+
+
+def _blocks(blocks: Mapping[str, Array], names: Iterable[str], width: int) -> list[Any]:
+    """Covariances of names as nested lists, None where one is not known."""
+    unknown = np.full((width, width), np.nan)
+    known = [blocks.get(name, unknown) for name in names]
+    if not known:
+        return []
+    return [
+        rows if name in blocks else None
+        for name, rows in zip(names, plain(np.array(known)), strict=True)
+    ]
 
 
 def compared(a: Snapshot, b: Snapshot) -> dict[str, Any]:
@@ -234,11 +255,6 @@ def compared(a: Snapshot, b: Snapshot) -> dict[str, Any]:
         "observations": columns,
         "tested": {"a": bool(a.tests), "b": bool(b.tests)},
     }
-
-
-def _length(shift: Array | None) -> float | None:
-    """Length of a move along the axes that both states have."""
-    return None if shift is None else float(np.linalg.norm(np.nan_to_num(shift)))
 
 
 def _number(value: Any) -> Any:
