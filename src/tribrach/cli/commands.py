@@ -21,6 +21,10 @@ __all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
 #: by name in the order of a job: the module in this package that has a function or a group of
 #: that name, and what it does, in the words of its first line
 COMMANDS: dict[str, tuple[str, str]] = {
+    "init": (
+        "init",
+        "Write a project file for a folder: looks at scans, observations and lists, and asks.",
+    ),
     "run": ("run", "Run a project: adjust, check, report."),
     "demo": (
         "demo",

@@ -27,7 +27,12 @@ from tribrach.io.survey.csv.columns import (
     titled,
     units_of,
 )
-from tribrach.io.survey.csv.headings import heads_of, looks_headless, named_columns
+from tribrach.io.survey.csv.headings import (
+    heads_of,
+    looks_headless,
+    named_columns,
+    refuse_headless,
+)
 from tribrach.units import LARGEST, UNITS, parse_angle
 
 __all__ = ["CsvTable", "read_table"]
@@ -183,13 +188,7 @@ def _headed(rows: ListRows) -> tuple[ListRows, list[str]]:
     titles = [" ".join(name.split()) for name in rows.cells[0]]
     headless = looks_headless(titles)
     if headless and not columns:
-        raise InputError(
-            f"the list has no header: {', '.join(titles[:6])} stands in its first line",
-            file=path,
-            line=rows.lines[0],
-            cure="add columns = { point = 1, easting = 2, northing = 3, height = 4 } to the entry "
-            "of the file, as its columns are, or write heads above them",
-        )
+        refuse_headless(path, rows.lines[0], titles)
     if headless:
         titles = [f"column {k}" for k in range(1, len(titles) + 1)]
         cells = [titles, *rows.cells]

@@ -16,7 +16,15 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["Heads", "heads_of", "looks_headless", "named_columns"]
+__all__ = [
+    "AxesQuestion",
+    "HeadQuestion",
+    "Heads",
+    "heads_of",
+    "looks_headless",
+    "named_columns",
+    "refuse_headless",
+]
 
 #: words over columns by our name of the column, as :func:`_letters` leaves them. German, English,
 #: French, Spanish, Italian, Portuguese, Dutch, Czech, Polish
@@ -54,6 +62,39 @@ _LAST = re.compile(r"^(.*?)[\s_/,.-]+(?:in\s+)?([A-Za-z]+)$")
 _AXES = ("easting", "northing", "height")
 _NUMBER = re.compile(r"\s*[+-]?[\d.,'\u00a0 ]*\d[\d.,]*\s*$")
 _FIX = "to the entry of the file"
+
+
+class HeadQuestion(InputError):
+    """Which columns hold what is not said; which of two is east is asked.
+
+    Parameters
+    ----------
+    what, cure
+        The question, and where it is answered.
+    file, line
+        Of the header.
+    point
+        Head or number of the column of names.
+    coordinates
+        Heads or numbers of the columns of coordinates: two of the plan, and one of heights.
+    """
+
+    def __init__(
+        self,
+        what: str,
+        *,
+        file: Path,
+        line: int,
+        cure: str,
+        point: str | int,
+        coordinates: Sequence[str | int],
+    ) -> None:
+        super().__init__(what, file=file, line=line, cure=cure)
+        self.point, self.coordinates = point, tuple(coordinates)
+
+
+class AxesQuestion(HeadQuestion):
+    """Whether X points east or north."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +137,31 @@ def looks_headless(cells: Sequence[str]) -> bool:
     """True if the first row has numbers where heads should be."""
     filled = [cell for cell in cells if cell.strip()]
     return len(filled) > 2 and sum(bool(_NUMBER.match(cell)) for cell in filled) >= 2
+
+
+def refuse_headless(path: Path, line: int, cells: Sequence[str]) -> None:
+    """Refuse a list without heads.
+
+    Raises
+    ------
+    HeadQuestion
+        Always.
+    """
+    numbers = [k for k, cell in enumerate(cells, start=1) if _NUMBER.match(cell)]
+    # the first column is that of names, be they numbers or not
+    places = [k for k in numbers if k > 1][:3]
+    example = ", ".join(
+        f"{name} = {k}" for name, k in zip(("easting", "northing", "height"), places, strict=False)
+    )
+    raise HeadQuestion(
+        f"the list has no header: {', '.join(cells[:6])} stands in its first line",
+        file=path,
+        line=line,
+        cure=f"write heads above the columns, or add columns = {{ point = 1, {example} }} {_FIX} "
+        "if these are they",
+        point=1,
+        coordinates=places if len(places) > 1 else (2, 3),
+    )
 
 
 def named_columns(
@@ -273,10 +339,12 @@ def _refuse_axes(
     hint = ""
     if x in order and y in order and order.index(y) < order.index(x):
         hint = " (Y before X is usual where X points north)"
-    raise InputError(
+    raise AxesQuestion(
         f"columns {x} and {y}: does {x} point east or north{hint}",
         file=path,
         line=line,
+        point=point,
+        coordinates=(x, y),
         cure=f'add columns = {{ point = "{point}", easting = "{x}", northing = "{y}" }} {_FIX}, '
         "or the other way round",
     )

@@ -1,0 +1,554 @@
+"""The first project file of a job: from what lies in a folder to commented TOML that runs.
+
+What nobody says and no file tells is assumed where a job cannot run without it; each assumption is
+a sentence, and stands as a comment beside its line.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from tribrach.errors import InputError, Refusals
+from tribrach.io.instrument_sheets import Sheet, find_sheet, sheets
+from tribrach.io.survey.starnet.recognition import is_settings
+from tribrach.job.folder import FolderFile
+from tribrach.job.opened import open_job
+from tribrach.project import Project
+from tribrach.scan.scan import Scan
+
+__all__ = ["FirstProject", "Wishes", "compose", "parse_target", "sheet_of"]
+
+#: sizes of targets in a project by the words on the command line
+TARGETS = {
+    "sphere": "sphere_radius_m",
+    "checkerboard": "checkerboard_side_m",
+    "disc": "disc_radius_m",
+}
+#: the largest size of a target that is in metres
+_METRES = 2.0
+#: formats whose files belong together
+_JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
+#: figures that are assumed of instruments nobody names
+_SCANNER = (
+    "range_mm = 2.0",
+    "range_ppm = 10.0",
+    "scan_angle_arcsec = 8.0",
+    "scan_angle_accuracy_arcsec = 12.0",
+    "levelling_arcsec = 5.0",
+)
+_TOTAL_STATION = (
+    "direction_arcsec = 5.0",
+    "zenith_arcsec = 5.0",
+    "distance_mm = 2.0",
+    "distance_ppm = 2.0",
+    "levelling_mm_per_sqrt_km = 1.5",
+)
+_SET_UP = ("centring_mm = 0.5", "height_mm = 1.0")
+_GNSS = ("gnss_plan_mm = 20.0", "gnss_up_mm = 50.0")
+#: coordinates larger than this are of a grid, not of a site [m]
+_GRID = 50_000.0
+#: scans whose poses are nearer than this are of one station [m]
+_SAME = 1e-3
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What somebody says of a job that its files do not tell.
+
+    Attributes
+    ----------
+    targets
+        Keys of ``[targets]`` with their sizes [m].
+    scanner, total_station
+        Models whose data sheets count.
+    crs
+        Coordinate reference system of the control.
+    control_role
+        What coordinates are for.
+    control_sigma_mm
+        Of control without sigmas.
+    """
+
+    targets: tuple[tuple[str, float], ...] = ()
+    scanner: Sheet | None = None
+    total_station: Sheet | None = None
+    crs: str | None = None
+    control_role: str = "control"
+    control_sigma_mm: float = 5.0
+
+
+@dataclass
+class FirstProject:
+    """A project file that was put together.
+
+    Attributes
+    ----------
+    text
+        The TOML.
+    used
+        Files that it names, with what is in them.
+    assumed
+        What was taken for granted, one sentence each without the stop.
+    left
+        Files that it does not name, each with the reason.
+    """
+
+    text: str = ""
+    used: list[tuple[Path, str]] = field(default_factory=list)
+    assumed: list[str] = field(default_factory=list)
+    left: list[tuple[Path, str]] = field(default_factory=list)
+
+
+def parse_target(words: str) -> tuple[str, float, str]:
+    """Key, size [m] and what was guessed of ``sphere:0.0725`` or ``checkerboard:300mm``.
+
+    Raises
+    ------
+    InputError
+        No kind of target, or no size of one.
+    """
+    kind, _, size = words.partition(":")
+    cure = "write sphere:RADIUS, checkerboard:SIDE or disc:RADIUS, such as sphere:0.0725"
+    found = re.fullmatch(r"\s*(\d*[.,]?\d+)\s*(mm|cm|m)?\s*", size)
+    key = TARGETS.get(kind.strip().lower())
+    if key is None or found is None:
+        raise InputError(f"{words!r} is no target with its size", cure=cure)
+    value = float(found.group(1).replace(",", "."))
+    unit = found.group(2)
+    said = ""
+    if unit is None and value > _METRES:
+        unit, said = "mm", f"{kind} of {value:g} is taken as millimetres"
+    metres = value * {"mm": 1e-3, "cm": 1e-2}.get(unit or "m", 1.0)
+    if not 0.001 < metres <= _METRES:
+        raise InputError(f"a target of {metres:g} m is none", cure=cure)
+    return key, metres, said
+
+
+def sheet_of(words: str) -> Sheet:
+    """The data sheet of a model, whose name may be given in part, such as ``Leica P40``.
+
+    Raises
+    ------
+    InputError
+        There is none, or several have such a name.
+    """
+    try:
+        return find_sheet(words)
+    except InputError:
+        parts = re.findall(r"[a-z]+\d*|\d+", words.lower())
+        alike = [
+            sheet
+            for sheet in sheets()
+            if all(part in "".join(sheet.name.lower().split()) for part in parts)
+        ]
+        if len(alike) == 1 and parts:
+            return alike[0]
+        raise
+
+
+def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstProject:
+    """A project of the files of a folder that opens.
+
+    A file that its reader refuses is left out with the reason.
+
+    Parameters
+    ----------
+    folder
+        Where the project file will be.
+    found
+        What lies there.
+    wishes
+        What somebody says of it.
+
+    Raises
+    ------
+    InputError
+        Nothing that is measured is there, or what is left cannot be opened.
+    """
+    files = [one for one in found if one.kind not in ("not understood", "project")]
+    refused: list[tuple[Path, str]] = []
+    while True:
+        project = _Composer(folder, files, wishes).project()
+        wrong = _refused(folder, project.text)
+        bad = {path for path, _ in wrong}
+        kept = [one for one in files if one.path.resolve() not in bad]
+        if len(kept) == len(files):
+            break
+        refused += [(p, w) for p, w in wrong if any(f.path.resolve() == p for f in files)]
+        files = kept
+    own = [(one.path, one.words) for one in found if one.kind in ("not understood", "project")]
+    named = {path for path, _ in project.used}
+    reasons = dict(refused)
+    told = {path for path, _ in project.left}
+    for one in found:
+        if one.path.resolve() in reasons and one.path not in named | told:
+            project.left.append((one.path, reasons[one.path.resolve()]))
+    project.left += own
+    return project
+
+
+def _refused(folder: Path, text: str) -> list[tuple[Path, str]]:
+    """Files that cannot be read as the project names them, each with the first reason.
+
+    Raises
+    ------
+    InputError
+        Something else is wrong.
+    """
+    project = Project.model_validate(tomllib.loads(text)).at(folder)
+    try:
+        # a session of receivers takes its time; its files are read when it is computed
+        open_job(project.model_copy(update={"gnss": type(project.gnss)()}))
+    except InputError as refused:
+        errors = refused.errors if isinstance(refused, Refusals) else (refused,)
+    else:
+        return []
+    wrong: dict[Path, str] = {}
+    for error in errors:
+        path = None if error.file is None else Path(error.file).resolve()
+        if path is not None and path.is_file():
+            line = "" if error.line is None else f"line {error.line}: "
+            cure = f"; {error.cure}" if error.cure else ""
+            wrong.setdefault(path, f"{line}{error.what}{cure}")
+    if not wrong:
+        raise errors[0]
+    return list(wrong.items())
+
+
+class _Composer:
+    """Puts a project file together, section by section."""
+
+    def __init__(self, folder: Path, files: Sequence[FolderFile], wishes: Wishes) -> None:
+        self.folder, self.wishes = folder, wishes
+        self.out = FirstProject()
+        self.scans = [one for one in files if one.kind == "scans"]
+        self.points = [one for one in files if one.kind == "points"]
+        self.survey = [one for one in files if one.kind == "survey"]
+        self.receivers = [one for one in files if one.kind == "receiver"]
+        self.orbits = [one for one in files if one.kind == "orbits"]
+        self.antennas = [one for one in files if one.kind == "antennas"]
+        self.stations: dict[tuple[Path, str], str] = {}
+
+    def project(self) -> FirstProject:
+        """The whole file."""
+        if not self.scans and not self.survey and len(self.receivers) < 2:
+            raise InputError(
+                "nothing that is measured was found: no scans, no observations, no receivers",
+                file=self.folder,
+                cure="give the folder that holds them, exported as E57, LAZ, GSI, RINEX or tables",
+            )
+        self._sort_out()
+        parts = [
+            self._head(),
+            self._site(),
+            self._datum(),
+            *self._instruments(),
+            *self._points(),
+            *self._observations(),
+            *self._sessions(),
+            self._targets(),
+            *self._scan_sections(),
+            self._output(),
+        ]
+        self.out.text = "\n".join(part for part in parts if part)
+        return self.out
+
+    # what is used of what was found
+
+    def _sort_out(self) -> None:
+        """Leave out what nothing of the rest could be tied to."""
+        placed = [one for one in self.scans if all(s.origin == "unknown" for s in one.scans)]
+        for one in placed:
+            self.scans.remove(one)
+            why = "its points are placed already and where the scanner stood is not said"
+            self.out.left.append((one.path, f"{why}; add it with origin = [x, y, z]"))
+        self.tied = bool(self.wishes.targets)
+        if self.scans and not self.tied and (self.points or self.survey):
+            self.out.assumed.append(
+                "no targets are named, so nothing ties the scans to the survey: they are "
+                "registered by their clouds, in a frame of their own, and the survey is left out; "
+                "say which targets stood there with --target, such as --target sphere:0.0725"
+            )
+            for one in (*self.points, *self.survey, *self.receivers):
+                why = "nothing ties it to the scans without targets"
+                self.out.left.append((one.path, f"{one.words}: {why}"))
+            self.points, self.survey, self.receivers = [], [], []
+        listings = [one for one in self.survey if one.format == "starnet"]
+        if len([one for one in listings if is_settings(one.path)]) > 1:
+            for one in listings:
+                if is_settings(one.path) and one.path.suffix.lower() not in (".snproj", ".prj"):
+                    self.survey.remove(one)
+                    self.out.left.append((one.path, "a listing of STAR*NET"))
+
+    def _name(self, path: Path) -> str:
+        """A file as the project names it."""
+        return path.relative_to(self.folder).as_posix()
+
+    def _use(self, one: FolderFile) -> str:
+        self.out.used.append((one.path, one.words))
+        return _quoted(self._name(one.path))
+
+    # sections
+
+    def _head(self) -> str:
+        title = self.folder.resolve().name or "Survey"
+        return (
+            "# Written by tribrach init from what lies in this folder. Lines that begin with # say "
+            "what was\n# assumed and what may be added; docs: Project file.\n"
+            f"title = {_quoted(title)}\n"
+        )
+
+    def _site(self) -> str:
+        lines = ["[site]"]
+        crs = self.wishes.crs
+        own = [one for one in self.survey if one.format in _BRINGING]
+        if own:
+            return ""
+        if crs is not None:
+            lines.append(f"crs = {_quoted(crs)}   # of the coordinates")
+            lines.append("# geoid_height_m = 40.0   # if the heights are above the geoid")
+        else:
+            lines.append('kind = "flat"')
+            if any(one.format == "totalstation" for one in self.survey):
+                lines.append("curvature_radius_m = 6371000.0   # for zenith angles")
+            if self._large():
+                self.out.assumed.append(
+                    "the coordinates look like those of a grid and no reference system is named: "
+                    "they are taken as Cartesian, and the scale of the projection (up to 0.4 mm on "
+                    "a metre) goes into the residuals; name it with --crs, such as --crs EPSG:25832"
+                )
+                lines.append('# crs = "EPSG:25832"   # instead of kind, so that its scale counts')
+        return "\n".join(lines) + "\n"
+
+    def _large(self) -> bool:
+        """True if coordinates are those of a grid."""
+        tables = [one.table for one in self.points if one.table is not None]
+        return any(
+            np.nanmax(np.abs(t.number(a)), initial=0.0) > _GRID for t in tables for a in "en"
+        )
+
+    def _datum(self) -> str:
+        if self.points or self.survey or self.receivers:
+            return ""
+        self.out.assumed.append(
+            "no control was found: the datum is free, and coordinates and sigmas are those of the "
+            "inner geometry of the scans alone"
+        )
+        return '[datum]\nkind = "free"   # no control was found\n'
+
+    def _instruments(self) -> Iterable[str]:
+        if self.scans:
+            sheet = self.wishes.scanner or self._sensor()
+            if sheet is not None:
+                yield f"[instruments.scanner]\nsheet = {_quoted(sheet.name)}\n"
+            else:
+                yield _assumed_instrument("scanner", _SCANNER)
+                self.out.assumed.append(
+                    "the scanner is not known: 2 mm + 10 ppm and 8 arc seconds are assumed for a "
+                    'point; name it with --scanner, such as --scanner "Leica P40"'
+                )
+        if any(one.format in ("totalstation", "csv") for one in self.survey):
+            sheet = self.wishes.total_station
+            if sheet is not None:
+                figures = [f"sheet = {_quoted(sheet.name)}", *_SET_UP]
+                yield "\n".join(["[instruments.total_station]", *figures, ""])
+            else:
+                yield _assumed_instrument("total_station", (*_TOTAL_STATION, *_SET_UP))
+                self.out.assumed.append(
+                    "the total station is not known: 5 arc seconds and 2 mm + 2 ppm are assumed "
+                    "where the files give no sigmas; name it with --total-station, such as "
+                    '--total-station "Leica TS16"'
+                )
+        if any(_is_positions(one) for one in self.survey):
+            yield _assumed_instrument("gnss", _GNSS)
+
+    def _sensor(self) -> Sheet | None:
+        """The sheet of the scanner that the files of scans name."""
+        for one in self.scans:
+            for scan in one.scans:
+                words = " ".join(
+                    scan.facts.get(key, "") for key in ("sensor vendor", "sensor model")
+                ).strip()
+                for name in (words, scan.facts.get("sensor model", "")):
+                    try:
+                        sheet = sheet_of(name) if name else None
+                    except InputError:
+                        continue
+                    if sheet is not None and "scann" in sheet.kind:
+                        self.out.assumed.append(
+                            f"{one.path.name} names the scanner {words}: its data sheet counts"
+                        )
+                        return sheet
+        return None
+
+    def _points(self) -> Iterable[str]:
+        for one in self.points:
+            table = one.table
+            assert table is not None
+            lines = ["[[points]]", f"file = {self._use(one)}   # {one.words}"]
+            lines += [f"# {sentence}" for sentence in one.remarks]
+            self.out.assumed += [f"{self._name(one.path)}: {text}" for text in one.remarks]
+            if not table.has("role"):
+                role = self.wishes.control_role
+                lines.append(f'role = "{role}"   # or control, check, approximate, fixed')
+                weighted = any(map(table.has, ("sigma_e", "sigma_u", "cee", "cxx")))
+                if role == "control" and not weighted:
+                    sigma = self.wishes.control_sigma_mm
+                    for key in ("sigma_plan_mm", "sigma_up_mm"):
+                        lines.append(f"{key} = {sigma:g}   # assumed: the list gives none")
+                    self.out.assumed.append(
+                        f"{self._name(one.path)} gives no sigmas: {sigma:g} mm in plan and in "
+                        "height are assumed; say others with --control-sigma-mm"
+                    )
+            if one.form.columns:
+                pairs = ", ".join(f"{k} = {_value(v)}" for k, v in one.form.columns.items())
+                lines.append(f"columns = {{ {pairs} }}")
+            yield "\n".join([*lines, ""])
+
+    def _observations(self) -> Iterable[str]:
+        together: dict[str, list[FolderFile]] = {}
+        for one in self.survey:
+            key = one.format if one.format in _JOINT else one.path.as_posix()
+            together.setdefault(key, []).append(one)
+        for group in together.values():
+            names = ", ".join(self._use(one) for one in group)
+            key = f"file = {names}" if len(group) == 1 else f"files = [{names}]"
+            lines = ["[[observations]]", f"{key}   # {group[0].words}"]
+            if group[0].format == "csv":
+                name = "gnss" if _is_positions(group[0]) else "total_station"
+                lines.append(f'instrument = "{name}"   # where the file gives no sigmas')
+            elif group[0].format == "totalstation":
+                lines.append('instrument = "total_station"')
+            yield "\n".join([*lines, ""])
+
+    def _sessions(self) -> Iterable[str]:
+        if not self.receivers:
+            return
+        if len(self.receivers) < 2 or not self.orbits:
+            for one in self.receivers:
+                why = "a second receiver" if self.orbits else "a file of broadcast orbits"
+                self.out.left.append((one.path, f"{one.words}: a baseline needs {why}"))
+            return
+        yield (
+            "[gnss]\nnavigation = ["
+            + ", ".join(self._use(one) for one in self.orbits)
+            + "]\n"
+            + (f"antex = {self._use(self.antennas[0])}\n" if self.antennas else "")
+        )
+        by_date: dict[str, list[FolderFile]] = {}
+        for one in self.receivers:
+            by_date.setdefault(one.satellites.date if one.satellites else "", []).append(one)
+        for date, members in by_date.items():
+            markers = {one.satellites.marker for one in members if one.satellites}
+            if len(markers) < 2 or len(markers) < len(members):
+                for one in members:
+                    why = "receivers over other marks on the same day"
+                    self.out.left.append((one.path, f"{one.words}: a baseline needs {why}"))
+                continue
+            rows = [
+                f"  {{ point = {_quoted(one.satellites.marker)}, file = {self._use(one)} }},"
+                for one in members
+                if one.satellites
+            ]
+            session = ["[[gnss.sessions]]", f"name = {_quoted(date)}", "receivers = ["]
+            yield "\n".join([*session, *rows, "]", ""])
+
+    def _targets(self) -> str:
+        if not self.scans:
+            return ""
+        lines = ["[targets]"]
+        sizes: dict[str, list[float]] = {}
+        for key, size in self.wishes.targets:
+            sizes.setdefault(key, []).append(size)
+        for key, values in sizes.items():
+            lines.append(f"{key} = [{', '.join(f'{value:g}' for value in values)}]")
+        if not sizes:
+            lines.append("# sphere_radius_m = [0.0725]   # or checkerboard_side_m, disc_radius_m")
+            lines += ["", "[registration]", 'by = ["clouds"]   # no targets are named']
+        return "\n".join([*lines, ""])
+
+    def _scan_sections(self) -> Iterable[str]:
+        self.stations = _stations([(one.path, scan) for one in self.scans for scan in one.scans])
+        for one in self.scans:
+            name = self._use(one)
+            usable = [scan for scan in one.scans if scan.origin != "unknown"]
+            several = len(one.scans) > 1
+            for scan in usable if several else one.scans:
+                lines = ["[[scans]]", f"file = {name}"]
+                if several:
+                    lines.append(f"scan = {_quoted(scan.name)}")
+                lines.append(f"station = {_quoted(self.stations[one.path, scan.name])}")
+                lines.append('instrument = "scanner"')
+                if scan.origin == "assumed":
+                    lines.append('origin = "scanner"   # zero lies among its points')
+                yield "\n".join([*lines, ""])
+        for station in dict.fromkeys(self.stations.values()):
+            yield (
+                f"[stations.{_quoted(station)}]\n# levelled = true   # if its compensator was on\n"
+            )
+
+    def _output(self) -> str:
+        return '[output]\nfolder = "out"\nangle = "gon"   # or deg\n'
+
+
+#: formats whose files bring a work frame of their own
+_BRINGING = ("gnss", "dna", "dynaml", "riscan", "comp3d", "gama", "starnet")
+
+
+def _stations(scans: Sequence[tuple[Path, Scan]]) -> dict[tuple[Path, str], str]:
+    """Name of the station of each scan; scans with one pose are of one station."""
+    out: dict[tuple[Path, str], str] = {}
+    places: list[tuple[np.ndarray, str]] = []
+    taken: set[str] = set()
+    for path, scan in scans:
+        at = None if scan.pose is None else np.asarray(scan.pose.translation)
+        known = None
+        if at is not None and np.linalg.norm(at) > _SAME:
+            near = [name for other, name in places if np.linalg.norm(other - at) < _SAME]
+            known = near[0] if near else None
+        if known is None:
+            known = scan.name or path.stem
+            if known in taken:
+                known = path.stem if path.stem not in taken else f"{path.stem} {known}"
+            number = 2
+            while known in taken:
+                known, number = f"{path.stem} {number}", number + 1
+            if at is not None and np.linalg.norm(at) > _SAME:
+                places.append((at, known))
+        taken.add(known)
+        out[path, scan.name] = known
+    return out
+
+
+def _is_positions(one: FolderFile) -> bool:
+    return one.table is not None and one.table.has("gnss")
+
+
+def _assumed_instrument(name: str, figures: Sequence[str]) -> str:
+    """A section with figures that are assumed."""
+    source = 'source = "assumed by tribrach init"'
+    return "\n".join(
+        [
+            f"[instruments.{name}]",
+            '# assumed: nobody named the instrument; sheet = "..." takes its data sheet instead',
+            *figures,
+            source,
+            "",
+        ]
+    )
+
+
+def _quoted(text: str) -> str:
+    """A text as TOML."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _value(value: str | int) -> str:
+    return str(value) if isinstance(value, int) else _quoted(value)

@@ -1,0 +1,374 @@
+"""What lies in a folder: every file by its content, whatever its name.
+
+Scans are known by how they begin, raw files and networks by their readers' own tests, RINEX by its
+first line, tables by their header. A file that nobody understands is named with the reason.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from tribrach.errors import InputError
+from tribrach.io.csv_rows import AS_FOUND, ListForm
+from tribrach.io.gnss.files import vector_reader
+from tribrach.io.gnss.observation_file import header_text
+from tribrach.io.scans.formats import read_scans
+from tribrach.io.survey.csv.columns import COORDINATES
+from tribrach.io.survey.csv.file import CsvTable, read_table
+from tribrach.io.survey.csv.headings import AxesQuestion, HeadQuestion
+from tribrach.io.survey.formats import SUFFIXES, format_of
+from tribrach.io.survey.starnet import recognition as starnet
+from tribrach.io.totalstation import formats as raw
+from tribrach.io.unpacking import unpacked
+from tribrach.scan.scan import Scan
+
+__all__ = ["AXES", "Axes", "FolderFile", "Satellites", "look_through"]
+
+Kind = Literal[
+    "scans", "points", "survey", "receiver", "orbits", "antennas", "project", "not understood"
+]
+#: which way X of a list points, or its first column of coordinates where it has no heads
+Axes = Literal["east", "north"]
+AXES: tuple[Axes, ...] = ("east", "north")
+
+#: folders that hold no measurements
+_PASSED = re.compile(r"\.|__pycache__$|node_modules$")
+#: files of these kinds are named and not tried
+_OTHERS = {
+    "pictures": ".jpg .jpeg .png .tif .tiff .bmp .gif .heic .svg .dng",
+    "documents": ".pdf .doc .docx .odt .rtf .ppt .pptx .md .html .htm .log",
+    "drawings": ".dwg .dxf .dgn .skp .ifc .rvt",
+    "films and sounds": ".mp4 .mov .avi .mp3 .wav",
+    "packed folders: unpack them": ".zip .7z .rar .tar .tgz",
+    "projects of other programs: export their scans as E57 or LAZ": (
+        ".rcp .rcs .lgs .lgsx .imp .fls .lsproj .zfs .zfprj .rdbx .tzf .tzs .cl3 .clr .rxp"
+    ),
+    "meshes or models": ".obj .stl .glb .gltf .fbx",
+}
+_REASONS = {suffix: what for what, suffixes in _OTHERS.items() for suffix in suffixes.split()}
+_SCAN_STARTS = (b"LASF", b"ASTM-E57", b"ply", b"# .PCD")
+_PACKED = (b"\x1f\x8b", b"\xfd7zXZ", b"BZh", b"\x1f\x9d")
+#: the most files and levels that are looked at
+_FILES, _DEPTH = 5000, 6
+#: rows of numbers whose first is no whole number, as names are
+_POINTS = re.compile(rb"\s*[+-]?\d*[.,]\d+([eE][+-]?\d+)?[\s,;]+[\s\d.,;+\-eE]*$")
+
+
+@dataclass(frozen=True)
+class Satellites:
+    """A RINEX file of a receiver: marker, first epoch and antenna as its header has them."""
+
+    marker: str
+    antenna: str
+    date: str
+
+
+@dataclass(frozen=True)
+class FolderFile:
+    """A file of a folder.
+
+    Attributes
+    ----------
+    path
+        The file.
+    kind
+        What it is.
+    format
+        Name of its format.
+    words
+        What is in it, for a reader; the reason where it is not understood.
+    scans
+        Its scans, by their headers.
+    table
+        Its table, of points or of observations.
+    form
+        How the list is to be read where its heads leave a question.
+    remarks
+        What was guessed, one sentence each without the stop.
+    satellites
+        Of a receiver.
+    """
+
+    path: Path
+    kind: Kind
+    format: str = ""
+    words: str = ""
+    scans: tuple[Scan, ...] = ()
+    table: CsvTable | None = None
+    form: ListForm = AS_FOUND
+    remarks: tuple[str, ...] = field(default=())
+    satellites: Satellites | None = None
+
+
+def look_through(folder: Path, axes: Axes | None = None) -> list[FolderFile]:
+    """What is in all files of a folder and of the folders in it, by name.
+
+    Parameters
+    ----------
+    folder
+        The folder. Hidden folders and results of this program are passed over.
+    axes
+        Which way X of lists with X and Y points; asked if not given, unless the numbers tell.
+
+    Raises
+    ------
+    InputError
+        It is no folder, or holds thousands of files.
+    """
+    if not folder.is_dir():
+        raise InputError("there is no such folder", file=folder, cure="check its name")
+    found: list[FolderFile] = []
+    for path in _files(folder, _DEPTH):
+        if len(found) == _FILES:
+            what = f"the folder holds more than {_FILES} files"
+            raise InputError(what, file=folder, cure="name the folder of one job")
+        found.append(_known(path, axes))
+    return found
+
+
+def _files(folder: Path, depth: int) -> Iterator[Path]:
+    """Files to look at, in the order of their names."""
+    try:
+        entries = sorted(folder.iterdir(), key=lambda path: _natural(path.name))
+    except OSError as error:
+        raise InputError(
+            f"the folder cannot be read ({error.strerror})", file=folder, cure="check its rights"
+        ) from error
+    if (folder / "report.html").is_file() and (folder / "result.json").is_file():
+        return
+    for path in entries:
+        if _PASSED.match(path.name):
+            continue
+        if path.is_dir():
+            if depth:
+                yield from _files(path, depth - 1)
+        elif path.is_file():
+            yield path
+
+
+def _natural(name: str) -> list[tuple[int, str]]:
+    """A key that puts S2 before S10."""
+    parts = re.split(r"(\d+)", name.lower())
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in parts]
+
+
+def _known(path: Path, axes: Axes | None) -> FolderFile:
+    """A file by its content."""
+    try:
+        return _recognised(path, axes)
+    except InputError as error:
+        cure = f"; {error.cure}" if error.cure else ""
+        line = "" if error.line is None else f"line {error.line}: "
+        return FolderFile(path, "not understood", words=f"{line}{error.what}{cure}")
+    except OSError as error:
+        words = f"it cannot be read ({error.strerror})"
+        return FolderFile(path, "not understood", words=words)
+
+
+def _recognised(path: Path, axes: Axes | None) -> FolderFile:
+    """A file by its content.
+
+    Raises
+    ------
+    InputError
+        What is wrong with it, or that nobody knows it.
+    """
+    suffix = path.suffix.lower()
+    if suffix in _REASONS:
+        return FolderFile(path, "not understood", words=f"one of the {_REASONS[suffix]}")
+    with path.open("rb") as file:
+        start = file.read(4096)
+    if not start.strip():
+        raise InputError("it is empty", file=path, cure="copy it again from its source")
+    if suffix == ".toml":
+        return FolderFile(path, "project", words="a project file, or one of an instrument")
+    if start.startswith(_SCAN_STARTS) or suffix in (".ptx", ".pts"):
+        return _of_scans(path)
+    if start.startswith(b"PK\x03\x04"):
+        return _of_table(path, axes)
+    if not _is_text(start) and not start.startswith(
+        (b"\x1f\x8b", b"\xfd7zXZ", b"BZh", b"\x1f\x9d")
+    ):
+        raise InputError("it is no text and of no format that is known", file=path)
+    satellites = _of_satellites(path)
+    if satellites is not None:
+        return satellites
+    if suffix in (".gz", ".xz", ".bz2"):
+        return _of_scans(path)
+    return _of_text(path, axes, start)
+
+
+def _is_text(start: bytes) -> bool:
+    """True if bytes may be text, of two bytes for a letter too."""
+    return start.startswith((b"\xff\xfe", b"\xfe\xff")) or (
+        b"\0" not in start and not set(start) & {*range(1, 8), *range(14, 26)}
+    )
+
+
+def _of_satellites(path: Path) -> FolderFile | None:
+    """Files of receivers, orbits and antennas, packed or not; None for others."""
+    try:
+        with unpacked(path) as stream:
+            start = stream.read(60_000)
+    except InputError:
+        return None
+    first = start[:400]
+    if b"ANTEX VERSION" in first:
+        return FolderFile(path, "antennas", "ANTEX", "antennas")
+    if re.match(rb"#[a-dP][PV]\d{4} ", start):
+        return FolderFile(path, "orbits", "SP3", "precise orbits")
+    compact = b"CRINEX VERS" in first
+    if b"RINEX VERSION / TYPE" not in first and not compact:
+        return None
+    at = start.find(b"RINEX VERSION / TYPE")
+    kind = start[max(at - 60, 0) : at][20:21]
+    if kind == b"C":
+        raise InputError("satellite clocks, which the orbits bring", file=path)
+    if kind != b"O" and not compact:
+        return FolderFile(path, "orbits", "RINEX", "broadcast orbits")
+    lines = dict(reversed(header_text(path, start)[0]))
+    marker = lines.get("MARKER NAME", "").strip() or path.name.split(".")[0]
+    antenna = lines.get("ANT # / TYPE", "")[20:40].strip()
+    date = "-".join(lines.get("TIME OF FIRST OBS", "").split()[:3])
+    words = f"a receiver over {marker}, from {date}"
+    return FolderFile(
+        path, "receiver", "RINEX", words, satellites=Satellites(marker, antenna, date)
+    )
+
+
+def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
+    """Text: a network, a raw file, a table or a scan."""
+    suffix = path.suffix.lower()
+    if suffix == ".xml":
+        lower = start.lower()
+        marks = (b"<landxml", b"<gvx", b"gama-local", b"<dnaxmlformat", b"<jobfile")
+        if not any(mark in lower for mark in marks):
+            raise InputError("XML of no format that is known", file=path)
+    if suffix == ".prj" and start.lstrip().startswith((b"PROJC", b"GEOGC", b"PROJCRS", b"GEOGCRS")):
+        raise InputError("a coordinate system of a GIS", file=path, cure="give it as --crs")
+    if vector_reader(path) is not None:
+        return _of_survey(path, "gnss")
+    if suffix not in SUFFIXES and raw.recognised(path):
+        return _of_survey(path, "totalstation", raw.format_of(path))
+    if suffix not in SUFFIXES and starnet.recognised(path):
+        return _of_survey(path, "starnet")
+    if suffix == ".xml" or (suffix in SUFFIXES and SUFFIXES[suffix] != "csv"):
+        return _of_survey(path, format_of(path))
+    rows = [row for row in start.splitlines()[:-1] or start.splitlines() if row.strip()]
+    if all(map(_POINTS.match, rows)):
+        return _of_scans(path)
+    try:
+        return _of_table(path, axes)
+    except HeadQuestion:
+        raise
+    except InputError as error:
+        if re.match(rb"(\s*#[^\n]*\n)*\s*name\s*[,;\t]\s*x(min)?\s*[,;\t]", start, re.IGNORECASE):
+            what = "test sites of a comparison, which a section [[comparison]] names"
+            raise InputError(what, file=path) from error
+        if suffix in (".csv", ".xlsx", ".tsv"):
+            raise
+        what = f"text of no format that is known; as a list: {error.what}"
+        raise InputError(what, file=path, line=error.line) from error
+
+
+def _of_survey(path: Path, format: str, name: str = "") -> FolderFile:
+    """A file of observations, which its reader says more about."""
+    words = name or {
+        "gama": "a network of GNU Gama",
+        "dynaml": "DynaML of DynAdjust",
+        "dna": "a file of DynAdjust",
+        "comp3d": "a file of Comp3D",
+        "starnet": "a file of STAR*NET",
+        "riscan": "a project of RiSCAN PRO",
+        "gnss": "GNSS vectors or positions",
+    }.get(format, format)
+    return FolderFile(path, "survey", format, words)
+
+
+def _of_scans(path: Path) -> FolderFile:
+    """A file of scans, by its headers."""
+    scans = read_scans(path)
+    if not scans:
+        raise InputError("there is no scan in it", file=path)
+    records = [scan.records for scan in scans if scan.records is not None]
+    if len(records) == len(scans) and not any(records):
+        raise InputError("its scan has no points", file=path, cure="export it again")
+    count = f"{sum(records):,} points" if len(records) == len(scans) else "points"
+    posed = sum(scan.pose is not None for scan in scans)
+    words = f"{len(scans)} scan{'s' * (len(scans) > 1)}, {count}"
+    if posed:
+        words += ", with a pose" if len(scans) == 1 else f", {posed} with poses"
+    return FolderFile(path, "scans", path.suffix.lower().lstrip("."), words, scans)
+
+
+def _of_table(path: Path, axes: Axes | None) -> FolderFile:
+    """A table of points or of observations."""
+    form, remarks = AS_FOUND, tuple[str, ...]()
+    try:
+        table = read_table(path)
+    except HeadQuestion as question:
+        form, remarks = _answered(path, question, axes)
+        table = read_table(path, form)
+    rows = f"{len(table)} row{'s' * (len(table) > 1)}"
+    remarks = (*remarks, *table.remarks)
+    if table.layout is not COORDINATES:
+        words = f"{rows} of {table.layout.name}"
+        return FolderFile(path, "survey", "csv", words, table=table, remarks=remarks)
+    sigmas = "with sigmas" if _has_sigmas(table) else "without sigmas"
+    words = f"{len(table)} point{'s' * (len(table) > 1)} with coordinates, {sigmas}"
+    return FolderFile(path, "points", "csv", words, table=table, form=form, remarks=remarks)
+
+
+def _has_sigmas(table: CsvTable) -> bool:
+    """True if a table of coordinates states how good they are."""
+    return any(table.has(name) for name in ("sigma_e", "sigma_u", "cee", "cxx"))
+
+
+def _answered(
+    path: Path, question: HeadQuestion, axes: Axes | None
+) -> tuple[ListForm, tuple[str, ...]]:
+    """How a list is read whose heads leave open which column is east, and the sentence on it.
+
+    Raises
+    ------
+    HeadQuestion
+        Nothing answers it.
+    """
+    first, second, *rest = question.coordinates
+    columns: dict[str, str | int] = {"point": question.point}
+    if rest and not isinstance(question, AxesQuestion):
+        columns["height"] = rest[0]
+    told = "as asked for"
+    if axes is None:
+        axes, told = (
+            _by_size(path, columns | {"easting": first, "northing": second}),
+            ("as the size of the numbers tells"),
+        )
+        if axes is None:
+            raise question
+    east, north = (first, second) if axes == "east" else (second, first)
+    columns |= {"easting": east, "northing": north}
+    name = {True: "column {}", False: "{}"}
+    words = [name[isinstance(one, int)].format(one) for one in (east, north)]
+    said = f"{words[0]} is taken as easting and {words[1]} as northing, {told}"
+    return ListForm(columns), (said,)
+
+
+def _by_size(path: Path, columns: dict[str, str | int]) -> Axes | None:
+    """Which way the first column points, as UTM and grids like it tell; None if they do not.
+
+    Their northings have seven digits and their eastings six.
+    """
+    table = read_table(path, ListForm(columns))
+    first, second = (float(np.nanmedian(np.abs(table.number(axis)))) for axis in "en")
+    if 1e5 <= first < 1e6 <= second < 1e7:
+        return "east"
+    if 1e5 <= second < 1e6 <= first < 1e7:
+        return "north"
+    return None
