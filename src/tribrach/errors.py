@@ -16,8 +16,10 @@ TribrachError
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from difflib import get_close_matches
 from itertools import islice
 from pathlib import Path
@@ -36,11 +38,40 @@ __all__ = [
     "Refusals",
     "TribrachError",
     "UnknownName",
+    "all_told",
+    "among",
 ]
 
 
 #: names that are compared with one that is not known
 _LOOKED_THROUGH = 5000
+
+
+def among(name: str, known: Sequence[str], words: str) -> str:
+    """What to do about a name that is none of those that are known.
+
+    Parameters
+    ----------
+    name
+        That nothing has.
+    known
+        Those that there are.
+    words
+        Said before some of them where none is like it.
+
+    Examples
+    --------
+    >>> among("scaner", ["scanner", "level"], "there are")
+    'did you mean scanner'
+    >>> among("x", ["scanner", "level"], "there are")
+    'there are scanner, level'
+    """
+    plain = {one.casefold(): one for one in reversed(known)}
+    near = get_close_matches(name.casefold(), plain, n=3, cutoff=0.6)
+    if near:
+        return f"did you mean {' or '.join(plain[one] for one in near)}"
+    more = f" and {len(known) - 10} more" if len(known) > 10 else ""
+    return f"{words} {', '.join(known[:10])}{more}" if known else "there are none"
 
 
 class TribrachError(Exception):
@@ -155,7 +186,17 @@ class UnknownName(InputError, KeyError):
 
 
 #: refusals whose sentences are kept; others are counted
-_TOLD = 20
+_TOLD: ContextVar[int] = ContextVar("refusals that are told", default=20)
+
+
+@contextmanager
+def all_told() -> Iterator[None]:
+    """A block in which every refusal keeps its sentence, however many there are."""
+    token = _TOLD.set(sys.maxsize)
+    try:
+        yield
+    finally:
+        _TOLD.reset(token)
 
 
 class Refusals(InputError):
@@ -266,7 +307,7 @@ class RefusalCollector:
             if sentence not in self._seen:
                 self._seen.add(sentence)
                 self.count += 1
-                self._kept += [part] if len(self._kept) < _TOLD else []
+                self._kept += [part] if len(self._kept) < _TOLD.get() else []
 
     @contextmanager
     def record(self) -> Iterator[None]:
@@ -279,7 +320,7 @@ class RefusalCollector:
     @property
     def full(self) -> bool:
         """True if further sentences would only be counted."""
-        return len(self._kept) == _TOLD
+        return len(self._kept) >= _TOLD.get()
 
     def error(self) -> InputError:
         """What was noted: the refusal, or :class:`Refusals` if there are several."""

@@ -25,6 +25,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "init",
         "Write a project file for a folder: looks at scans, observations and lists, and asks.",
     ),
+    "check-project": (
+        "check_project",
+        "Read a project and all its files, and list every mistake at once; nothing is run.",
+    ),
     "run": ("run", "Run a project: adjust, check, report."),
     "demo": (
         "demo",
@@ -100,7 +104,8 @@ class LoadedWhenCalled(TyperCommand):
     def loaded(self) -> Any:
         """The command itself, or the group of commands."""
         assert self.name is not None
-        command = getattr(import_module(f"tribrach.cli.{self._module}"), self.name)
+        own = self.name.replace("-", "_")
+        command = getattr(import_module(f"tribrach.cli.{self._module}"), own)
         if not isinstance(command, typer.Typer):
             alone = typer.Typer(add_completion=False)
             alone.command(self.name)(command)

@@ -10,6 +10,7 @@ import typer
 from tribrach import pipeline
 from tribrach.cli.network import finish
 from tribrach.cli.shell import Overwrite, Scheduler, Workers, guarded, shown, working
+from tribrach.errors import InputError
 from tribrach.project import Project
 
 __all__ = ["run"]
@@ -21,11 +22,21 @@ def run(
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Overwrite = False,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the project as check-project does.")
+    ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
     """Run a project: adjust, check, report."""
 
     def work() -> None:
+        _refuse_no_project(project)
+        if dry_run:
+            from tribrach.cli.check_project import tell
+            from tribrach.job.check_project import check_project
+
+            tell(check_project(project), quiet)
+            return
         with shown(quiet) as progress, working(workers, scheduler) as engine:
             job = Project.load(project)
             folder = job.results if out is None else out
@@ -33,3 +44,26 @@ def run(
         finish(content, quiet, folder)
 
     guarded(work)
+
+
+def _refuse_no_project(path: Path) -> None:
+    """Point to ``init`` where a folder, a scan or a list is given instead of a project.
+
+    Raises
+    ------
+    InputError
+        It is no project file.
+    """
+    if path.is_dir():
+        projects = sorted(one.name for one in path.glob("*.toml"))
+        cure = f"tribrach init {path} writes a project file for what lies there"
+        if projects:
+            cure = f"name its project file, such as {path / projects[0]}"
+        raise InputError("this is a folder, and run takes a project file", file=path, cure=cure)
+    if path.is_file() and path.suffix.lower() != ".toml":
+        folder = path.parent
+        raise InputError(
+            "this is no project file (TOML)",
+            file=path,
+            cure=f"tribrach init {folder} writes one for the folder of this file",
+        )

@@ -22,6 +22,7 @@ from tribrach.targets.detection import Kind
 __all__ = [
     "density_sentences",
     "nothing_found",
+    "odd_sizes",
     "refuse_unplaced",
     "search_sentences",
     "unit_sentences",
@@ -49,6 +50,33 @@ _UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.
 def sizes_of(wanted: TargetSection) -> list[tuple[Kind, float]]:
     """Kinds and sizes [m] as the project has them."""
     return [(kind, size) for kind, row in _SIZES.items() for size in getattr(wanted, row[0])]
+
+
+def odd_sizes(wanted: TargetSection) -> list[str]:
+    """Sizes of targets that nobody makes, each in a sentence without the stop.
+
+    Parameters
+    ----------
+    wanted : TargetSection
+        Sizes that are sought.
+
+    Returns
+    -------
+    list of str
+    """
+    out = []
+    for kind, size in sizes_of(wanted):
+        name, word, half, (least, most) = _SIZES[kind]
+        if least <= size <= most:
+            continue
+        fits = [unit for unit, f in _UNITS.items() if least <= f * size <= most]
+        asked = f" or in {fits[0]}" if fits else ""
+        across = ", and the radius, not the diameter" if half else ""
+        out.append(
+            f"[targets]: {name} is {size:g}, which is no usual {word} of a {kind}: is it in metres"
+            f"{asked}{across}"
+        )
+    return out
 
 
 def density_sentences(findings: Findings, wanted: TargetSection) -> list[str]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, among
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.instruments.common_errors import CommonErrors
 from tribrach.instruments.correction import Correction, Faces
@@ -26,6 +26,7 @@ from tribrach.scan.scan import NoReturn, Scan
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.network.adjustment import Adjustment
+    from tribrach.project import Project
     from tribrach.project.sections import ScanFile
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "calibration_sentences",
     "known_correction",
     "open_scans",
+    "scans_of_entry",
 ]
 
 # Calibrations of the scanners behind scans: known before the adjustment, adjusted after it.
@@ -226,23 +228,7 @@ def _several(scan: StationScan) -> StationScan:
 
 def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationScan]:
     """The scans of one entry."""
-    scans = read_scans(job.folder / entry.file)
-    if entry.scan is not None:
-        chosen = [scan for scan in scans if scan.name == entry.scan]
-        if not chosen:
-            known = ", ".join(scan.name for scan in scans[:10])
-            raise job.error(
-                ("scans", k, "scan"),
-                f"{entry.file} has no scan {entry.scan}",
-                f"its scans are {known}",
-            )
-        scans = tuple(chosen)
-    if entry.station is not None and len(scans) > 1:
-        raise job.error(
-            ("scans", k, "station"),
-            f"{entry.file} has {len(scans)} scans and one station is given",
-            "give one entry with scan and station for each, or leave station out",
-        )
+    scans = scans_of_entry(job.project, k, entry)
     members = []
     for scan in (_from_origin(entry, scan) for scan in scans):
         station = entry.station or scan.name
@@ -261,6 +247,34 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
             member = _at_station(job, entry, part, station, face)
             members.append(replace(member, unscreened=unscreened))
     return members
+
+
+def scans_of_entry(project: Project, k: int, entry: ScanFile) -> tuple[Scan, ...]:
+    """The scans that an entry of a project means, by the headers of its file.
+
+    Raises
+    ------
+    InputError
+        What is wrong with the file, no scan of the name that is asked for, or several scans where
+        one station is given.
+    """
+    scans = read_scans(project.folder / entry.file)
+    if entry.scan is not None:
+        chosen = [scan for scan in scans if scan.name == entry.scan]
+        if not chosen:
+            raise project.error(
+                ("scans", k, "scan"),
+                f"{entry.file} has no scan {entry.scan}",
+                among(entry.scan, [scan.name for scan in scans], "its scans are"),
+            )
+        scans = tuple(chosen)
+    if entry.station is not None and len(scans) > 1:
+        raise project.error(
+            ("scans", k, "station"),
+            f"{entry.file} has {len(scans)} scans and one station is given",
+            "give one entry with scan and station for each, or leave station out",
+        )
+    return scans
 
 
 def _screened(scan: Scan, state: Remembered) -> Scan:

@@ -43,7 +43,7 @@ from tribrach.project.model import Project
 from tribrach.project.sections import EpochKeys, ListKeys, ObservationFile, PointFile
 from tribrach.units import MM
 
-__all__ = ["ReadFiles", "read_survey_files", "starnet_plan"]
+__all__ = ["ReadFiles", "read_survey_files", "readable_survey", "starnet_plan"]
 
 
 #: keys of files whose coordinates have a frame and an epoch
@@ -101,9 +101,8 @@ def read_survey_files(
         What a file or the section that names it says wrong, with its line.
     """
     reader = _Reader(instruments, calibrations)
-    reader.points()
-    reader.observations()
-    reader.planned()
+    with RefusalCollector() as refused:
+        reader.all(refused)
     project, survey = instruments.project, reader.survey
     if project.gnss.sessions:
         if sessions is None:
@@ -111,6 +110,28 @@ def read_survey_files(
             sessions = compute_sessions(project.gnss, survey, folder, reader.job, progress)
         add_sessions(survey, sessions, reader.job)
     return ReadFiles(survey, reader.context, reader.job, sessions or ())
+
+
+def readable_survey(instruments: Instruments, refused: RefusalCollector) -> Survey:
+    """What can be read of the files of a project; what is refused is noted.
+
+    Parameters
+    ----------
+    instruments : Instruments
+        The instruments of the project.
+    refused : RefusalCollector
+        Notes everything that is wrong.
+
+    Returns
+    -------
+    Survey
+        Points and observations of the files that are right; empty if there is no work frame.
+    """
+    with refused.record():
+        reader = _Reader(instruments, Calibrations(instruments))
+        reader.all(refused)
+        return reader.survey
+    return Survey()
 
 
 def starnet_plan(project: Project) -> list[Path]:
@@ -157,6 +178,12 @@ class _Reader:
                 *(() if project.plan is None else project.plan.observations),
             )
         )
+
+    def all(self, refused: RefusalCollector) -> None:
+        """Read all files; what is wrong in one of them is noted, and the others are read."""
+        for part in (self.points, self.observations, self.planned):
+            with refused.record():
+                part()
 
     def points(self) -> None:
         """Files of points."""

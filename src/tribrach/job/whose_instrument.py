@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tribrach.errors import InputError
+from tribrach.errors import InputError, among
 from tribrach.instruments.common_errors import CommonErrors
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
@@ -247,9 +247,10 @@ class Instruments:
 
     def _defined(self, name: str, keys: Keys) -> None:
         if name not in self.project.instruments:
-            raise self.project.error(
-                keys, f"instrument {name} is not defined", f"add a section [instruments.{name}]"
-            )
+            cure = f"add a section [instruments.{name}]"
+            if self.project.instruments:
+                cure += "; " + among(name, list(self.project.instruments), "there are")
+            raise self.project.error(keys, f"instrument {name} is not defined", cure)
 
     def _contradiction(self, station: str, one: _Claim, other: _Claim) -> InputError:
         """Two sections name different instruments for one station."""

@@ -19,7 +19,7 @@ from pydantic_core import ErrorDetails
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import MAX_BYTES, read_bytes
 
-__all__ = ["line_of", "load", "refused"]
+__all__ = ["line_of", "load", "refused", "typed", "without"]
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[\w.-]+(?:\s*\.\s*[\w-]+)*)\s*=""")
@@ -54,8 +54,12 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
         place = re.search(r"\(at line (\d+)", what)
         what = what.split(" (at ")[0]
         line = int(place.group(1)) if place else None
+        twice = "overwrite" in what or "declare" in what
         raise InputError(
-            f"this is not TOML: {what[:1].lower()}{what[1:]}", file=path, line=line
+            f"this is not TOML: {what[:1].lower()}{what[1:]}",
+            file=path,
+            line=line,
+            cure="a key is there twice, or [points] and [[points]] are mixed" if twice else None,
         ) from error
     if _holds_nul(tables):
         # an escape is the only way to write it
@@ -101,6 +105,45 @@ def line_of(text: str, keys: Sequence[str | int]) -> int | None:
     return best
 
 
+def without(text: str, place: Sequence[str | int]) -> str:
+    """A project file without a key or a table, all other lines where they were.
+
+    Parameters
+    ----------
+    text
+        The file.
+    place
+        Tables and numbers of entries down to the key.
+
+    Returns
+    -------
+    str
+        With blank lines instead; the same text where the key is not found.
+    """
+    line = line_of(text, place)
+    if line is None:
+        return text
+    lines = text.splitlines()
+    header = _HEADER.match(lines[line - 1])
+    if header is None:
+        one = "\n".join(["" if k == line - 1 else row for k, row in enumerate(lines)])
+        try:
+            tomllib.loads(one)
+        except tomllib.TOMLDecodeError:
+            # the value goes over several lines: the table goes with it
+            return without(text, place[:-1]) if len(place) > 1 else text
+        return one
+    own, end = _parts(header.group(2)), line
+    while end < len(lines):
+        other = _HEADER.match(lines[end])
+        if other is not None:
+            parts = _parts(other.group(2))
+            if parts[: len(own)] != own or parts == own:
+                break
+        end += 1
+    return "\n".join("" if line <= k + 1 <= end else row for k, row in enumerate(lines))
+
+
 def _parts(dotted: str) -> list[str]:
     return [part.strip().strip("\"'") for part in dotted.split(".")]
 
@@ -115,7 +158,7 @@ def refused(error: ValidationError, model: type[BaseModel], path: Path, text: st
     told = set()
     for detail in error.errors():
         place = [part for part in detail["loc"] if not str(part).startswith("function-")]
-        value = _typed(data, place)
+        value = typed(data, place)
         if detail["type"] == "missing" and len(value) == len(place) - 1:
             value = tuple(place)
         if value in told:
@@ -130,9 +173,11 @@ def refused(error: ValidationError, model: type[BaseModel], path: Path, text: st
     return refused.error()
 
 
-def _typed(data: Any, place: Sequence[int | str]) -> tuple[int | str, ...]:
+def typed(data: Any, place: Sequence[int | str]) -> tuple[int | str, ...]:
     """The part of a place that leads to something in the file."""
     for depth, part in enumerate(place):
+        if isinstance(part, int) and isinstance(data, dict):
+            continue  # a table alone where a list of tables is asked for
         named = isinstance(data, dict) and part in data
         listed = isinstance(data, list) and isinstance(part, int) and part < len(data)
         if not named and not listed:
@@ -154,10 +199,15 @@ def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str,
         return f"key {key} is missing", "add it"
     message = detail["msg"].removeprefix("Value error, ").removeprefix("Input ").rstrip(".")
     given = detail["input"]
+    cure = None
+    if detail["type"] == "literal_error" and isinstance(given, str):
+        allowed = re.findall(r"'([^']*)'", message)
+        near = difflib.get_close_matches(given.lower(), allowed, 1, cutoff=0.5)
+        cure = f"did you mean {near[0]}" if near else None
     shown = f" is {given!r} and" if isinstance(given, str | int | float) else ":"
     if detail["type"] == "value_error":
         return f"{key}: {message}", None
-    return f"{key}{shown} {message}", None
+    return f"{key}{shown} {message}", cure
 
 
 @cache

@@ -1,0 +1,396 @@
+"""Is what a survey says likely? Questions that only a person can answer, before anything is run.
+
+Every sentence rests on a comparison that came out otherwise: another reading of the same numbers
+(columns exchanged, another unit) fits what was measured where the given one does not.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pyproj import CRS, Transformer
+from pyproj.exceptions import CRSError, ProjError
+
+from tribrach._types import Array
+from tribrach.errors import InputError
+from tribrach.io.survey.csv.file import read_table
+from tribrach.job.nothing_found import odd_sizes
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.control import Coordinates
+from tribrach.observations.sights import (
+    Directions,
+    Distances,
+    HorizontalDistances,
+    SlopeDistances,
+    ZenithAngles,
+)
+from tribrach.project import Project
+
+__all__ = ["doubts"]
+
+#: sigmas of control from which on their unit is asked for [m]
+_COARSE, _FINE = 0.5, 1e-6
+#: a figure of an instrument outside of these is asked for, by the end of its key
+_USUAL = {"_mm": (0.005, 500.0), "_arcsec": (0.05, 600.0), "_ppm": (0.0, 200.0)}
+#: places are this far outside of the area of a reference system before it is said [degrees]
+_OUTSIDE = 1.0
+#: names that a sentence lists
+_LISTED = 6
+#: what is read alike in names
+_ALIKE = str.maketrans({"o": "0", "l": "1", "i": "1"})
+
+Complex = NDArray[np.complex128]
+
+
+def doubts(project: Project, survey: Survey) -> list[str]:
+    """What looks wrong, one sentence each without the stop.
+
+    Parameters
+    ----------
+    project
+        The project.
+    survey
+        What its files say; files that cannot be read are not in it.
+    """
+    out = [*_figures(project), *_sigmas(survey), *_names(survey)]
+    given = {
+        name: p.xyz
+        for name, p in survey.points.items()
+        if p.role in ("control", "fixed", "check") and np.isfinite(p.xyz[:2]).all()
+    }
+    return [*out, *_area(project), *_geometry(survey, given)]
+
+
+def _figures(project: Project) -> Iterator[str]:
+    """Figures of instruments and sizes of targets of another unit than their key's."""
+    for name, instrument in project.instruments.items():
+        for figure in instrument.figures():
+            if (
+                figure.key not in instrument.model_fields_set
+                or instrument.stated_by(figure.key) != "project"
+            ):
+                continue
+            for end, (least, most) in _USUAL.items():
+                if (
+                    figure.key.endswith(end)
+                    and figure.value
+                    and not (least <= figure.value <= most)
+                ):
+                    unit = {"_mm": "millimetres", "_arcsec": "arc seconds", "_ppm": "ppm"}[end]
+                    yield (
+                        f"[instruments.{name}]: {figure.key} is {figure.value:g}: is it in {unit}"
+                    )
+    yield from odd_sizes(project.targets)
+
+
+def _sigmas(survey: Survey) -> Iterator[str]:
+    """Sigmas of coordinates in another unit than is said."""
+    coarse: dict[str, float] = {}
+    fine: dict[str, float] = {}
+    for table in survey.tables():
+        if table.kind is not Coordinates:
+            continue
+        roots = np.sqrt(np.einsum("nii->ni", table.columns["covariance"]))
+        use = np.broadcast_to(table.columns.get("use", Use.ACTIVE), table.n)
+        for name, sigma, one in zip(table.columns["position"], roots, use, strict=True):
+            if one == Use.ACTIVE and sigma.max() >= _COARSE:
+                coarse[str(name)] = float(sigma.max())
+            elif one == Use.ACTIVE and sigma.min() < _FINE:
+                fine[str(name)] = float(sigma.min())
+    if coarse:
+        name, value = next(iter(coarse.items()))
+        yield (
+            f"the sigma of control point {name} is {value:g} m"
+            f"{_others(coarse)}: is it in millimetres (columns sigma_e_mm, heads sE [mm])"
+        )
+    if fine:
+        name, value = next(iter(fine.items()))
+        yield (
+            f"the sigma of control point {name} is {1e3 * value:.2g} mm{_others(fine)}: is it in "
+            "metres (columns sigma_e_m, heads sE [m])"
+        )
+
+
+def _others(found: dict[str, float]) -> str:
+    return f", and that of {len(found) - 1} others is like it" if len(found) > 1 else ""
+
+
+def _observed(survey: Survey) -> set[str]:
+    """Names of points that observations go from or to."""
+    out: set[str] = set()
+    for table in survey.tables():
+        if table.kind is Coordinates:
+            continue
+        for key in ("start", "end", "position", "point", "target"):
+            column = table.columns.get(key)
+            if isinstance(column, list | np.ndarray):
+                out.update(str(name) for name in np.ravel(np.asarray(column, dtype=object)))
+    return out - {""}
+
+
+def _names(survey: Survey) -> Iterator[str]:
+    """Points that nothing observes, beside observed ones of nearly their name."""
+    listed = {n for n, p in survey.points.items() if p.role in ("control", "fixed", "check")}
+    observed = _observed(survey)
+    idle, unlisted = (
+        sorted(listed - observed),
+        sorted(
+            observed - set(survey.points)
+            | {name for name in observed if name in survey.points and name not in listed}
+        ),
+    )
+    by_sound: dict[str, list[str]] = defaultdict(list)
+    for name in unlisted:
+        by_sound[_sound(name)].append(name)
+    for name in idle:
+        alike = by_sound.get(_sound(name)) or [o for o in unlisted if _one_edit(name, o)]
+        if alike:
+            yield (
+                f"point {name} of the lists is observed by nothing, and {alike[0]} is observed "
+                f"and in no list: is {alike[0]} meant to be {name}"
+            )
+
+
+def _sound(name: str) -> str:
+    """A name without capitals, blanks, dashes and leading zeros."""
+    plain = re.sub(r"[^0-9a-z]", "", name.casefold().translate(_ALIKE))
+    return re.sub(r"0+(?=\d)", "", plain)
+
+
+def _one_edit(a: str, b: str) -> bool:
+    """True if one letter, and no digit, makes one name of another."""
+    a, b = a.casefold(), b.casefold()
+    if min(len(a), len(b)) < 4 or re.sub(r"\D", "", a) != re.sub(r"\D", "", b):
+        return False
+    if len(a) == len(b):
+        wrong = [k for k in range(len(a)) if a[k] != b[k]]
+        swapped = len(wrong) == 2 and a[wrong[0]] == b[wrong[1]] and a[wrong[1]] == b[wrong[0]]
+        return len(wrong) == 1 or swapped
+    long, short = (a, b) if len(a) > len(b) else (b, a)
+    return len(long) - len(short) == 1 and any(
+        long[:k] + long[k + 1 :] == short for k in range(len(long))
+    )
+
+
+def _area(project: Project) -> Iterator[str]:
+    """Coordinates outside of the area of their reference system, and what would put them there."""
+    code = project.site.crs
+    grid = np.concatenate([*_given(project), np.zeros((0, 2))])
+    if code is None or not len(grid):
+        return
+    middle = np.median(grid, axis=0)
+    try:
+        crs = CRS.from_user_input(code)
+        area = crs.area_of_use
+        to_degrees = Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
+    except (CRSError, ProjError):
+        return
+    if area is None:
+        return
+
+    def inside(east: float, north: float) -> bool:
+        lon, lat = to_degrees.transform(east, north)
+        return bool(
+            np.isfinite([lon, lat]).all()
+            and area.west - _OUTSIDE <= lon <= area.east + _OUTSIDE
+            and area.south - _OUTSIDE <= lat <= area.north + _OUTSIDE
+        )
+
+    east, north = float(middle[0]), float(middle[1])
+    if inside(east, north):
+        return
+    what = f"the coordinates, about E {east:.0f} N {north:.0f}, lie outside of the area of {code}"
+    what += f" ({area.name})" if area.name else ""
+    if inside(north, east):
+        yield f"{what}, and inside with easting and northing exchanged: are the columns"
+    elif inside(east / 1e3, north / 1e3):
+        yield f"{what}, and inside as millimetres: are they metres"
+    elif inside(east * 1e3, north * 1e3):
+        yield f"{what}, and inside as kilometres: are they metres"
+    elif inside(east % 1e6, north):
+        yield (
+            f"{what}, and inside without the first {'two digits' if east >= 1e7 else 'digit'} of "
+            "the easting: that is the number of the zone, which other codes have"
+        )
+    else:
+        yield f"{what}: is this their reference system"
+
+
+def _given(project: Project) -> Iterator[Array]:
+    """Eastings and northings (n, 2) [m] of each list, as it has them."""
+    for part in project.points:
+        with suppress(InputError):
+            table = read_table(project.folder / part.file, part.form)
+            if table.has("e", "n"):
+                plan = np.stack([table.number("e"), table.number("n")], axis=1)
+                yield plan[np.isfinite(plan).all(axis=1)]
+
+
+@dataclass(frozen=True)
+class _Figure:
+    """Points in a plane of their own, as a station or several together saw them."""
+
+    places: dict[str, complex]
+
+    def joined(self, other: _Figure) -> _Figure | None:
+        """Both together, where they share two points that fit; None where they do not."""
+        names = [name for name in other.places if name in self.places]
+        if len(names) < 2:
+            return None
+        a = np.array([other.places[name] for name in names])
+        b = np.array([self.places[name] for name in names])
+        turn, shift, rms = _fit(a, b)
+        if rms > 0.05 * float(np.abs(a - a.mean()).max()) + 0.05:
+            return None
+        moved = {name: turn * place + shift for name, place in other.places.items()}
+        return _Figure(moved | self.places)
+
+
+def _fit(a: Complex, b: Complex) -> tuple[complex, complex, float]:
+    """Turn and shift from a (n,) to b (n,), and the root mean square of what is left [m]."""
+    ca, cb = a.mean(), b.mean()
+    product = complex(np.sum(np.conj(a - ca) * (b - cb)))
+    turn = product / abs(product) if product else 1.0 + 0j
+    left = b - cb - turn * (a - ca)
+    return turn, complex(cb - turn * ca), float(np.sqrt(np.mean(np.abs(left) ** 2)))
+
+
+def _polar(survey: Survey) -> dict[str, dict[str, tuple[float, float]]]:
+    """Direction [rad] and horizontal distance [m] by set-up and target; the set-up is ``""``'s."""
+    readings: dict[str, dict[tuple[str, str], float]] = defaultdict(dict)
+    first: dict[tuple[str, str], tuple[str, float]] = {}
+    for table in survey.tables():
+        columns: dict[str, Any] = table.columns
+        if table.kind not in (
+            Directions, Distances, SlopeDistances, HorizontalDistances, ZenithAngles
+        ):  # fmt: skip
+            continue
+        ends = zip(columns["start"], columns["end"], strict=True)
+        values = np.ravel(columns["values"])
+        orientations = columns.get("orientation", [""] * table.n)
+        for (a, b), value, orientation in zip(ends, values, orientations, strict=True):
+            key = str(a), str(b)
+            if table.kind is Directions:
+                first.setdefault((str(orientation), key[1]), (key[0], float(value)))
+            else:
+                readings[table.kind.__name__].setdefault(key, float(value))
+    out: dict[str, dict[str, tuple[float, float]]] = defaultdict(dict)
+    for (orientation, end), (start, direction) in first.items():
+        far = _level(readings, (start, end))
+        if far is not None:
+            out[f"{start}\0{orientation}"][end] = direction, far
+    return out
+
+
+def _level(readings: dict[str, dict[tuple[str, str], float]], key: tuple[str, str]) -> float | None:
+    """Horizontal distance [m] of a sight, from what was measured of it."""
+    flat = readings["HorizontalDistances"].get(key)
+    if flat is not None:
+        return flat
+    slope = readings["SlopeDistances"].get(key, readings["Distances"].get(key))
+    if slope is None:
+        return None
+    zenith = readings["ZenithAngles"].get(key)
+    return slope if zenith is None else slope * abs(float(np.sin(zenith)))
+
+
+def _shape(polar: dict[str, dict[str, tuple[float, float]]], scale: float) -> _Figure | None:
+    """The largest figure that the set-ups make together, angles taken times a scale."""
+    figures = []
+    for key, sights in polar.items():
+        station = key.split("\0")[0]
+        # clockwise from north: the east is the imaginary part of north
+        places = {
+            end: far * complex(np.sin(scale * angle), np.cos(scale * angle))
+            for end, (angle, far) in sights.items()
+        }
+        figures.append(_Figure({station: 0j, **places}))
+    figures.sort(key=lambda one: -len(one.places))
+    whole: _Figure | None = None
+    while figures:
+        if whole is None:
+            whole = figures.pop(0)
+        for k, other in enumerate(figures):
+            joined = whole.joined(other)
+            if joined is not None:
+                whole = joined
+                figures.pop(k)
+                break
+        else:
+            break
+    return whole
+
+
+def _geometry(survey: Survey, given: dict[str, Array]) -> Iterator[str]:
+    """Given coordinates against what total stations measured between them."""
+    polar = _polar(survey)
+    figure = _shape(polar, 1.0)
+    if figure is None:
+        return
+    names = [name for name in figure.places if name in given]
+    xyz = np.array([given[name] for name in names]).reshape(-1, 3)
+    yield from _lengths(figure, names, xyz)
+    if len(names) < 3:
+        return
+
+    def left(places: dict[str, complex], axes: tuple[int, int], factor: float = 1.0) -> float:
+        a = np.array([places[name] for name in names])
+        b = factor * (xyz[:, axes[0]] + 1j * xyz[:, axes[1]])
+        return _fit(a, b)[2] if np.isfinite(b).all() else np.inf
+
+    extent = float(np.abs(np.array([figure.places[name] for name in names])).max())
+    as_given = left(figure.places, (0, 1))
+    if as_given <= 0.02 * extent + 0.1:
+        return
+    told = f"{len(names)} given points ({', '.join(names[:_LISTED])}) do not fit what was measured "
+    told += f"between them: {as_given:.2f} m are left"
+    good = 0.1 * as_given
+    others = {
+        "easting and northing exchanged: are the columns": left(figure.places, (1, 0)),
+        "northing and height exchanged: are the columns": left(figure.places, (0, 2)),
+        "easting and height exchanged: are the columns": left(figure.places, (2, 1)),
+    }
+    for scale, words in (
+        (10 / 9, "the angles taken as degrees instead of gon: is their unit right"),
+        (9 / 10, "the angles taken as gon instead of degrees: is their unit right"),
+    ):
+        turned = _shape(polar, scale)
+        if turned is not None and all(name in turned.places for name in names):
+            others[words] = left(turned.places, (0, 1))
+    best = min(others, key=lambda words: others[words])
+    if others[best] < good:
+        yield f"{told}, and {others[best]:.2f} m with {best}"
+    else:
+        yield f"{told}: are these the same points, in metres"
+
+
+def _lengths(figure: _Figure, names: list[str], xyz: Array) -> Iterator[str]:
+    """The scale between given coordinates and measured lengths, where it is that of a unit."""
+    if len(names) < 2:
+        return
+    a = np.array([figure.places[name] for name in names])
+    b = xyz[:, 0] + 1j * xyz[:, 1]
+    measured, known = np.abs(a[:, None] - a), np.abs(b[:, None] - b)
+    pairs = np.triu(measured > 1.0, 1) & (known > 1e-3)
+    if not pairs.any():
+        return
+    ratio = float(np.median(known[pairs] / measured[pairs]))
+    for factor, words in (
+        (1000.0, "the coordinates are millimetres"),
+        (0.001, "the coordinates are kilometres, or the distances millimetres"),
+        (1 / 0.3048, "the coordinates are feet"),
+        (0.3048, "the distances are feet"),
+    ):
+        if abs(ratio / factor - 1) < 0.02:
+            yield (
+                f"given points ({', '.join(names[:_LISTED])}) lie {ratio:.4g} times as far apart "
+                f"as the distances between them say: it looks as if {words}"
+            )
