@@ -6,7 +6,6 @@ a sentence, and stands as a comment beside its line.
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Iterable, Sequence
@@ -17,7 +16,9 @@ import numpy as np
 
 from tribrach.errors import InputError, Refusals
 from tribrach.io.instrument_sheets import Sheet, find_sheet, sheets
+from tribrach.io.survey.formats import read_files
 from tribrach.io.survey.starnet.recognition import is_settings
+from tribrach.io.toml_model import quoted
 from tribrach.job.folder import FolderFile
 from tribrach.job.opened import open_job
 from tribrach.project import Project
@@ -33,6 +34,8 @@ TARGETS = {
 }
 #: the largest size of a target that is in metres
 _METRES = 2.0
+#: files that an error lists
+_NOTED = 20
 #: formats whose files belong together
 _JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
 #: figures that are assumed of instruments nobody names
@@ -98,12 +101,15 @@ class FirstProject:
         What was taken for granted, one sentence each without the stop.
     left
         Files that it does not name, each with the reason.
+    groups
+        Files of observations that belong together.
     """
 
     text: str = ""
     used: list[tuple[Path, str]] = field(default_factory=list)
     assumed: list[str] = field(default_factory=list)
     left: list[tuple[Path, str]] = field(default_factory=list)
+    groups: list[list[Path]] = field(default_factory=list)
 
 
 def parse_target(words: str) -> tuple[str, float, str]:
@@ -173,28 +179,25 @@ def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstP
         Nothing that is measured is there, or what is left cannot be opened.
     """
     files = [one for one in found if one.kind not in ("not understood", "project")]
+    others = [(one.path, one.words) for one in found if one not in files]
     refused: list[tuple[Path, str]] = []
     while True:
-        project = _Composer(folder, files, wishes).project()
-        wrong = _refused(folder, project.text)
-        bad = {path for path, _ in wrong}
-        kept = [one for one in files if one.path.resolve() not in bad]
-        if len(kept) == len(files):
+        try:
+            project = _Composer(folder, files, wishes).project()
+        except InputError as error:
+            for path, why in [*refused, *others][:_NOTED]:
+                error.add_note(f"  - {path.relative_to(folder).as_posix()}: {why}")
+            raise
+        wrong = _refused(folder, project)
+        if not wrong:
             break
-        refused += [(p, w) for p, w in wrong if any(f.path.resolve() == p for f in files)]
-        files = kept
-    own = [(one.path, one.words) for one in found if one.kind in ("not understood", "project")]
-    named = {path for path, _ in project.used}
-    reasons = dict(refused)
-    told = {path for path, _ in project.left}
-    for one in found:
-        if one.path.resolve() in reasons and one.path not in named | told:
-            project.left.append((one.path, reasons[one.path.resolve()]))
-    project.left += own
+        refused += wrong
+        files = [one for one in files if one.path not in dict(wrong)]
+    project.left += [*refused, *others]
     return project
 
 
-def _refused(folder: Path, text: str) -> list[tuple[Path, str]]:
+def _refused(folder: Path, first: FirstProject) -> list[tuple[Path, str]]:
     """Files that cannot be read as the project names them, each with the first reason.
 
     Raises
@@ -202,24 +205,47 @@ def _refused(folder: Path, text: str) -> list[tuple[Path, str]]:
     InputError
         Something else is wrong.
     """
-    project = Project.model_validate(tomllib.loads(text)).at(folder)
+    project = Project.model_validate(tomllib.loads(first.text)).at(folder)
+    used = [path for path, _ in first.used]
     try:
         # a session of receivers takes its time; its files are read when it is computed
-        open_job(project.model_copy(update={"gnss": type(project.gnss)()}))
+        open_job(project.model_copy(update={"gnss": type(project.gnss)()})).surveyed()
     except InputError as refused:
         errors = refused.errors if isinstance(refused, Refusals) else (refused,)
     else:
         return []
     wrong: dict[Path, str] = {}
     for error in errors:
-        path = None if error.file is None else Path(error.file).resolve()
-        if path is not None and path.is_file():
-            line = "" if error.line is None else f"line {error.line}: "
-            cure = f"; {error.cure}" if error.cure else ""
-            wrong.setdefault(path, f"{line}{error.what}{cure}")
-    if not wrong:
+        given = error.file or (error.record or "").rpartition(":")[0]
+        for path in used:
+            if str(given) in (str(path), path.name):
+                wrong.setdefault(path, _why(error))
+    if wrong:
+        return list(wrong.items())
+    # of files that belong together nobody is to blame alone; of two descriptions one goes
+    for group in first.groups:
+        if (why := _wrong_alone(group)) is not None:
+            return [(path, why) for path in group]
+    if not first.groups:
         raise errors[0]
-    return list(wrong.items())
+    told = str(errors[0])
+    named = [group for group in first.groups if any(str(path) in told for path in group)]
+    return [(path, _why(errors[0])) for path in (named or first.groups)[-1]]
+
+
+def _why(error: InputError) -> str:
+    """What is wrong with a file, in one line."""
+    line = "" if error.line is None else f"line {error.line}: "
+    return f"{line}{error.what}" + (f"; {error.cure}" if error.cure else "")
+
+
+def _wrong_alone(group: Sequence[Path]) -> str | None:
+    """Why files that belong together cannot be read, None if they can."""
+    try:
+        read_files(group)
+    except InputError as error:
+        return _why(error)
+    return None
 
 
 class _Composer:
@@ -238,13 +264,22 @@ class _Composer:
 
     def project(self) -> FirstProject:
         """The whole file."""
+        self._sort_out()
         if not self.scans and not self.survey and len(self.receivers) < 2:
-            raise InputError(
+            error = InputError(
                 "nothing that is measured was found: no scans, no observations, no receivers",
                 file=self.folder,
                 cure="give the folder that holds them, exported as E57, LAZ, GSI, RINEX or tables",
             )
-        self._sort_out()
+            for path, why in self.out.left[:_NOTED]:
+                error.add_note(f"  - {path.relative_to(self.folder).as_posix()}: {why}")
+            raise error
+        if len(self.scans) == 1 == len(self.scans[0].scans) and not (self.survey or self.points):
+            raise InputError(
+                "there is one scan and nothing to register it with",
+                file=self.scans[0].path,
+                cure="tribrach info says what is in it, tribrach targets finds its targets",
+            )
         parts = [
             self._head(),
             self._site(),
@@ -280,6 +315,11 @@ class _Composer:
                 why = "nothing ties it to the scans without targets"
                 self.out.left.append((one.path, f"{one.words}: {why}"))
             self.points, self.survey, self.receivers = [], [], []
+        if any(one.path.suffix.lower() == ".comp" for one in self.survey):
+            for one in [one for one in self.survey if one.format == "comp3d"]:
+                if one.path.suffix.lower() != ".comp":
+                    self.survey.remove(one)
+                    self.out.left.append((one.path, "the project of Comp3D names its files"))
         listings = [one for one in self.survey if one.format == "starnet"]
         if len([one for one in listings if is_settings(one.path)]) > 1:
             for one in listings:
@@ -293,7 +333,7 @@ class _Composer:
 
     def _use(self, one: FolderFile) -> str:
         self.out.used.append((one.path, one.words))
-        return _quoted(self._name(one.path))
+        return quoted(self._name(one.path))
 
     # sections
 
@@ -302,7 +342,7 @@ class _Composer:
         return (
             "# Written by tribrach init from what lies in this folder. Lines that begin with # say "
             "what was\n# assumed and what may be added; docs: Project file.\n"
-            f"title = {_quoted(title)}\n"
+            f"title = {quoted(title)}\n"
         )
 
     def _site(self) -> str:
@@ -312,9 +352,20 @@ class _Composer:
         if own:
             return ""
         if crs is not None:
-            lines.append(f"crs = {_quoted(crs)}   # of the coordinates")
+            lines.append(f"crs = {quoted(crs)}   # of the coordinates")
             lines.append("# geoid_height_m = 40.0   # if the heights are above the geoid")
         else:
+            places = [one.satellites.place for one in self.receivers if one.satellites]
+            place = next((where for where in places if where is not None), None)
+            if place is not None and not self.points:
+                self.out.assumed.append(
+                    "the site is centred on the first receiver, as its header has it"
+                )
+                names = ("latitude_deg", "longitude_deg", "height_m")
+                figures = zip(names, place, (5, 5, 0), strict=True)
+                return "\n".join(
+                    [*lines, *(f"{name} = {value:.{n}f}" for name, value, n in figures), ""]
+                )
             lines.append('kind = "flat"')
             if any(one.format == "totalstation" for one in self.survey):
                 lines.append("curvature_radius_m = 6371000.0   # for zenith angles")
@@ -335,8 +386,11 @@ class _Composer:
         )
 
     def _datum(self) -> str:
-        if self.points or self.survey or self.receivers:
+        if self.points or self.survey:
             return ""
+        if self.receivers:
+            self.out.assumed.append("no control was found: the datum of the baselines is free")
+            return '[datum]\nkind = "free"   # no control was found\n'
         self.out.assumed.append(
             "no control was found: the datum is free, and coordinates and sigmas are those of the "
             "inner geometry of the scans alone"
@@ -347,7 +401,7 @@ class _Composer:
         if self.scans:
             sheet = self.wishes.scanner or self._sensor()
             if sheet is not None:
-                yield f"[instruments.scanner]\nsheet = {_quoted(sheet.name)}\n"
+                yield f"[instruments.scanner]\nsheet = {quoted(sheet.name)}\n"
             else:
                 yield _assumed_instrument("scanner", _SCANNER)
                 self.out.assumed.append(
@@ -357,7 +411,7 @@ class _Composer:
         if any(one.format in ("totalstation", "csv") for one in self.survey):
             sheet = self.wishes.total_station
             if sheet is not None:
-                figures = [f"sheet = {_quoted(sheet.name)}", *_SET_UP]
+                figures = [f"sheet = {quoted(sheet.name)}", *_SET_UP]
                 yield "\n".join(["[instruments.total_station]", *figures, ""])
             else:
                 yield _assumed_instrument("total_station", (*_TOTAL_STATION, *_SET_UP))
@@ -413,11 +467,7 @@ class _Composer:
             yield "\n".join([*lines, ""])
 
     def _observations(self) -> Iterable[str]:
-        together: dict[str, list[FolderFile]] = {}
-        for one in self.survey:
-            key = one.format if one.format in _JOINT else one.path.as_posix()
-            together.setdefault(key, []).append(one)
-        for group in together.values():
+        for group in self._together():
             names = ", ".join(self._use(one) for one in group)
             key = f"file = {names}" if len(group) == 1 else f"files = [{names}]"
             lines = ["[[observations]]", f"{key}   # {group[0].words}"]
@@ -427,6 +477,18 @@ class _Composer:
             elif group[0].format == "totalstation":
                 lines.append('instrument = "total_station"')
             yield "\n".join([*lines, ""])
+
+    def _together(self) -> list[list[FolderFile]]:
+        """Files of observations, those together that belong together."""
+        together: dict[str, list[FolderFile]] = {}
+        for one in self.survey:
+            key = one.format if one.format in _JOINT else one.path.as_posix()
+            if one.format in ("dna", "dynaml"):
+                # stations and measurements of one network have one name
+                key += re.sub(r"[-_.]?(stn|msr|geo)$", "", one.path.with_suffix("").as_posix())
+            together.setdefault(key, []).append(one)
+        self.out.groups = [[one.path for one in group] for group in together.values()]
+        return list(together.values())
 
     def _sessions(self) -> Iterable[str]:
         if not self.receivers:
@@ -453,11 +515,11 @@ class _Composer:
                     self.out.left.append((one.path, f"{one.words}: a baseline needs {why}"))
                 continue
             rows = [
-                f"  {{ point = {_quoted(one.satellites.marker)}, file = {self._use(one)} }},"
+                f"  {{ point = {quoted(one.satellites.marker)}, file = {self._use(one)} }},"
                 for one in members
                 if one.satellites
             ]
-            session = ["[[gnss.sessions]]", f"name = {_quoted(date)}", "receivers = ["]
+            session = ["[[gnss.sessions]]", f"name = {quoted(date)}", "receivers = ["]
             yield "\n".join([*session, *rows, "]", ""])
 
     def _targets(self) -> str:
@@ -483,15 +545,15 @@ class _Composer:
             for scan in usable if several else one.scans:
                 lines = ["[[scans]]", f"file = {name}"]
                 if several:
-                    lines.append(f"scan = {_quoted(scan.name)}")
-                lines.append(f"station = {_quoted(self.stations[one.path, scan.name])}")
+                    lines.append(f"scan = {quoted(scan.name)}")
+                lines.append(f"station = {quoted(self.stations[one.path, scan.name])}")
                 lines.append('instrument = "scanner"')
                 if scan.origin == "assumed":
                     lines.append('origin = "scanner"   # zero lies among its points')
                 yield "\n".join([*lines, ""])
         for station in dict.fromkeys(self.stations.values()):
             yield (
-                f"[stations.{_quoted(station)}]\n# levelled = true   # if its compensator was on\n"
+                f"[stations.{quoted(station)}]\n# levelled = true   # if its compensator was on\n"
             )
 
     def _output(self) -> str:
@@ -545,10 +607,5 @@ def _assumed_instrument(name: str, figures: Sequence[str]) -> str:
     )
 
 
-def _quoted(text: str) -> str:
-    """A text as TOML."""
-    return json.dumps(text, ensure_ascii=False)
-
-
 def _value(value: str | int) -> str:
-    return str(value) if isinstance(value, int) else _quoted(value)
+    return str(value) if isinstance(value, int) else quoted(value)

@@ -15,9 +15,11 @@ from typing import Literal
 import numpy as np
 
 from tribrach.errors import InputError
+from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.csv_rows import AS_FOUND, ListForm
 from tribrach.io.gnss.files import vector_reader
 from tribrach.io.gnss.observation_file import header_text
+from tribrach.io.opened_files import contents
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.survey.csv.columns import COORDINATES
 from tribrach.io.survey.csv.file import CsvTable, read_table
@@ -54,6 +56,8 @@ _OTHERS = {
 _REASONS = {suffix: what for what, suffixes in _OTHERS.items() for suffix in suffixes.split()}
 _SCAN_STARTS = (b"LASF", b"ASTM-E57", b"ply", b"# .PCD")
 _PACKED = (b"\x1f\x8b", b"\xfd7zXZ", b"BZh", b"\x1f\x9d")
+#: a text of numbers that is smaller is no scan [bytes]
+_SCAN = 30_000
 #: the most files and levels that are looked at
 _FILES, _DEPTH = 5000, 6
 #: rows of numbers whose first is no whole number, as names are
@@ -62,11 +66,20 @@ _POINTS = re.compile(rb"\s*[+-]?\d*[.,]\d+([eE][+-]?\d+)?[\s,;]+[\s\d.,;+\-eE]*$
 
 @dataclass(frozen=True)
 class Satellites:
-    """A RINEX file of a receiver: marker, first epoch and antenna as its header has them."""
+    """A RINEX file of a receiver, as its header has it.
+
+    Attributes
+    ----------
+    marker, antenna, date
+        Names of the marker and the antenna, and the day of the first epoch.
+    place
+        Latitude and longitude [degrees] and height [m], None where the header has no place.
+    """
 
     marker: str
     antenna: str
     date: str
+    place: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -182,12 +195,12 @@ def _recognised(path: Path, axes: Axes | None) -> FolderFile:
     suffix = path.suffix.lower()
     if suffix in _REASONS:
         return FolderFile(path, "not understood", words=f"one of the {_REASONS[suffix]}")
-    with path.open("rb") as file:
-        start = file.read(4096)
+    if suffix == ".toml":
+        # not read: it may be the project file that is to be written
+        return FolderFile(path, "project", words="a project file, or one of an instrument")
+    start = contents(path, 4096)
     if not start.strip():
         raise InputError("it is empty", file=path, cure="copy it again from its source")
-    if suffix == ".toml":
-        return FolderFile(path, "project", words="a project file, or one of an instrument")
     if start.startswith(_SCAN_STARTS) or suffix in (".ptx", ".pts"):
         return _of_scans(path)
     if start.startswith(b"PK\x03\x04"):
@@ -237,9 +250,21 @@ def _of_satellites(path: Path) -> FolderFile | None:
     antenna = lines.get("ANT # / TYPE", "")[20:40].strip()
     date = "-".join(lines.get("TIME OF FIRST OBS", "").split()[:3])
     words = f"a receiver over {marker}, from {date}"
-    return FolderFile(
-        path, "receiver", "RINEX", words, satellites=Satellites(marker, antenna, date)
-    )
+    receiver = Satellites(marker, antenna, date, _place(lines.get("APPROX POSITION XYZ", "")))
+    return FolderFile(path, "receiver", "RINEX", words, satellites=receiver)
+
+
+def _place(text: str) -> tuple[float, float, float] | None:
+    """Latitude, longitude [degrees] and height [m] of the place in a RINEX header."""
+    try:
+        ecef = np.array([float(word) for word in text.split()[:3]])
+    except ValueError:
+        return None
+    if ecef.shape != (3,) or not 6e6 < float(np.linalg.norm(ecef)) < 7e6:
+        return None
+    site = EllipsoidSite.centred(ecef[None])
+    latitude, longitude = np.degrees([site.latitude, site.longitude])
+    return float(latitude), float(longitude), float(site.ellipsoidal_height)
 
 
 def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
@@ -261,7 +286,10 @@ def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
     if suffix == ".xml" or (suffix in SUFFIXES and SUFFIXES[suffix] != "csv"):
         return _of_survey(path, format_of(path))
     rows = [row for row in start.splitlines()[:-1] or start.splitlines() if row.strip()]
+    large = path.stat().st_size > _SCAN
     if all(map(_POINTS.match, rows)):
+        if not large:
+            raise InputError("numbers without heads, too few for a scan", file=path)
         return _of_scans(path)
     try:
         return _of_table(path, axes)
@@ -271,10 +299,11 @@ def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
         if re.match(rb"(\s*#[^\n]*\n)*\s*name\s*[,;\t]\s*x(min)?\s*[,;\t]", start, re.IGNORECASE):
             what = "test sites of a comparison, which a section [[comparison]] names"
             raise InputError(what, file=path) from error
+        if large and len(rows) > 5 and all(map(_POINTS.match, rows[1:])):
+            return _of_scans(path)
         if suffix in (".csv", ".xlsx", ".tsv"):
             raise
-        what = f"text of no format that is known; as a list: {error.what}"
-        raise InputError(what, file=path, line=error.line) from error
+        raise InputError("text of no format that is known", file=path) from error
 
 
 def _of_survey(path: Path, format: str, name: str = "") -> FolderFile:

@@ -117,6 +117,9 @@ def fit_held(
     ways, loose = [], np.zeros((6, 6))
     for one in u.T:
         ends, far = _moved(some_of, base, one, u, about, alignment.gate)
+        if min(len(end.matches) for end in ends) < FINE.fewest_matches:
+            # too little is left after the moves to see the bend of the way
+            return alignment, precision
         there = [_off(base.pose, e.pose, about) for e in ends]
         way = there[0] - there[1]
         length = float(np.linalg.norm(way))
