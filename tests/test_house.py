@@ -80,6 +80,8 @@ def touches_files(node: ast.AST) -> bool:
     if not isinstance(node.func, ast.Attribute):
         return False
     owner = getattr(node.func.value, "id", "")
+    if owner[:1].isupper() and owner != "Path":
+        return False  # a class that has a way to make an instance of that name
     return node.func.attr in METHODS or node.func.attr in FUNCTIONS.get(owner, ())
 
 

@@ -1,5 +1,6 @@
 """The wheel in an environment of its own, away from the sources: all of it is there and works."""
 
+import json
 import os
 import subprocess
 import sys
@@ -99,6 +100,36 @@ def test_the_program_is_that_of_the_wheel(installed: Installed) -> None:
 
     assert installed.tribrach("--version") == f"tribrach {__version__}\n"
     assert installed.run("-m", "tribrach", "--version") == f"tribrach {__version__}\n"
+
+
+#: asks a server of the installed page for what a browser asks first, on the small demonstration
+FIRST = """
+import sys
+from pathlib import Path
+from starlette.testclient import TestClient
+from tribrach.workbench.guard import Guard
+from tribrach.workbench.server import application
+from tribrach.workbench.service import Service
+guard = Guard(application(Service(Path(sys.argv[1]))), 9)
+with TestClient(guard, base_url="http://127.0.0.1:9") as client:
+    assert client.get(guard.address).status_code == 200
+    for name in sys.argv[2:]:
+        answer = client.get(f"/app/{name}")
+        assert answer.status_code == 200, name
+        print(name, hashlib.sha256(answer.content).hexdigest())
+    assert client.get("/scene.json").json()["schema"] == 1
+"""
+
+
+def test_the_installed_program_serves_its_page_without_node(installed: Installed) -> None:
+    """What is served away from the sources is what the build committed."""
+    installed.run("-c", SMALL, "demo", "--out", "seen", "--quiet")
+    static = ROOT / "src" / "tribrach" / "workbench" / "static"
+    files = json.loads((static / "BUILD.json").read_text())["files"]
+    names = sorted(name for name in files if name != "index.html")
+    out = installed.run("-c", f"import hashlib{FIRST}", "seen/out", *names)
+    assert dict(line.split() for line in out.splitlines()) == {n: files[n] for n in names}
+    assert {"main.js", "cloud-worker.js", "laz-perf.wasm", "THIRD_PARTY.txt"} <= set(names)
 
 
 def contradicted(folder: Path) -> list[str]:

@@ -39,7 +39,7 @@ def sources(folder: Path) -> PointSources:
         }
 
     return PointSources(
-        ResultFolder.open(folder),
+        ResultFolder.beside(folder),
         places(made.points),
         places(made.stations),
         {cloud.name: cloud for cloud in found},
@@ -220,7 +220,7 @@ def test_a_joint_covariance_of_another_run_is_not_taken(yard: Yard, tmp_path: Pa
     ):
         (folder / name).write_bytes((yard("work") / name).read_bytes())
     (folder / "workbench_covariance.npy").write_bytes(joint_covariance_bytes(np.zeros((3, 3))))
-    beside = ResultFolder.open(folder)
+    beside = ResultFolder.beside(folder)
     known = PointSources(beside, sources(yard("work")).points, {})
     with pytest.raises(InputError, match="joint covariance"):
         relative(known, "T1", "TOP")

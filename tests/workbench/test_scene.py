@@ -22,7 +22,7 @@ Yard = Callable[[str], Path]
 
 
 def scene(folder: Path, clouds: bool = False) -> SceneDocument:
-    result, beside = read_result(folder), ResultFolder.open(folder)
+    result, beside = read_result(folder), ResultFolder.beside(folder)
     parts = []
     if clouds:
         found: list[SceneCloudFile] = []
@@ -83,7 +83,7 @@ def test_geocentric_and_projected_twins_look_like_the_local_one(yard: Yard) -> N
 def test_stations_lie_where_their_clouds_were_placed(yard: Yard, kind: str) -> None:
     """Pose by the adjustment through the stored map, and by the poses beside the clouds."""
     folder = yard(kind)
-    made, beside = scene(folder), ResultFolder.open(folder)
+    made, beside = scene(folder), ResultFolder.beside(folder)
     for name, pose, covariance in zip(
         made.stations.name, made.stations.pose, made.stations.covariance, strict=True
     ):
@@ -179,4 +179,4 @@ def test_what_is_no_result_is_refused(tmp_path: Path, text: str, words: str) -> 
 def test_damaged_parts_are_refused(yard: Yard, tmp_path: Path, text: str) -> None:
     (tmp_path / "workbench.json").write_text(text)
     with pytest.raises(InputError, match=r"workbench\.json"):
-        ResultFolder.open(tmp_path)
+        ResultFolder.beside(tmp_path)

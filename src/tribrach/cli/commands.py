@@ -42,6 +42,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "export",
         "Write a network for another program; what its format cannot hold is named.",
     ),
+    "view": (
+        "view",
+        "Look at results: clouds with their sigmas, the network, its tests, in the browser.",
+    ),
+    "workbench": (
+        "workbench",
+        "Work on a project in the browser: switch observations off, see at once what moves.",
+    ),
     "plan": ("plan", "Predict precision and reliability, and propose targets, stations and sets."),
     "baseline": ("gnss", "Compute a static baseline from RINEX files."),
     "targets": (

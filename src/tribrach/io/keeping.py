@@ -26,6 +26,7 @@ import os
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -44,6 +45,7 @@ __all__ = [
     "is_read",
     "keep",
     "keeping",
+    "looking",
     "note_written",
     "refuse_changes",
     "refuse_loss",
@@ -166,6 +168,8 @@ class _Scope:
 
 #: the pieces of work that are going on in this process, in all of its threads
 _SCOPES: list[_Scope] = []
+#: true in what only looks
+_LOOKING: ContextVar[bool] = ContextVar("only looking", default=False)
 
 
 @contextmanager
@@ -214,13 +218,26 @@ def keep(
     overwrite : bool
         Lifts the rule on files that the program did not write.
     """
-    if not _SCOPES:
+    if not _SCOPES or _LOOKING.get():
         return
     scope = _SCOPES[-1]
     scope.add(inputs)
     scope.overwrite |= overwrite
     if folder is not None:
         scope.folder = _plain(folder)
+
+
+@contextmanager
+def looking() -> Iterator[None]:
+    """A block that only looks: what is read in it may be replaced by work that goes on besides.
+
+    A page that shows the results of the last run must not keep the next one from writing them.
+    """
+    token = _LOOKING.set(True)
+    try:
+        yield
+    finally:
+        _LOOKING.reset(token)
 
 
 def hold(path: Path) -> None:

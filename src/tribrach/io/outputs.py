@@ -13,6 +13,7 @@ from tribrach.io.keeping import hold, note_written, refuse_changes, refuse_loss
 
 __all__ = [
     "Content",
+    "copy_file",
     "destination",
     "reason",
     "special",
@@ -119,6 +120,46 @@ def take_over(made: Path, path: Path) -> Path:
     return path
 
 
+def copy_file(source: Path, path: Path) -> Path:
+    """Copy a file of this program's under a temporary name and rename it.
+
+    Parameters
+    ----------
+    source
+        The file.
+    path
+        The result.
+
+    Returns
+    -------
+    Path
+        The result.
+
+    Raises
+    ------
+    InputError
+        Something would be lost, or a file cannot be read or written.
+    """
+    name = ""
+    try:
+        place = destination(path)
+        with source.open("rb") as given:
+            handle, name = tempfile.mkstemp(
+                prefix=f".{place.name}.", suffix=".part", dir=place.parent
+            )
+            with os.fdopen(handle, "wb") as file:
+                shutil.copyfileobj(given, file)
+        _open_to_others(name)
+        return take_over(Path(name), path)
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be written ({reason(error)})", file=path, cure="check the folder"
+        ) from error
+    finally:
+        if name:
+            Path(name).unlink(missing_ok=True)
+
+
 def destination(path: Path) -> Path:
     """The path that is really written: the target of a link, in a folder that is made as needed.
 
@@ -182,11 +223,15 @@ def _stage(path: Path, text: Content) -> str:
             else:
                 pieces = [text] if isinstance(text, str) else text
                 file.writelines(piece.encode("utf-8") for piece in pieces)
-        # temporary files are private; results have the rights of any other new file
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(name, 0o666 & ~mask)
+        _open_to_others(name)
     except BaseException:
         Path(name).unlink(missing_ok=True)
         raise
     return name
+
+
+def _open_to_others(name: str) -> None:
+    """Give a temporary file, which is private, the rights of any other new file."""
+    mask = os.umask(0)
+    os.umask(mask)
+    os.chmod(name, 0o666 & ~mask)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.clouds.copc_head import stored_step
 from tribrach.io.clouds.formats import WRITERS, create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
@@ -80,6 +79,9 @@ def as_copc(source: Path, *, path: Path, progress: Progress) -> dict[str, Any]:
     InputError
         A cloud that cannot be read, or that has several scans.
     """
+    # the reader of LAS takes its time to load, and only some conversions need it
+    from tribrach.io.clouds.copc_head import stored_step
+
     scans = read_scans(source)
     if len(scans) != 1:
         raise InputError(

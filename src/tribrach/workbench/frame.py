@@ -157,6 +157,10 @@ class SceneFrame:
         if row.get("moved") is not None:
             moved = np.nan_to_num(np.array(row["moved"], dtype=float))
             new["moved"] = (self.from_work.rotation(place[None])[0] @ moved).tolist()
+        if row.get("before") is not None:
+            before = np.array(row["before"], dtype=float)
+            turn = np.kron(np.eye(len(before) // 3), self.from_work.rotation(place[None])[0])
+            new["before"] = (turn @ before @ turn.T).tolist()
         return {**row, **new}
 
     def elsewhere(self, place: Array) -> dict[str, Array]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -90,7 +91,7 @@ class ResultFolder:
     further: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def open(cls, folder: Path) -> ResultFolder:
+    def beside(cls, folder: Path) -> ResultFolder:
         """Read what lies beside the result of a folder.
 
         Parameters
@@ -155,9 +156,15 @@ class ResultFolder:
 
     def picture_file(self, name: str) -> Path | None:
         """The file of a picture that the run listed, None if there is none of that name."""
+        known = self.folder is not None and name in self.picture_names
+        return self.folder / PICTURES / name if self.folder is not None and known else None
+
+    @cached_property
+    def picture_names(self) -> frozenset[str]:
+        """Files of pictures that the run listed, those that are names and lead nowhere else."""
         pictures = self.further.get("pictures", {})
-        known = {str(file) for of_scan in pictures.values() for file in of_scan.values()}
-        return self.folder / PICTURES / name if self.folder and name in known else None
+        files = {str(file) for of_scan in pictures.values() for file in of_scan.values()}
+        return frozenset(f for f in files if Path(f).name == f and f not in ("", ".", ".."))
 
     @property
     def sigmas_of(self) -> str:

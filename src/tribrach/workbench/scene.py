@@ -23,7 +23,7 @@ from tribrach.units import format_angle
 from tribrach.workbench.result_folder import ResultFolder
 from tribrach.workbench.schema import SCHEMA, SceneDocument
 
-__all__ = ["scene_of"]
+__all__ = ["coordinate_words", "decided_targets", "scene_of"]
 
 Columns = dict[str, list[Any]]
 
@@ -172,7 +172,8 @@ def _stations(
     result: Mapping[str, Any], beside: ResultFolder, clouds: Sequence[Mapping[str, Any]]
 ) -> Columns:
     """Scanner stations by their pose; set-ups at the place of their point."""
-    out: Columns = {key: [] for key in ("name", "kind", "pose", "xyz", "covariance", "clouds")}
+    keys = ("name", "kind", "pose", "pose_of_clouds", "xyz", "covariance", "clouds")
+    out: Columns = {key: [] for key in keys}
     for name, station in result["stations"].items():
         scanner = station["world_from_scanner"] is not None
         pose, covariance = beside.frame.of_station(name, station)
@@ -182,6 +183,8 @@ def _stations(
         out["name"].append(name)
         out["kind"].append("scanner" if scanner else "set-up")
         out["pose"].append(None if pose is None else pose.tolist())
+        stood = beside.frame.stations.get(name, (None, None))[0]
+        out["pose_of_clouds"].append(None if stood is None else stood.tolist())
         out["xyz"].append(place)
         out["covariance"].append(None if covariance is None else covariance.tolist())
         out["clouds"].append([c["name"] for c in clouds if c["station"] == name])
@@ -265,7 +268,7 @@ def _targets(
     found, rejections = scans.get("targets", []), scans.get("rejected", [])
     out: Columns = {key: [row[key] for row in found] for key in same}
     out["xyz"] = [_placed(row, beside) for row in found]
-    out["accepted"] = [bool(row["name"]) for row in found]
+    out["accepted"] = [row.get("accepted", bool(row["name"])) for row in found]
     out["picture"] = [beside.picture(row["scan"], row["number"]) for row in found]
     out["words"] = [_fit_words(row, style) for row in found]
     bad: Columns = {key: [row[key] for row in rejections] for key in ("scan", "kind", "center")}
@@ -281,6 +284,8 @@ def _targets(
 
 def _fit_words(row: Mapping[str, Any], style: Style) -> dict[str, str]:
     """The numbers of a fit with their units."""
+    if row["sigma"] is None:
+        return {}
     mm = [style.small(value, "m") for value in (*row["sigma"], row["rms"])]
     angle: Literal["gon", "deg"] = style.angle
     incidence = row["incidence"]
@@ -291,7 +296,7 @@ def _fit_words(row: Mapping[str, Any], style: Style) -> dict[str, str]:
         "incidence": ""
         if incidence is None
         else f"{format_angle(incidence, angle, 1)} {'gon' if angle == 'gon' else '°'}",
-        "coverage": f"{100 * row['coverage']:.0f} %",
+        "coverage": "" if row["coverage"] is None else f"{100 * row['coverage']:.0f} %",
     }
 
 
@@ -308,3 +313,38 @@ def _comparisons(comparisons: Sequence[Mapping[str, Any]]) -> list[dict[str, Any
     """Comparisons without what only a report needs."""
     keep = ("a", "b", "limit", "sites", "offsets", "sentences")
     return [{key: c[key] for key in keep if key in c} for c in comparisons]
+
+
+def decided_targets(
+    scans: Mapping[str, Any] | None, decided: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Targets of the last run with the names and decisions of a session.
+
+    Parameters
+    ----------
+    scans : mapping or None
+        ``scans`` of the last result.
+    decided : sequence of mapping
+        Targets of the session: scan, number, kind, center, name, accepted, reason.
+
+    Returns
+    -------
+    dict
+        As ``scans``. Of targets that the last run did not have the fit is not known.
+    """
+    known = {(row["scan"], tuple(row["center"])): row for row in (scans or {}).get("targets", ())}
+    unknown = {
+        "sigma": None, "range": None, "incidence": None, "points": None, "rms": None,
+        "coverage": None,
+    }  # fmt: skip
+    targets = [
+        {
+            **unknown,
+            **known.get((row["scan"], tuple(row["center"])), {}),
+            **{key: row[key] for key in ("scan", "number", "kind", "center", "name", "accepted")},
+            "remark": row["reason"]
+            or known.get((row["scan"], tuple(row["center"])), {}).get("remark", ""),
+        }
+        for row in decided
+    ]
+    return {**(scans or {}), "targets": targets if decided else (scans or {}).get("targets", [])}

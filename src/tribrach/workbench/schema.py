@@ -47,6 +47,8 @@ class SceneStations(DocumentPart):
     kind: list[Literal["scanner", "set-up"]]
     pose: list[Matrix | None]
     """World from scanner, 4 x 4."""
+    pose_of_clouds: list[Matrix | None] = Field(default_factory=list)
+    """By which the clouds were placed, 4 x 4; what a session moves carries them along."""
     xyz: list[Triple | None]
     covariance: list[Matrix | None]
     """6 x 6 of the translation [m] and of left rotation increments [rad]."""
@@ -115,11 +117,11 @@ class SceneTargets(DocumentPart):
     center: list[Triple]
     """In the scanner frame."""
     xyz: list[Triple | None]
-    sigma: list[Triple]
+    sigma: list[Triple | None]
     """Along the axes of the scanner."""
     range: Numbers
     incidence: Numbers
-    points: list[int]
+    points: list[int | None]
     rms: Numbers
     coverage: Numbers
     remark: Names

@@ -138,7 +138,7 @@ def _stack(
     for k, name in enumerate(names):
         for j, region in enumerate(classes):
             top, own = float(tops[k, j]), float(heights[k, j])
-            words = f"{region}: {name} {own:.3g} mm², sigma {np.sqrt(own):.2g} mm"
+            words = f"{region}: {name} {own:.3g} mm², sigma {np.sqrt(max(own, 0.0)):.2g} mm"
             panel.bar(
                 j - _WIDTH / 2, j + _WIDTH / 2, min(top - own, highest), min(top, highest),
                 f"s{k % PALETTE}", words,

@@ -1,0 +1,51 @@
+"""The command view: the results of a run in a page of this machine, or as a folder for a server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tribrach.cli.shell import Overwrite, guarded, say, shown
+
+__all__ = ["view"]
+
+
+def view(
+    folder: Annotated[Path, typer.Argument(help="The folder of results of a run.")],
+    export: Annotated[
+        Path | None,
+        typer.Option(
+            "--export", help="Write the page and its data into this folder for any web server."
+        ),
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of this machine; a free one if 0.")
+    ] = 0,
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address and open no browser.")
+    ] = False,
+    overwrite: Overwrite = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the address alone.")] = False,
+) -> None:
+    """Look at results: clouds with their sigmas, the network, its tests, in the browser."""
+
+    def work() -> None:
+        if export is not None:
+            # only who exports needs what converts clouds before anything is shown
+            from tribrach.workbench.export import export_page
+
+            with shown(quiet) as progress:
+                written = export_page(folder, export, progress, overwrite=overwrite)
+            if not quiet:
+                say(f"{export}: {written} files; serve it with python -m http.server -d {export}")
+            return
+        from tribrach.workbench.opening import open_in_browser
+        from tribrach.workbench.service import Service
+
+        open_in_browser(
+            lambda scratch: Service(folder, scratch=scratch), folder, port, no_browser, say
+        )
+
+    guarded(work)

@@ -1,0 +1,121 @@
+"""The page with its data as a folder that any web server can give out.
+
+The same page and the same files as from the command: it finds no session there and is read only. A
+server without ranges will do as long as clouds are small enough to be loaded whole.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import ExitStack
+from pathlib import Path
+
+from tribrach._types import Progress
+from tribrach.errors import InputError
+from tribrach.io.keeping import keeping, refuse_loss
+from tribrach.io.outputs import copy_file, write_texts
+from tribrach.report.schema.base import document_text
+from tribrach.report.workbench_parts import PICTURES
+from tribrach.scratch import scratch_folder
+from tribrach.workbench.clouds import (
+    SceneCloudFile,
+    cloud_parts,
+    convert_clouds,
+    written_clouds,
+)
+from tribrach.workbench.result_folder import CLOUDS, ResultFolder, read_result
+from tribrach.workbench.scene import scene_of
+from tribrach.workbench.static_files import PAGE, page_files
+from tribrach.workbench.tables import TABLES, table_csv, table_json, table_of
+
+__all__ = ["export_page"]
+
+_README = """This folder is a page of Tribrach: {title}.
+
+It is looked at with a browser and needs a web server; a browser does not load such pages from
+the disk (file://). On this machine:
+
+    python -m http.server 8000 --bind 127.0.0.1 --directory .
+
+and then http://127.0.0.1:8000/ in the browser. Any other web server does as well, with two things
+to know:
+
+* The clouds (clouds/*.copc.laz) are loaded in parts if the server answers ranges, and whole if it
+  does not, as the one above; then they should not be larger than 200 MB.
+* The server must send the files as they are: do not let it compress .laz or .wasm on the way.
+
+Everything is in this folder; the page asks no other server for anything. Tables are in tables/ as
+JSON and CSV, the scene in scene.json. Sigmas of distances between picked points need the program:
+tribrach view FOLDER-OF-RESULTS.
+"""
+
+
+def export_page(folder: Path, out: Path, progress: Progress, *, overwrite: bool = False) -> int:
+    """Write the page and its data.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results of a run.
+    out : Path
+        Folder of the page; made if it is not there.
+    progress : Progress
+        Told of clouds that are converted.
+    overwrite : bool
+        Files of others that have a name of the page are replaced.
+
+    Returns
+    -------
+    int
+        How many files were written.
+
+    Raises
+    ------
+    InputError
+        No results, a package without its page, a file that would be lost or cannot be written.
+    """
+    pages = page_files()
+    if PAGE not in pages:
+        raise InputError(
+            "the page of the workbench is not in this installation",
+            cure="install the program again, from a wheel or a whole checkout",
+        )
+    result, beside = read_result(folder), ResultFolder.beside(folder)
+    if out.resolve() == folder.resolve():
+        raise InputError(
+            "the page would lie among the results", file=out, cure="name another folder"
+        )
+    clouds: list[SceneCloudFile] = []
+    with ExitStack() as stack:
+        paths = written_clouds(result, folder)
+        place = folder
+        if not os.access(folder, os.W_OK):
+            place = stack.enter_context(scratch_folder())
+        convert_clouds(paths, place, progress, clouds.append)
+        clouds.sort(key=lambda cloud: cloud.name)
+        stack.enter_context(
+            keeping([*paths, *(cloud.path for cloud in clouds)], out, overwrite=overwrite)
+        )
+        parts = cloud_parts(clouds, beside.pose_file, upright=beside.frame.kind != "ecef")
+        scene = scene_of(result, beside, parts)
+        texts: dict[Path, str | bytes] = {
+            out / "scene.json": document_text(scene),
+            out / "README.txt": _README.format(title=scene.title),
+        }
+        for name in TABLES:
+            columns = table_of(scene, name)
+            texts[out / "tables" / f"{name}.json"] = table_json(columns)
+            texts[out / "tables" / f"{name}.csv"] = table_csv(columns)
+        copies = {out / PAGE: pages[PAGE]}
+        copies |= {out / "app" / name: path for name, path in pages.items() if name != PAGE}
+        copies |= {out / CLOUDS / cloud.file: cloud.path for cloud in clouds}
+        for name in beside.picture_names:
+            path = beside.picture_file(name)
+            if path is not None and path.is_file() and not path.is_symlink():
+                copies[out / PICTURES / name] = path
+        for path in (*texts, *copies):
+            refuse_loss(path)
+        write_texts(texts)
+        for path, source in copies.items():
+            copy_file(source, path)
+    return len(texts) + len(copies)

@@ -1,0 +1,482 @@
+"""What the server answers with, without a word of the web: scene, clouds, tables, the session.
+
+Work that takes long is done in threads of its own; who listens hears of it by events. Of requests
+that come in while another one is worked on, the newest counts.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.errors import InputError, TribrachError
+from tribrach.io.keeping import keeping, looking
+from tribrach.report.schema.base import document_text
+from tribrach.workbench.result_folder import ResultFolder, read_result
+from tribrach.workbench.scene import decided_targets, scene_of
+from tribrach.workbench.schema import SceneDocument
+from tribrach.workbench.views import VIEWS, keep_view, read_views
+
+if TYPE_CHECKING:
+    from tribrach.workbench.clouds import SceneCloudFile
+    from tribrach.workbench.session import Session
+    from tribrach.workbench.sources import PointSources
+
+__all__ = ["Cancelled", "Declined", "Service"]
+
+#: so long the end waits for work to stop [s]
+_PATIENCE = 5.0
+#: told of an event by its name and what belongs to it
+Listener = Callable[[str, Mapping[str, Any]], None]
+
+
+class Cancelled(TribrachError):
+    """Somebody asked to stop."""
+
+
+class Declined(TribrachError):
+    """Something that was asked for and is not done.
+
+    Parameters
+    ----------
+    status : int
+        That of HTTP.
+    content : mapping
+        What is answered: a sentence, or the state as it is.
+    """
+
+    def __init__(self, status: int, content: Mapping[str, Any]) -> None:
+        super().__init__(str(content.get("sentence", "")))
+        self.status, self.content = status, content
+
+
+class Service:
+    """A folder of results, and a session where there is one.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results.
+    session : Session, optional
+        The project that is worked on; without it everything is only looked at.
+    scratch : Path, optional
+        A folder for converted clouds, where that of the results may not be written.
+
+    Raises
+    ------
+    InputError
+        No result, or one that cannot be understood.
+    """
+
+    def __init__(
+        self, folder: Path, session: Session | None = None, scratch: Path | None = None
+    ) -> None:
+        self.folder, self.session = folder, session
+        self._copies = folder if scratch is None else scratch
+        self._lock = threading.RLock()
+        self._listeners: list[Listener] = []
+        self._stop, self._converting = threading.Event(), threading.Event()
+        self._running: threading.Event | None = None
+        self._threads: list[threading.Thread] = []
+        self._load()
+
+    def _load(self) -> None:
+        """Read the result and what lies beside it."""
+        with looking():
+            if self.session is None:
+                result, beside = read_result(self.folder), ResultFolder.beside(self.folder)
+            else:
+                result, beside = self._of_session(self.session)
+        with self._lock:
+            self._result, self.beside = result, beside
+            self._clouds: dict[str, SceneCloudFile] = {}
+            self._parts: list[dict[str, Any]] = []
+            self._pending: list[str] = []
+            self._text: bytes | None = None
+            self._scene: SceneDocument | None = None
+
+    def _of_session(self, session: Session) -> tuple[dict[str, Any], ResultFolder]:
+        """The network as it is now, with what the last run says of the scans."""
+        now, folder = session.scene_input()
+        try:
+            last = read_result(folder)
+            beside = ResultFolder.beside(folder)
+        except InputError:
+            last, beside = {}, ResultFolder()
+        further = ("scans", "registration", "comparisons")
+        kept = {key: last[key] for key in further if key in last}
+        result = {**kept, **now}
+        result["scans"] = decided_targets(result.get("scans"), session.targets())
+        return result, beside
+
+    @property
+    def scene(self) -> SceneDocument:
+        """The scene as it is now."""
+        with self._lock:
+            if self._scene is None:
+                if self.session is not None:
+                    self._result, _ = self._of_session(self.session)
+                parts = sorted(self._parts, key=lambda part: str(part["name"]))
+                scene = scene_of(self._result, self.beside, parts, session=self.session is not None)
+                self._scene = scene.model_copy(update={"pending": list(self._pending)})
+            return self._scene
+
+    @property
+    def scene_text(self) -> bytes:
+        """The scene as JSON."""
+        with self._lock:
+            if self._text is None:
+                self._text = document_text(self.scene).encode()
+            return self._text
+
+    def changed(self) -> None:
+        """Have the scene made anew when somebody asks for it."""
+        with self._lock:
+            self._scene = self._text = None
+
+    @property
+    def sources(self) -> PointSources:
+        """What queries about points are answered from."""
+        from tribrach.workbench.sources import PointSources
+
+        scene, session = self.scene, self.session
+        points = scene.points
+        stations = scene.stations
+        with self._lock:
+            clouds = {cloud.name: cloud for cloud in self._clouds.values()}
+        return PointSources(
+            self.beside,
+            _places(points.name, points.xyz, points.covariance),
+            _places(stations.name, stations.xyz, stations.covariance),
+            clouds,
+            None if session is None else session.adjustment,
+            1.0
+            if session is None
+            else session.adjustment.variance_factor(posterior=session.posterior),
+        )
+
+    def cloud(self, file: str) -> Path | None:
+        """The COPC file that the page calls so, None if there is none."""
+        with self._lock:
+            cloud = self._clouds.get(file)
+        return None if cloud is None else _whole_file(cloud.path)
+
+    def picture(self, file: str) -> Path | None:
+        """A picture that the run listed, None if there is none of that name."""
+        path = self.beside.picture_file(file)
+        return None if path is None else _whole_file(path)
+
+    def start(self) -> None:
+        """Begin to give out clouds, those that have to be converted after the others."""
+        # what reads and writes clouds takes its time to load, and the page comes first
+        self._begin(self._give_clouds)
+
+    def stop(self) -> None:
+        """End what is going on; nothing half-written remains."""
+        self._stop.set()
+        self._converting.set()
+        if self._running is not None:
+            self._running.set()
+        self.tell("stopped", {})
+        for thread in self._threads:
+            thread.join(_PATIENCE)
+
+    def _begin(self, work: Callable[..., None], *values: Any) -> None:
+        """Do something in a thread of its own."""
+        thread = threading.Thread(target=work, args=values, daemon=True, name=work.__name__)
+        self._threads = [*(t for t in self._threads if t.is_alive()), thread]
+        thread.start()
+
+    @property
+    def stopped(self) -> bool:
+        """Whether the end has come."""
+        return self._stop.is_set()
+
+    def _give_clouds(self) -> None:
+        from tribrach.workbench.clouds import cloud_parts, convert_clouds, written_clouds
+
+        with self._lock:
+            result, beside = self._result, self.beside
+        folder = self.folder if beside.folder is None else beside.folder
+        paths = written_clouds(result, folder)
+        stop = self._converting = threading.Event()
+        with self._lock:
+            self._pending = [path.name for path in paths]
+            self.changed()
+
+        def ready(cloud: SceneCloudFile) -> None:
+            parts = cloud_parts([cloud], beside.pose_file, upright=beside.frame.kind != "ecef")
+            with self._lock:
+                if beside is not self.beside:
+                    raise Cancelled("the results are those of another run now")
+                self._clouds[cloud.file] = cloud
+                self._parts += parts
+                self._pending.remove(cloud.source)
+                self.changed()
+            self.tell("clouds", {})
+
+        try:
+            convert_clouds(paths, self._copies, self._progress(stop), ready)
+        except Cancelled:
+            return
+        except (TribrachError, OSError) as error:
+            with self._lock:
+                self._pending = []
+                self.changed()
+            self.tell("failed", {"sentence": str(error)})
+
+    def _progress(self, stop: threading.Event) -> Callable[[str, int, int | None], None]:
+        """Tells listeners how far something is, and ends it when it is stopped."""
+
+        def progress(what: str, done: int, total: int | None) -> None:
+            if stop.is_set():
+                raise Cancelled("it was stopped")
+            self.tell("progress", {"what": what, "done": done, "total": total})
+
+        return progress
+
+    def state(self) -> dict[str, Any]:
+        """The state of the session."""
+        state = dict(self._worked_on().state())
+        state["adjusted"] = self.beside.frame.of_adjusted(state["adjusted"])
+        return {**state, "running": self._running is not None}
+
+    def what_if(self, observation: str) -> Any:
+        """What switching an observation off would do, from the factor at hand."""
+        with self._answers():
+            return self._worked_on().what_if(observation)
+
+    def compare(self, a: str, b: str) -> Any:
+        """Two states of the session: what moves, sigmas, tests."""
+        states = [int(text) if text.isdecimal() else text for text in (a, b)]
+        with self._answers():
+            return self.beside.frame.of_adjusted(self._worked_on().compare(*states))
+
+    def edit(self, given: Mapping[str, Any]) -> Any:
+        """Change observations, targets or roles and adjust; tests follow as an event."""
+        session, changes = self._worked_on(), given.get("changes")
+        if not isinstance(changes, list) or not all(isinstance(c, dict) for c in changes):
+            raise Declined(422, {"sentence": "Say which changes: a list of objects."})
+        return self._adjusted(lambda: session.apply(_revision(given), changes))
+
+    def undo(self, given: Mapping[str, Any]) -> Any:
+        """Take the last change back."""
+        session = self._worked_on()
+        return self._adjusted(lambda: session.undo(_revision(given)))
+
+    def redo(self, given: Mapping[str, Any]) -> Any:
+        """Make the last change that was taken back again."""
+        session = self._worked_on()
+        return self._adjusted(lambda: session.redo(_revision(given)))
+
+    def save(self, given: Mapping[str, Any]) -> Any:
+        """Write the decisions beside the project."""
+        with self._answers():
+            path = _saved(self._worked_on())
+        self.changed()
+        return {"file": path.name, "state": self.state()}
+
+    def _worked_on(self) -> Session:
+        """The session.
+
+        Raises
+        ------
+        Declined
+            There is none: the results are only looked at.
+        """
+        if self.session is None:
+            sentence = "These results are only looked at: open the project with tribrach workbench."
+            raise Declined(404, {"sentence": sentence})
+        return self.session
+
+    @contextmanager
+    def _answers(self) -> Iterator[None]:
+        """What a session refuses, as the page takes it."""
+        from tribrach.workbench.session import Conflict, Defect
+
+        try:
+            yield
+        except Conflict as error:
+            raise Declined(409, {"sentence": str(error), "state": self.state()}) from error
+        except Defect as error:
+            self.tell("defect", {"sentences": list(error.sentences)})
+            raise Declined(422, {"defect": list(error.sentences)}) from error
+
+    def _adjusted(self, work: Callable[[], Any]) -> Any:
+        """An adjusted network, told to all; its tests are begun."""
+        with self._answers():
+            adjusted = self.beside.frame.of_adjusted(work())
+        self.changed()
+        self.tell("adjusted", adjusted)
+        revision = adjusted["revision"]
+        self._begin(self._test, revision)
+        return adjusted
+
+    def _test(self, revision: int) -> None:
+        """All tests of a revision; none where a newer one has come."""
+        from tribrach.workbench.session import Superseded
+
+        try:
+            tested = self._worked_on().tests(revision)
+        except Superseded:
+            return
+        except TribrachError as error:
+            self.tell("failed", {"sentence": str(error)})
+            return
+        self.changed()
+        self.tell("tested", tested)
+
+    def run(self, given: Mapping[str, Any]) -> Any:
+        """Save and run the whole project; progress and the end are events."""
+        session = self._worked_on()
+        with self._lock:
+            if self._running is not None:
+                raise Declined(409, {"sentence": "It is running already.", "state": self.state()})
+            stop = self._running = threading.Event()
+        try:
+            with self._answers():
+                _saved(session)
+        except BaseException:
+            self._running = None
+            raise
+        self._begin(self._run, stop)
+        return {"running": True}
+
+    def _run(self, stop: threading.Event) -> None:
+        from tribrach import pipeline
+
+        assert self.session is not None
+        # what is converted meanwhile is of the old clouds, and one work at a time writes there
+        self._converting.set()
+        for thread in self._threads:
+            if thread.name == self._give_clouds.__name__:
+                thread.join()
+        try:
+            pipeline.run(self.session.project, self.folder, self._progress(stop))
+        except Cancelled:
+            self.tell("failed", {"sentence": "The run was stopped; what it had made is kept."})
+            return
+        except (TribrachError, OSError) as error:
+            self.tell("failed", {"sentence": str(error)})
+            return
+        finally:
+            self._running = None
+        with looking():
+            self.session.ran()
+        self._load()
+        self.tell("ran", {})
+        self._give_clouds()
+
+    def cancel(self, given: Mapping[str, Any]) -> Any:
+        """Stop a run; what it has made so far is kept for the next one."""
+        running = self._running
+        if running is not None:
+            running.set()
+        return {"running": running is not None}
+
+    def views(self) -> dict[str, str]:
+        """Views that were saved by name."""
+        return {} if self.session is None else read_views(self._views_file())
+
+    def keep_view(self, given: Mapping[str, Any]) -> dict[str, str]:
+        """Save a view under a name; without a place it is removed."""
+        self._worked_on()
+        name, place = given.get("name"), given.get("hash")
+        if not isinstance(name, str) or not (place is None or isinstance(place, str)):
+            raise Declined(422, {"sentence": "Say name and hash, both texts."})
+        with self._lock:
+            return keep_view(self._views_file(), name, place or None)
+
+    def _views_file(self) -> Path:
+        folder: Path = self._worked_on().project.folder
+        return folder / VIEWS
+
+    def relative(self, a: str, b: str) -> dict[str, Any]:
+        """The distance of two places with its sigma; see :mod:`tribrach.workbench.relative`."""
+        from tribrach.workbench.relative import relative
+
+        return relative(self.sources, a, b)
+
+    def point(self, cloud: str, x: str, y: str, z: str) -> dict[str, Any]:
+        """What is known of a picked point; see :mod:`tribrach.workbench.point`."""
+        from tribrach.workbench.point import point
+
+        return point(self.sources, cloud, (x, y, z))
+
+    def listen(self, listener: Listener) -> Callable[[], None]:
+        """Tell somebody of events from now on.
+
+        Parameters
+        ----------
+        listener : function
+            Called with the name of an event and what belongs to it, from any thread.
+
+        Returns
+        -------
+        function
+            Ends it.
+        """
+        with self._lock:
+            self._listeners.append(listener)
+
+        def leave() -> None:
+            with self._lock, suppress(ValueError):
+                self._listeners.remove(listener)
+
+        return leave
+
+    def tell(self, event: str, content: Mapping[str, Any]) -> None:
+        """Tell everybody who listens of an event."""
+        with self._lock:
+            listeners: Sequence[Listener] = tuple(self._listeners)
+        for listener in listeners:
+            listener(event, content)
+
+
+def _places(
+    names: Sequence[str], xyz: Sequence[Any], covariance: Sequence[Any]
+) -> dict[str, tuple[Array, Array]]:
+    """Places with their covariances (3, 3) by name; those without a coordinate are left out."""
+    return {
+        name: (np.array(place, dtype=float), np.array(block, dtype=float)[:3, :3])
+        for name, place, block in zip(names, xyz, covariance, strict=True)
+        if place is not None and None not in place and block is not None
+    }
+
+
+def _saved(session: Session) -> Path:
+    """Write the decisions; whether somebody else changed the file is known to the session."""
+    with looking(), keeping(overwrite=True):
+        return session.save()
+
+
+def _revision(given: Mapping[str, Any]) -> int:
+    """The revision that a change refers to.
+
+    Raises
+    ------
+    Declined
+        It is no number.
+    """
+    revision = given.get("revision")
+    if not isinstance(revision, int) or isinstance(revision, bool):
+        raise Declined(422, {"sentence": "Say which revision the page shows."})
+    return revision
+
+
+def _whole_file(path: Path) -> Path | None:
+    """A plain file that is no link and lies where its name says; None otherwise."""
+    try:
+        if path.is_symlink() or not path.is_file():
+            return None
+        if path.resolve(strict=True) != path.parent.resolve(strict=True) / path.name:
+            return None
+    except OSError:
+        return None
+    return path
