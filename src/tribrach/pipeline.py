@@ -40,6 +40,7 @@ from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.roles import datum_sentence
 from tribrach.network.survey import Survey
+from tribrach.progress import watched
 from tribrach.project import Project
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
@@ -337,7 +338,7 @@ def adjust_job(
 def run(
     project: Project | str | Path,
     folder: str | Path | None = None,
-    progress: Progress = lambda what, done, total: None,
+    progress: Progress | None = None,
     *,
     overwrite: bool = False,
     engine: Engine = HERE,
@@ -353,8 +354,10 @@ def run(
         What is measured and what is wanted of it.
     folder : path, optional
         Folder of the results, the project's own if not given.
-    progress : Progress
-        Told of every step that takes long.
+    progress : callable, optional
+        Told of every step that takes long: ``progress(what, done, total)`` with what is being done,
+        how much of it is done, and how much there is, None where nobody knows. If not given, a
+        notebook shows a line, and nobody is told elsewhere.
     overwrite : bool
         Files of other programs that have the name of a result are replaced.
     engine : Engine
@@ -375,8 +378,8 @@ def run(
     """
     project = project if isinstance(project, Project) else Project.load(project)
     folder = project.results if folder is None else Path(folder)
-    with keeping(project.inputs(), folder, overwrite=overwrite):
-        return _run(project, folder, progress, engine)
+    with keeping(project.inputs(), folder, overwrite=overwrite), watched(progress) as told:
+        return _run(project, folder, told, engine)
 
 
 def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> Report:

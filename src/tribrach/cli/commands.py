@@ -89,6 +89,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "complete",
         "Say which surfaces no station, one or several saw, and where the sigma is not reached.",
     ),
+    "diff": (
+        "diff",
+        "Say what differs between two results: what moved, sigmas, states of observations, edits.",
+    ),
     "info": (
         "scans",
         "Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.",
@@ -101,11 +105,28 @@ COMMANDS: dict[str, tuple[str, str]] = {
 }
 
 
+#: headings in the list of commands, in its order; what is under none of them is a tool
+GROUPS: dict[str, tuple[str, ...]] = {
+    "A job from its files to its results": ("init", "check-project", "run", "demo"),
+    "Networks": ("adjust", "plan", "epochs", "diff", "export", "transform", "baseline"),
+    "Results in a browser": ("view", "workbench"),
+    "Scans": ("info", "targets", "register", "convert"),
+    "Instruments": ("calibrate", "check", "noise"),
+    "Clouds compared": ("compare", "regress", "complete"),
+}
+_TOOLS = "Tools"
+
+
+def _group(name: str) -> str:
+    """The heading that a command stands under."""
+    return next((group for group, names in GROUPS.items() if name in names), _TOOLS)
+
+
 class LoadedWhenCalled(TyperCommand):
     """A command that is known by name and help; the rest is in its module."""
 
     def __init__(self, name: str, module: str, help: str) -> None:
-        super().__init__(name, help=help)
+        super().__init__(name, help=help, rich_help_panel=_group(name))
         self._module = module
 
     @cached_property
@@ -139,8 +160,9 @@ class _Commands(TyperGroup):
         }
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names in the order of the table."""
-        return list(COMMANDS)
+        """Names by their groups, within one in the order of the table."""
+        groups = [*GROUPS, _TOOLS]
+        return sorted(COMMANDS, key=lambda name: groups.index(_group(name)))
 
 
 app = typer.Typer(

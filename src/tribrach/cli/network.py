@@ -10,10 +10,20 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from tribrach.cli.settings import (
+    Angle,
+    Confidence,
+    DatumWords,
+    Posterior,
+    Robust,
+    Snoop,
+    Vce,
+    given,
+)
 from tribrach.cli.shell import (
     Overwrite,
     claim,
@@ -35,8 +45,6 @@ if TYPE_CHECKING:
 
 __all__ = ["adjust", "finish", "project_of"]
 
-Robust = Literal["none", "huber", "danish", "igg3"]
-
 
 def adjust(
     files: Annotated[
@@ -45,26 +53,13 @@ def adjust(
             help="Networks: gkf, xml, stn/msr, cor/obs, dat, snproj, csv, rsp, gvx, snx."
         ),
     ],
-    datum: Annotated[
-        str | None,
-        typer.Option(help="control, free, free:A,B,C (inner constraints) or fixed:A,B."),
-    ] = None,
-    snoop: Annotated[
-        bool | None, typer.Option("--snoop/--no-snoop", help="Switch blunders off, one by one.")
-    ] = None,
-    robust: Annotated[Robust | None, typer.Option(help="Point at blunders by reweighting.")] = None,
-    vce: Annotated[
-        bool | None, typer.Option("--vce/--no-vce", help="Estimate variance components.")
-    ] = None,
-    confidence: Annotated[
-        float | None, typer.Option(min=0.5, max=0.9999, help="Of ellipses and intervals, 0.95.")
-    ] = None,
-    posterior: Annotated[
-        bool | None, typer.Option("--posterior/--prior", help="Scale sigmas a posteriori.")
-    ] = None,
-    angle: Annotated[
-        Literal["gon", "deg"] | None, typer.Option(help="Unit of angles in reports, gon.")
-    ] = None,
+    datum: DatumWords = None,
+    snoop: Snoop = None,
+    robust: Robust = None,
+    vce: Vce = None,
+    confidence: Confidence = None,
+    posterior: Posterior = None,
+    angle: Angle = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,
@@ -81,26 +76,25 @@ def adjust(
 
     What a project says is done; an option that is given takes its place.
     """
-    options = {
-        "snoop": snoop,
-        "robust": robust,
-        "vce": vce,
-        "posterior": posterior,
-        "confidence": confidence,
-        "angle": angle,
-    }
-    given: dict[str, Any] = {key: value for key, value in options.items() if value is not None}
+    options = given(
+        snoop=snoop,
+        robust=robust,
+        vce=vce,
+        posterior=posterior,
+        confidence=confidence,
+        angle=angle,
+    )
 
     def work() -> None:
         claim(files, (json_file, html_file, text_file, epoch_file), overwrite=overwrite)
         other = None if datum is None else _datum(datum)
         project = project_of(files)
         if project is not None:
-            content = _of_project(project, given, other, quiet)
+            content = _of_project(project, options, other, quiet)
         else:
             network = observed_part(read_files(files)).network()
             network = network if other is None else network.with_datum(other)
-            content = adjust_network(network, AdjustmentSettings(**given))
+            content = adjust_network(network, AdjustmentSettings(**options))
         outputs: list[tuple[Path | None, Callable[[Report], Content]]] = [
             (json_file, _json),
             (html_file, _html),
@@ -121,7 +115,7 @@ def _datum(words: str) -> Datum:
 
 
 def _of_project(
-    project: Project, given: dict[str, Any], datum: Datum | None, quiet: bool
+    project: Project, options: dict[str, Any], datum: Datum | None, quiet: bool
 ) -> Report:
     """The report of a project without scans."""
     from tribrach.job.opened import open_job
@@ -129,7 +123,7 @@ def _of_project(
 
     with shown(quiet) as progress:
         job = open_job(project, progress)
-    return adjust_job(job, replace(AdjustmentSettings.of(project), **given), datum)
+    return adjust_job(job, replace(AdjustmentSettings.of(project), **options), datum)
 
 
 def _json(content: Report) -> Content:

@@ -9,6 +9,17 @@ import typer
 
 from tribrach import pipeline
 from tribrach.cli.network import finish
+from tribrach.cli.settings import (
+    Angle,
+    Confidence,
+    DatumWords,
+    Posterior,
+    Robust,
+    Snoop,
+    Vce,
+    given,
+    with_options,
+)
 from tribrach.cli.shell import Overwrite, Scheduler, Workers, guarded, shown, working
 from tribrach.errors import InputError
 from tribrach.project import Project
@@ -19,6 +30,13 @@ __all__ = ["run"]
 def run(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
     out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
+    datum: DatumWords = None,
+    snoop: Snoop = None,
+    robust: Robust = None,
+    vce: Vce = None,
+    confidence: Confidence = None,
+    posterior: Posterior = None,
+    angle: Angle = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Overwrite = False,
@@ -27,7 +45,18 @@ def run(
     ] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
 ) -> None:
-    """Run a project: adjust, check, report."""
+    """Run a project: adjust, check, report.
+
+    What the project says is done; an option that is given takes its place.
+    """
+    options = given(
+        snoop=snoop,
+        robust=robust,
+        vce=vce,
+        posterior=posterior,
+        confidence=confidence,
+        angle=angle,
+    )
 
     def work() -> None:
         _refuse_no_project(project)
@@ -38,7 +67,7 @@ def run(
             tell(check_project(project), quiet)
             return
         with shown(quiet) as progress, working(workers, scheduler) as engine:
-            job = Project.load(project)
+            job = with_options(Project.load(project), options, datum)
             folder = job.results if out is None else out
             content = pipeline.run(job, folder, progress, overwrite=overwrite, engine=engine)
         finish(content, quiet, folder)

@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.errors import TribrachError
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import Description, describe
@@ -28,18 +29,25 @@ def info(
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     overwrite: Overwrite = False,
 ) -> None:
-    """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong."""
+    """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.
+
+    A file that cannot be read is named at the end, after what the others hold.
+    """
 
     def work() -> None:
         claim(files, [json_file], overwrite=overwrite)
         described: list[Description] = []
         projects: list[ProjectDescription] = []
+        refused: list[TribrachError] = []
         for path in files:
-            if path.suffix.lower() == ".rsp":
-                projects.append(describe_project(path))
-                continue
-            scans = read_scans(path)
-            described += [describe(scan, among=len(scans)) for scan in scans]
+            try:
+                if path.suffix.lower() == ".rsp":
+                    projects.append(describe_project(path))
+                    continue
+                scans = read_scans(path)
+                described += [describe(scan, among=len(scans)) for scan in scans]
+            except TribrachError as error:
+                refused.append(error)
         if json_file is not None:
             data = heading(SCHEMA) | {
                 "scans": [d.to_json() for d in described],
@@ -57,6 +65,12 @@ def info(
             console.print(table)
             for sentence in description.sentences():
                 console.print(visible(f"! {sentence}"), markup=False)
+        if refused:
+            # the others were told of; the first error ends the command, and says the further ones
+            first, *further = refused
+            for other in further:
+                first.add_note(str(other))
+            raise first
 
     guarded(work)
 

@@ -13,9 +13,11 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from tribrach._types import Progress
 from tribrach.errors import InputError, TribrachError
 from tribrach.io.keeping import keep, keeping, refuse_loss
 from tribrach.io.outputs import special
+from tribrach.progress import in_lines, in_terminal, silent
 from tribrach.report.characters import visible
 from tribrach.tasks.engine import HERE, Engine
 
@@ -169,36 +171,10 @@ def say(text: str) -> None:
 
 
 @contextmanager
-def shown(quiet: bool) -> Iterator[Callable[[str, int, int | None], None]]:
-    """A progress display on standard error; nothing is shown where that is no terminal."""
-    if quiet or not sys.stderr.isatty():
-        yield lambda what, done, total: None
+def shown(quiet: bool) -> Iterator[Progress]:
+    """Progress on standard error: a display in a terminal, elsewhere a line for each stage."""
+    if quiet:
+        yield silent
         return
-    # a display is loaded for somebody who looks at it
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        SpinnerColumn,
-        TaskID,
-        TextColumn,
-        TimeElapsedColumn,
-    )
-
-    columns = (
-        SpinnerColumn(),
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as display:
-        tasks: dict[str, TaskID] = {}
-
-        def report(what: str, done: int, total: int | None) -> None:
-            if what not in tasks:
-                tasks[what] = display.add_task(what, total=total)
-            display.update(tasks[what], completed=done, total=total)
-
-        yield report
+    with in_terminal() if sys.stderr.isatty() else in_lines() as progress:
+        yield progress

@@ -19,6 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geodesy.local_map import StoredMap
 from tribrach.geodesy.site import enu_rotation
 from tribrach.io.json_file import read_json
+from tribrach.io.result_file import RESULT, read_result_file
 from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.report.workbench_parts import PARTS, PICTURES
@@ -26,10 +27,10 @@ from tribrach.workbench.frame import SceneFrame
 
 __all__ = ["CLOUDS", "RESULT", "ResultFolder", "read_result"]
 
-#: names in a folder of results
-RESULT, CLOUDS = "result.json", "clouds"
-#: layouts of results, and of what lies beside them, that are read
-_SCHEMAS, _BESIDE = (2,), (1,)
+#: name in a folder of results
+CLOUDS = "clouds"
+#: layouts of what lies beside a result that are read
+_BESIDE = (1,)
 _CURE = "give the folder of results of a run, the one with result.json"
 
 
@@ -51,22 +52,7 @@ def read_result(folder: Path) -> dict[str, Any]:
     InputError
         There is none, or one of another layout.
     """
-    path = folder / RESULT
-    if not path.is_file():
-        raise InputError(f"there is no {RESULT} in this folder", file=folder, cure=_CURE)
-    try:
-        data = read_json(path)
-    except ValueError as error:
-        raise InputError(f"this is no result ({error})", file=path, cure=_CURE) from error
-    if not isinstance(data, dict) or "observations" not in data or "points" not in data:
-        raise InputError("this is no result of an adjustment", file=path, cure=_CURE)
-    if data.get("schema") not in _SCHEMAS:
-        raise InputError(
-            f"this result has the layout {data.get('schema')}, which this version does not know",
-            file=path,
-            cure="take the version of the program that wrote it, or run the project again",
-        )
-    return data
+    return read_result_file(folder / RESULT)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,165 @@
+"""What differs between two results: covariances of differences from closed forms."""
+
+import json
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+from typer.testing import CliRunner
+
+from tests.report.cases import scanner_content
+from tribrach.cli import app
+from tribrach.errors import InputError
+from tribrach.network.adjustment import adjust
+from tribrach.network.quality import assess
+from tribrach.network.survey import Survey
+from tribrach.observations.levelling import HeightDifferences
+from tribrach.report import json_result
+from tribrach.report.build import build
+from tribrach.report.diff import difference, difference_tables
+
+
+def result(values, names=None, sigma=0.001, posterior=False):
+    """Height of B over A, measured several times; each value has a file of its own."""
+    count = len(values)
+    survey = Survey()
+    survey.point("A", (0, 0, 0), free=(False,) * 3, role="control")
+    survey.point("B", (0, 0, np.nan), free=(False, False, True))
+    names = range(2, count + 2) if names is None else names
+    survey.add(
+        HeightDifferences,
+        values=list(values),
+        sigma=sigma,
+        start=["A"] * count,
+        end=["B"] * count,
+        source=[f"line{k}.csv:2" for k in names],
+    )
+    adjustment = adjust(survey.network())
+    content = build(adjustment, assess(adjustment), posterior=posterior)
+    return json.loads(json_result.dumps(content))
+
+
+def place(document, name="B"):
+    return next(p for p in document.places if p.name == name)
+
+
+def test_nested_results_differ_by_the_difference_of_their_variances() -> None:
+    """Mean of 2 of 5 values against the mean of all: sigma^2 (1/2 - 1/5)."""
+    values = [1.0, 1.001, 1.002, 0.999, 1.0005]
+    all_of_them, some = result(values), result(values[:2])
+    for pair in ((some, all_of_them), (all_of_them, some)):
+        document = difference(*pair)
+        assert document.common == "nested"
+        assert place(document).difference_sigma == pytest.approx(1e-3 * np.sqrt(1 / 2 - 1 / 5))
+    shift = np.mean(values) - np.mean(values[:2])
+    found = place(difference(some, all_of_them))
+    assert found.shift[2] == pytest.approx(shift, abs=1e-9)
+    assert found.test == pytest.approx(shift**2 / (1e-6 * 0.3), rel=1e-6)
+
+
+def test_disjoint_results_differ_by_the_sum() -> None:
+    document = difference(result([1.0, 1.001]), result([1.0, 1.002, 1.003], names=[7, 8, 9]))
+    assert document.common == "disjoint"
+    assert place(document).difference_sigma == pytest.approx(1e-3 * np.sqrt(1 / 2 + 1 / 3))
+
+
+def test_overlapping_results_have_a_bound_that_is_none_too_small() -> None:
+    """Means of values 1 to 3 and 3 to 5: the true variance is sigma^2 (2/3 - 2/9)."""
+    document = difference(result([1, 1, 1]), result([1, 1, 1.0], names=[4, 5, 6]))
+    assert document.common == "overlapping"
+    sigma = place(document).difference_sigma
+    assert sigma is not None
+    assert sigma >= 1e-3 * np.sqrt(2 / 3 - 2 / 9)
+    assert any("at most" in sentence for sentence in document.sentences)
+
+
+def test_the_same_measurements_are_never_called_moved() -> None:
+    one = result([1.0, 1.001])
+    other = json.loads(json.dumps(one))
+    other["points"]["B"]["xyz"][2] += 0.5
+    document = difference(one, other)
+    assert document.common == "same"
+    assert not any(p.moved for p in document.places)
+    assert "no test can call it moved" in document.sentences[0]
+
+
+def test_another_datum_is_said_and_nothing_moved() -> None:
+    one = result([1.0, 1.001])
+    other = result([1.0, 1.001, 1.4])
+    other["datum"] |= {"kind": "free", "names": ["B"]}
+    document = difference(one, other)
+    assert document.common == "datum"
+    assert not any(p.moved for p in document.places)
+
+
+def test_posterior_covariances_are_taken_back_first() -> None:
+    values = [1.0, 1.004, 1.002, 0.996, 1.0005]
+    prior = difference(result(values[:2]), result(values))
+    posterior = difference(result(values[:2], posterior=True), result(values, posterior=True))
+    assert place(posterior).difference_sigma == pytest.approx(place(prior).difference_sigma)
+
+
+def test_moved_is_said_as_seldom_as_stated() -> None:
+    """Of 200 clean pairs 5 %: 10 with a sigma of 3.1; 25 once in a million times."""
+    rng, said = np.random.default_rng(8), 0
+    for _ in range(200):
+        values = 1 + 1e-3 * rng.standard_normal(4)
+        said += place(difference(result(values[:2]), result(values))).moved
+    assert said <= 25
+    values = np.array([1.0, 1.0, 1.02, 1.02])
+    document = difference(result(values[:2]), result(values))
+    assert place(document).moved
+    # both places are tested, each with its share of 5 %
+    assert place(document).limit == pytest.approx(chi2.ppf(0.95**0.5, 1))
+    assert "moved: B by 10.00 mm (test" in " ".join(document.sentences)
+
+
+def test_states_values_and_edits_are_told() -> None:
+    one = result([1.0, 1.001, 1.002])
+    other = json.loads(json.dumps(one))
+    rows = other["observations"]
+    rows[0] |= {"state": "off", "reason": "wrong staff"}
+    rows[1]["value"] += 0.01
+    other["edits"] = [{"id": "x", "action": "off", "reason": "wrong staff", "by": "me"}]
+    document = difference(one, other)
+    changes = [(o.change, o.states) for o in document.observations]
+    assert changes == [("state", ("active", "off")), ("value", ("active", "active"))]
+    assert document.observations[0].reason == "wrong staff"
+    assert [e.reason for e in document.edits_only_second] == ["wrong staff"]
+    assert {t.name for t in difference_tables(document)} == {"places", "changed", "edits"}
+
+
+def test_the_command_takes_folders_and_writes_json(tmp_path) -> None:
+    content = scanner_content()
+    for name in ("one", "two"):
+        (tmp_path / name / "out").mkdir(parents=True)
+        (tmp_path / name / "out" / "result.json").write_text(json_result.dumps(content))
+    target = tmp_path / "diff.json"
+    call = ["diff", str(tmp_path / "one"), str(tmp_path / "two" / "out"), "--json", str(target)]
+    done = CliRunner().invoke(app, call)
+    assert done.exit_code == 0, done.output
+    data = json.loads(target.read_text())
+    assert data["common"] == "same"
+    assert data["observations"] == []
+    assert {p["name"] for p in data["places"] if p["what"] == "station"} == {"S0", "S1"}
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"observations": [], "points": 3}', "x"])
+def test_what_is_no_result_is_said_in_a_sentence(content: str, tmp_path) -> None:
+    bad = tmp_path / "result.json"
+    bad.write_text(content)
+    done = CliRunner().invoke(app, ["diff", str(bad), str(bad)])
+    assert done.exit_code == 2
+    assert "Traceback" not in done.output
+    assert done.output.count("\n") <= 2
+
+
+def test_a_result_with_holes_is_refused() -> None:
+    one = result([1.0, 1.001])
+    for key in ("sigma0", "datum", "stations", "observations"):
+        with pytest.raises(InputError):
+            difference({k: v for k, v in one.items() if k != key}, one)
+    broken = json.loads(json.dumps(one))
+    broken["points"]["B"]["covariance"] = [[1.0]]
+    with pytest.raises(InputError):
+        difference(one, broken)
