@@ -10,4 +10,56 @@ from tribrach.report.schema.calibration import CalibrationDocument
 from tribrach.report.schema.check import CheckDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.completeness import CompletenessDocument
+from tribrach.report.schema.diff import DiffDocument
+from tribrach.report.schema.epochs import EpochDocument, EpochsDocument
+from tribrach.report.schema.noise import NoiseDocument
+from tribrach.report.schema.plan import PlanDocument
+from tribrach.report.schema.registration import RegistrationDocument
+from tribrach.report.schema.scans import ScansDocument, TargetsDocument
+from tribrach.report.schema.transformation import TransformationDocument
+from tribrach.report.schema.workbench import WorkbenchDocument
+from tribrach.workbench.schema import SceneDocument
+
+FOLDER = Path(__file__).parent / "schema"
+
+
+def documents() -> dict[str, type[Document]]:
+    """The model of each document by the command that writes it."""
+    return {
+        "result": result_model(),
+        "baseline": BaselineDocument,
+        "calibrate": CalibrationDocument,
+        "check": CheckDocument,
+        "compare": ComparisonDocument,
+        "complete": CompletenessDocument,
         "diff": DiffDocument,
+        "epoch": EpochDocument,
+        "epochs": EpochsDocument,
+        "info": ScansDocument,
+        "noise": NoiseDocument,
+        "plan": PlanDocument,
+        "register": RegistrationDocument,
+        "regress": RegressionDocument,
+        "scene": SceneDocument,
+        "targets": TargetsDocument,
+        "transform": TransformationDocument,
+        "workbench": WorkbenchDocument,
+    }
+
+
+def schema_text(model: type[Document]) -> str:
+    """The JSON Schema of a document (draft 2020-12)."""
+    schema = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    schema |= model.model_json_schema(by_alias=True, mode="serialization")
+    return json.dumps(schema, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
+
+
+def main() -> None:
+    """Write all of them."""
+    FOLDER.mkdir(exist_ok=True)
+    for name, model in documents().items():
+        (FOLDER / f"{name}.json").write_text(schema_text(model), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

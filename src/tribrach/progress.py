@@ -198,16 +198,15 @@ def _far(done: int, total: int | None) -> str:
 
 def _display(line: str) -> Callable[[str], Any]:
     """Show a line in the cell that runs; what is given writes over it."""
-    from IPython.display import Pretty, display  # type: ignore[import-not-found]
-
-    handle = display(Pretty(line), display_id=True)
-    return lambda text: handle.update(Pretty(text))
+    shows = sys.modules["IPython.display"]  # there in every notebook, and nowhere needed
+    handle = shows.display(shows.Pretty(line), display_id=True)
+    return lambda text: handle.update(shows.Pretty(text))
 
 
 def _of_notebook() -> bool:
     """True if this process works for a notebook."""
     module = sys.modules.get("IPython")
-    shell = None if module is None else module.get_ipython()
+    shell = None if module is None or "IPython.display" not in sys.modules else module.get_ipython()
     return type(shell).__name__ == "ZMQInteractiveShell"
 
 

@@ -104,7 +104,7 @@ def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
     network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
     path = job(tmp_path, network, cartesian=cartesian)
     names = [tmp_path / name for name in ("c.json", "c.html", "scanner.toml")]
-    code, text = call(path, "--json", names[0], "--html", names[1], "--save", names[2])
+    code, text = call(path, "--json", names[0], "--html", names[1], "--out", names[2])
     assert code == 0, text
     assert "5 of 5 are significant" in text
     data = json.loads(names[0].read_text())
@@ -150,7 +150,7 @@ def test_parameters_of_stations_are_tested_and_not_saved(tmp_path: Path) -> None
     code, text = call(path)
     assert code == 0, text
     assert "x10(S1)" in text
-    code, text = call(path, "--save", tmp_path / "scanner.toml")
+    code, text = call(path, "--out", tmp_path / "scanner.toml")
     assert code == 2
     assert "hold for these set-ups only" in text
     assert not (tmp_path / "scanner.toml").exists()
@@ -183,7 +183,7 @@ def test_two_scanners_in_one_project_have_a_file_each(tmp_path: Path) -> None:
         "the/other": [row for row in rows if row.startswith("S2,")],
     }
     path = two_scanners(tmp_path, mine)
-    code, text = call(path, "--json", tmp_path / "two.json", "--save", tmp_path / "kept.toml")
+    code, text = call(path, "--json", tmp_path / "two.json", "--out", tmp_path / "kept.toml")
     assert code == 0, text
     both = json.loads((tmp_path / "two.json").read_text())
     assert [p["name"] for p in both["parameters"]][::5] == ["x10(one)", "x10(the/other)"]
@@ -312,7 +312,7 @@ def test_a_project_without_the_section(tmp_path: Path) -> None:
 def test_a_known_calibration_holds_for_all_stations(tmp_path: Path) -> None:
     network = measured(lab(tuple(MISALIGNMENTS)), dict(MISALIGNMENTS), 7)
     path = job(tmp_path, network)
-    assert call(path, "--save", tmp_path / "scanner.toml")[0] == 0
+    assert call(path, "--out", tmp_path / "scanner.toml")[0] == 0
     known = HEAD.replace("range_mm", 'calibration = "scanner.toml"\nrange_mm')
     code, text = call(job(tmp_path, network, known + FIVE + 'per = "station"\n'))
     assert code == 2

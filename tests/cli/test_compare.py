@@ -104,7 +104,7 @@ def test_whole_clouds_without_poses(folder: Path, tmp_path: Path) -> None:
     for name in ("S1", "S2"):
         (tmp_path / f"{name}.laz").symlink_to(folder / f"{name}.laz")
     out = tmp_path / "c.json"
-    works("compare", tmp_path / "S1.laz", tmp_path / "S2.laz", "--json", out, "--limit", 0.05)
+    works("compare", tmp_path / "S1.laz", tmp_path / "S2.laz", "--json", out, "--limit-m", 0.05)
     (site,) = json.loads(out.read_text())["sites"]
     assert site["name"] == "all"
     assert site["range"] is None
@@ -148,7 +148,7 @@ def test_a_site_without_points(folder: Path, tmp_path: Path) -> None:
         (("S1.laz", "S2.laz", "--sites", "none.csv"), "none.csv"),
         (("S1.laz", "S2.laz", "--sites", "bad.csv"), "bad.csv:2: the radius is 0"),
         (("S1.laz", "S2.laz", "--sites", "far.csv"), "on any site"),
-        (("S1.laz", "S2.laz", "--limit", "0"), "--limit"),
+        (("S1.laz", "S2.laz", "--limit-m", "0"), "--limit-m"),
         (("S1.laz", "S2.laz", "--method", "icp"), "--method"),
         (("S1.laz", "S2.laz", "--poses", "bad.csv"), "this is no file of poses"),
         (("S1.laz", "S2.laz", "--poses", "list.json"), "this is no file of poses"),

@@ -28,7 +28,7 @@ def calibrate(
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with charts.")
     ] = None,
-    save: Annotated[
+    out: Annotated[
         Path | None,
         typer.Option(
             help="Write a calibration file that projects can name; of several scanners one each, "
@@ -48,7 +48,7 @@ def calibrate(
 
     def work() -> None:
         inputs = [path for path in (project, against) if path is not None]
-        claim(inputs, (json_file, html_file, save), overwrite=overwrite)
+        claim(inputs, (json_file, html_file, out), overwrite=overwrite)
         given = Project.load(project)
         calibration_of(given)
         with shown(quiet) as progress:
@@ -67,9 +67,9 @@ def calibrate(
             texts[json_file] = document_text(calibration_document(given.title, result))
         if html_file is not None:
             texts[html_file] = calibration_page(given.title, result, words)
-        if save is not None:
+        if out is not None:
             several = calibrations_of(job, result)
-            files = {name: _file_of(save, name, len(several)) for name in several}
+            files = {name: _file_of(out, name, len(several)) for name in several}
             claim(inputs, (json_file, html_file, *files.values()), overwrite=overwrite)
             texts |= {files[name]: calibration_text(one) for name, one in several.items()}
         write_texts(texts)

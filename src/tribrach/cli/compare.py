@@ -47,7 +47,7 @@ def compare(
         Path | None,
         typer.Option(help="The poses.json of the clouds; else the one in their folder."),
     ] = None,
-    limit: Annotated[
+    limit_m: Annotated[
         float, typer.Option(min=1e-4, max=100, help="Longest distance that is compared in metres.")
     ] = LIMIT,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
@@ -80,7 +80,7 @@ def compare(
                 two,
                 sites,
                 method=method,
-                limit=limit,
+                limit=limit_m,
                 stations=pair,
                 engine=engine,
                 progress=progress,
@@ -88,10 +88,10 @@ def compare(
         offsets = offset_test(result, pair)
         texts = {}
         if json_file is not None:
-            document = comparison_document(a.name, b.name, limit, result, offsets)
+            document = comparison_document(a.name, b.name, limit_m, result, offsets)
             texts[json_file] = document_text(document)
         if html_file is not None:
-            texts[html_file] = comparison_page(a.name, b.name, limit, result, offsets)
+            texts[html_file] = comparison_page(a.name, b.name, limit_m, result, offsets)
         if alignment_file is not None:
             texts[alignment_file] = _alignment(pair, a)
         write_texts(texts)

@@ -29,18 +29,20 @@ def baseline(
         list[Path], typer.Argument(help="Broadcast orbits of the day, and precise ones (SP3).")
     ],
     base_xyz: Annotated[str, typer.Option(help="X,Y,Z of the base mark, geocentric, metres.")],
-    mask: Annotated[float, typer.Option(min=0, max=60, help="Elevation mask in degrees.")] = 15.0,
+    mask_deg: Annotated[
+        float, typer.Option(min=0, max=60, help="Elevation mask in degrees.")
+    ] = 15.0,
     frequencies: Annotated[int, typer.Option(min=1, max=3)] = 2,
     systems: Annotated[str, typer.Option(help="G GPS, R GLONASS, E Galileo, C BDS, J.")] = "GEJC",
     no_atmosphere: Annotated[
         bool,
         typer.Option("--no-atmosphere", help="No models of troposphere and ionosphere."),
     ] = False,
-    base_height: Annotated[
+    base_height_m: Annotated[
         float | None,
         typer.Option(help="Antenna over the base mark in metres; else as in the file."),
     ] = None,
-    rover_height: Annotated[
+    rover_height_m: Annotated[
         float | None,
         typer.Option(help="Antenna over the rover mark in metres; else as in the file."),
     ] = None,
@@ -72,7 +74,7 @@ def baseline(
         inputs = [base, rover, *navigation, *([] if antex is None else [antex])]
         claim(inputs, [json_file], overwrite=overwrite)
         settings = Processing(
-            mask=mask,
+            mask=mask_deg,
             frequencies=frequencies,
             systems=systems,
             atmosphere=not no_atmosphere,
@@ -91,8 +93,8 @@ def baseline(
                 navigation,
                 place,
                 settings,
-                base_antenna=_antenna(base, base_height),
-                rover_antenna=_antenna(rover, rover_height),
+                base_antenna=_antenna(base, base_height_m),
+                rover_antenna=_antenna(rover, rover_height_m),
                 progress=progress,
             )
         if json_file is not None:

@@ -128,7 +128,7 @@ def read_calibration(path: Path) -> Calibration:
         does not have, a matrix that is no covariance or contradicts the sigmas.
     """
     path = Path(path)
-    file = read_model(path, _File, "write calibration files with tribrach calibrate --save")
+    file = read_model(path, _File, "write calibration files with tribrach calibrate --out")
     return _checked(file, path)
 
 
