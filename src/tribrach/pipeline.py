@@ -393,7 +393,7 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
         ties = None if found is None else name_and_tie(job, found, progress)
         tied = None if ties is None else ties.registered.survey
         survey = job.surveyed(tied)
-        solution = solve(job.network_of(survey, whole=tied is not None), settings)
+        solution = solve(job.network_of(survey, whole=tied is not None, final=True), settings)
         if ties is not None:
             refuse_lost(job, ties, solution.adjustment)
     adjustment = solution.adjustment

@@ -13,7 +13,10 @@ import pytest
 import tribrach as tb
 from tests.cli.scan_jobs import SPHERES, cloud, points
 from tests.cli.scan_jobs import project as scan_project
+from tests.demo_twin import few_boards
 from tests.network.test_results import SIGHTS, project
+from tests.workbench import twins
+from tribrach import demo
 from tribrach.errors import InputError, UnknownName
 from tribrach.job import find_targets
 from tribrach.network.adjustment import Adjustment
@@ -21,6 +24,7 @@ from tribrach.network.blunders.snooping import restart
 from tribrach.network.removal import what_if
 from tribrach.observations.base import Use
 from tribrach.pipeline import adjust_job, run
+from tribrach.project.edits import edits_text
 from tribrach.report import text
 from tribrach.workbench import session as session_module
 from tribrach.workbench.session import Conflict, Defect, Session, Superseded
@@ -57,9 +61,12 @@ def printed(words: str) -> str:
     return re.sub(r"\d+ iterations?", "", words)
 
 
-def equal(one: Adjustment, two: Adjustment) -> None:
-    """Far closer than any digit that is printed."""
+def equal(one: Adjustment, two: Adjustment, *, restarted: bool = False) -> None:
+    """The same bits; far closer than any digit that is printed where the start was another."""
     assert list(one.points) == list(two.points)
+    if not restarted:
+        np.testing.assert_array_equal(one.state.positions, two.state.positions)
+        np.testing.assert_array_equal(one.residuals, two.residuals)
     for name in one.points:
         np.testing.assert_allclose(one.points[name].xyz, two.points[name].xyz, atol=1e-8)
         np.testing.assert_allclose(
@@ -99,7 +106,7 @@ def test_what_is_shown_is_what_adjust_prints(
         session.apply(k + 1, [off(line, "check" if k else "off")])
     session.save()
     content = adjust_job(tb.open_job(path))
-    equal(session.adjustment, content.adjustment)
+    equal(session.adjustment, content.adjustment, restarted=not large)
     assert printed(text.render(session.content())) == printed(text.render(content))
     tested = session.tests(session.revision)["columns"]
     rows = content.adjustment.results(posterior=content.settings.posterior).observations.columns()
@@ -358,3 +365,48 @@ def test_targets_and_observations_of_scans_are_as_run_has_them(scanned: Path) ->
     missing = {"do": "target", "scan": "one", "number": 6, "reason": "x"}
     with pytest.raises(InputError, match="has 5 targets"):
         again.apply(3, [missing])
+
+
+def test_the_worst_row_of_the_demonstration(tmp_path: Path) -> None:
+    """What the page shows after it is off is what the reports of a run say, digit by digit."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(demo, "build", few_boards)
+        path = demo.write_project(tmp_path / "demo")
+    run(path)
+    session = Session.open(path)
+    session.tests(1)
+    worst = session.adjustment.observations.worst(1)[0].id
+    predicted = session.what_if(worst)
+    adjusted = session.apply(1, [off(worst)])
+    tested = session.tests(2)
+    session.save()
+    report = run(path)
+    equal(session.adjustment, report.adjustment)
+    assert predicted["sigma0"] == pytest.approx(adjusted["sigma0"]["posterior"], rel=1e-3)
+    data = json.loads((path.parent / "out" / "result.json").read_text())
+    assert adjusted["sigma0"]["posterior"] == data["sigma0"]["posterior"]
+    assert adjusted["sigma0"]["vtpv"] == data["sigma0"]["vtpv"]
+    for row in adjusted["points"]:
+        assert row["xyz"] == data["points"][row["name"]]["xyz"]
+        assert row["covariance"] == data["points"][row["name"]]["covariance"]
+    for row in adjusted["stations"]:
+        assert row["world_from_scanner"] == data["stations"][row["name"]]["world_from_scanner"]
+    for name in ("state", "w", "residual", "mdb", "external", "external_at", "suspicious"):
+        assert tested["columns"][name] == [row[name] for row in data["observations"]]
+
+
+@pytest.mark.parametrize("kind", twins.KINDS)
+def test_in_every_frame_it_says_what_run_says(tmp_path: Path, kind: str) -> None:
+    """Scans without targets: what ties the stations stands in a file."""
+    path = twins.write(tmp_path, kind)
+    run(path)
+    session = Session.open(path)
+    assert session.state()["adjusted"]["largest"]["moved"] < 1e-9
+    worst = session.adjustment.observations.worst(1)[0].id
+    moved = session.apply(1, [off(worst)])["largest"]["moved"]
+    assert 0 < moved < 0.01
+    session.save()
+    equal(run(path).adjustment, session.adjustment)
+    (tmp_path / "edits.toml").write_text(edits_text(session.edits).replace(worst, f"{worst}0"))
+    with pytest.raises(InputError, match=r"edits.toml:3 \(edit 1\): there is no observation"):
+        run(path)

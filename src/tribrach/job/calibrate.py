@@ -85,7 +85,7 @@ def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> 
         back=section.scanner == "panoramic",
         snoop=project.adjustment.snoop,
     )
-    network = job.network(further)
+    network = job.network(further, final=True)
     if "datum" not in project.model_fields_set and not _has_control(network):
         network = network.with_datum(Datum("free"))
     return calibrate(network, options, [NIST])

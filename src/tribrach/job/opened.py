@@ -271,13 +271,15 @@ class Job:
             survey.datum = Datum(project.datum.kind, project.datum.points)
         return survey
 
-    def network(self, further: Survey | None = None) -> Network:
+    def network(self, further: Survey | None = None, *, final: bool = False) -> Network:
         """Build the least-squares network of the job.
 
         Parameters
         ----------
         further : Survey, optional
             What scans add to the survey.
+        final : bool
+            As in :meth:`network_of`.
 
         Returns
         -------
@@ -288,10 +290,16 @@ class Job:
         InputError
             What a section says wrong, and a datum that names what the network does not have.
         """
-        return self.network_of(self.surveyed(further), whole=further is not None)
+        survey = self.surveyed(further)
+        return self.network_of(survey, whole=further is not None, final=final)
 
     def network_of(
-        self, survey: Survey, *, whole: bool = False, datum: Datum | None = None
+        self,
+        survey: Survey,
+        *,
+        whole: bool = False,
+        datum: Datum | None = None,
+        final: bool = False,
     ) -> Network:
         """Build the network of a survey of this job, and do what was decided by hand.
 
@@ -300,9 +308,12 @@ class Job:
         survey : Survey
             As :meth:`surveyed` gives it.
         whole : bool
-            True if it has what scans add; otherwise what was decided about scans is passed over.
+            True if it has what scans add.
         datum : Datum, optional
             Takes the place of that of the project.
+        final : bool
+            True if nothing comes to it any more; otherwise a decision by hand about what a part of
+            a project with scans does not have is passed over.
 
         Returns
         -------
@@ -315,7 +326,7 @@ class Job:
         """
         network = self.measured(survey, whole=whole)
         network = network if datum is None else network.with_datum(datum)
-        return obeyed(network, self.edits, whole=whole or not self.project.scans)
+        return obeyed(network, self.edits, whole=final or not self.project.scans)
 
     def measured(self, survey: Survey, *, whole: bool = False) -> Network:
         """Build the network of a survey of this job, before anything that was decided by hand.

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
@@ -21,8 +22,8 @@ from tribrach.report.content import ObservedValues
 
 __all__ = ["Snapshot", "compared", "last_run", "moves", "plain", "snapshot", "with_tests"]
 
-#: columns of the table of observations that depend on the adjustment
-FIGURES = ("residual", "redundancy", "w", "tau", "mdb", "external")
+#: columns of the table of observations that are kept for comparison
+FIGURES = ("id", "component", "state", "residual", "w")
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Snapshot:
     sigma0 : dict
         Sigma of unit weight, redundancy and global test, by the keys of ``result.json``.
     tests : dict
-        By id and component the figures of an observation; empty until it was tested.
+        Columns of the observations with their ids, components and figures; empty until it was
+        tested.
     """
 
     points: Mapping[str, Array]
@@ -50,7 +52,7 @@ class Snapshot:
     stations: Mapping[str, Array]
     station_covariances: Mapping[str, Array]
     sigma0: Mapping[str, Any] = field(default_factory=dict)
-    tests: Mapping[tuple[str, str], Mapping[str, Any]] = field(default_factory=dict)
+    tests: Mapping[str, Sequence[Any] | NDArray[Any]] = field(default_factory=dict)
 
 
 def snapshot(adjustment: Adjustment, posterior: bool, confidence: float) -> Snapshot:
@@ -93,15 +95,7 @@ def sigma0_block(adjustment: Adjustment, posterior: bool, confidence: float) -> 
 
 def with_tests(snap: Snapshot, observations: ObservedValues) -> Snapshot:
     """A state with the figures of its observations."""
-    names = (*FIGURES, "state")
-    columns = {name: observations.column(name).tolist() for name in ("id", "component", *names)}
-    keys = zip(columns["id"], columns["component"], strict=True)
-    values = zip(*(columns[name] for name in names), strict=True)
-    tests = {
-        key: dict(zip(names, figures, strict=True))
-        for key, figures in zip(keys, values, strict=True)
-    }
-    return replace(snap, tests=tests)
+    return replace(snap, tests={name: observations.column(name) for name in FIGURES})
 
 
 def last_run(folder: Path) -> Snapshot | None:
@@ -128,7 +122,7 @@ def last_run(folder: Path) -> Snapshot | None:
             {n: _array(s["world_from_scanner"], (4, 4)) for n, s in stations.items()},
             {n: _array(s["covariance"], (6, 6)) for n, s in stations.items()},
             dict(data["sigma0"]),
-            {(str(row["id"]), str(row["component"])): row for row in data["observations"]},
+            {name: [row[name] for row in data["observations"]] for name in FIGURES},
         )
     except (InputError, ValueError, KeyError, TypeError, AttributeError):
         return None
@@ -240,21 +234,28 @@ def compared(a: Snapshot, b: Snapshot) -> dict[str, Any]:
         What :func:`moves` gives, ``sigma0`` of both, and ``observations`` in columns: those that
         either has, figures of a state that has them not are None.
     """
-    keys = list(dict.fromkeys((*a.tests, *b.tests)))
+    sides = {"a": _by_key(a), "b": _by_key(b)}
+    keys = list(dict.fromkeys((*sides["a"], *sides["b"])))
     columns: dict[str, list[Any]] = {
         "id": [key[0] for key in keys],
         "component": [key[1] for key in keys],
     }
-    for side, snap in (("a", a), ("b", b)):
-        rows = [snap.tests.get(key, {}) for key in keys]
-        for name in ("state", "residual", "w"):
-            columns[f"{name}_{side}"] = [_number(row.get(name)) for row in rows]
+    for side, found in sides.items():
+        rows = [found.get(key, (None, None, None)) for key in keys]
+        for k, name in enumerate(("state", "residual", "w")):
+            columns[f"{name}_{side}"] = [_number(row[k]) for row in rows]
     return {
         **moves(b, a),
         "sigma0": {"a": dict(a.sigma0), "b": dict(b.sigma0)},
         "observations": columns,
-        "tested": {"a": bool(a.tests), "b": bool(b.tests)},
+        "tested": {side: bool(found) for side, found in sides.items()},
     }
+
+
+def _by_key(snap: Snapshot) -> dict[tuple[str, str], tuple[Any, Any, Any]]:
+    """State, residual and w of a state by id and component."""
+    columns = [np.asarray(snap.tests.get(name, ()), dtype=object).tolist() for name in FIGURES]
+    return {(row[0], row[1]): row[2:] for row in zip(*columns, strict=True)}
 
 
 def _number(value: Any) -> Any:
