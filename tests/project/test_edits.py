@@ -4,7 +4,7 @@ import datetime
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from tribrach.errors import InputError
@@ -17,7 +17,9 @@ from tribrach.project.edits import (
     read_edits,
 )
 
-WORDS = st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"]), min_size=1)
+WORDS = st.text(
+    st.characters(exclude_characters="\0", exclude_categories=["Cs"]), min_size=1, max_size=12
+)
 REASON = WORDS.filter(str.strip)
 MOMENT = st.none() | st.dates() | st.datetimes(timezones=st.none() | st.just(datetime.UTC))
 REST = {"reason": REASON, "by": WORDS | st.just(""), "at": MOMENT}
@@ -58,6 +60,7 @@ EDITS = st.builds(
 )
 
 
+@settings(deadline=None, max_examples=50, suppress_health_check=[HealthCheck.too_slow])
 @given(EDITS)
 def test_what_is_written_is_read_as_the_same(
     tmp_path_factory: pytest.TempPathFactory, edits: Edits
