@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
-from tribrach.registration.matching import match
+from tribrach.registration.matching import GATES, _allowed, _associations, match
 
 SQUARE = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
 
@@ -59,3 +61,34 @@ def test_a_mirrored_list_does_not_match() -> None:
 def test_too_many_are_refused() -> None:
     with pytest.raises(InputError, match="too many"):
         match(np.zeros((100, 3)), np.zeros((100, 3)))
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    n=st.integers(1, 6),
+    m=st.integers(0, 9),
+    levelled=st.booleans(),
+    lattice=st.booleans(),
+    seed=st.integers(0, 10**6),
+)
+def test_associations_are_those_of_every_pair_with_every_other(
+    n: int, m: int, levelled: bool, lattice: bool, seed: int
+) -> None:
+    """Few of all pairs are looked at; on a lattice many distances are equal."""
+    rng = np.random.default_rng(seed)
+    targets, points = rng.uniform(0, 4, (n, 3)), rng.uniform(0, 4, (m, 3))
+    if lattice:
+        targets, points = np.round(targets), np.round(points)
+    s2 = rng.uniform(0.0, 0.3, (n, m)) ** 2
+    nodes = _allowed(n, m, {0: 0} if m and seed % 2 else {})
+    found = _associations(targets, points, s2, levelled, nodes)
+    assert len(found) == len(nodes)
+    for k, mask in enumerate(found):
+        for other, node in enumerate(nodes):
+            (a, c), (b, d) = divmod(int(nodes[k]), m), divmod(int(node), m)
+            gate = GATES.distance_sigmas * np.sqrt(s2[a, c] + s2[b, d])
+            apart = np.linalg.norm(targets[a] - targets[b]) - np.linalg.norm(points[c] - points[d])
+            joined = a != b and c != d and abs(apart) < gate
+            rise = (targets[a] - targets[b] - points[c] + points[d])[2]
+            joined &= not levelled or abs(rise) < gate
+            assert (mask >> other) & 1 == joined

@@ -226,6 +226,10 @@ class _Search:
         self.adrift = False
         self.unplaced: dict[str, Unplaced] = {}
         self.sentences: list[str] = []
+        #: of each unit, and for how many stations of the pool it was found
+        self._outcomes: dict[str, tuple[int, _Placed | Unplaced]] = {}
+        #: matchings of a unit with what one station saw; neither changes
+        self._alone: dict[tuple[str, str], Matching | None] = {}
 
     def say(self, sentence: str) -> None:
         """Add a sentence."""
@@ -247,7 +251,11 @@ class _Search:
 
     def _place(self, unit: RigidUnit, least: int) -> bool:
         """Place a unit by a least number of targets and antennas, or note why it is not."""
-        outcome = self._outcome(unit.sighting)
+        placed = len(self.pool.stations)
+        known, outcome = self._outcomes.get(unit.name, (-1, None))
+        if outcome is None or known != placed:
+            outcome = self._outcome(unit)
+            self._outcomes[unit.name] = placed, outcome
         if isinstance(outcome, Unplaced):
             self.unplaced[unit.name] = outcome
             return False
@@ -265,8 +273,9 @@ class _Search:
         )
         return True
 
-    def _outcome(self, sighting: Sighting) -> _Placed | Unplaced:
+    def _outcome(self, unit: RigidUnit) -> _Placed | Unplaced:
         """The matching with all points, those of one station, or with antennas; or why none."""
+        sighting = unit.sighting
         try:
             matching = _match(sighting, self.pool)
         except InputError as error:
@@ -277,12 +286,31 @@ class _Search:
             ways = len(matching.others) + 1
             words = f"{len(matching.pairs)} targets fit in {ways} ways"
             unplaced = Unplaced(Obstacle.AMBIGUOUS, words)
-        alone = _by_one_station(sighting, self.pool)
+        alone = self._by_one_station(unit.name, sighting)
         if alone is not None:
             return _Placed(alone)
         if sighting.mounted and not self.adrift:
             return _by_antennas(sighting, self.pool) or unplaced
         return unplaced
+
+    def _by_one_station(self, name: str, sighting: Sighting) -> Matching | None:
+        """The best matching with what one placed station saw; None if none is free of doubt.
+
+        Notes
+        -----
+        Points from both ends of a chain of stations lie beside each other by its drift: all
+        together they fit nothing, those of a single station fit. What a station saw stays as it is,
+        so each unit is matched with it once.
+        """
+        best: Matching | None = None
+        for station in self.pool.stations:
+            key = name, station
+            if key not in self._alone:
+                self._alone[key] = _with_station(sighting, self.pool, station)
+            matching = self._alone[key]
+            if matching is not None and (best is None or len(matching.pairs) > len(best.pairs)):
+                best = matching
+        return best
 
     def _settle(self, unit: RigidUnit, pose: Pose, matching: Matching | None) -> None:
         """Note the poses of a unit's stations and what they see.
@@ -334,28 +362,18 @@ def _by_antennas(sighting: Sighting, pool: Pool) -> _Placed | Unplaced | None:
     return _Placed(replace(matching, pairs=targets), antennas)
 
 
-def _by_one_station(sighting: Sighting, pool: Pool) -> Matching | None:
-    """The best matching with what one placed station saw; None if none is free of doubt.
-
-    Notes
-    -----
-    Points from both ends of a chain of stations lie beside each other by its drift: all together
-    they fit nothing, those of a single station fit.
-    """
+def _with_station(sighting: Sighting, pool: Pool, station: str) -> Matching | None:
+    """The matching with what one placed station saw, None if there is none or it is in doubt."""
+    chosen = pool.seen_by(station)
+    try:
+        matching = _match(sighting, pool, chosen=chosen)
+    except InputError:
+        return None
     least = GATES.one_station_targets - (1 if sighting.levelled else 0)
-    best: Matching | None = None
-    for station in pool.stations:
-        chosen = pool.seen_by(station)
-        try:
-            matching = _match(sighting, pool, chosen=chosen)
-        except InputError:
-            continue
-        if matching.ambiguous or len(matching.pairs) < least:
-            continue
-        if best is None or len(matching.pairs) > len(best.pairs):
-            pairs = np.stack([matching.pairs[:, 0], chosen[matching.pairs[:, 1]]], axis=1)
-            best = replace(matching, pairs=pairs)
-    return best
+    if matching.ambiguous or len(matching.pairs) < least:
+        return None
+    pairs = np.stack([matching.pairs[:, 0], chosen[matching.pairs[:, 1]]], axis=1)
+    return replace(matching, pairs=pairs)
 
 
 def _match(
@@ -592,7 +610,8 @@ class Pool:
         gate = GATES.same_sigmas * np.hypot(sigmas[:, None], self.sigmas[None])
         gate += GATES.pose_error_m
         gate += GATES.drift_sigmas * np.hypot(drift[:, None], self._drift[None])
-        alike = np.array([[k in ("", kind) for k in self._kinds] for kind in kinds])
+        own, known = np.array(kinds, dtype=object), np.array(self._kinds, dtype=object)
+        alike = (known == "") | (own[:, None] == known)
         cost = np.where(alike & (distance < gate), distance / gate, 1e3)
         rows, columns = linear_sum_assignment(cost)
         fits = cost[rows, columns] < 1e3

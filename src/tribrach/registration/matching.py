@@ -196,19 +196,37 @@ def _associations(
     targets: Array, points: Array, s2: Array, levelled: bool, nodes: Index
 ) -> list[int]:
     """Neighbours of each pair ``i * m + j`` of the nodes as bits of an integer."""
-    i, j = np.divmod(nodes, s2.shape[1])
+    if len(nodes) == 0:
+        return []
+    n, m = s2.shape
     length_t = np.linalg.norm(targets[:, None] - targets[None], axis=2)
     length_p = np.linalg.norm(points[:, None] - points[None], axis=2)
     rise_t, rise_p = (x[:, None, 2] - x[None, :, 2] for x in (targets, points))
-    out = []
-    for k in range(len(nodes)):
-        gate = GATES.distance_sigmas * np.sqrt(s2[i[k], j[k]] + s2[i, j])
-        joined = (i != i[k]) & (j != j[k])
-        joined &= np.abs(length_t[i[k], i] - length_p[j[k], j]) < gate
+    number = np.full(n * m, -1)
+    number[nodes] = np.arange(len(nodes))
+    number = number.reshape(n, m)
+    # pairs of points by their distances: few of them are as far apart as two targets
+    order = np.argsort(length_p, axis=None, kind="stable")
+    lengths = length_p.ravel()[order]
+    joined = np.zeros((len(nodes), len(nodes)), dtype=bool)
+    for a in range(n):
+        widest = GATES.distance_sigmas * np.sqrt(s2[a].max() + s2.max(axis=1))
+        # a little more than the gates, which decide below
+        first = np.searchsorted(lengths, length_t[a] - 1.001 * widest)
+        count = np.searchsorted(lengths, length_t[a] + 1.001 * widest, side="right") - first
+        count[a] = 0
+        b = np.repeat(np.arange(n), count)
+        ends = np.cumsum(count)
+        c, d = np.divmod(order[np.arange(len(b)) - (ends - count)[b] + first[b]], m)
+        gate = GATES.distance_sigmas * np.sqrt(s2[a, c] + s2[b, d])
+        fits = (c != d) & (np.abs(length_t[a, b] - length_p[c, d]) < gate)
         if levelled:
-            joined &= np.abs(rise_t[i[k], i] - rise_p[j[k], j]) < gate
-        out.append(int.from_bytes(np.packbits(joined, bitorder="little").tobytes(), "little"))
-    return out
+            fits &= np.abs(rise_t[a, b] - rise_p[c, d]) < gate
+        one, two = number[a, c[fits]], number[b[fits], d[fits]]
+        both = (one >= 0) & (two >= 0)
+        joined[one[both], two[both]] = True
+    packed = np.packbits(joined, axis=1, bitorder="little")
+    return [int.from_bytes(row.tobytes(), "little") for row in packed]
 
 
 def _bits(mask: int) -> Iterator[int]:
