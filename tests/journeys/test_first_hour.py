@@ -95,11 +95,21 @@ def test_scans_alone(tmp_path: Path, points: int) -> None:
     assert np.abs(np.array(own) @ fitted.rotation.T + fitted.translation - true).max() < 0.01
 
 
-def test_scans_and_a_survey_without_targets_are_told_apart(tmp_path: Path) -> None:
-    with_excel_and_gsi(tmp_path / "Hof", 5_000)
+def test_targets_that_nobody_named_are_found(tmp_path: Path) -> None:
+    with_excel_and_gsi(tmp_path / "Hof", FEW)
     words = said("init", str(tmp_path / "Hof"), "--yes")
+    assert "no targets were named" in words
+    assert "checkerboards of side 0.3 m" in words
+    assert "checkerboard_side_m = [0.3]" in (tmp_path / "Hof" / "project.toml").read_text()
+
+
+def test_scans_and_a_survey_without_targets_are_told_apart(tmp_path: Path) -> None:
+    scans_alone(tmp_path / "yard", 3_000)
+    (tmp_path / "yard" / "control.csv").write_text("Nr;E;N;H\nA;1;2;3\nB;4;5;6\n")
+    words = said("init", str(tmp_path / "yard"), "--yes")
+    assert "and none found" in words
     assert "nothing ties the scans to the survey" in words
-    assert "traverse.gsi: Leica GSI: nothing ties it to the scans without targets" in words
+    assert "control.csv: 2 points with coordinates, without sigmas: nothing ties it" in words
 
 
 def test_questions_are_asked(tmp_path: Path) -> None:

@@ -76,6 +76,13 @@ def init(
                 key, size, guess = parse_target(words)
                 targets.append((key, size))
                 said += [guess] if guess else []
+        surveyed = any(one.kind in ("points", "survey") for one in found)
+        if not targets and surveyed and any(one.kind == "scans" for one in found):
+            # finders take their time to load, which only who looks for targets should spend
+            from tribrach.job.usual_targets import usual_targets
+
+            targets, sentence = usual_targets(found)
+            said += [sentence] if sentence else []
         wishes = Wishes(
             tuple(targets),
             models.get(scanner or ""),
@@ -108,7 +115,7 @@ def _asked(
     if not targets and any(one.kind == "scans" for one in found):
         told = typer.prompt(
             "Targets (sphere:RADIUS, checkerboard:SIDE, disc:RADIUS, several with blanks; empty "
-            "for none)",
+            "to look for usual ones)",
             default="",
             show_default=False,
         )
