@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
-from tribrach.io.json_file import read_json
+from tribrach.io.result_file import RESULT, read_result_file
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import global_test
 from tribrach.network.roles import used_axes
@@ -106,11 +106,8 @@ def last_run(folder: Path) -> Snapshot | None:
     folder : Path
         Folder of the results.
     """
-    path = folder / "result.json"
-    if not path.is_file():
-        return None
     try:
-        data = read_json(path)
+        data = read_result_file(folder / RESULT)
         stations = {
             str(name): station
             for name, station in data["stations"].items()
