@@ -56,6 +56,8 @@ class Removal:
 def what_if(adjustment: SolvedSystem, table: int, item: int) -> Removal:
     """Predict the network without an observation, or with one that takes no part yet.
 
+    Correlations of one that takes no part with others are not used.
+
     Parameters
     ----------
     adjustment : SolvedSystem
