@@ -2,6 +2,7 @@
 
 import tempfile
 from pathlib import Path
+from typing import Any, BinaryIO
 
 import laspy
 import numpy as np
@@ -109,6 +110,53 @@ def test_what_fails_leaves_nothing(tmp_path: Path) -> None:
         _interrupted(path, header)
     assert path.read_bytes() == b"old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+class Disk:
+    """Counts what is written to files that are opened like clouds; full after some writes."""
+
+    def __init__(self, room: float) -> None:
+        self.room, self.writes = room, 0
+
+    def opening(self, opened: Any) -> Any:
+        def opens(path: Path, mode: str = "r", **options: Any) -> Any:
+            stream = opened(path, mode, **options)
+            return Limited(stream, self) if mode == "w+b" else stream
+
+        return opens
+
+
+class Limited:
+    def __init__(self, stream: BinaryIO, disk: Disk) -> None:
+        self._stream, self._disk = stream, disk
+
+    def write(self, data: bytes) -> int:
+        self._disk.writes += 1
+        if self._disk.writes > self._disk.room:
+            raise OSError(28, "No space left on device")
+        return self._stream.write(data)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+
+def written(path: Path, disk: Disk, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "open", disk.opening(Path.open))
+        with create(path, CloudHeader("S", FIELDS, 1e-4, UTM)) as writer:
+            writer.write(*points(1000))
+
+
+@pytest.mark.parametrize("suffix", [".las", ".laz", ".copc.laz"])
+def test_a_full_disk_is_said(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compressor only says that a write failed; the sentence says why, whichever write it is."""
+    free = Disk(np.inf)
+    written(tmp_path / f"whole{suffix}", free, monkeypatch)
+    (tmp_path / f"whole{suffix}").unlink()
+    for room in range(free.writes):
+        with pytest.raises(InputError, match=r"cannot be written \(No space left on device"):
+            written(tmp_path / f"a{suffix}", Disk(room), monkeypatch)
+        assert list(tmp_path.iterdir()) == []
 
 
 def test_an_overflow_is_said_and_not_wrapped(tmp_path: Path) -> None:

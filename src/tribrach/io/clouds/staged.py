@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, Self
+from typing import Any, BinaryIO, Self, cast
 
 from tribrach.errors import InputError
 from tribrach.io.keeping import note_written, refuse_changes
@@ -19,6 +19,33 @@ __all__ = ["Staged", "staged_name"]
 def staged_name(path: Path) -> Path:
     """The hidden name beside the destination; a killed run leaves at most this one file behind."""
     return path.with_name(f".{path.name}.part")
+
+
+class _Telling:
+    """A file that keeps what a write met; a compressor says no more than that one failed."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self.met: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write as the file does."""
+        try:
+            return self._stream.write(data)
+        except OSError as error:
+            self.met = error
+            raise
+
+    def flush(self) -> None:
+        """Flush as the file does."""
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self.met = error
+            raise
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
 
 
 class Staged:
@@ -44,9 +71,10 @@ class Staged:
             if special(self._place):
                 raise OSError(22, "it is no ordinary file")
             self._hidden = staged_name(self._place)
-            self.file: BinaryIO = self._hidden.open("w+b")
+            self._telling = _Telling(self._hidden.open("w+b"))
         except OSError as error:
             raise self._refused(error) from error
+        self.file = cast(BinaryIO, self._telling)
 
     @contextmanager
     def writing(self, *failures: type[Exception]) -> Iterator[None]:
@@ -67,7 +95,7 @@ class Staged:
         except BaseException as error:
             self.discard()
             if isinstance(error, (OSError, *failures)):
-                raise self._refused(error) from error
+                raise self._refused(self._telling.met or error) from error
             raise
 
     def _refused(self, error: BaseException) -> InputError:
