@@ -11,7 +11,7 @@ from tribrach.report.schema.check import CheckDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.completeness import CompletenessDocument
 from tribrach.report.schema.diff import DiffDocument
-from tribrach.report.schema.epochs import EpochDocument, EpochsDocument
+from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.noise import NoiseDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
@@ -39,6 +39,7 @@ def documents() -> dict[str, type[Document]]:
         "noise": NoiseDocument,
         "plan": PlanDocument,
         "register": RegistrationDocument,
+        "series": SeriesDocument,
         "regress": RegressionDocument,
         "scene": SceneDocument,
         "targets": TargetsDocument,

@@ -25,6 +25,7 @@ from tribrach.io.lever_arm_file import read_lever_arm
 from tribrach.io.mesh import read_mesh
 from tribrach.io.number_table import read_numbers
 from tribrach.io.point_list import read_point_list
+from tribrach.io.readings_through_time import read_timed_readings
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.site_table import read_sites
 from tribrach.io.survey import formats as surveys
@@ -140,6 +141,7 @@ READERS: dict[str, Reader] = {
     "comparison": Reader(
         lambda paths: read_comparison(paths[0], ["reach", "range"]), "keyed"
     ),
+    "timed readings": Reader(_one(read_timed_readings), "text"),
     "epochs": Reader(lambda paths: read_epoch(paths), "keyed"),
     "earlier check": Reader(_one(read_earlier), "keyed"),
     "truth": Reader(_one(read_truth), "keyed"),

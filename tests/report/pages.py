@@ -31,6 +31,7 @@ from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.estimate_noise import NoiseEstimate, ScanPatches
 from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
+from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings, series_of
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
@@ -60,6 +61,7 @@ from tribrach.report.noise import noise_page
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
 from tribrach.report.regression import regression_page
+from tribrach.report.series import series_page
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
 from tribrach.scan.noise_law import fit_noise
@@ -293,6 +295,23 @@ def _epochs_page(name: Naming) -> str:
     return epochs_page(_epochs(name))
 
 
+def _series_page(name: Naming) -> str:
+    rng = np.random.default_rng(6)
+    names = [name(k) for k in range(4)]
+    zero = Epoch("zero", tuple(names), rng.uniform(0, 9, (4, 3)), 1e-6 * np.eye(12))
+    points = [
+        {n: PointAt(tuple(rng.normal(0, 1e-3, 3)), (1e-3,) * 3, 2.0, 9.0, "moved") for n in names}
+        for _ in range(12)
+    ]
+    cycles = [
+        Cycle(str(k), 1.7e9 + 14400 * k, 4, "", 30.0, 9, 20.0, (names[0],), True, at)
+        for k, at in enumerate(points)
+    ]
+    cycles.append(Cycle("x", 1.8e9, 1, name(5)))
+    found = Series(SeriesSettings(tuple(names)), zero, 2.0, tuple(cycles))
+    return series_page(found, series_of(found), name(6))
+
+
 def _epochs_svg(name: Naming) -> str:
     drawn = epochs_svg(_epochs(name)[0])
     assert drawn is not None
@@ -312,4 +331,5 @@ PAGES = {
     "noise.noise_page": _noise,
     "epochs.epochs_page": _epochs_page,
     "epochs.epochs_svg": _epochs_svg,
+    "series.series_page": _series_page,
 }

@@ -81,6 +81,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "epochs",
         "Say what has moved between epochs: which points, how far, how sure.",
     ),
+    "series": (
+        "series",
+        "Adjust all cycles of a monitored network: which points move, trends, jumps, alarms.",
+    ),
     "regress": (
         "regress",
         "Fit differences of clouds against range and incidence, and say what that tells.",

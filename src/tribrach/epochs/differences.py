@@ -24,6 +24,7 @@ __all__ = [
     "Epoch",
     "Space",
     "difference",
+    "laid_on",
     "motion_columns",
     "motion_length",
 ]
@@ -184,6 +185,25 @@ def _unit_motions(xyz: Array, axes: Sequence[int], motions: Sequence[str]) -> Ar
     chosen = [MOTIONS.index(m) for m in motions]
     out: Array = whole[:, list(axes)][:, :, chosen].reshape(n * len(axes), len(chosen))
     return out
+
+
+def laid_on(
+    target: Array, xyz: Array, axes: tuple[int, ...], motions: tuple[str, ...], by: Array
+) -> Array:
+    """Coordinates (n, 3) moved as a whole onto others, by finite turns.
+
+    Parameters
+    ----------
+    target, xyz : array (n, 3)
+        Where they are to lie, and where they lie [m].
+    axes
+        Coordinates that count.
+    motions
+        How they may be moved.
+    by : array of bool (n,)
+        Points that are laid on each other.
+    """
+    return _aligned(target, xyz, axes, motions, by)[0]
 
 
 def _middle(xyz: Array) -> Array:

@@ -29,7 +29,7 @@ from tribrach.io.survey.gama.element import Element
 from tribrach.io.survey.gama.reader import ADJUSTED
 from tribrach.units import too_large
 
-__all__ = ["KIND", "SCHEMA", "StoredEpoch", "epoch_data", "read_epoch"]
+__all__ = ["KIND", "SCHEMA", "StoredEpoch", "epoch_data", "epoch_of_data", "read_epoch"]
 
 KIND = "epoch"
 SCHEMA = 1
@@ -134,28 +134,7 @@ def _of_json(path: Path) -> StoredEpoch:
             )
         if data["kind"] != KIND or data["schema"] != SCHEMA:
             raise InputError("this is no epoch of this version", file=path, cure=cure)
-        names = tuple(str(n) for n in data["names"])
-        n = len(names)
-        if 3 * n > _MOST or len(set(names)) != n or not n:
-            raise ValueError("names")
-        xyz = np.array(data["xyz"], dtype=object)
-        if xyz.shape != (n, 3):
-            raise ValueError("xyz")
-        values = np.array([[np.nan if v is None else float(v) for v in row] for row in xyz])
-        matrix = np.zeros((3 * n, 3 * n))
-        rows = data["covariance"]
-        if len(rows) != 3 * n or any(len(row) != k + 1 for k, row in enumerate(rows)):
-            raise ValueError("covariance")
-        for k, row in enumerate(rows):
-            matrix[k, : k + 1] = matrix[: k + 1, k] = row
-        if too_large(matrix) or too_large(values[np.isfinite(values)]):
-            raise ValueError("numbers")
-        motions = tuple(str(m) for m in data["motions"])
-        if any(m not in MOTIONS for m in motions):
-            raise ValueError("motions")
-        factor = data["variance_factor"]
-        label, dof = str(data["label"]), int(data["dof"])
-        factor = float("nan") if factor is None else float(factor)
+        epoch = epoch_of_data(data)
         place = data["site"]
         site: EllipsoidSite | FlatSite = FlatSite()
         if place is not None:
@@ -168,8 +147,43 @@ def _of_json(path: Path) -> StoredEpoch:
             )
     except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         raise InputError("this is no epoch", file=path, cure=cure) from error
-    _proper(matrix, path)
-    return StoredEpoch(Epoch(label, names, values, matrix, motions, max(dof, 0), factor), site)
+    _proper(epoch.covariance, path)
+    return StoredEpoch(epoch, site)
+
+
+def epoch_of_data(data: Any) -> Epoch:
+    """The epoch that :func:`epoch_data` described.
+
+    Raises
+    ------
+    ValueError, TypeError, KeyError, IndexError, AttributeError
+        The data are of something else.
+    InputError
+        The covariance is none.
+    """
+    names = tuple(str(n) for n in data["names"])
+    n = len(names)
+    if 3 * n > _MOST or len(set(names)) != n or not n:
+        raise ValueError("names")
+    xyz = np.array(data["xyz"], dtype=object)
+    if xyz.shape != (n, 3):
+        raise ValueError("xyz")
+    values = np.array([[np.nan if v is None else float(v) for v in row] for row in xyz])
+    matrix = np.zeros((3 * n, 3 * n))
+    rows = data["covariance"]
+    if len(rows) != 3 * n or any(len(row) != k + 1 for k, row in enumerate(rows)):
+        raise ValueError("covariance")
+    for k, row in enumerate(rows):
+        matrix[k, : k + 1] = matrix[: k + 1, k] = row
+    if too_large(matrix) or too_large(values[np.isfinite(values)]):
+        raise ValueError("numbers")
+    motions = tuple(str(m) for m in data["motions"])
+    if any(m not in MOTIONS for m in motions):
+        raise ValueError("motions")
+    factor = data["variance_factor"]
+    label, dof = str(data["label"]), int(data["dof"])
+    factor = float("nan") if factor is None else float(factor)
+    return Epoch(label, names, values, matrix, motions, max(dof, 0), factor)
 
 
 def _of_sinex(path: Path) -> StoredEpoch:

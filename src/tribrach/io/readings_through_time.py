@@ -1,0 +1,177 @@
+"""Readings of total stations through time: ``time,station,target,direction_gon,zenith_gon,...``.
+
+A CSV table as robotic total stations leave it. ``time`` is ISO 8601 (UTC where no offset is given);
+directions and zenith angles in gon or degrees, slope distances in metres, and if there are any
+``prism_constant_mm``, which is added, and ``height_target_m``. Sights form a cycle until a pause.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from tribrach._types import Array, Index
+from tribrach.errors import InputError, RefusalCollector
+from tribrach.io.csv_rows import read_rows
+from tribrach.units import GON, LARGEST, MM
+
+__all__ = ["TimedReadings", "read_timed_readings"]
+
+_NAMES = ("time", "station", "target")
+_ANGLES = {"_gon": GON, "_deg": float(np.pi / 180)}
+
+
+@dataclass(frozen=True, eq=False)
+class TimedReadings:
+    """Sights in the order of time.
+
+    Attributes
+    ----------
+    path
+        Of the file.
+    seconds : array (n,)
+        Since 1970, UTC.
+    stations, targets
+        Names of both ends.
+    direction, zenith : array (n,)
+        In radians.
+    distance : array (n,)
+        Slope distances with the constants of the prisms [m].
+    height_target : array (n,)
+        Over the marks [m].
+    lines : array (n,)
+        In the file.
+    """
+
+    path: Path
+    seconds: Array
+    stations: tuple[str, ...]
+    targets: tuple[str, ...]
+    direction: Array
+    zenith: Array
+    distance: Array
+    height_target: Array
+    lines: Index
+
+    def cycles(self, pause: float) -> list[Index]:
+        """Numbers of the sights of each cycle; a pause [s] ends one."""
+        ends = np.flatnonzero(np.diff(self.seconds) > pause) + 1
+        return [part for part in np.split(np.arange(len(self.seconds)), ends) if len(part)]
+
+    def digest(self, sights: Index) -> str:
+        """What tells a cycle from any other."""
+        parts = [self.seconds, self.direction, self.zenith, self.distance, self.height_target]
+        text = "\n".join(f"{self.stations[k]}\t{self.targets[k]}" for k in sights.tolist())
+        data = b"".join(np.ascontiguousarray(part[sights]).tobytes() for part in parts)
+        return hashlib.sha256(text.encode() + data).hexdigest()[:16]
+
+
+def read_timed_readings(path: Path) -> TimedReadings:
+    """Read a table of readings through time.
+
+    Raises
+    ------
+    InputError
+        A column that is missing or unknown, a time, name or number that is none.
+    """
+    given = read_rows(path)
+    head, *cells = given.cells
+    top, *lines = given.lines
+    titles = [cell.strip().lower() for cell in head]
+    places: dict[str, tuple[int, float]] = {}
+    for k, title in enumerate(titles):
+        name, factor = _column(title)
+        if name is None:
+            raise InputError(
+                f"column {title!r} is unknown", file=path, line=top,
+                cure="known are time, station, target, direction_gon or _deg, zenith_gon or _deg, "
+                "slope_distance_m, prism_constant_mm, height_target_m",
+            )  # fmt: skip
+        if name in places:
+            raise InputError(f"column {title!r} is there twice", file=path, line=top)
+        places[name] = (k, factor)
+    wanted = (*_NAMES, "direction", "zenith", "slope_distance")
+    missing = [name for name in wanted if name not in places]
+    if missing:
+        raise InputError(f"there is no column {missing[0]}", file=path, line=top)
+    table: list[tuple[float, str, str, tuple[float, ...], int]] = []
+    with RefusalCollector() as refused:
+        for line, row in zip(lines, cells, strict=True):
+            with refused.record():
+                table.append(_row(path, line, row, len(titles), places))
+    if not table:
+        raise InputError("the table has no readings", file=path, cure="give some")
+    table.sort(key=lambda row: row[0])
+    values = np.array([row[3] for row in table])
+    return TimedReadings(
+        path,
+        np.array([row[0] for row in table]),
+        tuple(row[1] for row in table),
+        tuple(row[2] for row in table),
+        values[:, 0],
+        values[:, 1],
+        values[:, 2],
+        values[:, 3],
+        np.array([row[4] for row in table], dtype=np.int64),
+    )
+
+
+def _column(title: str) -> tuple[str | None, float]:
+    """What a column holds, and the factor to metres and radians."""
+    if title in _NAMES:
+        return title, 1.0
+    for name in ("direction", "zenith"):
+        for end, factor in _ANGLES.items():
+            if title == name + end:
+                return name, factor
+    lengths = {
+        "slope_distance_m": ("slope_distance", 1.0),
+        "prism_constant_mm": ("prism_constant", MM),
+        "height_target_m": ("height_target", 1.0),
+    }
+    return lengths.get(title, (None, 1.0))
+
+
+def _row(
+    path: Path, line: int, cells: list[str], width: int, places: dict[str, tuple[int, float]]
+) -> tuple[float, str, str, tuple[float, ...], int]:
+    """One sight."""
+    if len(cells) != width:
+        raise InputError(f"{len(cells)} cells instead of {width}", file=path, line=line)
+
+    def text(name: str) -> str:
+        cell = cells[places[name][0]].strip()
+        if not cell:
+            raise InputError(f"{name} is empty", file=path, line=line)
+        return cell
+
+    def value(name: str) -> float:
+        if name not in places:
+            return 0.0
+        try:
+            found = float(text(name))
+        except ValueError:
+            raise InputError(
+                f"{name} is {text(name)!r}, which is no number", file=path, line=line
+            ) from None
+        if not abs(found) <= LARGEST:
+            raise InputError(f"{name} is beyond any measurement", file=path, line=line)
+        return found * places[name][1]
+
+    try:
+        when = datetime.fromisoformat(text("time").replace("Z", "+00:00"))
+        seconds = (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        raise InputError(
+            f"time is {text('time')!r}, which is none", file=path, line=line,
+            cure="write it as 2025-03-01T00:02:58Z",
+        ) from None  # fmt: skip
+    distance = value("slope_distance") + value("prism_constant")
+    if not distance > 0:
+        raise InputError("the slope distance is not positive", file=path, line=line)
+    numbers = (value("direction"), value("zenith"), distance, value("height_target"))
+    return seconds, text("station"), text("target"), numbers, line

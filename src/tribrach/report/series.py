@@ -1,0 +1,318 @@
+"""Series of cycles in words, tables, charts, as JSON and as alarms."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from tribrach.epochs.series import SeriesFit
+from tribrach.geodesy.site import FlatSite
+from tribrach.io.epoch_files import epoch_data
+from tribrach.io.json_text import json_text
+from tribrach.job.series import DAY, Cycle, PointSeries, Series
+from tribrach.report.charts import Chart, beside
+from tribrach.report.figures import Picture
+from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
+from tribrach.report.page import page
+from tribrach.report.schema.base import heading
+from tribrach.report.schema.epochs import SeriesDocument
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+
+__all__ = ["alarm_lines", "series_document", "series_page", "series_sentences", "series_tables"]
+
+#: version of the layout
+SCHEMA = 1
+#: points with charts and sentences
+_DRAWN, _NAMED = 12, 12
+_AXES = ("E", "N", "U")
+
+
+def moment(seconds: float) -> str:
+    """A time in UTC, ISO 8601."""
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
+def series_sentences(found: Series, points: Sequence[PointSeries]) -> list[str]:
+    """How many cycles were solved, which references moved, what the points do."""
+    solved = [c for c in found.cycles if not c.reason]
+    out = [
+        f"{len(solved)} of {counted(len(found.cycles), 'cycle')} are solved"
+        + (f", {found.reused} of them by an earlier call." if found.reused else ".")
+    ]
+    tested = [c for c in solved if c.dof]
+    alarms = [c for c in tested if c.test > c.limit]
+    alpha = 100 * (1 - found.settings.confidence)
+    if tested:
+        out.append(
+            f"The reference points fail their test in {len(alarms)} of "
+            f"{counted(len(tested), 'cycle')} ({100 * len(alarms) / len(tested):.1f} %, by chance "
+            f"{alpha:.2g} %)."
+        )
+    if found.factor > 1.0:
+        out.append(
+            f"From cycle to cycle the reference points scatter {np.sqrt(found.factor):.2f} times "
+            "as much as the stated sigmas let them: all sigmas are multiplied by that."
+        )
+    moved = Counter(name for c in solved for name in c.moved)
+    for name, count in moved.most_common(_NAMED):
+        out.append(f"Reference point {name} moved in {counted(count, 'cycle')}.")
+    open_ = [c for c in solved if not c.resolved]
+    if open_:
+        out.append(
+            f"In {counted(len(open_), 'cycle')} the reference points do not agree and no group of "
+            f"them explains it, the first at {moment(open_[0].start)}."
+        )
+    for cycle in [c for c in found.cycles if c.reason][:_NAMED]:
+        out.append(f"Cycle of {moment(cycle.start)}: {cycle.reason}.")
+    out += list(_point_sentences(points))[: 3 * _NAMED]
+    return out
+
+
+def _point_sentences(points: Sequence[PointSeries]) -> Iterator[str]:
+    """Trends and jumps that are real, the largest first."""
+    trends = [
+        (abs(fit.rate) * 30, p.name, axis, fit)
+        for p in points
+        for axis, fit in zip(_AXES, p.fits, strict=True)
+        if fit is not None and fit.trend
+    ]
+    for _, name, axis, fit in sorted(trends, key=lambda item: -item[0])[:_NAMED]:
+        yield (
+            f"{name} moves by {30e3 * fit.rate:+.2f} mm in 30 days along {axis} "
+            f"(sigma {30e3 * fit.rate_sigma:.2f} mm)."
+        )
+    jumps = [
+        (abs(jump.size), p, axis, jump)
+        for p in points
+        for axis, fit in zip(_AXES, p.fits, strict=True)
+        if fit is not None
+        for jump in fit.jumps
+    ]
+    for _, p, axis, jump in sorted(jumps, key=lambda item: -item[0])[:_NAMED]:
+        yield (
+            f"{p.name} jumps by {1e3 * jump.size:+.1f} mm along {axis} before "
+            f"{moment(float(p.days[jump.at]) * DAY)} (test {abs(jump.statistic):.1f}, limit "
+            f"{jump.limit:.1f})."
+        )
+
+
+def series_tables(found: Series, points: Sequence[PointSeries]) -> list[ReportTable]:
+    """Points with their trends, and cycles with their tests."""
+    rows = [(p, axis, fit) for p in points for axis, fit in zip(_AXES, p.fits, strict=True) if fit]
+    point_columns: list[Any] = [
+        (ColumnHead("Point", numeric=False), lambda r: text_cell(r[0].name)),
+        (ColumnHead("axis", numeric=False), lambda r: text_cell(r[1])),
+        (ColumnHead("values"), lambda r: fixed_cell(float(len(r[0].days)), 0)),
+        (ColumnHead("last", "mm"), lambda r: mm_cell(float(r[0].values[-1, _AXES.index(r[1])]))),
+        (ColumnHead("30 days", "mm"), lambda r: mm_cell(30 * r[2].rate)),
+        (ColumnHead("σ", "mm"), lambda r: mm_cell(30 * r[2].rate_sigma)),
+        (ColumnHead("trend", numeric=False), lambda r: text_cell("real" if r[2].trend else "")),
+        (ColumnHead("daily", "mm"), lambda r: mm_cell(r[2].amplitude)),
+        (ColumnHead("period", numeric=False), lambda r: text_cell("real" if r[2].period else "")),
+        (ColumnHead("jumps"), lambda r: fixed_cell(float(len(r[2].jumps)), 0)),
+        (ColumnHead("outliers"), lambda r: fixed_cell(float(len(r[2].outliers)), 0)),
+        (ColumnHead("scatter", wide=True), lambda r: fixed_cell(r[2].scatter, 2)),
+    ]
+    cycle_columns: list[Any] = [
+        (ColumnHead("Cycle", numeric=False), lambda c: text_cell(moment(c.start))),
+        (ColumnHead("sights"), lambda c: fixed_cell(float(c.sights), 0)),
+        (ColumnHead("test"), lambda c: fixed_cell(number(c.test), 1)),
+        (ColumnHead("limit"), lambda c: fixed_cell(number(c.limit), 1)),
+        (ColumnHead("references that moved", numeric=False), lambda c: text_cell(_moved(c))),
+        (ColumnHead("not solved", numeric=False, wide=True), lambda c: text_cell(c.reason)),
+    ]
+    return [
+        build_table(
+            "series",
+            "Points through time",
+            "Displacements since the baseline in the datum of the references that stayed. 30 days: "
+            "trend. Daily: half the range of the daily period. Scatter: residuals over the sigmas. "
+            "Sigmas of trends rest on the residuals and on how neighbours hang together.",
+            rows,
+            point_columns,
+        ),
+        build_table(
+            "cycles",
+            "Cycles",
+            "Test of the reference points against the baseline.",
+            found.cycles,
+            cycle_columns,
+            state=lambda c: "off" if c.reason else "suspicious" if c.moved else "",
+        ),
+    ]
+
+
+def _moved(cycle: Cycle) -> str:
+    return ", ".join(cycle.moved) if cycle.resolved else "cannot be told"
+
+
+def series_page(found: Series, points: Sequence[PointSeries], title: str) -> str:
+    """The whole series as one HTML file, with charts of the points that did most."""
+    ordered = sorted(points, key=lambda p: -_size(p))[:_DRAWN]
+    pictures = [_chart(p, found, k) for k, p in enumerate(ordered)]
+    sentences = series_sentences(found, points)
+    return page("Series", title, sentences, pictures, series_tables(found, points))
+
+
+def _size(p: PointSeries) -> float:
+    """The largest median displacement of the last tenth over its sigma."""
+    last = max(len(p.days) // 10, 1)
+    ratio = np.abs(np.median(p.values[-last:], axis=0)) / np.maximum(
+        np.median(p.sigma[-last:], axis=0), 1e-9
+    )
+    return float(ratio.max())
+
+
+def _chart(p: PointSeries, found: Series, k: int) -> Picture:
+    """One point: three panels with values, fit and jumps."""
+    start = min(c.start for c in found.cycles) / DAY
+    panels = []
+    x = p.days - start
+    for axis, name in enumerate(_AXES):
+        y = 1e3 * p.values[:, axis]
+        fit: SeriesFit | None = p.fits[axis]
+        low, high = float(y.min()), float(y.max())
+        room = 0.08 * max(high - low, 0.5)
+        panel = Chart(
+            (float(x.min()), float(max(x.max(), x.min() + 0.1))),
+            (low - room, high + room),
+            ("days", "mm"),
+            (460.0, 260.0),
+            f"{p.name}, {name}",
+        )
+        words = [
+            f"{moment(day * DAY)}: {v:.2f} mm, sigma {1e3 * s:.2f} mm"
+            for day, v, s in zip(p.days, y, p.sigma[:, axis], strict=True)
+        ]
+        panel.points(x, y, words)
+        if fit is not None:
+            panel.line(x, 1e3 * fit.fitted, "s1")
+        panels.append(panel)
+    caption = (
+        f"Displacements of {p.name} since the baseline; day 0 is {moment(start * DAY)}. The line "
+        "is trend, daily period and jumps."
+    )
+    return Picture(
+        f"series-{k}", p.name, beside([panels], f"Series of {p.name}"), caption, wide=True
+    )
+
+
+def series_document(found: Series, points: Sequence[PointSeries]) -> SeriesDocument:
+    """A series as JSON: metres, radians, seconds."""
+    settings = asdict(found.settings) | {"references": list(found.settings.references)}
+    return SeriesDocument.model_validate(
+        heading(SCHEMA)
+        | {
+            "kind": "series",
+            "settings": settings,
+            "baseline": epoch_data(found.zero, FlatSite(), "baseline of a series"),
+            "factor": found.factor,
+            "cycles": [_cycle(c) for c in found.cycles],
+            "series": {
+                p.name: [
+                    _fit(fit, axis, p)
+                    for axis, fit in zip(_AXES, p.fits, strict=True)
+                    if fit is not None
+                ]
+                for p in points
+            },
+            "sentences": series_sentences(found, points),
+        }
+    )
+
+
+def _cycle(c: Cycle) -> dict[str, Any]:
+    return {
+        "key": c.key,
+        "time": moment(c.start),
+        "start": c.start,
+        "sights": c.sights,
+        "reason": c.reason,
+        "test": c.test,
+        "dof": c.dof,
+        "limit": c.limit,
+        "moved": list(c.moved),
+        "resolved": c.resolved,
+        "points": {
+            name: {
+                "displacement": list(p.vector),
+                "sigma": list(p.sigma),
+                "test": p.test,
+                "limit": p.limit,
+                "verdict": p.answer,
+            }
+            for name, p in c.points.items()
+        },
+    }
+
+
+def _fit(fit: SeriesFit, axis: str, p: PointSeries) -> dict[str, Any]:
+    return {
+        "axis": axis,
+        "rate": fit.rate,
+        "rate_sigma": fit.rate_sigma,
+        "trend": fit.trend,
+        "amplitude": fit.amplitude,
+        "amplitude_sigma": fit.amplitude_sigma,
+        "phase": fit.phase,
+        "period": fit.period,
+        "jumps": [
+            {
+                "time": moment(float(p.days[j.at]) * DAY),
+                "size": j.size,
+                "sigma": j.sigma,
+                "test": j.statistic,
+                "limit": j.limit,
+            }
+            for j in fit.jumps
+        ],
+        "outliers": [moment(float(p.days[k]) * DAY) for k in fit.outliers.tolist()],
+        "scatter": fit.scatter,
+        "correlation": fit.correlation,
+    }
+
+
+def alarm_lines(cycles: Sequence[Cycle], references: Sequence[str], threshold: float) -> str:
+    """JSON lines: points beyond the threshold *and* the limit, references that moved, failures.
+
+    Parameters
+    ----------
+    cycles
+        Those that are new.
+    references
+        Reference points, whose movement is an alarm of any size.
+    threshold
+        Of the length of a displacement [m].
+    """
+    lines: list[dict[str, Any]] = []
+    for c in cycles:
+        head: dict[str, Any] = {"time": moment(c.start)}
+        if c.reason:
+            lines.append(head | {"alarm": "cycle not solved", "reason": c.reason})
+            continue
+        if not c.resolved:
+            lines.append(head | {"alarm": "references disagree", "test": c.test, "limit": c.limit})
+            continue
+        for name, p in c.points.items():
+            length = float(np.linalg.norm(p.vector))
+            reference = name in references
+            if p.answer != "moved" or (not reference and length <= threshold):
+                continue
+            lines.append(
+                head
+                | {
+                    "alarm": "reference moved" if reference else "point moved",
+                    "point": name,
+                    "displacement": list(p.vector),
+                    "length": length,
+                    "threshold": 0.0 if reference else threshold,
+                    "test": p.test,
+                    "limit": p.limit,
+                }
+            )
+    return "".join(json_text(line) + "\n" for line in lines)

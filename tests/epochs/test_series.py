@@ -1,0 +1,206 @@
+"""Cycles of a robotic total station: baseline, references that move, trends, jumps, resuming."""
+
+import json
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.epochs.simulated import NAMES, OPEN, Network
+from tribrach.cli.commands import app
+from tribrach.epochs.comparison import compare
+from tribrach.epochs.differences import difference
+from tribrach.epochs.series import baseline, fit_series, scatter_factor
+from tribrach.errors import InputError
+from tribrach.io.readings_through_time import read_timed_readings
+
+REFERENCES = {
+    "R1": (60.0, 10.0, 2.0),
+    "R2": (20.0, 80.0, 5.0),
+    "R3": (-50.0, 60.0, -1.0),
+    "R4": (-70.0, -30.0, 3.0),
+    "R5": (10.0, -90.0, 0.0),
+    "R6": (80.0, -50.0, 4.0),
+}
+PRISMS = {"P1": (30.0, 30.0, 8.0), "P2": (-20.0, 45.0, 6.0)}
+START = datetime(2025, 3, 1, tzinfo=UTC)
+
+
+def readings(folder: Path, count: int, name: str = "readings.csv", seed: int = 3) -> Path:
+    """Cycles of four hours: R2 moves by 8 mm after 20, P1 creeps, P2 jumps after 30."""
+    rng = np.random.default_rng(seed)
+    rows = ["time,station,target,direction_gon,zenith_gon,slope_distance_m"]
+    for k in range(60):
+        turn = rng.uniform(0, 400)
+        places = {n: np.array(p) for n, p in (REFERENCES | PRISMS).items()}
+        if k >= 20:
+            places["R2"] = places["R2"] + [0.008, 0, 0]
+        places["P1"] = places["P1"] + [0, 2e-4 * k / 6, 0]
+        if k >= 30:
+            places["P2"] = places["P2"] + [0, 0, -0.006]
+        for m, (target, xyz) in enumerate(places.items()):
+            errors = rng.normal(0, [1.5e-4, 1.5e-4, 5e-4])
+            missing = rng.random() < 0.05 and target != "R1"
+            if k == 12:
+                missing = m > 0  # one sight alone
+            if missing or k >= count:
+                continue
+            east, north, up = xyz
+            distance = float(np.linalg.norm(xyz))
+            direction = (np.arctan2(east, north) / np.pi * 200 + turn + errors[0]) % 400
+            zenith = np.arccos(up / distance) / np.pi * 200 + errors[1]
+            time = (START + timedelta(hours=4 * k, seconds=10 * m)).isoformat()
+            rows.append(
+                f"{time},S,{target},{direction:.6f},{zenith:.6f},{distance + errors[2]:.6f}"
+            )
+    path = folder / name
+    path.write_text("\n".join(rows) + "\n")
+    return path
+
+
+def control(folder: Path) -> Path:
+    path = folder / "points.csv"
+    rows = [f"{n},{e},{m},{u}" for n, (e, m, u) in REFERENCES.items()]
+    path.write_text("point,e_m,n_m,u_m\n" + "\n".join(rows) + "\nS,0,0,0\n")
+    return path
+
+
+def called(folder: Path, table: Path, *further: str) -> dict[str, object]:
+    out = folder / f"{table.stem}-{len(further)}.json"
+    arguments = ["series", str(table), "--points", str(control(folder)), "--json", str(out)]
+    options = ["--sigma-direction-arcsec", "0.49", "--sigma-zenith-arcsec", "0.49"]
+    options += ["--sigma-distance-mm", "0.5", "--sigma-ppm", "0", "--overwrite"]
+    result = CliRunner().invoke(app, [*arguments, *options, *further])
+    assert result.exit_code == 0, result.output
+    return dict(json.loads(out.read_text()))
+
+
+def test_a_series_of_sixty_cycles(tmp_path: Path) -> None:
+    """What was put in comes out: R2, the creep of P1, the jump of P2, the cycle of one sight."""
+    table = readings(tmp_path, 60)
+    alarms = tmp_path / "alarms.jsonl"
+    found = called(tmp_path, table, "--alarms", str(alarms), "--html", str(tmp_path / "s.html"))
+    cycles = found["cycles"]
+    assert len(cycles) == 60
+    assert [k for k, c in enumerate(cycles) if c["reason"]] == [12]
+    named = [k for k, c in enumerate(cycles) if "R2" in c["moved"]]
+    seen = [k for k in range(20, 60) if "R2" in cycles[k]["points"]]
+    assert len(set(named) & set(seen)) >= 0.95 * len(seen)
+    before = [c for k, c in enumerate(cycles) if k < 20 and not c["reason"]]
+    assert sum(c["test"] > c["limit"] for c in before) <= 2
+    fits = {(name, fit["axis"]): fit for name, axes in found["series"].items() for fit in axes}
+    creep = fits["P1", "N"]
+    assert creep["trend"]
+    assert abs(creep["rate"] - 2e-4) < 4 * creep["rate_sigma"]
+    (jump,) = fits["P2", "U"]["jumps"]
+    assert jump["time"].startswith("2025-03-06T00")
+    assert abs(jump["size"] + 0.006) < 4 * jump["sigma"]
+    assert not fits["P2", "E"]["jumps"]
+    lines = [json.loads(line) for line in alarms.read_text().splitlines()]
+    assert {line["point"] for line in lines if line["alarm"] == "point moved"} == {"P2"}
+    others = [x for x in lines if x["alarm"] == "reference moved" and x["point"] != "R2"]
+    assert len(others) <= 3  # one test in a hundred for each of sixty cycles
+    assert sum(line["alarm"] == "cycle not solved" for line in lines) == 1
+    assert "Series of" in (tmp_path / "s.html").read_text()
+
+
+def test_new_cycles_alone_are_solved(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Forty-five cycles, then all sixty: old ones stay as they are, new ones are as in one call."""
+    first = called(tmp_path, readings(tmp_path, 45, "first.csv"))
+    earlier = tmp_path / "first-0.json"
+    table = readings(tmp_path, 60, "all.csv")
+    count = []
+    from tribrach.job import series as module
+
+    solve = module._solved
+    monkeypatch.setattr(module, "_solved", lambda *a: (count.append(1), solve(*a))[1])
+    second = called(tmp_path, table, "--resume", str(earlier))
+    assert len(count) == 15
+    assert second["cycles"][:45] == first["cycles"]
+    assert second["factor"] == first["factor"]
+    refused = CliRunner().invoke(
+        app,
+        ["series", str(table), "--points", str(control(tmp_path)), "--resume", str(earlier)],
+    )
+    assert refused.exit_code == 2
+    assert "another sigma direction" in refused.output.replace("\n", " ")
+
+
+def test_the_baseline_of_equal_cycles_is_their_mean() -> None:
+    """Of k equal networks, each anywhere, the covariance is that of one divided by k."""
+    network, rng = Network.measured(), np.random.default_rng(4)
+    cycles = [network.epoch(rng) for _ in range(5)]
+    moved = [
+        c if k == 0 else type(c)(c.label, c.names, c.xyz + 3.0 * k, c.covariance, OPEN)
+        for k, c in enumerate(cycles)
+    ]
+    zero = baseline(moved, "zero")
+    assert zero.names == NAMES
+    np.testing.assert_allclose(zero.covariance, cycles[0].covariance / 5, atol=1e-12)
+    # against the plain mean of the cycles as they lie: no displacement
+    mean = np.mean([c.xyz for c in cycles], axis=0)
+    plain = type(cycles[0])("mean", NAMES, mean, cycles[0].covariance / 5, OPEN)
+    found = compare(difference(zero, plain))
+    assert found.whole.statistic < 1e-3
+
+
+def test_scatter_of_tests_that_are_as_stated() -> None:
+    rng = np.random.default_rng(1)
+    dofs = rng.integers(3, 30, 4000)
+    tests = rng.chisquare(dofs)
+    assert scatter_factor(tests, dofs) == pytest.approx(1.0, abs=0.03)
+    assert scatter_factor(9 * tests, dofs) == pytest.approx(9.0, abs=0.3)
+
+
+def test_a_series_of_noise_has_nothing_in_it() -> None:
+    """Rates of trends, periods and jumps that are called real in white noise, Monte Carlo."""
+    rng = np.random.default_rng(2)
+    days = np.arange(120) / 6
+    trends = periods = jumps = 0
+    runs = 200
+    for _ in range(runs):
+        fit = fit_series(days, rng.normal(0, 1e-3, 120), np.full(120, 1e-3))
+        assert fit is not None
+        trends += fit.trend
+        periods += fit.period
+        jumps += bool(fit.jumps)
+    # one in a hundred each; the limits are those of the binomial distribution at 0.1 %
+    assert trends <= 8
+    assert periods <= 8
+    assert jumps <= 8
+
+
+def test_an_outlier_is_named() -> None:
+    rng = np.random.default_rng(2)
+    days = np.arange(60) / 6
+    values = rng.normal(0, 1e-3, 60) + 2e-3 * np.cos(2 * np.pi * days)
+    values[17] += 0.03
+    fit = fit_series(days, values, np.full(60, 1e-3))
+    assert fit is not None
+    assert 17 in fit.outliers
+    assert fit.period
+    assert fit.amplitude == pytest.approx(2e-3, abs=4 * fit.amplitude_sigma)
+    assert fit_series(days[:5], values[:5], np.ones(5)) is None
+
+
+HEAD = "time,station,target,direction_gon,zenith_gon,slope_distance_m"
+
+
+@pytest.mark.parametrize(
+    ("text", "what"),
+    [
+        ("time,station\n1,S\n", "no column target"),
+        (f"{HEAD},x\n1,S,P,1,1,1,1\n", "unknown"),
+        (f"{HEAD}\nnow,S,P,1,1,1\n", "time is 'now'"),
+        (f"{HEAD}\n2025-03-01,S,P,a,1,1\n", "no number"),
+        (f"{HEAD}\n2025-03-01,S,P,1,1,0\n", "not positive"),
+        (f"{HEAD}\n2025-03-01,S,,1,1,5\n", "target is empty"),
+    ],
+)
+def test_tables_that_are_none_are_refused(tmp_path: Path, text: str, what: str) -> None:
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=what):
+        read_timed_readings(path)
