@@ -112,7 +112,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
 #: headings in the list of commands, in its order; what is under none of them is a tool
 GROUPS: dict[str, tuple[str, ...]] = {
     "A job from its files to its results": ("init", "check-project", "run", "demo"),
-    "Networks": ("adjust", "plan", "epochs", "diff", "export", "transform", "baseline"),
+    "Networks": ("adjust", "plan", "epochs", "series", "diff", "export", "transform", "baseline"),
     "Results in a browser": ("view", "workbench"),
     "Scans": ("info", "targets", "register", "convert"),
     "Instruments": ("calibrate", "check", "noise"),
