@@ -148,7 +148,9 @@ const does = {
   fit: () => viewer?.fit(),
   project: () => viewer?.eye.project(!viewer.eye.ortho),
   open: (hash) => s.takeView(hash, { camera: (state) => viewer?.eye.restore(state) }),
-  canSave: true,
+  get canSave() {
+    return s.keeping.value;
+  },
   keep: async (name) => {
     try {
       await api.post('api/views', { name, hash: s.viewNow() });
@@ -323,7 +325,7 @@ function start(host) {
   const budget = Number(new URLSearchParams(location.search).get('budget'));
   if (Number.isFinite(budget) && budget >= 1000) s.budget.value = Math.min(2e7, budget);
   s.takeView(location.hash, { camera: (state) => viewer.eye.restore(state) });
-  if (!s.attributes.value.has(s.colour.value)) s.colour.value = ['sigma_z', 'sigma', 'intensity', 'rgb'].find((name) => s.attributes.value.has(name)) ?? 'station';
+  if (s.colour.value !== 'station' && !s.attributes.value.has(s.colour.value)) s.colour.value = ['sigma_z', 'sigma', 'intensity', 'rgb'].find((name) => s.attributes.value.has(name)) ?? 'station';
   follow();
   s.shown.value = { points: 0, total: viewer.clouds.total, loading: 1 };
   window.tribrach = exposed();
@@ -579,7 +581,7 @@ function exposed() {
     },
     get counts() {
       return {
-        points: viewer.clouds.shownPoints, total: viewer.clouds.total, loading: viewer.clouds.loading, frames: viewer.frames,
+        pending: (s.scene.value.pending ?? []).length, points: viewer.clouds.shownPoints, total: viewer.clouds.total, loading: viewer.clouds.loading, frames: viewer.frames,
         clouds: viewer.clouds.clouds.filter((c) => c.state === 'open').length, failed: viewer.clouds.clouds.filter((c) => c.state === 'failed').length,
         ellipsoids: viewer.network.ellipsoidCount, rays: viewer.network.rayCount, moves: viewer.network.moveCount, rows: rows.value.length,
         marks: viewer.marks.length, labels: viewer.placed?.length ?? 0, first: viewer.clouds.firstAt, held: viewer.clouds.held,
@@ -617,7 +619,7 @@ function exposed() {
     colourOf: () => ({ by: s.colour.value, range: s.range.value }),
     camera: () => viewer.eye.state(),
     look: (name) => viewer.look(name),
-    view: (from) => viewer.eye.between(from.eye, from.at),
+    view: (from) => viewer.eye.between(viewer.toDrawing(from.eye), viewer.toDrawing(from.at)),
   };
 }
 
@@ -646,7 +648,10 @@ async function begin() {
   s.stale.value = false;
   app.textContent = '';
   render(html`<${App} />`, app);
-  api.get('api/views').then((views) => (s.savedViews.value = views ?? {})).catch(() => (does.canSave = false));
+  const program = await api.get('api/views').then((views) => {
+    s.savedViews.value = views ?? {};
+    return true;
+  }).catch(() => (s.keeping.value = false));
   const news = {
     adjusted: (body) => {
       s.took(body);
@@ -663,12 +668,23 @@ async function begin() {
     progress: (body) => (s.progress.value = body),
     failed: (body) => {
       s.progress.value = null;
+      s.refresh();
       s.say(body.sentence ?? 'It failed.', 'error');
     },
     ran: () => location.reload(),
     clouds: () => replaceClouds(),
   };
-  if (live || (s.scene.value.pending ?? []).length) api.events(news, (up) => (s.alive.value = up));
+  // a static folder tells no news
+  if (!program) return;
+  const source = api.events(news, (up) => {
+    s.alive.value = up;
+    // what was told before anybody listened
+    if (up && ((s.scene.value.pending ?? []).length || !s.scene.value.clouds.length)) replaceClouds();
+  });
+  source.addEventListener('stopped', () => {
+    source.close();
+    s.alive.value = false;
+  });
 }
 
 /** Clouds that became ready are added; what is drawn stays. */

@@ -3,7 +3,7 @@ import { batch, computed, signal } from '@preact/signals';
 import { parsed, written } from './core/hash.js';
 import { NO_FILTER, distinct } from './core/rows.js';
 import { NetworkView } from './scene/network.js';
-import { length } from './core/matrix.js';
+import { length, minus, times, transposed } from './core/matrix.js';
 import { roundDown } from './core/statistics.js';
 import * as api from './api.js';
 
@@ -20,6 +20,8 @@ export const alive = signal(true);
 export const notices = signal([]);
 export const stale = signal(false);
 export const savedViews = signal({});
+/** Whether views can be kept by name: not in a static folder. */
+export const keeping = signal(true);
 
 // the view, which is in the address too
 export const theme = signal('light');
@@ -257,12 +259,19 @@ export function unsay(id) {
   notices.value = notices.value.filter((notice) => notice.id !== id);
 }
 
+const FLAT = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
+
+/** A place of the drawing in the frame of the scene: the origin of the drawing may differ from one day to the next. @param {number[]} p */
+const toScene = (p) => times(transposed(scene.value.frame ?? FLAT), p).map((x, k) => x + scene.value.origin[k]);
+/** @param {number[]} p */
+const toDrawing = (p) => times(scene.value.frame ?? FLAT, minus(p, scene.value.origin));
+
 // -- the address ----------------------------------------------------------------------------------------------------------
 
 export function viewNow() {
   const s = selection.value;
   return written({
-    camera: camera.value ?? undefined,
+    camera: camera.value ? { ...camera.value, eye: toScene(camera.value.eye) } : undefined,
     colour: colour.value,
     range: ranges.value[colour.value] ?? null,
     hidden: [...hidden.value].sort(),
@@ -270,7 +279,7 @@ export function viewNow() {
     edl: shading.value,
     ellipsoids: ellipsoidTimes.value || undefined,
     moves: moveTimes.value || undefined,
-    slice: slice.value,
+    slice: slice.value ? { ...slice.value, centre: toScene(slice.value.centre) } : null,
     tab: tab.value,
     sort: sort.value.by,
     down: sort.value.down,
@@ -295,7 +304,7 @@ export function takeView(hash, does) {
     if (view.edl !== undefined) shading.value = Math.min(2, view.edl);
     ellipsoidTimes.value = view.ellipsoids ?? 0;
     moveTimes.value = view.moves ?? 0;
-    slice.value = view.slice ?? null;
+    slice.value = view.slice ? { ...view.slice, centre: toDrawing(view.slice.centre) } : null;
     if (view.tab) tab.value = view.tab;
     if (view.sort) sort.value = { by: view.sort, down: view.down ?? true };
     filter.value = { ...filter.value, text: view.text ?? '', station: view.station ?? '', kind: view.kind ?? '', state: view.state ?? '' };
@@ -307,7 +316,7 @@ export function takeView(hash, does) {
       else if (['point', 'station', 'target'].includes(type)) selection.value = { type, name };
     }
   });
-  if (view.camera) does.camera(view.camera);
+  if (view.camera) does.camera({ ...view.camera, eye: toDrawing(view.camera.eye) });
 }
 
 /** @param {string} id of an observation */

@@ -95,8 +95,15 @@ export class Viewer {
     return all;
   }
 
-  /** The box of the network, or of everything where there is no cloud to speak of. */
+  /** The slice, if there is one; else the box of the network, or of everything where there is no cloud to speak of. */
   #core() {
+    if (this.slice) {
+      const { centre, half, turn } = this.slice;
+      const [c, n] = [Math.abs(Math.cos(turn)), Math.abs(Math.sin(turn))];
+      const reach = new THREE.Vector3(c * half[0] + n * half[1], n * half[0] + c * half[1], half[2]);
+      const at = new THREE.Vector3(...centre);
+      return new THREE.Box3(at.clone().sub(reach), at.clone().add(reach));
+    }
     const core = new THREE.Box3();
     const add = (xyz) => xyz && core.expandByPoint(new THREE.Vector3(...this.toDrawing(xyz)));
     for (const xyz of this.scene.points?.xyz ?? []) add(xyz);
@@ -242,6 +249,10 @@ export class Viewer {
   #compass(ink) {
     const [cx, cy, r] = [this.eye.width - 52, 50, 24];
     const { right, up } = this.eye.axes();
+    ink.beginPath();
+    ink.arc(cx, cy, r + 16, 0, 2 * Math.PI);
+    ink.fillStyle = this.dark ? 'rgba(20,24,30,0.6)' : 'rgba(255,255,255,0.66)';
+    ink.fill();
     const axes = [['E', new THREE.Vector3(1, 0, 0), '#c8372d'], ['N', new THREE.Vector3(0, 1, 0), '#12876a'], ['U', new THREE.Vector3(0, 0, 1), '#2b6cd4']];
     const { ahead } = this.eye.axes();
     axes.sort((a, b) => b[1].dot(ahead) - a[1].dot(ahead));
@@ -272,6 +283,7 @@ export class Viewer {
 
   /** A box to begin slicing with: the network, cut to a slab of a tenth of it. */
   slicingBox() {
+    this.slice = null;
     const core = this.#core();
     const half = core.getSize(new THREE.Vector3()).multiplyScalar(0.55);
     half.y = Math.max(0.25, half.y * 0.12);

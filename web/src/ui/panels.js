@@ -212,7 +212,7 @@ function NamedPoint({ name, type, does }) {
       ${s.session.value && type === 'point' && html`<button type="button" class="button" onClick=${() => (s.dialog.value = { type: 'role', name })}>Role …</button>`}</p>
     <h3>Coordinates</h3>
     ${(p.words ?? []).some(([, words]) => words) ? html`<dl class="facts wide">${p.words.filter(([, words]) => words).map(([frame, words]) => html`<dt key=${frame}>${frame}</dt><dd>${[words].flat().join(', ')}</dd>`)}</dl>` : html`<p>${(p.xyz ?? []).map((x) => metres(x)).join(', ')} m</p>`}
-    ${p.moved && html`<p class="small">Now ${p.xyz.map((x) => metres(x)).join(', ')} m: moved ${millimetres(length(p.moved))} mm against the last run.</p>`}
+    ${p.moved && length(p.moved) > s.MOVED && html`<p class="small">Now ${p.xyz.map((x) => metres(x)).join(', ')} m: moved ${millimetres(length(p.moved))} mm against the last run.</p>`}
     <h3>Uncertainty</h3><${SigmaRows} covariance=${p.covariance} />
     ${p.full && html`<p class="small muted">σ of the rotations: ${[3, 4, 5].map((k) => smallWords(Math.sqrt(Math.max(0, p.full[k][k])), 'rad', s.scene.value.angle)).join(', ')}</p>`}
     ${found.length > 0 && html`<h3>Seen in ${found.length} ${found.length === 1 ? 'scan' : 'scans'}</h3>${found.map((i) => html`<${TargetCard} key=${i} at=${i} />`)}`}

@@ -1,5 +1,5 @@
 import * as s from '../state.js';
-import { plain } from '../core/format.js';
+import { count, plain } from '../core/format.js';
 import { Icon, html } from './html.js';
 
 function Chip({ label, value, kind = '', title = '', act = null }) {
@@ -25,7 +25,7 @@ export function TopBar({ does }) {
   const live = s.session.value;
   const edits = s.edits.value.length;
   const warnings = s.warnings.value.length;
-  const running = s.progress.value;
+  const running = live?.running;
   return html`<header class="top">
     <svg viewBox="0 0 32 32" class="brand" aria-hidden="true">
       <path class="plate" d="M16 3 29 26H3z" /><circle cx="16" cy="18" r="4.4" class="bull" />
@@ -69,9 +69,9 @@ export function Banners({ does }) {
   if (s.progress.value) {
     const p = s.progress.value;
     out.push(html`<div class="banner" role="status" key="progress">
-      <div><p>${p.what ?? 'Running'}${p.total ? `: ${p.done ?? 0} of ${p.total}` : ''}</p>
+      <div><p>${!s.session.value?.running ? 'Preparing clouds: ' : ''}${p.what ?? 'Running'}${p.total ? `, ${count(p.done ?? 0)} of ${count(p.total)}` : ''}</p>
         <progress max=${p.total || undefined} value=${p.total ? p.done ?? 0 : undefined}></progress></div>
-      ${s.session.value && html`<button type="button" class="button" onClick=${does.cancel}>Cancel</button>`}
+      ${s.session.value?.running && html`<button type="button" class="button" onClick=${does.cancel}>Cancel</button>`}
     </div>`);
   } else if (s.session.value && s.moves.value.some((move) => move.long > s.MOVED)) {
     out.push(html`<div class="banner quiet" key="moved">
