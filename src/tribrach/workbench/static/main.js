@@ -4662,7 +4662,7 @@ void main() {
     if (any(greaterThan(abs(d), uSliceHalf))) gl_Position = vec4(2.0, 2.0, 2.0, 1.0);
   }
   float pixels = uOrtho ? uPixels : uPixels / max(0.01, -seen.z);
-  gl_PointSize = uFill ? clamp(uSize * uSpacing * pixels * 0.9, uSize, 3.5 * uSize) : uSize;
+  gl_PointSize = uFill ? clamp(uSize * uSpacing * pixels * 0.8, uSize, 3.0 * uSize) : uSize;
   if (uMode == 0) vColour = uStation;
   else if (uMode == 1) vColour = rgb;
   else {

@@ -1,0 +1,343 @@
+"""The page in a real browser: what it shows is what the program says, and it asks nobody else."""
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from tests.workbench.browsing import FLAGS, Watched, executable, folder_server, program, until
+from tribrach.cli import app
+from tribrach.pipeline import run
+
+BUDGET = "budget=200000"
+HOSTILE = '<img src=x onerror="window.struck=1"><script>window.struck=1</script>'
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """One browser for all tests of the session."""
+    path = executable()
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=path, args=FLAGS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Watched]:
+    """A page of its own, that must have been fine when the test ends."""
+    context = browser.new_context(viewport={"width": 1200, "height": 760})
+    watched = Watched(context.new_page())
+    yield watched
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def seen(yard: Callable[[str], Path]) -> Iterator[str]:
+    """The address of `tribrach view` of a small job."""
+    with program("view", yard("work")) as address:
+        yield address
+
+
+@pytest.fixture(scope="module")
+def exported(yard: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same job as a static folder."""
+    folder = tmp_path_factory.mktemp("export") / "site"
+    done = CliRunner().invoke(app, ["view", str(yard("work")), "--export", str(folder)])
+    assert done.exit_code == 0, done.output
+    return folder
+
+
+def with_budget(address: str) -> str:
+    """The address with few points."""
+    return f"{address}{'&' if '?' in address else '?'}{BUDGET}"
+
+
+def where(watched: Watched, xyz: str) -> tuple[float, float]:
+    """Where a place of the work frame is in the window."""
+    x, y, left, top = watched(
+        f"(() => {{ const p = tribrach.onScreen({xyz});"
+        " const r = document.querySelector('.picture').getBoundingClientRect();"
+        " return [p[0], p[1], r.left, r.top]; })()"
+    )
+    return x + left, y + top
+
+
+def test_the_page_shows_cloud_network_and_tables(page: Watched, seen: str) -> None:
+    page.open(with_budget(seen))
+    counts = page("tribrach.counts")
+    assert 0 < counts["points"] <= counts["total"]
+    assert counts["failed"] == 0
+    assert counts["ellipsoids"] > 0
+    assert counts["rays"] > 0
+    assert page("tribrach.share()") > 0.02
+    # a title that looks like markup is text
+    assert page.page.inner_text(".title strong") == "Yard <b>&"
+    shown = " ".join(page.page.inner_text(".hud").replace("\u202f", "").split())
+    assert shown == f"{counts['points']} of {counts['total']} points shown"
+    assert page.page.locator(".rows .row").count() > 0
+    # what cannot be changed here has no button
+    assert page("tribrach.session") is None
+    assert page.page.locator("button:has-text('Run')").count() == 0
+    page.fine()
+
+
+def test_another_colour_decodes_nothing_again(page: Watched, seen: str) -> None:
+    page.open(with_budget(seen))
+    before = sum("/clouds/" in url for url in page.asked)
+    pictures = set()
+    for name in ("station", "sigma", "sigma_x", "sigma_y", "sigma_z", "incidence", "intensity"):
+        page.page.select_option("select:has(option[value='station'])", name)
+        assert page("tribrach.colourOf().by") == name
+        low, high = page("tribrach.colourOf().range")
+        assert low < high
+        pictures.add(page.page.locator(".picture").screenshot())
+    assert len(pictures) > 3
+    assert sum("/clouds/" in url for url in page.asked) == before
+    page.fine()
+
+
+def test_a_point_of_the_cloud_is_picked_with_what_the_program_knows(
+    page: Watched, seen: str
+) -> None:
+    page.open(with_budget(seen))
+    box = page.page.locator(".picture").bounding_box()
+    assert box is not None
+    page.page.click("button[title^='Pick points']")
+    grid = [(x / 20, y / 20) for y in range(4, 14) for x in range(10, 18)]
+    found = next(
+        (x, y)
+        for x, y in grid
+        if page(f"tribrach.pick({x * box['width']}, {y * box['height']})") is not None
+    )
+    page.page.mouse.click(box["x"] + found[0] * box["width"], box["y"] + found[1] * box["height"])
+    until(lambda: page("tribrach.selection && tribrach.selection.type === 'cloud'"), "the point")
+    until(lambda: not page("tribrach.selection.point.asking"), "the program's answer")
+    point = page("tribrach.selection.point")
+    more = point["more"]
+    sigmas = np.sqrt(np.diag(np.array(more["covariance"])))
+    # what the file carries beside the point is the diagonal of what is computed for it
+    assert sigmas == pytest.approx(point["sigma"], rel=0.05)
+    assert more["station"] == point["station"]
+    assert more["range"] == pytest.approx(point["range"], abs=0.01)
+    assert [part["sigma"] > 0 for part in more["budget"]]
+    words = page.page.inner_text("#panel")
+    assert "Point of" in words
+    page.fine()
+
+
+def test_a_line_of_the_picture_is_a_row_of_the_table(page: Watched, seen: str) -> None:
+    page.open(with_budget(seen))
+    first = page.page.locator(".rows .row").nth(0)
+    name = first.locator(".c-from").inner_text()
+    first.click()
+    assert page("tribrach.selection.type") == "row"
+    # the link of the row leads there in a new page
+    until(lambda: "select=row" in page("location.hash"), "the address")
+    address = page("location.href")
+    page.page.goto("about:blank")
+    page.open(address)
+    until(lambda: page("tribrach.selection && tribrach.selection.type === 'row'"), "the row")
+    assert page.page.locator(".row.picked .c-from").nth(0).inner_text() == name
+    page.fine()
+
+
+def test_filters_and_the_order_of_rows(page: Watched, seen: str) -> None:
+    page.open(with_budget(seen))
+    everything = page("tribrach.rowsShown")
+    sizes = [abs(row["w"]) for row in everything if row["w"] is not None]
+    assert sizes == sorted(sizes, reverse=True)
+    page.page.select_option("select[aria-label='All kinds']", "target_centre")
+    until(lambda: len(page("tribrach.rowsShown")) < len(everything), "fewer rows")
+    assert all(row["id"].startswith("target_centre") for row in page("tribrach.rowsShown"))
+    page.page.fill("input[aria-label=Find]", "T1")
+    until(lambda: all("T1" in row["words"] for row in page("tribrach.rowsShown")), "rows of T1")
+    page.page.click("button:has-text('Show all')")
+    until(lambda: len(page("tribrach.rowsShown")) == len(everything), "all rows")
+    page.fine()
+
+
+@pytest.mark.parametrize("kind", ["projected", "ecef"])
+def test_the_frame_of_the_coordinates_is_not_seen(
+    browser: Any, yard: Callable[[str], Path], seen: str, kind: str
+) -> None:
+    places = []
+    with program("view", yard(kind)) as address:
+        for url in (seen, address):
+            context = browser.new_context(viewport={"width": 1200, "height": 760})
+            watched = Watched(context.new_page()).open(with_budget(url))
+            watched("tribrach.look('south')")
+            watched.settle()
+            names = {p["name"]: p["xyz"] for p in watched("tribrach.points")}
+            screen = {
+                name: watched(f"tribrach.onScreen({json.dumps(xyz)})")
+                for name, xyz in names.items()
+            }
+            assert screen["TOP"][1] < screen["BASE"][1] - 20
+            assert screen["TOP"][0] == pytest.approx(screen["BASE"][0], abs=3)
+            metre = (screen["BASE"][1] - screen["TOP"][1]) / 8
+            middle = np.mean(list(screen.values()), axis=0)
+            places.append({n: (np.array(p) - middle) / metre for n, p in screen.items()})
+            assert watched("tribrach.share()") > 0.02
+            watched.fine()
+            context.close()
+    # grid north is not quite true north, and the box that is fitted differs a little
+    for name, place in places[0].items():
+        assert places[1][name] == pytest.approx(place, abs=0.25)
+
+
+def test_names_are_text_and_a_long_table_is_short_in_the_page(page: Watched, seen: str) -> None:
+    def other(route: Any) -> None:
+        scene = route.fetch().json()
+        old = scene["points"]["name"][0]
+        scene["points"]["name"][0] = HOSTILE
+        scene["title"] = HOSTILE
+        scene["warnings"] = [HOSTILE]
+        columns = scene["observations"]
+        times = 20_000 // len(columns["id"]) + 1
+        for name, column in columns.items():
+            if name == "words":
+                columns[name] = {key: values * times for key, values in column.items()}
+            else:
+                columns[name] = column * times
+        columns["source"] = [HOSTILE] * len(columns["id"])
+        columns["to"] = [HOSTILE if to == old else to for to in columns["to"]]
+        route.fulfill(json=scene)
+
+    page.page.route("**/scene.json", other)
+    page.open(with_budget(seen))
+    assert page("tribrach.counts.rows") >= 20_000
+    assert page.page.locator(".rows .row").count() < 80
+    page.page.evaluate("document.querySelector('.grid').scrollTop = 1e6")
+    until(lambda: page.page.locator(".rows .row").count() > 5, "the last rows")
+    for tab in ("points", "targets", "changes", "notes"):
+        page.page.click(f"#tab-{tab}")
+    assert HOSTILE in page.page.inner_text("#panel")
+    page.page.click("#tab-points")
+    page.page.click(f"#panel button.name:has-text({json.dumps(HOSTILE[:9])})")
+    page.page.click("#tab-selection")
+    assert HOSTILE in page.page.inner_text("#panel h2")
+    assert page("window.struck") is None
+    assert page.page.locator("img[src=x]").count() == 0
+    page.fine()
+
+
+@pytest.mark.parametrize("ranges", [True, False])
+def test_a_static_folder_needs_only_a_web_server(
+    page: Watched, exported: Path, ranges: bool
+) -> None:
+    with folder_server(exported, ranges) as address:
+        page.open(with_budget(address))
+        counts = page("tribrach.counts")
+        assert counts["failed"] == 0
+        assert 0 < counts["points"] <= counts["total"]
+        assert page("tribrach.share()") > 0.02
+        assert page("tribrach.session") is None
+        page.fine()
+
+
+def test_a_narrow_screen_and_the_dark(browser: Any, seen: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 800}, color_scheme="dark")
+    watched = Watched(context.new_page()).open(with_budget(seen))
+    assert watched("document.documentElement.dataset.theme") == "dark"
+    assert watched("document.documentElement.scrollWidth") <= 390
+    assert watched.page.locator(".rows .row").count() > 0
+    assert watched("tribrach.share()") > 0.02
+    watched.fine()
+    context.close()
+
+
+@pytest.fixture
+def project(yard: Callable[[str], Path], tmp_path: Path) -> Path:
+    """A copy of the small job that may be changed."""
+    folder = tmp_path / "yard"
+    shutil.copytree(yard("work").parent, folder)
+    return folder / "yard.toml"
+
+
+def decide(page: Watched, use: str) -> None:
+    """Say what is done with the selected rows, with a reason."""
+    page.page.click(f"dialog input[value={use}]")
+    send = page.page.locator("dialog button[type=submit]")
+    assert send.is_disabled()
+    page.page.fill("dialog textarea", "field book, page 12")
+    send.click()
+
+
+def settled_tests(page: Watched, revision: int) -> None:
+    """Wait for a state and its tests."""
+    until(lambda: page(f"tribrach.session.revision >= {revision} && !tribrach.stale"), "the tests")
+
+
+def test_a_row_is_switched_off_and_on_again(page: Watched, project: Path) -> None:
+    with program("workbench", project) as address:
+        page.open(with_budget(address))
+        settled_tests(page, 1)
+        first = page("tribrach.summary")
+        row = page("tribrach.rowsShown")[0]
+        page.page.locator(".rows .row").nth(0).locator("button.use").click()
+        decide(page, "off")
+        settled_tests(page, 2)
+        after = page(
+            "({summary: tribrach.summary, points: tribrach.points, rows: tribrach.rowsShown})"
+        )
+        assert after["summary"]["dof"] == first["dof"] - 3
+        assert page("tribrach.counts.moves") > 0
+        assert {r["state"] for r in after["rows"] if r["id"] == row["id"]} == {"off"}
+        assert page.page.inner_text(".chips").count("1") >= 1
+        assert "sigmas of the last run" in page.page.inner_text(".banners")
+        page.page.click("button[title^='Keep the decisions']")
+        until(lambda: page("tribrach.session.saved"), "the file")
+        # another page sees the same state at once
+        page.open(page("location.href").split("#")[0])
+        settled_tests(page, 2)
+        assert page("tribrach.summary.posterior") == after["summary"]["posterior"]
+        page.page.click("button[title^='Undo']")
+        settled_tests(page, 3)
+        back = page("tribrach.summary")
+        assert back["posterior"] == pytest.approx(first["posterior"], rel=1e-6)
+        assert back["dof"] == first["dof"]
+        page.fine()
+    assert "field book, page 12" in (project.parent / "edits.toml").read_text()
+    # the program with the same file says the same
+    result = run(project).adjustment
+    said = after["summary"]
+    assert f"{result.sigma0_posterior:.6f}" == f"{said['posterior']:.6f}"
+    assert result.dof == said["dof"]
+    for point in after["points"]:
+        named = result.points[point["name"]]
+        assert point["xyz"] == pytest.approx(named.xyz.tolist(), abs=5e-6)
+        assert np.array(point["covariance"]) == pytest.approx(named.covariance, rel=1e-3, abs=1e-12)
+    w = {(r.id, r.component): r.w for r in result.observations}
+    for shown in after["rows"]:
+        if shown["w"] is not None and shown["state"] == "active":
+            assert shown["w"] == pytest.approx(w[shown["id"], shown["component"]], abs=2e-3)
+
+
+def test_what_cannot_be_adjusted_is_said_and_changes_nothing(page: Watched, project: Path) -> None:
+    with program("workbench", project) as address:
+        page.open(with_budget(address))
+        settled_tests(page, 1)
+        before = page("tribrach.summary")
+        page.page.select_option("select[aria-label='All kinds']", "coordinates")
+        rows = page.page.locator(".rows .row")
+        until(lambda: 0 < rows.count() < 40, "rows of coordinates")
+        rows.nth(0).click()
+        rows.nth(rows.count() - 1).click(modifiers=["Shift"])
+        page.page.click("button:has-text('Off, check or on')")
+        decide(page, "off")
+        alert = page.page.locator(".banner[role=alert]")
+        until(lambda: alert.count() == 1, "the sentences")
+        assert "stays as it was" in alert.inner_text()
+        assert page("tribrach.summary.posterior") == before["posterior"]
+        alert.locator("button").click()
+        until(lambda: alert.count() == 0, "the end of the message")
+        assert page("tribrach.session.edits") == []
+        page.errors = [error for error in page.errors if "422" not in error]
+        page.fine()
