@@ -29,6 +29,7 @@ NAMES = (
     "self_calibration",
     "planning",
     "workbench",
+    "first_points",
     "start_up",
     "workers",
     "georeferencing",

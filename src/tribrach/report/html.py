@@ -11,6 +11,7 @@ from tribrach.report.front_page import front_page, letterhead
 from tribrach.report.histogram import histogram
 from tribrach.report.map import network_map
 from tribrach.report.notation import notation_of
+from tribrach.report.still_picture import still_picture
 from tribrach.report.tables import ROW_LIMIT, ReportTable
 
 __all__ = ["render"]
@@ -39,6 +40,7 @@ def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
             f"Tribrach {content.version} · {content.date}",
         ),
         summary=content.summary,
+        still=still_picture(content),
         map=network_map(content),
         histogram=histogram(content),
         signed=[s for s in shown if s.chapter.signed],

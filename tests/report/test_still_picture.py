@@ -1,0 +1,75 @@
+"""The still picture of the clouds: what is where, seen by its pixels and by its own projection."""
+
+import base64
+import io
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.workbench.twins import write
+from tribrach import pipeline
+from tribrach.report.content import Report
+from tribrach.report.still_picture import _View, still_picture
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Report]:
+    made: dict[str, Report] = {}
+
+    def of(kind: str) -> Report:
+        if kind not in made:
+            folder = tmp_path_factory.mktemp(kind)
+            made[kind] = pipeline.run(write(folder, kind), folder / "out")
+        return made[kind]
+
+    return of
+
+
+def pixels(content: Report) -> np.ndarray:
+    shown = still_picture(content)
+    assert shown is not None
+    data = base64.b64decode(shown.webp)
+    assert len(data) < 120_000
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"), dtype=float)
+
+
+def test_clouds_stations_and_points_are_in_it(report: Callable[[str], Report]) -> None:
+    image = pixels(report("work"))
+    drawn = (image.min(axis=2) < 200).mean()
+    assert 0.005 < drawn < 0.95
+    caption = still_picture(report("work")).caption
+    assert "9,000 points" in caption
+    assert "95 % ellipsoids" in caption
+
+
+def test_a_geocentric_job_looks_like_the_local_one(report: Callable[[str], Report]) -> None:
+    """Up is up: most pixels are drawn in both, where a cloud on its side would share few."""
+    one, two = (pixels(report(kind)).min(axis=2) < 200 for kind in ("work", "ecef"))
+    assert (one & two).sum() > 0.7 * max(one.sum(), two.sum())
+
+
+def test_up_is_up_and_right_is_right_of_the_eye() -> None:
+    """From the south-west the north-west is on the left, and what is higher stands higher."""
+    rng = np.random.default_rng(1)
+    view = _View(rng.uniform(-10, 10, (500, 3)), np.eye(3))
+    west, south, top, low = view(
+        np.array([[-5.0, 5.0, 0.0], [5.0, -5.0, 0.0], [0.0, 0.0, 5.0], [0.0, 0.0, -5.0]])
+    )
+    assert west[0] < south[0]
+    assert top[1] < low[1]
+    near, far = view(np.array([[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]]))
+    assert near[2] > far[2]
+    # the outline of a ball is a circle of its radius
+    half = view.outline(4.0 * np.eye(3))
+    assert np.linalg.norm(half, axis=1) == pytest.approx(2.0 * view.scale)
+
+
+def test_the_page_names_the_command(report: Callable[[str], Report], tmp_path: Path) -> None:
+    content = report("work")
+    pipeline.write(content, tmp_path)
+    page = (tmp_path / "report.html").read_text()
+    assert 'id="still"' in page
+    assert "tribrach view ." in page
