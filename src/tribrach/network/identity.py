@@ -125,7 +125,9 @@ def observation_ids(
     ends: list[str] = []
     for o in tables:
         for names, column in zip((starts, ends), o.end_names(layout), strict=True):
-            names += [escaped(str(name)) for name in column.tolist()]
+            listed = column.tolist()
+            written_of = {name: escaped(str(name)) for name in dict.fromkeys(listed)}
+            names += [written_of[name] for name in listed]
     kinds = [kind for o in tables for kind in [escaped(o.kind)] * len(o)]
     stems = [
         f"{kind}:{start}:{end}:{written[file]}"

@@ -42,17 +42,20 @@ def number(value: float) -> float | None:
 
 def numbers(values: Iterable[float]) -> tuple[float | None, ...]:
     """Floats, None for NaN and infinities."""
-    return tuple(number(value) for value in values)
+    # items of a list are floats already, those of an array become so one by one
+    items = values.tolist() if isinstance(values, np.ndarray) else values
+    return tuple([number(value) for value in items])
 
 
 def triple(values: Array) -> tuple[float | None, float | None, float | None]:
     """Three floats, None for NaN."""
-    return (number(values[0]), number(values[1]), number(values[2]))
+    a, b, c = values.tolist()
+    return (number(a), number(b), number(c))
 
 
 def matrix(values: Array) -> tuple[tuple[float | None, ...], ...]:
     """Rows of floats, None for NaN."""
-    return tuple(numbers(row) for row in values)
+    return tuple([numbers(row) for row in values.tolist()])
 
 
 def sigmas(covariance: Array) -> Array:
