@@ -5,7 +5,8 @@ doors, a period apart or not, levelled or not. A pose wrong by a period is never
 errors of what is said to be held are as large as their covariance says.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from tests.registration.clouds.scenes import corridor, doors, scanned, windows
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
+from tribrach.registration.clouds import open_directions
 from tribrach.registration.clouds.pair import CloudPair, PairFit, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.simulate.scene import Scene
@@ -89,6 +91,28 @@ def judged(found: CloudPair, poses: list[Pose]) -> Outcome | None:
         assert abs(shift @ poses[0].rotation.T @ [1.0, 0.0, 0.0]) > 0.999
         assert any("does not hold a shift along" in text for text in found.sentences)
     return got
+
+
+def test_a_direction_whose_bend_nothing_shows_stays_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a move along it leaves one match, what was known before is all that is known."""
+    whole, calls = open_directions._moved, []
+
+    def bare(*given: Any) -> Any:
+        ends, far = whole(*given)
+        calls.append(far)
+        few = [replace(end, matches=end.matches.subset(one_of(end))) for end in ends]
+        return few, far
+
+    def one_of(end: Any) -> Any:
+        return np.arange(len(end.matches)) == 0
+
+    monkeypatch.setattr(open_directions, "_moved", bare)
+    scans, poses = stations("windows", 1, 40_000)
+    found = register_pair(*scans, floor=NO_FLOOR)
+    assert calls
+    if found.fit is not None:
+        judged(found, poses)
+        assert found.fit.precision.rank < 6
 
 
 def test_a_facade_leaves_its_own_direction_open_alone() -> None:
