@@ -37,6 +37,7 @@ from tribrach.job.steps import FoundInScans, ScanWork, find, name_and_tie, refus
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import restart
 from tribrach.network.network import Network, PointRole, is_given
+from tribrach.network.observation_rows import observation_rows
 from tribrach.network.removal import what_if
 from tribrach.observations.base import Use
 from tribrach.project import Project
@@ -50,7 +51,7 @@ from tribrach.project.edits import (
 )
 from tribrach.registration.identify import is_tie_point
 from tribrach.report import json_result
-from tribrach.report.content import Report
+from tribrach.report.content import ObservedValues, Report
 from tribrach.solution import AdjustmentSettings, Solving, report
 from tribrach.workbench.snapshots import (
     Snapshot,
@@ -354,7 +355,9 @@ class Session:
         Returns
         -------
         dict
-            ``revision``, ``columns`` in the order of the network, ``warnings``, ``seconds``.
+            ``revision``, ``columns`` in the order of the network, ``warnings``, ``seconds``. Of a
+            network of more than :data:`LARGE` values the warnings are those of its adjustment
+            alone; :meth:`content` has all of them.
 
         Raises
         ------
@@ -371,8 +374,15 @@ class Session:
         quality = state.solving.quality
         if self.revision != revision:
             raise Superseded(f"state {revision} is not the newest any more")
-        content = self._content(state)
-        rows = {name: content.observations.column(name) for name in COLUMNS}
+        adjustment = state.adjustment
+        if adjustment.network.count() <= LARGE:
+            content = self._content(state)
+            observations, warnings = content.observations, list(content.warnings)
+        else:
+            # what else looks wrong is looked for when the whole state is asked for
+            observations = ObservedValues(observation_rows(adjustment, quality))
+            warnings = list(adjustment.warnings)
+        rows = {name: observations.column(name) for name in COLUMNS}
         rows["external_at"] = np.array([name or None for name in rows["external_at"]], dtype=object)
         chance = quality.chance
         out = {
@@ -381,7 +391,7 @@ class Session:
             "beyond": chance.beyond,
             "tests": chance.tests,
             "expected": chance.expected,
-            "warnings": list(content.warnings),
+            "warnings": warnings,
             "seconds": time.perf_counter() - began,
         }
         with self._lock:
@@ -389,7 +399,7 @@ class Session:
                 raise Superseded(f"state {revision} is not the newest any more")
             self._tested = out
             snap = self._snapshots[revision]
-            self._snapshots[revision] = with_tests(snap, content.observations)
+            self._snapshots[revision] = with_tests(snap, observations)
         return out
 
     def what_if(self, observation: str) -> dict[str, Any]:
