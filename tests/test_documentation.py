@@ -1,5 +1,6 @@
 """What README and docs show is what the program does: commands, snippets, columns, keys, kinds."""
 
+import importlib.util
 import json
 import re
 import shlex
@@ -214,3 +215,18 @@ def test_files_named_in_the_readme_exist() -> None:
     for word in words(PAGES["README"]):
         if "/" in word and " " not in word and not word.startswith("demo/"):
             assert (ROOT / word).exists(), word
+
+
+def test_every_key_of_a_project_is_on_its_page() -> None:
+    """The page is what its script makes of the models today."""
+    folder = ROOT / "docs"
+    spec = importlib.util.spec_from_file_location("project_keys", folder / "project_keys.py")
+    assert spec is not None
+    assert spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    text = (folder / "project_keys.md").read_text(encoding="utf-8")
+    assert text == made.page(), "run python docs/project_keys.py"
+    for model in {Project, *Section.__subclasses__()}:
+        for name, field in model.model_fields.items():
+            assert (field.alias or name) in text, (model.__name__, name)

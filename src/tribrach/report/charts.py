@@ -164,14 +164,19 @@ class Chart:
         self.x, self.y = _ends(x, log=log), _ends(y)
         self._labels, self._title, self._names = labels, title, names
         self.width, self.height = size
+        self._left = _LEFT
         longest = max((len(name) for name in names or ()), default=0)
         self._slanted = names is not None and longest * _LETTER > (
             (self.width - _LEFT - _RIGHT) / max(len(names), 1) - 4
         )
+        if names and self._slanted:
+            # the first name begins left of the panel
+            slot = (self.width - _LEFT - _RIGHT) / len(names)
+            self._left = max(_LEFT, 0.77 * _LETTER * len(names[0]) - slot / 2 + 12.0)
         slant = longest * _LETTER * 0.64 - 8 if self._slanted else 0.0
         self._bottom = _BOTTOM + max(slant, 0.0) - (14.0 if not labels[0] else 0.0)
         self._top = _TOP if title else 10.0
-        room = self.width - _LEFT - _RIGHT, self.height - self._top - self._bottom
+        room = self.width - self._left - _RIGHT, self.height - self._top - self._bottom
         if equal:
             spans = self.x[1] - self.x[0], self.y[1] - self.y[0]
             scale = min(room[0] / spans[0], room[1] / spans[1])
@@ -187,8 +192,8 @@ class Chart:
         low, high = self.x
         if self._log:
             low, high, value = (math.log10(v) for v in (low, high, max(value, 1e-300)))
-        room = self.width - _LEFT - _RIGHT
-        return round(_LEFT + (value - low) / (high - low) * room, 2)
+        room = self.width - self._left - _RIGHT
+        return round(self._left + (value - low) / (high - low) * room, 2)
 
     def up(self, value: float) -> float:
         """Pixels from the top."""

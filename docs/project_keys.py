@@ -1,0 +1,174 @@
+"""Writes ``docs/project_keys.md``: every key of a project with type, unit, default and meaning.
+
+All of it comes from the models that read project files: types and defaults from their fields,
+meanings from their docstrings, units from the names of the keys.
+"""
+
+import re
+import types
+import typing
+from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic_core import PydanticUndefined
+
+from tribrach.project import Project
+
+PAGE = Path(__file__).parent / "project_keys.md"
+HEAD = """# Every key of a project
+
+Made from the models that read project files (`python docs/project_keys.py`).
+[Project file](project.md) says what they are for; a key that is not listed here is refused with its
+line. `required` has no default. Sections in double brackets can be repeated.
+"""
+#: units by the ends of keys, the longest first
+UNITS = {
+    "_mm_per_sqrt_km": "mm per √km", "_arcsec": "″", "_arcmin": "′", "_mrad": "mrad", "_ppm": "ppm",
+    "_deg": "°", "_gon": "gon", "_mm": "mm", "_cm": "cm", "_km": "km", "_hours": "h", "_s": "s",
+    "_days": "days", "_m": "m", "_mgal": "mGal", "_hpa": "hPa", "_percent": "%",
+}  # fmt: skip
+
+
+def unit(key: str) -> str:
+    """The unit that a key names."""
+    for end, words in UNITS.items():
+        if key.endswith(end) or f"{end}_" in key:
+            return words
+    return ""
+
+
+def kind(annotation: Any) -> str:
+    """A type in words."""
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if origin is Literal:
+        return ", ".join(f"`{value}`" for value in inner)
+    if origin is typing.Annotated:
+        return kind(inner[0])
+    if origin in (typing.Union, types.UnionType):
+        words = dict.fromkeys(kind(one) for one in inner if one is not type(None))
+        return " or ".join(words)
+    if origin in (tuple, list):
+        if (len(inner) == 2 and inner[1] is Ellipsis) or origin is list:
+            return f"list of {kind(inner[0])}"
+        return f"{len(inner)} × {kind(inner[0])}" if inner else "list"
+    if origin is dict:
+        return f"table of {kind(inner[1])}"
+    names = {str: "text", float: "number", int: "whole number", bool: "`true`, `false`"}
+    if annotation in names:
+        return names[annotation]
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return "section"
+    return "text"
+
+
+def default(field: Any) -> str:
+    """What a key has that is not given."""
+    if field.is_required():
+        return "required"
+    value = field.default
+    if field.default_factory is not None:
+        value = field.default_factory()
+    if value is PydanticUndefined or value is None or value in ("", (), [], {}):
+        return "–"
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, BaseModel):
+        return "–"
+    if isinstance(value, tuple | list):
+        inner = ", ".join(f'"{v}"' if isinstance(v, str) else f"{v:g}" for v in value)
+        return f"`[{inner}]`"
+    return f'`"{value}"`' if isinstance(value, str) else f"`{value:g}`"
+
+
+def meanings(model: type[BaseModel]) -> dict[str, str]:
+    """What the docstring says of each key."""
+    said: dict[str, str] = {}
+    for base in reversed(model.__mro__):
+        text = getattr(base, "__doc__", None) or ""
+        _, _, attributes = text.partition("Attributes\n")
+        names: list[str] = []
+        for line in attributes.splitlines()[1:]:
+            if re.match(r"    \w[\w, ]*( :.*)?$", line):
+                names = [n.strip() for n in line.split(":")[0].split(",")]
+                said.update(dict.fromkeys(names, ""))
+            elif line.startswith("        ") and line.strip():
+                for name in names:
+                    said[name] = f"{said[name]} {line.strip()}".strip()
+            elif line.strip():
+                break
+    return said
+
+
+def inner_model(annotation: Any) -> tuple[type[BaseModel] | None, str]:
+    """The section that a key holds, and how its heading is written."""
+    origin, inner = get_origin(annotation), get_args(annotation)
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation, "[{}]"
+    if origin in (tuple, list) and inner:
+        return inner_model(inner[0])[0], "[[{}]]"
+    if origin is dict:
+        return inner_model(inner[1])[0], "[{}.NAME]"
+    if origin in (typing.Union, types.UnionType, typing.Annotated):
+        for one in inner:
+            model, words = inner_model(one)
+            if model is not None:
+                return model, words
+    return None, "[{}]"
+
+
+def example(key: str, field: Any) -> str:
+    """A line as it may stand in a project."""
+    annotation, value = field.annotation, field.default
+    options = [a for a in get_args(annotation) if a is not type(None)]
+    if get_origin(annotation) in (typing.Union, types.UnionType) and options:
+        annotation = options[0]
+    while get_origin(annotation) is typing.Annotated:
+        annotation = get_args(annotation)[0]
+    if get_origin(annotation) is Literal:
+        return f'`{key} = "{get_args(annotation)[-1]}"`'
+    if annotation is bool:
+        return f"`{key} = {str(not value).lower()}`"
+    if annotation in (float, int):
+        number = value if isinstance(value, int | float) and value else 1
+        return f"`{key} = {number:g}`"
+    if annotation is str:
+        text = value if isinstance(value, str) and value else {"file": "file.csv"}.get(key, "…")
+        return f'`{key} = "{text}"`'
+    return ""
+
+
+def tables(model: type[BaseModel], path: str, seen: set[str]) -> list[str]:
+    """The table of a section, and those of the sections in it."""
+    said, rows, further = meanings(model), [], []
+    for name, field in model.model_fields.items():
+        key = field.alias or name
+        section, words = inner_model(field.annotation)
+        if section is not None:
+            heading = words.format(f"{path}.{key}" if path else key)
+            if heading not in seen:
+                seen.add(heading)
+                inner = re.sub(r"[\[\]]", "", heading)
+                lines = tables(section, inner, seen)
+                if lines:
+                    first = (section.__doc__ or "").strip().split("\n")[0]
+                    further += ["", f"## `{heading}`", "", first, "", *lines]
+            continue
+        meaning = said.get(name, "").replace("|", "\\|").replace("``", "`")
+        meaning = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", meaning)
+        rows.append(
+            f"| `{key}` | {kind(field.annotation)} | {unit(key)} | {default(field)} | "
+            f"{example(key, field)} | {meaning} |"
+        )
+    head = ["| key | type | unit | default | example | meaning |", "|---|---|---|---|---|---|"]
+    return [*(head if rows else []), *rows, *further]
+
+
+def page() -> str:
+    """The text of the page."""
+    body = tables(Project, "", set())
+    return "\n".join([HEAD, "## Top of the file", "", *body]) + "\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
