@@ -7,6 +7,7 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
+from tribrach.epochs.design import sigma_for_displacement
 from tribrach.project.sections import Section
 from tribrach.simulate.scene import Primitive, box, cylinder, rectangle, sphere
 
@@ -143,6 +144,9 @@ class PlanSection(Section):
         The lever arm that the plan is about, instead of points.
     sigma_mm, redundancy, undetected_mm, correlation
         What is required of the criterion.
+    displacement_mm
+        Instead of ``sigma_mm``: a displacement between two epochs measured like this that is to
+        be found with 80 %.
     """
 
     stations: str | None = None
@@ -171,6 +175,7 @@ class PlanSection(Section):
     redundancy: NonNegativeFloat | None = Field(default=None, lt=1)
     undetected_mm: PositiveFloat | None = None
     correlation: PositiveFloat | None = Field(default=None, lt=1)
+    displacement_mm: PositiveFloat | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -182,6 +187,11 @@ class PlanSection(Section):
             raise ValueError("spacing_m needs a scene")
         if self.add_stations and not self.station_places:
             raise ValueError("stations are proposed at station_places: name the file")
+        if self.displacement_mm is not None:
+            if self.criterion != "sigma" or self.lever_arm is not None:
+                raise ValueError("displacement_mm is about points and the criterion sigma")
+            if self.sigma_mm is not None:
+                raise ValueError("give either displacement_mm or sigma_mm")
         if self.lever_arm is None:
             return self
         if self.points or self.new_points:
@@ -190,9 +200,16 @@ class PlanSection(Section):
             raise ValueError(f"the criterion {self.criterion} says nothing about lever_arm")
         return self
 
-    @property
-    def required(self) -> float | None:
-        """What is required of the criterion [m, or a number]."""
+    def required(self, axes: int = 3) -> float | None:
+        """What is required of the criterion [m, or a number].
+
+        Parameters
+        ----------
+        axes
+            Coordinates of a point of the network, in which a displacement is tested.
+        """
+        if self.displacement_mm is not None:
+            return sigma_for_displacement(self.displacement_mm * 1e-3, axes)
         return {
             "sigma": None if self.sigma_mm is None else self.sigma_mm * 1e-3,
             "redundancy": self.redundancy,

@@ -11,10 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tribrach._types import Array, Progress
+from tribrach.epochs.design import detectable_displacement
 from tribrach.job.opened import Job
 from tribrach.job.plan.lever_arm import LeverArmForecast, forecast
 from tribrach.job.plan.survey import PlanSurvey, plan_of
-from tribrach.job.plan.work import DesignProposal, PlanWork, Relocation, Spare
+from tribrach.job.plan.work import DesignProposal, PlanWork, Relocation, Spare, axes_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
@@ -54,6 +55,12 @@ class DesignResult:
     judged: int = 0
     warnings: tuple[str, ...] = ()
     lever_arm: LeverArmForecast | None = None
+
+    @property
+    def detectable(self) -> float:
+        """Displacement of the worst point that two epochs measured like this find [m]."""
+        sigma = float(self.after.sigma.max(initial=0.0))
+        return detectable_displacement(sigma, axes_of(self.adjustment))
 
     @property
     def reached(self) -> bool | None:
@@ -99,11 +106,12 @@ def plan_project(
     progress("datums", 0, None)
     # a lever arm is no place: it has no datum
     datums = [] if survey.arm is not None else compare_datums(work.network(), criterion)
-    sets, precisions = work.weights(section.required)
+    required = section.required(axes_of(adjustment))
+    sets, precisions = work.weights(required)
     return DesignResult(
         job.project.title,
         criterion,
-        section.required,
+        required,
         network,
         adjustment,
         before,

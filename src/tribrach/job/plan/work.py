@@ -18,6 +18,7 @@ from tribrach.job.plan.survey import PlanSurvey, named, read_places
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.assembly import Assembly
 from tribrach.network.network import Network
+from tribrach.network.roles import used_axes
 from tribrach.observations.declaration import Category
 from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
@@ -64,6 +65,11 @@ class Spare:
     name: str
     before: float
     after: float
+
+
+def axes_of(adjustment: Adjustment) -> int:
+    """Coordinates that points of a network have."""
+    return int(used_axes(adjustment).sum())
 
 
 class PlanWork:
@@ -216,7 +222,7 @@ class PlanWork:
             return None
         now = prospect_for(base, self.criterion, [further])
         parts = coming(base, now, further, {name: k for k, name in enumerate(names)})
-        search = propose(now, parts, count, self.plan.required)
+        search = propose(now, parts, count, self.plan.required(axes_of(base)))
         self.judged += search.judged
         unseen = len(names) - sum(len(part) for part in parts)
         if unseen:
