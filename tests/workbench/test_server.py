@@ -8,6 +8,7 @@ import io
 import json
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -166,6 +167,23 @@ def test_events_are_told_to_who_listens(yard: Yard) -> None:
     assert sum(event == "clouds" for event, _ in heard) == 2
     service.stop()
     assert service.stopped
+
+
+def test_a_cloud_that_is_damaged_keeps_none_of_the_others(yard: Yard, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    shutil.copytree(yard("work"), folder, ignore=shutil.ignore_patterns(".tribrach"))
+    (folder / "clouds" / "S1.laz").write_bytes(b"LASF" + bytes(100))
+    service, heard = Service(folder), []
+    service.listen(lambda event, content: heard.append((event, dict(content))))
+    service.start()
+    for _ in range(600):
+        if service.scene.clouds and not service.scene.pending:
+            break
+        time.sleep(0.05)
+    assert [cloud.name for cloud in service.scene.clouds] == ["S2"]
+    (told,) = (content["sentence"] for event, content in heard if event == "failed")
+    assert "S1.laz" in told
+    service.stop()
 
 
 def test_the_command_prints_an_address_and_ends_in_order(yard: Yard) -> None:

@@ -36,7 +36,10 @@ def read_result_file(path: Path) -> dict[str, Any]:
         There is none, or it is something else or of another layout.
     """
     if not path.is_file():
-        raise InputError("there is no result here", file=path, cure=_CURE)
+        # the folder of a project is given for that of its results
+        below = path.parent / "out" / RESULT
+        cure = f"give {below.parent}" if below.is_file() else _CURE
+        raise InputError("there is no result here", file=path, cure=cure)
     try:
         data = read_json(path)
     except ValueError as error:

@@ -31,7 +31,6 @@ __all__ = ["CLOUDS", "RESULT", "ResultFolder", "read_result"]
 CLOUDS = "clouds"
 #: layouts of what lies beside a result that are read
 _BESIDE = (1,)
-_CURE = "give the folder of results of a run, the one with result.json"
 
 
 def read_result(folder: Path) -> dict[str, Any]:

@@ -221,15 +221,18 @@ class Service:
                 self.changed()
             self.tell("clouds", {})
 
-        try:
-            convert_clouds(paths, self._copies, self._progress(stop), ready)
-        except Cancelled:
-            return
-        except (TribrachError, OSError) as error:
-            with self._lock:
-                self._pending = []
-                self.changed()
-            self.tell("failed", {"sentence": str(error)})
+        progress = self._progress(stop)
+        for path in sorted(paths, key=lambda path: path.stat().st_size):
+            try:
+                convert_clouds([path], self._copies, progress, ready)
+            except Cancelled:
+                return
+            except (TribrachError, OSError) as error:
+                # the other clouds are shown all the same
+                with self._lock:
+                    self._pending.remove(path.name)
+                    self.changed()
+                self.tell("failed", {"sentence": str(error)})
 
     def _progress(self, stop: threading.Event) -> Callable[[str, int, int | None], None]:
         """Tells listeners how far something is, and ends it when it is stopped."""
