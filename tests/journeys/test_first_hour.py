@@ -107,7 +107,7 @@ def test_scans_and_a_survey_without_targets_are_told_apart(tmp_path: Path) -> No
     scans_alone(tmp_path / "yard", 3_000)
     (tmp_path / "yard" / "control.csv").write_text("Nr;E;N;H\nA;1;2;3\nB;4;5;6\n")
     words = said("init", str(tmp_path / "yard"), "--yes")
-    assert "and none found" in words
+    assert "found: none" in words
     assert "nothing ties the scans to the survey" in words
     assert "control.csv: 2 points with coordinates, without sigmas: nothing ties it" in words
 

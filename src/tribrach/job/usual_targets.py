@@ -70,7 +70,7 @@ def usual_targets(found: Sequence[FolderFile]) -> tuple[list[tuple[str, float]],
     )
     what = f"{' and '.join(told)}" if told else "none"
     return chosen, (
-        f"no targets were named: {tried} were sought in {_source(scan)}, and {what} found; name "
+        f"no targets were named: {tried} were sought in {_source(scan)}; found: {what}; name "
         "them with --target"
     )
 
