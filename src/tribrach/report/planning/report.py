@@ -84,7 +84,8 @@ def _sentences(plan: DesignResult) -> list[str]:
         )
         out.append(
             "Between two epochs measured like this its displacement of "
-            f"{1e3 * plan.detectable:.3g} mm would be found with 80 % (test at 5 %), in the direction in which that is hardest."
+            f"{1e3 * plan.detectable:.3g} mm would be found with 80 % (test at "
+            "5 %), in the direction in which that is hardest."
         )
     out += [
         f"The weakest observation is {after.redundancy_at} with a redundancy of "
