@@ -25,6 +25,40 @@ _NOTE = (
 )
 
 
+#: ends of keys with the units that they name, the longest first
+_UNITS = {
+    "_mm_per_sqrt_km": "mm per √km",
+    "_arcsec": "″",
+    "_arcmin": "′",
+    "_mrad": "mrad",
+    "_ppm": "ppm",
+    "_mm": "mm",
+}
+_WORDS = {
+    "direction": "direction, one face",
+    "zenith": "zenith angle, one face",
+    "direction_both_faces": "direction, mean of both faces",
+    "zenith_both_faces": "zenith angle, mean of both faces",
+    "centring": "centring of either end",
+    "height": "height of either end",
+    "range": "noise of ranges",
+    "scan_angle": "noise of both angles",
+    "scan_angle_accuracy": "both angles, noise and systematic part",
+    "range_scale_common": "scale of ranges, common to all stations",
+    "beam_exit": "diameter of the beam at its exit",
+    "beam_divergence": "full divergence of the beam",
+    "levelling": "levelling",
+    "refraction": "coefficient of refraction",
+    "refraction_sigma": "sigma of the coefficient of refraction",
+    "target_floor": "added to centres of targets",
+    "shared_share": "share of the noise of ranges that neighbours have in common",
+    "shared_angle": "angle over which they have it",
+    "gnss_plan": "GNSS position in plan",
+    "gnss_up": "GNSS position in height",
+    "gnss_common_share": "share of its variance common to a session",
+}
+
+
 class InstrumentFigure(DocumentPart):
     """A figure of an instrument: its key with the unit, its source; sheet, standard "" if none."""
 
@@ -56,13 +90,23 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     columns = [
         (ColumnHead("Instrument", numeric=False), lambda f: text_cell(f.instrument)),
         (ColumnHead("Sheet", numeric=False), lambda f: text_cell(f.sheet)),
-        (ColumnHead("Figure", numeric=False), lambda f: text_cell(f.key)),
+        (ColumnHead("Figure", numeric=False), lambda f: text_cell(_named(f.key)[0])),
         (ColumnHead("value"), lambda f: number_cell(f.value, f"{f.value:g}")),
+        (ColumnHead("unit", numeric=False), lambda f: text_cell(_named(f.key)[1])),
         (ColumnHead("By", numeric=False), lambda f: text_cell(f.standard)),
         (ColumnHead("Source", numeric=False), lambda f: text_cell(f.source)),
     ]
     table = build_table("instruments", "Instruments", _NOTE, figures, columns)
     yield Chapter("instruments", "Instruments", tables=(table,), data=figures)
+
+
+def _named(key: str) -> tuple[str, str]:
+    """A key of a project in words, and its unit."""
+    for end, unit in _UNITS.items():
+        if key.endswith(end):
+            bare = key.removesuffix(end)
+            return _WORDS.get(bare, bare.replace("_", " ")), unit
+    return _WORDS.get(key, key.replace("_", " ")), ""
 
 
 SUBJECT = Subject("instruments", _chapters, list[InstrumentFigure])
