@@ -155,7 +155,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     tables = (_point_table(head), _geodetic_table(head))
     yield Chapter("points", "Points", tables=tables, signed=True)
     covariances = _ellipsoid_table(head)
-    if covariances.rows:
+    if covariances.items:  # rows are made when a page shows them
         yield Chapter("covariances", "Covariances of points", tables=(covariances,))
 
 
