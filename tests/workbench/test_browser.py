@@ -320,6 +320,47 @@ def test_a_row_is_switched_off_and_on_again(page: Watched, project: Path) -> Non
             assert shown["w"] == pytest.approx(w[shown["id"], shown["component"]], abs=2e-3)
 
 
+def test_run_writes_the_clouds_anew(page: Watched, project: Path) -> None:
+    with program("workbench", project) as address:
+        page.open(with_budget(address))
+        page.page.locator(".rows .row").nth(0).locator("button.use").click()
+        decide(page, "off")
+        settled_tests(page, 2)
+        before = page("tribrach.summary.posterior")
+        assert page("tribrach.counts.moves") > 0
+        page("window.before = true")
+        page.page.click("button[title^='Run the project']")
+        # the page loads itself again when everything is written
+        again = "!window.before && !!(window.tribrach && tribrach.ready)"
+        until(lambda: page(again), "the end of the run")
+        page.settle()
+        assert page("tribrach.counts.moves") == 0
+        assert page("tribrach.session.saved")
+        assert len(page("tribrach.session.edits")) == 1
+        assert page("tribrach.summary.posterior") == pytest.approx(before, rel=1e-9)
+        assert page.page.locator(".banner").count() == 0
+        page.fine()
+
+
+def test_a_distance_is_measured_with_its_sigma(page: Watched, seen: str) -> None:
+    page.open(with_budget(seen))
+    page.page.click("#tab-points")
+    page.page.click("#panel button.name:text-is('BASE')")
+    page.page.click("#tab-selection")
+    page.page.click("button:has-text('Measure from here')")
+    places = {p["name"]: p["xyz"] for p in page("tribrach.points")}
+    page.page.mouse.click(*where(page, json.dumps(places["TOP"])))
+    until(lambda: page("tribrach.measured && tribrach.measured.sigma"), "the distance")
+    measured = page("tribrach.measured")
+    gap = np.subtract(places["TOP"], places["BASE"])
+    assert measured["distance"] == pytest.approx(np.linalg.norm(gap), abs=1e-6)
+    along = gap / np.linalg.norm(gap)
+    sigma = np.sqrt(along @ np.array(measured["covariance"]) @ along)
+    assert measured["sigma"] == pytest.approx(sigma, rel=1e-6)
+    assert "mm" in page.page.inner_text("#panel .inset")
+    page.fine()
+
+
 def test_what_cannot_be_adjusted_is_said_and_changes_nothing(page: Watched, project: Path) -> None:
     with program("workbench", project) as address:
         page.open(with_budget(address))
