@@ -60,7 +60,7 @@ def moves(page: Watched) -> None:
 
 
 def section(page: Watched) -> None:
-    """A slab of one metre in plan, by station."""
+    """What a slice leaves of the yard, in plan, by station."""
     page("tribrach.look('plan')")
 
 
@@ -78,7 +78,7 @@ VIEWS: list[tuple[str, str, Callable[[Watched], None]]] = [
     ("moves", f"theme=dark{HIDDEN}&hide=ellipsoids", moves),
     (
         "slice",
-        f"colour=station&tab=points&slice=1040,2018,8.2,58,56,0.5,0{HIDDEN}&hide=rays&hide=ellipsoids",
+        f"colour=station&tab=points&slice=1059,2030,9,34,35,3.8,0{HIDDEN}&hide=rays&hide=ellipsoids",
         section,
     ),
 ]

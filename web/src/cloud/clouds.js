@@ -37,7 +37,9 @@ export class Clouds {
     this.group.matrixAutoUpdate = false;
     this.tables = new Map(Object.keys(SCALES).map((name) => [name, tableTexture(name)]));
     this.shared.uTable.value = this.tables.get('viridis');
-    const stations = [...new Set((scene.clouds ?? []).map((cloud) => cloud.station))];
+    // by the order of the stations, not of the clouds, which come as they are ready
+    const scanners = (scene.stations?.name ?? []).filter((_, i) => scene.stations.kind[i] === 'scanner');
+    const stations = [...new Set([...scanners, ...(scene.clouds ?? []).map((cloud) => cloud.station)])];
     this.stationColours = new Map(stations.map((name, i) => [name, STATIONS[i % STATIONS.length]]));
     this.clouds = (scene.clouds ?? []).map((cloud) => this.#made(cloud));
     this.tick = 0;

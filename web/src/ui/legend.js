@@ -53,5 +53,5 @@ export function Legend({ colours }) {
 export function Hud() {
   const { points, total, loading } = s.shown.value;
   if (!s.scene.value?.clouds?.length) return null;
-  return html`<div class="hud" role="status"><b>${count(points)}</b> of ${count(total)} points shown${loading ? html`<span class="spin" aria-label="loading"></span>` : ''}</div>`;
+  return html`<div class="hud" role="status"><b>${count(points)}</b> of ${count(total)} points shown${s.slice.value?.on ? ', less what the slice cuts off' : ''}${loading ? html`<span class="spin" aria-label="loading"></span>` : ''}</div>`;
 }
