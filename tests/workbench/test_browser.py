@@ -328,11 +328,10 @@ def test_run_writes_the_clouds_anew(page: Watched, project: Path) -> None:
         settled_tests(page, 2)
         before = page("tribrach.summary.posterior")
         assert page("tribrach.counts.moves") > 0
-        page("window.before = true")
-        page.page.click("button[title^='Run the project']")
-        # the page loads itself again when everything is written
-        again = "!window.before && !!(window.tribrach && tribrach.ready)"
-        until(lambda: page(again), "the end of the run")
+        with page.page.expect_event("load", timeout=120_000):
+            page.page.click("button[title^='Run the project']")
+        # the page has loaded itself again, because everything is written
+        until(lambda: page("!!(window.tribrach && tribrach.ready)"), "the page after the run")
         page.settle()
         assert page("tribrach.counts.moves") == 0
         assert page("tribrach.session.saved")
