@@ -97,10 +97,12 @@ def test_what_is_no_table(tmp_path: Path, text: str, words: str, line: int | Non
     assert caught.value.line == line
 
 
-def test_what_is_no_text(tmp_path: Path) -> None:
+def test_names_of_another_encoding(tmp_path: Path) -> None:
     path = tmp_path / "sites.csv"
-    path.write_bytes(b"name,x,y,z,radius\n\xff,1,2,3,1\n")
-    with pytest.raises(InputError, match="UTF-8"):
-        read_sites(path)
+    path.write_bytes(b"name,x,y,z,radius\nT\xfcr,1,2,3,1\n")
+    assert read_sites(path)[0].name == "Tür"
+
+
+def test_no_table_at_all(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="read"):
         read_sites(tmp_path / "absent.csv")

@@ -225,7 +225,7 @@ def test_a_project_with_a_raw_file(tmp_path):
         np.testing.assert_allclose(xyz, truth, atol=1e-3)
     result = CliRunner().invoke(app, ["run", str(tmp_path / "job.toml")])
     assert result.exit_code == 0, result.output
-    (found,) = (tmp_path / "out").glob("*.json")
+    found = tmp_path / "out" / "result.json"
     (day,) = json.loads(found.read_text())["reductions"]["days"]
     assert day["collimation"] == pytest.approx(8 * SEC, abs=0.2 * SEC)
     assert day["index"] == pytest.approx(-5 * SEC, abs=0.2 * SEC)
