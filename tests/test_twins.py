@@ -107,7 +107,7 @@ def whole(name: str, seed: int, known: dict[tuple[str, int], Rows], folder: Path
         words = ["simulate", name, "--out", str(folder), "--points", str(POINTS)]
         result = CliRunner().invoke(app, [*words, "--seed", str(seed), "-q"])
         assert result.exit_code == 0, result.output
-        known[name, seed] = compared(folder / f"{name}.toml")
+        known[name, seed] = compared(folder / build(name, POINTS, seed).project_file)
     return known[name, seed]
 
 

@@ -36,6 +36,7 @@ def test_stations_and_targets(twin):
         "newcastle-lab": (2, 52),
         "newcastle-lab-ceiling": (2, 64),
         "konya-building": (10, 49),
+        "retaining-wall": (3, 10),
     }
     assert (len(twin.stations), len(twin.targets)) == counts[twin.name]
     assert len({t.name for t in twin.targets}) == len(twin.targets)
@@ -72,6 +73,7 @@ def test_seeds_draw_other_errors_in_the_same_place(twin):
 
 def test_the_project_reads_the_tables(twin, tmp_path):
     for name, text in twin.files.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_text(text)
     path = tmp_path / "project.toml"
     path.write_text(twin.project + '[[scans]]\nfile = "none.laz"\n')

@@ -28,8 +28,11 @@ def simulate(
 
     def work() -> None:
         with shown(quiet) as progress:
-            path = write_twin(build(twin, points, seed), out, progress, overwrite=overwrite)
+            made = build(twin, points, seed)
+            write_twin(made, out, progress, overwrite=overwrite)
         if not quiet:
-            say(f"{path}\nnow: tribrach run {path}")
+            paths = [out / one.project_file for one in (made, *made.later)]
+            then = [f"then: tribrach run {path}" for path in paths[1:]]
+            say("\n".join([*map(str, paths), f"now: tribrach run {paths[0]}", *then]))
 
     guarded(work)

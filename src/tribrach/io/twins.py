@@ -1,5 +1,8 @@
 """Writes a twin to disk: scans, tables, project file, and the truth.
 
+Campaigns at one site share a folder: each has its project file there and a folder of its name for
+its scans and its truth.
+
 ``truth/truth.json`` holds poses, points and what each station can see; ``truth/truth-SCAN.npz`` the
 true places of a random share of the points that are no mixture of several surfaces: ``point`` (n,)
 in the order of the file, ``xyz`` (n, 3) world [m]; also how many points the scan has, and a digest
@@ -77,7 +80,7 @@ def write_twin(
     Returns
     -------
     Path
-        The project file.
+        The project file; that of the first campaign if others are later.
 
     Raises
     ------
@@ -85,23 +88,32 @@ def write_twin(
         A file cannot be written, or one that the program did not write, or that was changed since,
         has its name.
     """
+    tell = progress or (lambda name, done, all_of_it: None)
     with keeping((), folder, overwrite=overwrite):
-        return _write(twin, folder, progress or (lambda name, done, all_of_it: None), truth)
+        path, *_ = [_write(one, folder, _of(one, tell), truth) for one in (twin, *twin.later)]
+        return path
+
+
+def _of(twin: Twin, tell: Callable[[str, int, int], None]) -> Callable[[str, int, int], None]:
+    """Progress that says of which campaign a scan is."""
+    if not twin.campaign:
+        return tell
+    return lambda name, done, rays: tell(f"{name} of {twin.campaign}", done, rays)
 
 
 def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], truth: int) -> Path:
     """Write everything that is not there."""
-    path = folder / f"{twin.name}.toml"
+    path = folder / twin.project_file
     recipes = [_recipe(twin, number, truth) for number in range(len(twin.scans))]
     known = [_made(folder, twin, k, recipe) for k, recipe in enumerate(recipes)]
     kept = path.is_file() and None not in known
     if not kept:
         new = [one for one, done in zip(twin.scans, known, strict=True) if done is None]
         names = (*twin.files, path.name, *(_file(twin, one) for one in new))
-        truths = (_truth_file(folder, twin, one) for one in new)
-        for place in (*(folder / name for name in names), *truths):
+        places = (_truth_file(folder, twin, one) for one in new)
+        for place in (*(folder / name for name in names), *places):
             refuse_loss(place)
-        _clear(folder, path)
+        _clear(folder, folder / twin.campaign, path)
     counts = {}
     for number, one in enumerate(twin.scans):
         done = known[number]
@@ -110,15 +122,18 @@ def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], trut
         counts[one.name] = done
         tell(one.name, one.rays, one.rays)
     texts: dict[Path, str | bytes] = {folder / name: text for name, text in twin.files.items()}
-    texts[folder / "truth" / "truth.json"] = json_text(truth_of(twin, counts), indent=1) + "\n"
+    texts[folder / twin.campaign / "truth" / "truth.json"] = (
+        json_text(truth_of(twin, counts), indent=1) + "\n"
+    )
     texts[path] = project_text(twin)
     write_texts({p: t for p, t in texts.items() if not (kept and p.is_file())})
     return path
 
 
-def _clear(folder: Path, path: Path) -> None:
+def _clear(folder: Path, campaign: Path, path: Path) -> None:
     """Remove the project file, and files that a killed simulation left half-written."""
-    parts = [p for name in ("", "scans", "truth") for p in (folder / name).glob(".*.part")]
+    places = {folder, campaign, campaign / "scans", campaign / "truth"}
+    parts = [p for place in places for p in place.glob(".*.part")]
     try:
         for each in (path, *parts):
             if each.is_file():
@@ -164,11 +179,16 @@ def _contents(path: Path) -> str:
 
 
 def _file(twin: Twin, one: TwinScan) -> str:
-    return f"scans/{one.name}{twin.suffix}"
+    return f"{_prefix(twin)}scans/{one.name}{twin.suffix}"
+
+
+def _prefix(twin: Twin) -> str:
+    """The folder of a campaign, with its slash; empty where there is but one."""
+    return f"{twin.campaign}/" if twin.campaign else ""
 
 
 def _truth_file(folder: Path, twin: Twin, one: TwinScan) -> Path:
-    return folder / "truth" / f"truth-{_title(twin, one)}.npz"
+    return folder / twin.campaign / "truth" / f"truth-{_title(twin, one)}.npz"
 
 
 def _write_scan(
@@ -248,7 +268,11 @@ def project_text(twin: Twin) -> str:
             'instrument = "scanner"\norigin = "scanner"\n'
         )
     parts += list(_station_sections(twin))
-    parts.append('[output]\nfolder = "out"\nangle = "gon"\n')
+    if twin.campaign:
+        # what a later campaign is compared with
+        parts.append(f'[output]\nfolder = "out/{twin.campaign}"\nangle = "gon"\nepoch = true\n')
+    else:
+        parts.append('[output]\nfolder = "out"\nangle = "gon"\n')
     return "\n".join(parts)
 
 

@@ -8,13 +8,14 @@ World coordinates are metres. Every primitive is convex and lies in the box of i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.geometry.pose import Pose
 
 __all__ = [
     "BOX",
@@ -27,6 +28,7 @@ __all__ = [
     "Primitive",
     "Scene",
     "box",
+    "carried",
     "checkerboard",
     "cylinder",
     "disc",
@@ -335,6 +337,20 @@ def disc(
     half = np.array([side / 2, side / 2, 0.0])
     axes = frame_of_normal(normal)
     return Primitive(DISC, np.asarray(center, float), axes, half, _DARK, radius, bright)
+
+
+def carried(primitive: Primitive, motion: Pose) -> Primitive:
+    """A primitive after a rigid motion.
+
+    Parameters
+    ----------
+    primitive
+        Before it.
+    motion
+        Of the world.
+    """
+    axes = primitive.axes @ motion.rotation.T
+    return replace(primitive, center=motion @ primitive.center, axes=axes)
 
 
 def distance_to_surface(scene: Scene, number: NDArray[np.int64], xyz: Array) -> Array:

@@ -25,7 +25,7 @@ __all__ = ["TargetSight", "Twin", "TwinScan", "TwinStation", "TwinTarget", "chil
 TargetKind = Literal["sphere", "checkerboard", "disc"]
 
 #: purposes of random numbers; each has a stream of its own
-_PURPOSES = ("poses", "survey", "scans", "truth")
+_PURPOSES = ("poses", "survey", "scans", "truth", "control")
 #: a flat target is found if it is seen at less than this angle from its normal [rad] and takes at
 #: least so many steps of the grid across; a sphere takes so many points
 _STEEPEST, _ACROSS, _SPHERE_POINTS = float(np.radians(60)), 12.0, 80.0
@@ -167,6 +167,10 @@ class Twin:
         Further truth for the record.
     suffix
         Of the files of scans.
+    campaign
+        Of several at one site: what its project, scans and results are called after.
+    later
+        Campaigns that follow at the same site, written beside this one.
     """
 
     name: str
@@ -182,6 +186,13 @@ class Twin:
     marks: Mapping[str, Array] = field(default_factory=dict)
     facts: Mapping[str, Any] = field(default_factory=dict)
     suffix: str = ".laz"
+    campaign: str = ""
+    later: Sequence[Twin] = ()
+
+    @property
+    def project_file(self) -> str:
+        """Name of the project file."""
+        return f"{self.campaign or self.name}.toml"
 
     def station(self, name: str) -> TwinStation:
         """A station by its name.

@@ -1,4 +1,4 @@
-"""Twins of published surveys, one module each."""
+"""Twins of published surveys and of one that is made up, one module each."""
 
 from __future__ import annotations
 
@@ -6,7 +6,13 @@ from collections.abc import Callable
 
 from tribrach.errors import InputError
 from tribrach.simulate.twin import Twin
-from tribrach.simulate.twins import hanoi_facade, konya_building, newcastle_lab, sphere_courtyard
+from tribrach.simulate.twins import (
+    hanoi_facade,
+    konya_building,
+    newcastle_lab,
+    retaining_wall,
+    sphere_courtyard,
+)
 
 __all__ = ["TWINS", "build"]
 
@@ -17,6 +23,7 @@ TWINS: dict[str, Callable[[int, int], Twin]] = {
     "newcastle-lab": newcastle_lab.build,
     "newcastle-lab-ceiling": newcastle_lab.with_ceiling,
     "konya-building": konya_building.build,
+    "retaining-wall": retaining_wall.build,
 }
 
 
