@@ -126,6 +126,40 @@ def test_numbers_of_sentences(given: str, comma: str, grouped: str | None) -> No
     assert Notation().words(given) == given
 
 
+@pytest.mark.parametrize(
+    ("said", "gon", "deg"),
+    [
+        ("one side, within 56°: far", "one side, within 62 gon: far", None),
+        ("20 to 160° are better", "22 to 178 gon are better", None),
+        ("1 to 15°", "1 to 17 gon", None),
+        ("between 0 to 0°", "between 0 to 0 gon", None),
+        ("the beam meets it at 65 degrees", "the beam meets it at 72 gon", None),
+        ("plumb lines turn by 2.9 arcsec;", "plumb lines turn by 0.90 mgon;", None),
+        ("about -32.40 arcsec", "about -10.00 mgon", None),
+        ("8 arc seconds are assumed", "2.5 mgon are assumed", None),
+        ("along H = 145 gon of its scan", None, "along H = 130° of its scan"),
+        ("turned by 10.00 mgon", None, "turned by 32.40 arcsec"),
+        ("with 12.5 degrees of freedom", None, None),
+        ("12 points per degree, 20° 59′ 00.00″, 20°C and 20 °C", None, None),
+        ("scan_angle_arcsec = 8.0 and a.csv:12", None, None),
+    ],
+)
+def test_angles_of_sentences_have_one_unit(said: str, gon: str | None, deg: str | None) -> None:
+    assert Notation(angle="gon").words(said) == (gon or said)
+    assert Notation(angle="deg").words(said) == (deg or said)
+    assert Notation().words(said) == said
+
+
+def test_a_warning_is_in_the_unit_of_the_report() -> None:
+    content = scanner_content()
+    said = replace(content, warnings=("The targets lie within 56° and turn by 2.9 arcsec.",))
+    (shown,) = page(said).xpath("//section[@id='warnings']//li")
+    assert shown.text_content() == "The targets lie within 62 gon and turn by 0.90 mgon."
+    assert "within 62 gon and turn by 0.90 mgon" in text.render(said)
+    settings = replace(content.settings, angle="deg")
+    assert "within 56° and turn by 2.9 arcsec" in text.render(replace(said, settings=settings))
+
+
 def test_numbers_of_cells() -> None:
     notation = Notation(",", ".")
     assert notation.cell("-412345.6789") == "-412.345,6789"

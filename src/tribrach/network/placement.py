@@ -31,12 +31,13 @@ def placement_sentences(adjustment: Adjustment) -> list[str]:
         names = list(dict.fromkeys(o.ends(adjustment.layout)[i][0] for i in active))
         absolute = _sigma(_block(adjustment, names[0], names[0]))
         who = "GNSS" if o.group == o.kind else o.group
-        words = f"{who} places {names[0]} with a standard deviation of {absolute:.3f} m (3D)"
+        words = f"{who} places {names[0]} with a standard deviation of {1e3 * absolute:.1f} mm (3D)"
         if len(names) > 1:
             length = _length_sigma(adjustment, names[0], names[1])
             words += (
-                f"; the distance from {names[0]} to {names[1]} is known to {length:.4f} m from "
-                "all observations together"
+                f"; the distance from {names[0]} to {names[1]} is known to {1e3 * length:.2f} mm "
+                "from all observations together: the first is for places in the world, the second "
+                "for lengths on the site"
             )
         out.append(words)
     return out

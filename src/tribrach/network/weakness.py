@@ -60,7 +60,7 @@ class Weakness:
     def cure(self) -> str:
         """What would hold it."""
         if abs(self.direction[2]) > _UPRIGHT:
-            return "a levelled height difference, or a height with its sigma, would hold it"
+            return "a height with its sigma, or levelling to a point of known height, would hold it"
         return (
             "a distance along that direction, a sight at right angles to it to a point with "
             "coordinates, or a coordinate with its sigma would hold it"

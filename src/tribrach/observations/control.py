@@ -349,7 +349,7 @@ class VectorPriors(Observations):
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
     facts: ClassVar[KindFacts] = KindFacts(
-        title="vector prior",
+        title="stated value",
         computed="known value of a vector: lever arm, common shift of a session",
         role=Role.PRIOR,
         category=Category.GNSS,

@@ -268,8 +268,8 @@ class _Search:
         helped = f" and {_antennas(outcome.antennas)}" if outcome.antennas else ""
         self.say(
             f"{unit.name} {verb} placed by {len(matching.pairs)} of {whose} "
-            f"{len(unit.sighting.centers)} targets{helped} (residuals {rms:.1f} times the sigmas "
-            "that the search allows for, root mean square of the targets within its limits)"
+            f"{len(unit.sighting.centers)} targets{helped}; they fit to {rms:.1f} times the sigmas "
+            "that the search allows for (root mean square)"
         )
         return True
 

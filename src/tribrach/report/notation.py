@@ -1,13 +1,17 @@
-"""Decimal comma and groups of thousands, as a project wants them: how the numbers of a finished
-text are written. What is worked with inside has a decimal point.
+"""How the numbers of a finished text are written, as a project wants them: decimal comma, groups of
+thousands, and angles in one unit.
+
+Sentences are made where something is found, with a decimal point and angles as ``56°``,
+``56 degrees``, ``2.9 arcsec`` or ``145 gon``. Every sentence of a report goes through here.
 """
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from tribrach.report.content import Report
@@ -21,6 +25,22 @@ _CELL = re.compile(r"([-+]?)(\d+)(?:\.(\d+))?( %)?")
 _SENTENCE = re.compile(
     r"(?<![\w./:-])(?:\d{1,3}(?:,\d{3})+(?:\.\d+)?(?![\w,])|\d+\.\d+(?!\.?\w))", re.ASCII
 )
+#: angles in sentences, one or from one to another; degrees of freedom and of warmth are none
+_ANGLE = re.compile(
+    r"(?<![\w./:])(?:(\d+(?:\.\d+)?)(?:°| degrees)? to )?(\d+(?:\.\d+)?)"
+    r"(°(?!\w| ?\d| C\b)| degrees?\b(?! of freedom| C\b)| arcsec\b| arc seconds?\b| m?gon\b)",
+    re.ASCII,
+)
+#: the other circle: factor and unit
+_TURNED: dict[str, dict[str, tuple[float, str]]] = {
+    "gon": {
+        "°": (1 / 0.9, " gon"),
+        "degree": (1 / 0.9, " gon"),
+        "arcsec": (1 / 3.24, " mgon"),
+        "arc second": (1 / 3.24, " mgon"),
+    },
+    "deg": {"gon": (0.9, "°"), "mgon": (3.24, " arcsec")},
+}
 #: digits from which on a number is grouped
 _GROUPED = 5
 
@@ -37,15 +57,18 @@ class Notation:
         Between groups of three digits, nothing if empty.
     names : frozenset of str
         Names of points and stations, which stay as they are although they look like numbers.
+    angle : {"gon", "deg"}, optional
+        Unit of the angles in sentences; without it they stay as they were said.
     """
 
     decimal: str = "."
     thousands: str = ""
     names: frozenset[str] = field(default=frozenset(), repr=False)
+    angle: Literal["gon", "deg"] | None = None
 
     @property
     def plain(self) -> bool:
-        """True if texts stay as they are."""
+        """True if numbers stay as they are, but for angles."""
         return self.decimal == "." and not self.thousands
 
     def cell(self, text: str) -> str:
@@ -58,7 +81,22 @@ class Notation:
 
     def words(self, text: str) -> str:
         """A sentence with its numbers as they are to be written."""
+        if self.angle is not None:
+            text = _ANGLE.sub(self._turned, text)
         return text if self.plain else _SENTENCE.sub(self._found, text)
+
+    def _turned(self, found: re.Match[str]) -> str:
+        """An angle in the other unit, as sharp as it was said."""
+        first, last, unit = found.groups()
+        units = _TURNED[self.angle or "gon"]
+        if (to := units.get(unit.strip().removesuffix("s"))) is None:
+            return found.group()
+        factor, name = to
+        value = float(last) * factor
+        sharp = max(2, len(last.replace(".", "").lstrip("0")))
+        digits = max(0, sharp - 1 - math.floor(math.log10(value * (1 + 1e-9)))) if value else 0
+        begin = "" if first is None else f"{float(first) * factor:.{digits}f} to "
+        return f"{begin}{value:.{digits}f}{name}"
 
     def _found(self, found: re.Match[str]) -> str:
         text = found.group()
@@ -80,13 +118,13 @@ PLAIN = Notation()
 
 def notation_of(content: Report) -> Notation:
     """The notation that the project of a report asks for."""
-    project = content.job.project
+    project, angle = content.job.project, content.settings.angle
     if project is None:
-        return PLAIN
+        return Notation(angle=angle)
     output = project.output
     if output.decimal == "." and not output.thousands:
-        return PLAIN
-    return Notation(output.decimal, output.thousands, frozenset(_names(content)))
+        return Notation(angle=angle)
+    return Notation(output.decimal, output.thousands, frozenset(_names(content)), angle)
 
 
 def _names(content: Report) -> Iterable[str]:

@@ -40,6 +40,7 @@ def brief(content: Report) -> str:
     """What a terminal shows after an adjustment: warnings, fit, datum, worst observations."""
     summary = content.summary
     worst = next(table for table in content.tables(5) if table.name == "observations")
+    say = notation_of(content).words
     lines = [
         content.title,
         *(f"! {text}" for text in content.warnings),
@@ -53,7 +54,7 @@ def brief(content: Report) -> str:
         content.sigma_origin,
     ]
     grid = ["", _grid(worst)] if worst.rows else []
-    return visible("\n".join([wrapped(line) for line in lines] + grid))
+    return visible("\n".join([wrapped(say(line)) for line in lines] + grid))
 
 
 def _sigma0(content: Report) -> str:
@@ -98,13 +99,17 @@ def _chapter(chapter: Chapter, row_limit: int, notation: Notation) -> list[str]:
     said = [notation.words(text) for text in chapter.sentences]
     return [
         *([_section(chapter.title, said)] if said else []),
-        *(table_text(table, notation) for table in tables if table.rows),
+        *(
+            table_text(table, notation, titled=not said or table.title != chapter.title)
+            for table in tables
+            if table.rows
+        ),
     ]
 
 
-def table_text(table: ReportTable, notation: Notation = PLAIN) -> str:
+def table_text(table: ReportTable, notation: Notation = PLAIN, *, titled: bool = True) -> str:
     """Title, note and grid of a table."""
-    title = [table.title, "-" * len(table.title)]
+    title = [table.title, "-" * len(table.title)] if titled else []
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
     marks = f"Marks: {', '.join(legend)}." if legend else ""
     note = notation.words(" ".join(filter(None, [table.note, marks, table.cut])))
@@ -117,7 +122,10 @@ def _grid(table: ReportTable, notation: Notation = PLAIN) -> str:
     grid = [
         [column.head for column in table.columns],
         [column.unit for column in table.columns],
-        *([_words(cell, notation) for cell in row.cells] for row in table.rows),
+        *(
+            [_words(*item, notation) for item in zip(row.cells, table.columns, strict=True)]
+            for row in table.rows
+        ),
     ]
     if not any(grid[1]):
         del grid[1]
@@ -130,10 +138,10 @@ def _grid(table: ReportTable, notation: Notation = PLAIN) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _words(cell: Cell, notation: Notation) -> str:
+def _words(cell: Cell, column: ColumnHead, notation: Notation) -> str:
     """A cell with the blanks that put decimal points one below the other, and its unit."""
     unit = f" {cell.unit:4s}" if cell.unit else ""
-    text = notation.cell(cell.text) if isinstance(cell.key, int | float) else cell.text
+    text = notation.cell(cell.text) if column.numeric else notation.words(cell.text)
     return text + " " * cell.blanks + unit
 
 

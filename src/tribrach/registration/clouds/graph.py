@@ -120,7 +120,7 @@ class StationLoop:
         """The loop and its closure in words."""
         return (
             f"{' - '.join((*self.stations, self.stations[0]))}: {1e3 * self.shift:.1f} mm "
-            f'(predicted {1e3 * self.shift_sigma:.1f}), {np.degrees(self.turn) * 3600:.0f}" '
+            f"(predicted {1e3 * self.shift_sigma:.1f}), {np.degrees(self.turn) * 3600:.0f} arcsec "
             f"(predicted {np.degrees(self.turn_sigma) * 3600:.0f}), test {self.statistic:.1f} "
             f"of {self.limit:.1f}"
         )

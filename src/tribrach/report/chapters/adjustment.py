@@ -11,6 +11,7 @@ import numpy as np
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.significance import sidak
+from tribrach.observations.declaration import Role
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.control import control
@@ -283,6 +284,16 @@ def _uncontrolled(head: Head) -> list[str]:
     poor = tested.chosen(np.argsort(redundancy, kind="stable")[: int((redundancy < POOR).sum())])
     out = []
     total = len(active)
+    kinds = none.column("kind").tolist()
+    prior = np.array([kind_named(kind).facts.role is Role.PRIOR for kind in kinds], bool)
+    if count := int(prior.sum()):
+        one = count == 1
+        out.append(
+            f"{count} stated value{'' if one else 's'} no observation controls, so "
+            f"{'it is' if one else 'they are'} only as good as what states "
+            f"{'it' if one else 'them'}: {_named(none.chosen(prior))}"
+        )
+        none = none.chosen(~prior)
     if none:
         verb, it = ("is", "it") if len(none) == 1 else ("are", "them")
         out.append(

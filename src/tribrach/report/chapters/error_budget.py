@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ from tribrach._types import Array
 from tribrach.report.charts import PALETTE, Chart, beside, legend
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
+from tribrach.report.notation import Notation
 from tribrach.report.tables import (
     ColumnHead,
     ReportTable,
@@ -29,8 +29,6 @@ __all__ = ["budget_charts", "budget_table"]
 #: width of a bar in steps from one to the next
 _WIDTH = 0.8
 _NORMAL, _SURFACE, _ALL = "along the normal", "in the surface", "all directions"
-#: the degrees of a class of incidence angles
-_DEGREES = re.compile(r"(\d+) to (\d+)°")
 _ANGLES = ("horizontal angle", "vertical angle")
 _NOTE = (
     "Sigmas of points by what they come from; their squares add up to the square of "
@@ -106,14 +104,7 @@ def _chart(station: str, rows: Sequence[BudgetRow], columns: ColumnSet) -> Pictu
 
 def _class(region: str, columns: ColumnSet) -> str:
     """A class of range and incidence with angles in the unit of the report."""
-    if columns.style.angle == "deg":
-        return region
-
-    def turned(found: re.Match[str]) -> str:
-        low, high = (float(found[k]) / 0.9 for k in (1, 2))
-        return f"{low:.0f} to {high:.0f} gon"
-
-    return _DEGREES.sub(turned, region)
+    return Notation(angle=columns.style.angle).words(region)
 
 
 def _stack(

@@ -105,7 +105,7 @@ def _chapter(
 def _sentences(arm: EstimatedLeverArm) -> list[str]:
     """What a surveyor should know of a lever arm."""
     size = ", ".join(
-        f"{axis} {1e3 * v:.1f} mm (held)" if s == 0 else f"{axis} {1e3 * v:.1f} +- {1e3 * s:.1f} mm"
+        f"{axis} {1e3 * v:.1f} mm (held)" if s == 0 else f"{axis} {1e3 * v:.1f} ± {1e3 * s:.1f} mm"
         for axis, v, s in zip("xyz", arm.vector, arm.sigma, strict=True)
     )
     carriers = f"{len(arm.stations)} station{'s' if len(arm.stations) > 1 else ''}"

@@ -161,7 +161,7 @@ def _worst_table(head: Head) -> ReportTable:
     rows = rows.chosen(rows.column("state") != "off")[:_SHOWN]
     note = (
         "By the size of the test value w. Likely error: what the reading would be wrong by if it "
-        "alone were wrong, - v / r. A row that is clicked shows in the plan."
+        "alone were wrong, - v / r."
     )
     specs: list[Spec] = [
         (ColumnHead("Observation", numeric=False), lambda o: text_cell(_kind(o))),

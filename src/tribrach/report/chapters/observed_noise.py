@@ -126,8 +126,8 @@ def _sentences(found: StatedNoise) -> list[str]:
     verdict, basis = found.verdict(found.whole), _basis(found)
     said = {
         "as stated": f"it is as {basis} states it",
-        "more than stated": f"{basis} is too optimistic",
-        "less than stated": f"{basis} is too pessimistic",
+        "more than stated": f"{basis} states too little noise",
+        "less than stated": f"{basis} states too much noise",
         "undecided": f"that is too little to say that {basis} is wrong",
     }[verdict]
     out = [
@@ -164,10 +164,16 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
         return
     verdict = found.verdict(found.whole)
     if verdict == "more than stated":
-        text = f"{_basis(found)} is too optimistic on the noise of its points: "
+        text = (
+            f"{_basis(found)} states too little noise of single points, so that sigmas of clouds "
+            "are too small: "
+        )
         yield from warned(Severity.WEAK, [text + _figures(found, found.whole)])
     elif verdict == "less than stated":
-        text = f"{_basis(found)} is too pessimistic on the noise of its points: "
+        text = (
+            f"{_basis(found)} states too much noise of single points, so that sigmas of clouds "
+            "are too large: "
+        )
         yield from warned(Severity.NOTE, [text + _figures(found, found.whole)])
     elif found.farthest is not None:
         yield from warned(Severity.NOTE, [_departs(found, *found.farthest)])

@@ -32,13 +32,15 @@ from tribrach.report.tables import (
     build_table,
     number_cell,
 )
-from tribrach.units import format_angle
+from tribrach.units import GON, format_angle
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "Uncertainty", "points", "position_uncertainty"]
 
+#: elevation [rad] from which on an axis counts as upright
+_UPRIGHT = np.radians(90) - 0.5 * GON
 #: rows of a network of very many points
 _WORST = Worst(
     "those of the points with the largest sigma", lambda p: sum((s or 0.0) ** 2 for s in p.sigma)
@@ -182,6 +184,12 @@ def _ends(point: Point) -> tuple[str, ...]:
     return (point.name,)
 
 
+def _azimuth(point: Point) -> float | None:
+    """Azimuth of the longest axis of an ellipsoid; an axis that stands upright has none."""
+    found = point.ellipsoid
+    return None if found is None or found.elevation > _UPRIGHT else found.azimuth
+
+
 def _ellipsoid_table(head: Head) -> ReportTable:
     """Covariance matrices of the points and their ellipsoids."""
     note = (
@@ -193,7 +201,7 @@ def _ellipsoid_table(head: Head) -> ReportTable:
         head.columns.word("Point", "name"),
         *(_square(head.columns, i, j) for i, j in pairs),
         *(head.columns.mm(f"axis {k + 1}", _semi_axis(k)) for k in range(3)),
-        head.columns.bearing("azimuth", lambda p: p.ellipsoid and p.ellipsoid.azimuth),
+        head.columns.bearing("azimuth", _azimuth),
         head.columns.bearing("elevation", lambda p: p.ellipsoid and p.ellipsoid.elevation),
     ]
     rows = [p for p in head.points if any(p.sigma)]
