@@ -85,7 +85,8 @@ def test_a_sheet_that_is_wrong_is_contradicted_with_its_factor(
     assert ends is not None
     assert ends[0] < found.whole.factor < ends[1]
     assert found.whole.factor == pytest.approx(factor, rel=0.06)
-    assert any(f"states too {word} noise of single points" in warning for warning in report.warnings)
+    sentence = f"states too {word} noise of single points"
+    assert any(sentence in warning for warning in report.warnings)
     data = json.loads((tmp_path / "out" / "result.json").read_text())["observed_noise"]
     assert data[0]["classes"][0]["factor"] == pytest.approx(found.whole.factor)
     for row in data[0]["classes"]:
