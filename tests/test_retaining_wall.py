@@ -4,12 +4,14 @@ import json
 from pathlib import Path
 from typing import Any
 
+import laspy
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.geometry.pose import Pose
+from tribrach.geometry.rotation import skew
 from tribrach.io.twins import write_twin
 from tribrach.simulate.twins import build
 from tribrach.simulate.twins.retaining_wall import FACE, HEIGHT, MOVED, PANELS, REFERENCES, ROAD
@@ -28,7 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Both campaigns, run."""
     where = tmp_path_factory.mktemp("wall")
     told: list[str] = []
-    path = write_twin(build("retaining-wall", 10_000, 1), where, lambda *what: told.append(what[0]))
+    path = write_twin(build("retaining-wall", 20_000, 1), where, lambda *what: told.append(what[0]))
     assert path == where / "epoch1.toml"
     assert {"S1 of epoch1", "S1 of epoch2"} <= set(told)
     for name in CAMPAIGNS:
@@ -122,3 +124,100 @@ def test_control_is_given_once_and_all_else_is_measured_again() -> None:
     seeds = {one.seed for k in (1, 2, 3) for one in [build("retaining-wall", 10_000, k)]}
     seeds |= {one.seed for k in (1, 2, 3) for one in build("retaining-wall", 10_000, k).later}
     assert len(seeds) == 6
+
+
+def panels(folder: Path) -> Path:
+    """A box around the face of each panel, away from its edges, as sites."""
+    rows = ["name,xmin,ymin,zmin,xmax,ymax,zmax"]
+    for name, panel in read(folder / "epoch2/truth/truth.json")["facts"]["panels"].items():
+        low, high = np.array(panel["face"]) + np.outer([1, -1], [0.25, -0.06, 0.25])
+        rows.append(",".join([name, *(f"{v:.3f}" for v in (*low, *high))]))
+    path = folder / "panels.csv"
+    path.write_text("\n".join([*rows, ""]))
+    return path
+
+
+def clouds(folder: Path) -> list[Path]:
+    """Of the second station: the later campaign, then the earlier one."""
+    return [folder / "out" / name / "clouds" / "S2.laz" for name in reversed(CAMPAIGNS)]
+
+
+@pytest.fixture(scope="module")
+def distances(folder: Path) -> laspy.LasData:
+    """Of the later campaign from the earlier one, on panels, as laspy reads them."""
+    out = folder / "distances.laz"
+    more = ["--sites", panels(folder), "--distances", out, "-q"]
+    done("compare", *clouds(folder), *more)
+    return laspy.read(out)
+
+
+def test_distances_of_campaigns_are_the_motions_of_the_panels(
+    folder: Path, distances: laspy.LasData
+) -> None:
+    """Each within its sigma of what the true motion does along the normal; the rest stands still.
+
+    All distances of a pair of stations share their errors, so they are counted with care.
+    """
+    xyz = np.column_stack([distances.x, distances.y, distances.z])
+    normal = np.column_stack([distances.nx, distances.ny, distances.nz])
+    whole = read(folder / "epoch2/truth/truth.json")
+    truth = whole["facts"]["panels"]
+    # a board in front of its panel is cut by the borders of cylinders
+    boards = np.array([whole["points"][f"W{k}"] for k in range(1, 7)])
+    clear = np.linalg.norm(xyz[:, None] - boards, axis=2).min(axis=1) > 1.0
+    for number, name in enumerate(PANELS, start=1):
+        rows = clear & (np.asarray(distances.site) == number)
+        assert rows.sum() >= 3, name
+        assert ((np.abs(xyz[rows, 1] - FACE) < 0.05) & (normal[rows, 1] < -0.99)).all()
+        motion = Pose.from_matrix(np.array(truth[name]["motion"]))
+        true = np.einsum("ni,ni->n", motion @ xyz[rows] - xyz[rows], normal[rows])
+        off = (np.asarray(distances.distance)[rows] - true) / np.asarray(distances.sigma)[rows]
+        assert np.abs(off).max() < 4.5, name
+        assert np.abs(off.mean()) < 3, name
+    still = clear & np.isin(distances.site, [3, 5, 6])
+    assert np.asarray(distances.significant)[still].mean() < 0.3
+    assert np.asarray(distances.significant)[np.asarray(distances.site) == 4].all()
+
+
+def test_sigmas_of_distances_are_made_of_points_and_both_registrations(
+    folder: Path, distances: laspy.LasData
+) -> None:
+    """The part of the stations from the covariances of both runs, term by term."""
+    parts = np.hypot(distances.sigma_points, distances.sigma_stations)
+    assert np.asarray(distances.sigma) == pytest.approx(parts, rel=1e-5)
+    assert np.asarray(distances.lod95) == pytest.approx(1.96 * parts, rel=1e-4)
+    beyond = np.abs(distances.distance) > np.asarray(distances.lod95)
+    assert (beyond == np.asarray(distances.significant)).all()
+    xyz = np.column_stack([distances.x, distances.y, distances.z])
+    normal = np.column_stack([distances.nx, distances.ny, distances.nz])
+    variance = np.zeros(len(xyz))
+    for cloud in clouds(folder):
+        (at,) = [row for row in read(cloud.parent / "poses.json")["scans"] if row["scan"] == "S2"]
+        place, covariance = np.array(at["world_from_scanner"])[:3, 3], np.array(at["covariance"])
+        for k, (x, n) in enumerate(zip(xyz, normal, strict=True)):
+            row = n @ np.hstack([np.eye(3), -skew(x - place)])
+            variance[k] += row @ covariance @ row
+    # coordinates are rounded on disk
+    assert np.asarray(distances.sigma_stations) == pytest.approx(np.sqrt(variance), rel=1e-3)
+    assert (np.minimum(distances.points_a, distances.points_b) >= 5).all()
+
+
+def refused(*words: object) -> str:
+    result = CliRunner().invoke(app, [str(word) for word in words])
+    assert result.exit_code == 2, result.output
+    return " ".join(result.output.split())
+
+
+def test_distances_that_cannot_be_written(folder: Path, tmp_path: Path) -> None:
+    one, two = clouds(folder)
+    out = tmp_path / "d.laz"
+    assert "ends with .laz" in refused("compare", one, two, "--distances", tmp_path / "d.txt")
+    assert "along normals" in refused("compare", one, two, "--method", "c2c", "--distances", out)
+    for cloud, name in ((one, "a.laz"), (two, "b.laz")):
+        (tmp_path / name).write_bytes(cloud.read_bytes())
+    bare = refused("compare", tmp_path / "a.laz", tmp_path / "b.laz", "--distances", out)
+    assert "not known with their covariance" in bare
+    sites = tmp_path / "s.csv"
+    sites.write_text("name,x,y,z,radius\nnowhere,118,200,70,1\n")
+    refused("compare", one, two, "--sites", sites, "--distances", out)
+    assert sorted(p.name for p in tmp_path.iterdir() if p.suffix != ".csv") == ["a.laz", "b.laz"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
 
@@ -18,6 +19,7 @@ from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import open_cloud, station_pair
 from tribrach.job.compare import LIMIT, Method, compare_clouds, offset_test
+from tribrach.job.distance_cloud import DistanceCloud
 from tribrach.report.characters import visible
 from tribrach.report.comparison import (
     comparison_page,
@@ -29,6 +31,8 @@ from tribrach.report.schema.comparison import comparison_document
 
 __all__ = ["compare"]
 
+_UNKNOWN = "the stations of the clouds are not known with their covariance"
+_GIVE = "give clouds as runs wrote them, each with its poses.json and poses_covariance.npy"
 #: terminals with as many columns show all columns of the tables
 _WIDE = 118
 
@@ -61,6 +65,13 @@ def compare(
             help="Write what A's station is uncertain by for py4dgeo's M3C2-EP.",
         ),
     ] = None,
+    distances_file: Annotated[
+        Path | None,
+        typer.Option(
+            "--distances",
+            help="Write distances with sigma and level of detection as a cloud (.laz, .ply).",
+        ),
+    ] = None,
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Overwrite = False,
@@ -70,11 +81,18 @@ def compare(
 
     def work() -> None:
         inputs = [path for path in (a, b, sites_file, poses) if path is not None]
-        claim(inputs, (json_file, html_file, alignment_file), overwrite=overwrite)
+        outputs = (json_file, html_file, alignment_file, distances_file)
+        claim(inputs, outputs, overwrite=overwrite)
         sites = [] if sites_file is None else read_sites(sites_file)
         one, two = open_cloud(a, poses), open_cloud(b, poses)
         pair = station_pair(two, one)
-        with shown(quiet) as progress, working(workers, scheduler) as engine:
+        with ExitStack() as stack:
+            sink = None
+            if distances_file is not None:
+                _predictable(pair, a, method)
+                sink = stack.enter_context(DistanceCloud(distances_file, one, two))
+            progress = stack.enter_context(shown(quiet))
+            engine = stack.enter_context(working(workers, scheduler))
             result = compare_clouds(
                 one,
                 two,
@@ -82,6 +100,7 @@ def compare(
                 method=method,
                 limit=limit_m,
                 stations=pair,
+                distances=sink,
                 engine=engine,
                 progress=progress,
             )
@@ -108,6 +127,23 @@ def compare(
     guarded(work)
 
 
+def _predictable(pair: StationPair | None, a: Path, method: Method) -> StationPair:
+    """The stations of both clouds, where distances along normals can have sigmas.
+
+    Raises
+    ------
+    InputError
+        The stations are not known with their covariance, or nearest points alone are wanted.
+    """
+    if method == "c2c":
+        raise InputError(
+            "distances with sigmas are those along normals", cure="leave --method c2c out"
+        )
+    if pair is None:
+        raise InputError(_UNKNOWN, file=a, cure=_GIVE)
+    return pair
+
+
 def _alignment(pair: StationPair | None, a: Path) -> str:
     """Uncertainty of the second station against the first, about the middle of both, for py4dgeo.
 
@@ -117,10 +153,6 @@ def _alignment(pair: StationPair | None, a: Path) -> str:
         The stations are not known with their covariance.
     """
     if pair is None:
-        raise InputError(
-            "the stations of the clouds are not known with their covariance",
-            file=a,
-            cure="give clouds of one run with its poses.json and poses_covariance.npy",
-        )
+        raise InputError(_UNKNOWN, file=a, cure=_GIVE)
     found = alignment(pair, (pair.first + pair.second) / 2)
     return json_text({name: value.tolist() for name, value in found.arguments.items()}) + "\n"

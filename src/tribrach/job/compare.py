@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal
@@ -16,6 +16,7 @@ from tribrach.comparison.cloud_parts import plain
 from tribrach.comparison.core_points import core_points
 from tribrach.comparison.footprints import beam_areas, shared_share
 from tribrach.comparison.m3c2 import M3C2Settings
+from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.predicted import OffsetTest, Prediction, compare_offsets, predict
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import ComparisonSite, cut, seen_from
@@ -27,10 +28,13 @@ from tribrach.job.cloud_file import CloudFile, refuse_other_frames
 from tribrach.scratch import scratch_folder
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["LIMIT", "Method", "compare_clouds", "offset_test"]
+__all__ = ["LIMIT", "Distances", "Method", "compare_clouds", "offset_test"]
 
 
 Method = Literal["c2c", "m3c2", "both"]
+
+#: takes the number of a site and its distances
+Distances = Callable[[int, M3C2EP], None]
 
 
 #: distances beyond are no differences of one surface [m]
@@ -68,6 +72,7 @@ def compare_clouds(
     limit: float = LIMIT,
     stations: StationPair | None = None,
     incidence: bool = True,
+    distances: Distances | None = None,
     engine: Engine = HERE,
     progress: Progress = lambda what, done, total: None,
 ) -> list[SiteResult]:
@@ -75,7 +80,8 @@ def compare_clouds(
 
     limit [m] : up to which distance points and surfaces belong together; stations : of B, then of
     A, with their joint covariance, for predictions where both clouds have placements with noise;
-    incidence : does the predicted noise of ranges grow with the incidence angle?; engine : who
+    incidence : does the predicted noise of ranges grow with the incidence angle?; distances :
+    called with the number of each site and its distances with propagated uncertainty; engine : who
     compares the tiles of large clouds; progress : called with what is done, points so far and in
     all.
 
@@ -84,8 +90,9 @@ def compare_clouds(
     InputError : damaged files, frames that differ, nothing of A within the limit of B.
     """
     refuse_other_frames(a, b)
-    work = _Work(a, b, method, limit, stations, incidence, engine, progress)
-    results = [work.compare(pair) for pair in _pairs(a, b, sites, limit, progress)]
+    work = _Work(a, b, method, limit, stations, incidence, distances, engine, progress)
+    pairs = _pairs(a, b, sites, limit, progress)
+    results = [work.compare(number, pair) for number, pair in enumerate(pairs)]
     if not any(r.c2c is not None and r.c2c.count for r in results):
         raise InputError(
             f"no point of {a.path.name} is within {limit:g} m of {b.path.name}"
@@ -140,10 +147,11 @@ class _Work:
     limit: float
     stations: StationPair | None
     incidence: bool
+    distances: Distances | None
     engine: Engine
     progress: Progress
 
-    def compare(self, pair: _Pair) -> SiteResult:
+    def compare(self, number: int, pair: _Pair) -> SiteResult:
         """One site."""
         clouds = {"A": self.a, "B": self.b}
 
@@ -156,9 +164,9 @@ class _Work:
         with tiles(pair.around, pair.reference, self.limit, site=pair.site, progress=told) as cut:
             # points in memory do not travel
             work = self if cut.on_disk else replace(self, engine=HERE)
-            return work._compared(pair, cut)
+            return work._compared(number, pair, cut)
 
-    def _compared(self, pair: _Pair, cut: Tiles) -> SiteResult:
+    def _compared(self, number: int, pair: _Pair, cut: Tiles) -> SiteResult:
         """One site whose clouds are cut into tiles."""
         a, b = self.a, self.b
         c2c = tile_distances(
@@ -177,7 +185,7 @@ class _Work:
         result = SiteResult(pair.name, n, seen[0], seen[1], c2c)
         if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
             return result
-        along, prediction = self._along_normals(cut, c2c)
+        along, prediction = self._along_normals(number, cut, c2c)
         result = replace(result, m3c2=along, prediction=prediction)
         if prediction is None:
             return result
@@ -185,7 +193,9 @@ class _Work:
         light_a, light_b = lights
         return replace(result, light_a=light_a, light_b=light_b)
 
-    def _along_normals(self, cut: Tiles, c2c: C2C) -> tuple[M3C2Figures, Prediction | None]:
+    def _along_normals(
+        self, number: int, cut: Tiles, c2c: C2C
+    ) -> tuple[M3C2Figures, Prediction | None]:
         """M3C2 from B to A, and the same with propagated uncertainty where the stations are known.
 
         Cylinders and normals fit both pitches.
@@ -216,6 +226,8 @@ class _Work:
             engine=self.engine,
             progress=self.progress,
         )
+        if self.distances is not None:
+            self.distances(number, propagated)
         return M3C2Figures.of(plainly), predict(propagated, stations, settings.diameter)
 
     def _settings(self, c2c: C2C) -> M3C2Settings:

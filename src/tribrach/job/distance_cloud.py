@@ -1,0 +1,144 @@
+"""Distances between two clouds as a cloud of their own: one point for each core point.
+
+Every point has its distance, its sigma with the part of the points and that of both stations, the
+level of detection and whether the distance is beyond it (method section 9.3), so that programs that
+show clouds show what moved and what could not have been seen.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from tribrach._types import Array
+from tribrach.comparison.m3c2_ep import M3C2EP
+from tribrach.errors import InputError
+from tribrach.io.clouds.formats import create
+from tribrach.io.clouds.header import CloudHeader, CloudWriter
+from tribrach.job.cloud_file import CloudFile
+from tribrach.scan.scan import Field
+
+__all__ = ["DistanceCloud"]
+
+#: coordinate step of core points on disk [m]
+_STEP = 1e-4
+
+#: formats with room for what every distance has
+_SUFFIXES = (".laz", ".las", ".ply")
+
+_FIELDS = (
+    Field("distance", "float32", description="A minus B along the normal, m"),
+    Field("sigma", "float32", description="of the distance, m"),
+    Field("sigma_points", "float32", description="its part from points, m"),
+    Field("sigma_stations", "float32", description="its part from stations, m"),
+    Field("lod95", "float32", description="1.96 sigma, m"),
+    Field("significant", "uint8", description="1 where beyond lod95"),
+    Field("points_a", "uint32", description="points of A in the cylinder"),
+    Field("points_b", "uint32", description="points of B in the cylinder"),
+    Field("site", "uint16", description="number of the site, from 1"),
+    Field("nx", "float32", description="normal of B"),
+    Field("ny", "float32", description="normal of B"),
+    Field("nz", "float32", description="normal of B"),
+)
+
+
+class DistanceCloud:
+    """Writes the distances of site after site into one cloud; nothing is left after an error.
+
+    Parameters
+    ----------
+    path
+        Of the new cloud.
+    a, b
+        The compared cloud and the reference.
+
+    Raises
+    ------
+    InputError
+        A suffix of no cloud that has room for them.
+    """
+
+    def __init__(self, path: Path, a: CloudFile, b: CloudFile) -> None:
+        if not path.name.lower().endswith(_SUFFIXES):
+            raise InputError(
+                "distances are written as a cloud with dimensions of its own",
+                file=path,
+                cure=f"give a name that ends with {', '.join(_SUFFIXES)}",
+            )
+        self._path, self._a, self._b = path, a, b
+        self._writer: CloudWriter | None = None
+
+    def __call__(self, number: int, found: M3C2EP) -> None:
+        """Write the distances of a site.
+
+        Parameters
+        ----------
+        number
+            Of the site, from zero.
+        found
+            Its distances; core points without a distance are left out.
+        """
+        rows = found.usable & np.isfinite(found.distance) & np.isfinite(found.sigma)
+        core, normals = found.core[rows], found.normals.vectors[rows]
+        if not len(core):
+            return
+        if self._writer is None:
+            self._writer = self._begun(np.floor(core.min(axis=0))).__enter__()
+        values = {
+            "distance": found.distance[rows],
+            "sigma": found.sigma[rows],
+            "sigma_points": found.sigma_random[rows],
+            "sigma_stations": found.sigma_registration[rows],
+            "lod95": found.lod95_quadratic[rows],
+            "significant": found.significant[rows],
+            "points_a": found.second.count[rows],
+            "points_b": found.first.count[rows],
+            "site": np.full(len(core), number + 1),
+            "nx": normals[:, 0],
+            "ny": normals[:, 1],
+            "nz": normals[:, 2],
+        }
+        types = {field.name: field.dtype for field in _FIELDS}
+        self._writer.write(core, {name: v.astype(types[name]) for name, v in values.items()})
+
+    def _begun(self, offset: Array) -> CloudWriter:
+        """The file, its coordinates relative to an offset (3,) [m]."""
+        facts = {
+            "a": self._a.path.name,
+            "b": self._b.path.name,
+            "distance": "A minus B along the normal of B, positive towards the scanner of B",
+            "level": "95 %, points and stations propagated (M3C2-EP)",
+        }
+        header = CloudHeader(
+            self._path.stem, _FIELDS, step=_STEP, offset=offset, crs=self._b.crs, facts=facts
+        )
+        return create(self._path, header)
+
+    def __enter__(self) -> Self:
+        """The writer itself; the file is begun with its first points."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Finish the file, or remove it after an error.
+
+        Raises
+        ------
+        InputError
+            There was no distance to write.
+        """
+        if self._writer is not None:
+            self._writer.__exit__(kind, error, trace)
+        elif kind is None:
+            raise InputError(
+                "there are no distances along normals to write",
+                file=self._path,
+                cure="give larger sites, a larger limit, or denser clouds",
+            )
