@@ -96,7 +96,9 @@ def test_sites(folder: Path, tmp_path: Path) -> None:
         assert words in said
     root = parser.fromstring(page.read_text())
     assert root.findtext(".//h1") == "S1.laz against S2.laz"
-    assert [img.get("alt") for img in root.iter("img")] == ["Distances", "Histogram of distances"]
+    pictures = [figure.findtext("figcaption/b") for figure in root.iter("figure")]
+    assert pictures == ["Distances.", "Histogram of distances."]
+    assert all(figure.xpath("svg | img") for figure in root.iter("figure"))
     assert {s.get("id") for s in root.iter("section")} >= {"sites", "c2c", "m3c2"}
 
 
