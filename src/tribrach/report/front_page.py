@@ -132,15 +132,15 @@ def _fit(content: Report) -> str:
     ratio = after / summary.sigma0 if summary.sigma0 else after
     return (
         f"σ₀ is {after:.3f} where {summary.sigma0:g} was expected, with redundancy {summary.dof}: "
-        f"the residuals are {_times(ratio)}."
+        f"the observations fit {_times(ratio)}."
     )
 
 
 def _times(ratio: float) -> str:
     """The ratio of sigma0 in words."""
     if 0.95 <= ratio <= 1.05:
-        return "as large as the given sigmas say"
-    side = "larger" if ratio > 1 else "smaller"
+        return "as well as the given sigmas say"
+    side = "worse" if ratio > 1 else "better"
     return f"{abs(ratio - 1):.0%} {side} than the given sigmas say"
 
 
