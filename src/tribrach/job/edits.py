@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from tribrach.errors import InputError, UnknownName
 from tribrach.network.network import Edit, Network
+from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.project.edits import Edits, TargetEdit
 
-__all__ = ["obeyed"]
+__all__ = ["decided_marks", "obeyed"]
 
 
 def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
@@ -57,6 +58,35 @@ def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
         except InputError as error:
             raise edits.error("edit", number, error.what, error.cure) from error
     return network
+
+
+def decided_marks(survey: Survey, edits: Edits) -> Survey:
+    """What was measured of marks alone, with the uses and roles that were decided by hand.
+
+    Decided is before the part is taken: given coordinates of a check point become control, and what
+    a file switched off comes back.
+
+    Parameters
+    ----------
+    survey : Survey
+        Of a project, with or without what scans add.
+    edits : Edits
+        The decisions; what is not about marks is passed over.
+
+    Returns
+    -------
+    Survey
+        The part; without tables if nothing was measured of marks.
+
+    Raises
+    ------
+    InputError
+        A decision that cannot be done, with file and entry.
+    """
+    every = survey.of_marks(active=False)
+    if not (edits.edit or edits.role) or not every.tables():
+        return survey.of_marks()
+    return every.used_as_in(obeyed(every.network(), edits, whole=False)).of_marks()
 
 
 def _told(target: TargetEdit) -> Edit:

@@ -15,12 +15,12 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.precision import covariance_of_readings
 from tribrach.job.board_orientation import BoardSighting, correlate_boards
 from tribrach.job.decided_targets import names_by_hand, with_names
-from tribrach.job.edits import obeyed
+from tribrach.job.edits import decided_marks
 from tribrach.job.find_targets import Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
 from tribrach.job.polar_targets import Sighted, observe_readings
 from tribrach.job.scans import StationScan
-from tribrach.network.adjustment import adjust
+from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.gross import explain
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
@@ -33,7 +33,7 @@ from tribrach.units import MM
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
 
-__all__ = ["Named", "name_targets"]
+__all__ = ["Named", "marks_are_open", "name_targets"]
 
 
 @dataclass(frozen=True)
@@ -183,18 +183,48 @@ def known_points(survey: Survey, edits: Edits = NOTHING) -> dict[str, tuple[Arra
 
 
 def _known(survey: Survey, edits: Edits) -> dict[str, tuple[Array, float]]:
-    """Coordinates and one sigma of all points."""
+    """Coordinates and one sigma of all points.
+
+    What was decided by hand may leave marks to the scans; they are looked for where they lie
+    without the decisions.
+    """
+    decided = decided_marks(survey, edits)
     try:
-        alone = adjust(obeyed(survey.of_marks().network(), edits, whole=False))
+        alone = adjust(decided.network())
     except (AdjustmentError, InputError):
-        return _given(survey)
+        return _known_as_measured(survey) if edits.edit or edits.role else _given(survey)
     slip = explain(alone.network, alone)
     if slip is not None:
         raise InputError(slip.sentence(), cure=slip.cure)
+    return _given(survey) | _adjusted(alone)
+
+
+def marks_are_open(survey: Survey, edits: Edits) -> bool:
+    """True if what was measured of marks, as it was decided, cannot be adjusted by itself."""
+    marks = decided_marks(survey, edits)
+    if not marks.tables():
+        return False
+    try:
+        adjust(marks.network())
+    except (AdjustmentError, InputError):
+        return True
+    return False
+
+
+def _known_as_measured(survey: Survey) -> dict[str, tuple[Array, float]]:
+    """Coordinates and one sigma of all points, whatever was decided by hand."""
+    try:
+        return _given(survey) | _adjusted(adjust(survey.of_marks().network()))
+    except (AdjustmentError, InputError):
+        return _given(survey)
+
+
+def _adjusted(alone: Adjustment) -> dict[str, tuple[Array, float]]:
+    """Coordinates and one sigma of the points of an adjusted network."""
     covariances = alone.position_covariances()
     names = alone.layout.names["point"]
     sigmas = np.sqrt(np.maximum(np.einsum("nii->n", covariances[: len(names)]) / 3, 0))
-    return _given(survey) | {
+    return {
         name: (xyz, float(sigma))
         for name, xyz, sigma in zip(names, alone.state.points, sigmas, strict=True)
         if np.isfinite(xyz).all()

@@ -905,13 +905,18 @@ class Survey:
             _joint=joint,
         )
 
-    def of_marks(self) -> Survey:
+    def of_marks(self, *, active: bool = True) -> Survey:
         """What was measured of marks alone: without scanner stations and without check values.
 
         Points that nothing else observes are left out, so that the rest can be adjusted by itself.
+
+        Parameters
+        ----------
+        active : bool
+            False to keep check values and what is switched off.
         """
         tables = [
-            table.active()
+            table.active() if active else table
             for table in self._tables
             if not table.names("pose") and not (table.names("position") & self.stations.keys())
         ]
@@ -950,6 +955,42 @@ class Survey:
             _tables=tables,
             _joint=[],
         )
+
+    def used_as_in(self, network: Network) -> Survey:
+        """The same survey with uses and held coordinates of the network that was made of it.
+
+        Parameters
+        ----------
+        network : Network
+            As :meth:`network` made it, with other uses of observations and roles of points.
+
+        Returns
+        -------
+        Survey
+            Points whose given coordinates take no part any more are free; the tables have the uses
+            of the network.
+        """
+        layout = network.start.layout
+        soft = [table for table in self._tables if not table.hard]
+        _, place = concatenate(layout, soft, self.site, self._plumb_lines(layout))
+        uses = [o.use for o in network.observations]
+        tables = []
+        for table in self._tables:
+            if not table.hard:
+                number, first = place[id(table)]
+                use = uses[number][first : first + table.n]
+                table = replace(table, columns={**table.columns, "use": use})
+            tables.append(table)
+        weighted = [name for name, given in self.points.items() if given.covariance is not None]
+        number = 1 + max((number for number, _ in place.values()), default=-1)
+        active = dict(zip(weighted, uses[number] == Use.ACTIVE, strict=True)) if weighted else {}
+        points = {}
+        for name, given in self.points.items():
+            free = network.free[layout.columns("point", layout.index("point", name))]
+            counts = active.get(name, False)
+            weight, role = (given.covariance, "control") if counts else (None, given.role)
+            points[name] = replace(given, free=free, covariance=weight, role=role)
+        return replace(self, points=points, _tables=tables)
 
     def named(self, kind: type[Observations], field_name: str) -> set[str]:
         """Names that the observations of a kind have in one of its fields."""

@@ -645,7 +645,7 @@ class Session:
     def _marks(self) -> tuple[frozenset[str], frozenset[str]]:
         """Points, and ids and sources of observations, that targets may be matched by."""
         try:
-            network = self._job.survey.of_marks().network()
+            network = self._job.survey.of_marks(active=False).network()
         except InputError:
             return frozenset(), frozenset()
         sources = [str(s) for o in network.observations for s in o.source]
