@@ -134,7 +134,9 @@ class InputError(TribrachError):
         if record is not None:
             place += f" ({record})" if place else record
         text = f"{place}: {what}" if place else what
-        super().__init__(_printable(f"{text}; {cure}." if cure else f"{text}."))
+        text = f"{text}; {cure}" if cure else text
+        # a question ends with its own mark
+        super().__init__(_printable(text if text.endswith("?") else f"{text}."))
 
     def __reduce__(self) -> tuple[Any, ...]:
         # by default the finished text would be taken for ``what`` and end with two stops
@@ -181,8 +183,7 @@ class UnknownName(InputError, KeyError):
 
     def __str__(self) -> str:
         # a KeyError would show the repr of its text
-        text = str(self.args[0])
-        return text.removesuffix(".") if text.endswith("?.") else text
+        return str(self.args[0])
 
 
 #: refusals whose sentences are kept; others are counted

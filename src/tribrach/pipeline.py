@@ -33,7 +33,15 @@ from tribrach.job.epochs import (
 from tribrach.job.nothing_found import search_sentences
 from tribrach.job.opened import Job, open_job
 from tribrach.job.results import JobResults
-from tribrach.job.steps import FoundInScans, compare, find, georeference, name_and_tie, refuse_lost
+from tribrach.job.steps import (
+    FoundInScans,
+    compare,
+    find,
+    georeference,
+    name_and_tie,
+    refuse_lost,
+    scans_to_tell_of,
+)
 from tribrach.network.adjustment import Adjustment, Options
 from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.network import Datum, Network
@@ -389,7 +397,7 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
     settings, logo = AdjustmentSettings.of(project), _logo(project)
     job = open_job(project, progress)
     found = find(job, folder, progress, engine) if project.scans else None
-    with _leaving(found, folder):
+    with _leaving(job, found, folder):
         ties = None if found is None else name_and_tie(job, found, progress)
         tied = None if ties is None else ties.registered.survey
         survey = job.surveyed(tied)
@@ -435,21 +443,20 @@ def _logo(project: Project) -> str:
 
 
 @contextmanager
-def _leaving(found: FoundInScans | None, folder: Path) -> Iterator[None]:
+def _leaving(job: Job, found: FoundInScans | None, folder: Path) -> Iterator[None]:
     """A block in which stations are tied and adjusted; if it fails, what was found is written."""
     try:
         yield
     except TribrachError as error:
         if found is not None and found.findings:
-            _leave_found(error, found, folder)
+            _leave_found(error, job, found, folder)
         raise
 
 
-def _leave_found(error: TribrachError, found: FoundInScans, folder: Path) -> None:
+def _leave_found(error: TribrachError, job: Job, found: FoundInScans, folder: Path) -> None:
     """Write what was found in scans before a run stopped; the error says where it is."""
     if not isinstance(error, NothingFound):
-        bare = [finding for finding in found.findings if not finding.detections]
-        for finding in bare[:_BARE]:
+        for finding in scans_to_tell_of(error, job, found)[:_BARE]:
             for sentence in search_sentences(finding, found.wanted):
                 error.add_note(f"  - {sentence}")
     try:

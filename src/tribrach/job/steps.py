@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from tribrach._types import Progress
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.shared_part import SharedPart
-from tribrach.errors import InputError
+from tribrach.errors import AdjustmentError, InputError, TribrachError
 from tribrach.geodesy import frames
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.keeping import refuse_loss
@@ -24,7 +24,7 @@ from tribrach.job.decided_targets import found_again
 from tribrach.job.find_planes import plane_wish
 from tribrach.job.find_targets import Findings, extract, target_wish
 from tribrach.job.grouping import groups, refuse_impossible
-from tribrach.job.name_targets import Named
+from tribrach.job.name_targets import Named, marks_are_open
 from tribrach.job.nothing_found import refuse_unplaced
 from tribrach.job.poses import MOST_STATIONS, pose_texts, station_order
 from tribrach.job.scans import StationScan, as_adjusted, calibration_sentences, open_scans
@@ -60,6 +60,7 @@ __all__ = [
     "georeference",
     "name_and_tie",
     "refuse_lost",
+    "scans_to_tell_of",
 ]
 
 
@@ -248,6 +249,21 @@ def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
     InputError : what :func:`find` and :func:`name_and_tie` say.
     """
     return name_and_tie(job, find(job, folder, progress), progress)
+
+
+def scans_to_tell_of(error: TribrachError, job: Job, found: FoundInScans) -> list[Findings]:
+    """Scans without targets that an error may come from.
+
+    An error about a decision by hand has nothing to do with them. Where the control network is open
+    by itself, only stations are told of that show no target at all.
+    """
+    if isinstance(error, InputError) and error.file is not None and error.file == job.edits.file:
+        return []
+    bare = [finding for finding in found.findings if not finding.detections]
+    if bare and isinstance(error, AdjustmentError) and marks_are_open(job.survey, job.edits):
+        showing = {finding.station for finding in found.findings if finding.detections}
+        bare = [finding for finding in bare if finding.station not in showing]
+    return bare
 
 
 def refuse_lost(job: Job, work: ScanWork, adjustment: Adjustment) -> None:
