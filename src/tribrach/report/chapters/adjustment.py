@@ -289,8 +289,8 @@ def _uncontrolled(head: Head) -> list[str]:
     if count := int(prior.sum()):
         one = count == 1
         out.append(
-            f"{count} stated value{'' if one else 's'} no observation controls, so "
-            f"{'it is' if one else 'they are'} only as good as what states "
+            f"{count} {'value is' if one else 'values are'} stated beforehand and controlled by no "
+            f"observation, so that {'it is' if one else 'they are'} only as good as what states "
             f"{'it' if one else 'them'}: {_named(none.chosen(prior))}"
         )
         none = none.chosen(~prior)
