@@ -10,7 +10,10 @@ from typer.testing import CliRunner
 
 from tests.job.scans_of_boxes import empty_las
 from tribrach.cli import app
+from tribrach.errors import InputError
 from tribrach.job.check_project import ProjectCheck, check_project
+from tribrach.job.opened import open_job
+from tribrach.job.plausibility import after_doubts
 
 RUN = CliRunner()
 
@@ -116,9 +119,11 @@ def test_05_columns_that_are_exchanged(tmp_path: Path) -> None:
     check = check_project(site(tmp_path, control_csv=control(order=(1, 0, 2))))
     (doubt,) = check.doubts
     assert "4 given points (PF1001, PF1002, PF1003, PF1004) do not fit" in doubt
-    assert doubt.endswith("with easting and northing exchanged: are the columns")
+    assert doubt.endswith(
+        "m if easting and northing are exchanged: are two columns of the list in each other's place"
+    )
     check = check_project(site(tmp_path, control_csv=control(order=(0, 2, 1))))
-    assert any("northing and height exchanged: are the columns" in text for text in check.doubts)
+    assert any("northing and height are exchanged: are" in text for text in check.doubts)
 
 
 def test_06_sigmas_that_are_missing(tmp_path: Path) -> None:
@@ -147,7 +152,8 @@ def test_08_a_point_that_was_renamed(tmp_path: Path) -> None:
     renamed = sights().replace("PF1003", "pf-1003")
     (doubt,) = check_project(site(tmp_path, sights_csv=renamed)).doubts
     assert doubt == (
-        "point PF1003 of the lists is observed by nothing, and pf-1003 is observed and in no list: "
+        "point PF1003 of the lists is observed by nothing, and pf-1003, which is observed and in "
+        "no list, lies 0.00 m from where PF1003 is given: "
         "is pf-1003 meant to be PF1003"
     )
     other = sights().replace("PF1003", "FP1003")
@@ -159,7 +165,7 @@ def test_08_a_point_that_was_renamed(tmp_path: Path) -> None:
 def test_09_angles_in_another_unit(tmp_path: Path) -> None:
     doubts = check_project(site(tmp_path, sights_csv=sights(direction=0.9))).doubts
     assert any(
-        text.endswith("the angles taken as degrees instead of gon: is their unit right")
+        text.endswith("the angles are taken as degrees instead of gon: is their unit right")
         for text in doubts
     )
 
@@ -193,7 +199,7 @@ def test_13_coordinates_outside_of_their_reference_system(tmp_path: Path) -> Non
     doubts = check_project(site(tmp_path, text, control_csv=zone)).doubts
     assert any("without the first two digits of the easting" in d for d in doubts), doubts
     doubts = check_project(site(tmp_path, text, control_csv=control(order=(1, 0, 2)))).doubts
-    assert any("inside with easting and northing exchanged" in d for d in doubts), doubts
+    assert any("inside if easting and northing are exchanged" in d for d in doubts), doubts
 
 
 def test_14_stations_that_nothing_observes(tmp_path: Path) -> None:
@@ -243,3 +249,38 @@ def test_what_is_no_project(tmp_path: Path, text: str) -> None:
     path.write_text(text)
     check = check_project(path)
     assert len(check.mistakes) == 1
+
+
+def test_a_control_point_of_another_name_is_found_by_its_place(tmp_path: Path) -> None:
+    check = check_project(site(tmp_path, control_csv=control().replace("PF1003", "QX7")))
+    assert check.doubts == (
+        "point QX7 of the lists is observed by nothing, and PF1003, which is observed and in no "
+        "list, lies 0.00 m from where QX7 is given: is PF1003 meant to be QX7",
+    )
+    assert "3 of 4 control points observed (QX7 by nothing)" in check.contents
+    # a given point elsewhere is counted, and nothing is guessed of it
+    (tmp_path / "control.csv").write_text(control() + "QX7,691200,5334000,510,5,5,5\n")
+    check = check_project(tmp_path / "site.toml")
+    assert check.doubts == ()
+    assert "4 of 5 control points observed (QX7 by nothing)" in check.contents
+
+
+def test_what_is_doubtful_is_said_before_scans_that_fit_nowhere(tmp_path: Path) -> None:
+    job = open_job(site(tmp_path, control_csv=control(order=(1, 0, 2))))
+    error = InputError("station S1 cannot be matched", record="S1", cure="name its targets")
+    said = str(after_doubts(error, job.project, job.survey))
+    assert said.startswith("S1: 4 given points (PF1001, PF1002, PF1003, PF1004) do not fit")
+    assert said.endswith("place? As it is, station S1 cannot be matched; name its targets.")
+    job = open_job(site(tmp_path, control_csv=control()))
+    assert after_doubts(error, job.project, job.survey) is error
+
+
+def test_a_missing_scan_is_one_mistake(tmp_path: Path) -> None:
+    text = PROJECT + '[[scans]]\nfile = "S1.las"\nstation = "S1"\n[stations.S1]\nlevelled = true\n'
+    check = check_project(site(tmp_path, text))
+    assert len(check.mistakes) == 1
+    assert "there is no file S1.las" in mistakes(check)
+    (tmp_path / "S1.las").write_bytes(b"LASF and nothing else")
+    check = check_project(tmp_path / "site.toml")
+    assert len(check.mistakes) == 1
+    assert "observed by nothing" not in mistakes(check)

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector, Refusals, all_told, among
 from tribrach.job.opened import open_job
-from tribrach.job.plausibility import doubts
+from tribrach.job.plausibility import doubts, observed_points
 from tribrach.job.scans import scans_of_entry
 from tribrach.job.survey_files import readable_survey
 from tribrach.job.whose_instrument import Instruments
@@ -22,6 +22,7 @@ from tribrach.network.survey import Survey
 from tribrach.project import Project
 from tribrach.project.gnss import GnssSection
 from tribrach.project.lenient import load_leniently, without
+from tribrach.project.sections import ScanFile
 
 __all__ = ["ProjectCheck", "check_project"]
 
@@ -94,7 +95,9 @@ def check_project(path: Path) -> ProjectCheck:
         elif not (whole.observations or whole.gnss.sessions or whole.plan or whole.scans):
             cure = "add [[observations]] or [[scans]]"
             refused.add(whole.error((), "nothing is measured", cure))
-        _check_names(project, survey, stations, refused)
+        lost = [part for k, part in enumerate(whole.scans) if ("scans", k) in missing]
+        named = dict.fromkeys((*stations, *(name for entry in lost for name in _unread(entry))))
+        _check_names(project, survey, list(named), refused)
         if not refused.count:
             with refused.record():
                 # a session of receivers takes its time
@@ -214,6 +217,7 @@ def _check_instruments(
 def _check_scans(project: Project, refused: RefusalCollector, said: list[str]) -> Iterator[str]:
     """Stations and scans by name, from the headers of the files; what is wrong is noted."""
     for k, entry in enumerate(project.scans):
+        before = refused.count
         with refused.record():
             scans = scans_of_entry(project, k, entry)
             for scan in scans:
@@ -233,6 +237,18 @@ def _check_scans(project: Project, refused: RefusalCollector, said: list[str]) -
                         f"{entry.file}: checkerboards and discs will not be looked for, because "
                         'where the scanner stood is not known; say origin = "scanner" if at zero'
                     )
+        if refused.count > before:
+            yield from _unread(entry)
+
+
+def _unread(entry: ScanFile) -> Iterator[str]:
+    """Station and scan as an entry names them whose file tells nothing.
+
+    That nothing is scanned there would be said of a mistake that is told already.
+    """
+    scan = entry.scan or Path(entry.file).stem
+    yield entry.station or scan
+    yield f"{entry.station or scan} {scan}"
 
 
 def _check_names(
@@ -267,9 +283,19 @@ def _contents(project: Project, survey: Survey, stations: Sequence[str]) -> str:
     if project.scans:
         alone = {s for s in stations if " " not in s}
         parts.append(f"{len(project.scans)} entries of scans at {len(alone)} stations")
-    given = sum(p.role in ("control", "fixed") for p in survey.points.values())
+    given = [name for name, p in survey.points.items() if p.role in ("control", "fixed")]
+    observed = observed_points(survey)
+    idle = [name for name in given if name not in observed]
     if given:
-        parts.append(f"{given} control points")
+        parts.append(f"{len(given)} control points")
+    if idle and len(idle) < len(given):
+        more = f" and {len(idle) - _LISTED} more" if len(idle) > _LISTED else ""
+        # targets of scans are not known yet
+        none = "by nothing but perhaps scans" if project.scans else "by nothing"
+        parts[-1] = (
+            f"{len(given) - len(idle)} of {len(given)} control points observed "
+            f"({', '.join(idle[:_LISTED])}{more} {none})"
+        )
     rows = sum(table.n for table in survey.tables())
     if rows:
         parts.append(f"{rows} observations")

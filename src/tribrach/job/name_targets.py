@@ -18,6 +18,7 @@ from tribrach.job.decided_targets import names_by_hand, with_names
 from tribrach.job.edits import decided_marks
 from tribrach.job.find_targets import Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
+from tribrach.job.plausibility import after_doubts
 from tribrach.job.polar_targets import Sighted, observe_readings
 from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment, adjust
@@ -103,7 +104,10 @@ def name_targets(
         if detections
     ]
     antennas = any(section.lever_arm for section in stations.values())
-    identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
+    try:
+        identification = identify(sightings, points, free=antennas, groups=groups, partial=partial)
+    except InputError as error:
+        raise after_doubts(error, job.project, surveyed) from error
     if by_hand:
         decided = {
             station: with_names(names, by_hand.get(station, {}))

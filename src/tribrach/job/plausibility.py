@@ -34,7 +34,7 @@ from tribrach.observations.sights import (
 )
 from tribrach.project import Project
 
-__all__ = ["doubts"]
+__all__ = ["after_doubts", "doubts", "observed_points"]
 
 #: sigmas of control from which on their unit is asked for [m]
 _COARSE, _FINE = 0.5, 1e-6
@@ -42,8 +42,12 @@ _COARSE, _FINE = 0.5, 1e-6
 _USUAL = {"_mm": (0.005, 500.0), "_arcsec": (0.05, 600.0), "_ppm": (0.0, 200.0)}
 #: places are this far outside of the area of a reference system before it is said [degrees]
 _OUTSIDE = 1.0
+#: what lies within this distance in plan may be one point [m]
+_SAME_PLACE = 0.1
 #: names that a sentence lists
 _LISTED = 6
+#: asked where two coordinates are exchanged
+_COLUMNS = "are two columns of the list in each other's place"
 #: what is read alike in names
 _ALIKE = str.maketrans({"o": "0", "l": "1", "i": "1"})
 
@@ -60,13 +64,36 @@ def doubts(project: Project, survey: Survey) -> list[str]:
     survey
         What its files say; files that cannot be read are not in it.
     """
-    out = [*_figures(project), *_sigmas(survey), *_names(survey)]
+    out = [*_figures(project), *_sigmas(survey)]
     given = {
         name: p.xyz
         for name, p in survey.points.items()
         if p.role in ("control", "fixed", "check") and np.isfinite(p.xyz[:2]).all()
     }
-    return [*out, *_area(project), *_geometry(survey, given)]
+    polar = _polar(survey)
+    figure = _shape(polar, 1.0)
+    out += _names(survey, {} if figure is None else _lying_at(figure, given))
+    return [*out, *_area(project), *(() if figure is None else _geometry(polar, figure, given))]
+
+
+def after_doubts(error: InputError, project: Project, survey: Survey) -> InputError:
+    """An error that says first what looks wrong in what the project gives; itself if nothing does.
+
+    Parameters
+    ----------
+    error
+        Scans that fit nowhere.
+    project
+        The project.
+    survey
+        What its files say.
+    """
+    said = doubts(project, survey)
+    if not said:
+        return error
+    first = "".join(f"{sentence}? " for sentence in said)
+    what = f"{first}As it is, {error.what}"
+    return InputError(what, file=error.file, line=error.line, record=error.record, cure=error.cure)
 
 
 def _figures(project: Project) -> Iterator[str]:
@@ -123,7 +150,7 @@ def _others(found: dict[str, float]) -> str:
     return f", and that of {len(found) - 1} others is like it" if len(found) > 1 else ""
 
 
-def _observed(survey: Survey) -> set[str]:
+def observed_points(survey: Survey) -> set[str]:
     """Names of points that observations go from or to."""
     out: set[str] = set()
     for table in survey.tables():
@@ -136,10 +163,13 @@ def _observed(survey: Survey) -> set[str]:
     return out - {""}
 
 
-def _names(survey: Survey) -> Iterator[str]:
-    """Points that nothing observes, beside observed ones of nearly their name."""
+def _names(survey: Survey, lying_at: dict[str, tuple[str, float]]) -> Iterator[str]:
+    """Points that nothing observes, beside observed ones at their place or of nearly their name.
+
+    lying_at : of each given point the observed one that lies there, and how far off [m].
+    """
     listed = {n for n, p in survey.points.items() if p.role in ("control", "fixed", "check")}
-    observed = _observed(survey)
+    observed = observed_points(survey)
     idle, unlisted = (
         sorted(listed - observed),
         sorted(
@@ -151,6 +181,14 @@ def _names(survey: Survey) -> Iterator[str]:
     for name in unlisted:
         by_sound[_sound(name)].append(name)
     for name in idle:
+        there, off = lying_at.get(name, ("", 0.0))
+        if there in unlisted:
+            yield (
+                f"point {name} of the lists is observed by nothing, and {there}, which is observed "
+                f"and in no list, lies {off:.2f} m from where {name} is given: is {there} meant to "
+                f"be {name}"
+            )
+            continue
         alike = by_sound.get(_sound(name)) or [o for o in unlisted if _one_edit(name, o)]
         if alike:
             yield (
@@ -210,7 +248,7 @@ def _area(project: Project) -> Iterator[str]:
     what = f"the coordinates, about E {east:.0f} N {north:.0f}, lie outside of the area of {code}"
     what += f" ({area.name})" if area.name else ""
     if inside(north, east):
-        yield f"{what}, and inside with easting and northing exchanged: are the columns"
+        yield f"{what}, and inside if easting and northing are exchanged: {_COLUMNS}"
     elif inside(east / 1e3, north / 1e3):
         yield f"{what}, and inside as millimetres: are they metres"
     elif inside(east * 1e3, north * 1e3):
@@ -329,12 +367,30 @@ def _shape(polar: dict[str, dict[str, tuple[float, float]]], scale: float) -> _F
     return whole
 
 
-def _geometry(survey: Survey, given: dict[str, Array]) -> Iterator[str]:
+def _lying_at(figure: _Figure, given: dict[str, Array]) -> dict[str, tuple[str, float]]:
+    """Measured points at the places of given ones that were not measured, and how far off [m]."""
+    common = [name for name in figure.places if name in given]
+    others = [name for name in figure.places if name not in given]
+    if len(common) < 2 or not others:
+        return {}
+    b = np.array([complex(*given[name][:2]) for name in common])
+    turn, shift, rms = _fit(np.array([figure.places[name] for name in common]), b)
+    if rms > _SAME_PLACE:
+        return {}
+    seen = turn * np.array([figure.places[name] for name in others]) + shift
+    out = {}
+    for name in given.keys() - figure.places.keys():
+        off = np.abs(seen - complex(*given[name][:2]))
+        k = int(np.argmin(off))
+        if off[k] <= _SAME_PLACE:
+            out[name] = others[k], float(off[k])
+    return out
+
+
+def _geometry(
+    polar: dict[str, dict[str, tuple[float, float]]], figure: _Figure, given: dict[str, Array]
+) -> Iterator[str]:
     """Given coordinates against what total stations measured between them."""
-    polar = _polar(survey)
-    figure = _shape(polar, 1.0)
-    if figure is None:
-        return
     names = [name for name in figure.places if name in given]
     xyz = np.array([given[name] for name in names]).reshape(-1, 3)
     yield from _lengths(figure, names, xyz)
@@ -354,20 +410,20 @@ def _geometry(survey: Survey, given: dict[str, Array]) -> Iterator[str]:
     told += f"between them: {as_given:.2f} m are left"
     good = 0.1 * as_given
     others = {
-        "easting and northing exchanged: are the columns": left(figure.places, (1, 0)),
-        "northing and height exchanged: are the columns": left(figure.places, (0, 2)),
-        "easting and height exchanged: are the columns": left(figure.places, (2, 1)),
+        f"easting and northing are exchanged: {_COLUMNS}": left(figure.places, (1, 0)),
+        f"northing and height are exchanged: {_COLUMNS}": left(figure.places, (0, 2)),
+        f"easting and height are exchanged: {_COLUMNS}": left(figure.places, (2, 1)),
     }
     for scale, words in (
-        (10 / 9, "the angles taken as degrees instead of gon: is their unit right"),
-        (9 / 10, "the angles taken as gon instead of degrees: is their unit right"),
+        (10 / 9, "the angles are taken as degrees instead of gon: is their unit right"),
+        (9 / 10, "the angles are taken as gon instead of degrees: is their unit right"),
     ):
         turned = _shape(polar, scale)
         if turned is not None and all(name in turned.places for name in names):
             others[words] = left(turned.places, (0, 1))
     best = min(others, key=lambda words: others[words])
     if others[best] < good:
-        yield f"{told}, and {others[best]:.2f} m with {best}"
+        yield f"{told}, and {others[best]:.2f} m if {best}"
     else:
         yield f"{told}: are these the same points, in metres"
 

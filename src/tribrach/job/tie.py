@@ -22,6 +22,7 @@ from tribrach.job.find_planes import surroundings
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named, name_targets
 from tribrach.job.plane_pairs import remembered_pairs
+from tribrach.job.plausibility import after_doubts
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.network.adjustment import adjust
@@ -212,7 +213,10 @@ def register(
     poses, adrift = _poses(named, joined)
     surveyed = job.survey
     obstacles = _obstacles(by, joined, clouds)
-    _refuse_lost(surveyed, scans, poses, joined, obstacles, named)
+    try:
+        _refuse_lost(surveyed, scans, poses, joined, obstacles, named)
+    except InputError as error:
+        raise after_doubts(error, project, surveyed) from error
     framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
     edges, wrong = _believed(clouds, poses)
     tying = Tying(

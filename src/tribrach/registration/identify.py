@@ -440,7 +440,8 @@ def _refusal(
                 cure="check which column is East and which is North",
             )
     first = waiting[0].station
-    others = "" if len(waiting) == 1 else f" (and so for {len(waiting) - 1} more stations)"
+    more = len(waiting) - 1
+    others = f" (nor can {more} other station{'s' * (more > 1)})" if more else ""
     reason = unplaced[first].words if first in unplaced else ""
     cure = "see the detections of the station, or name three of its targets"
     if first in ambiguous:
