@@ -125,11 +125,14 @@ def test_killed_beside_its_first_cloud(job: Path, tmp_path: Path) -> None:
     for half in (
         "clouds/.S2.laz.part",
         ".report.html.x7.part",
+        "pictures/.1-S1--1.webp.x7.part",
+        "targets/.targets.json.x7.part",
         ".tribrach/.file.x7.part",
         ".tribrach/.made-1-2-S2.laz.part",
         ".tribrach/made-1-2-S2.laz",
     ):
         path = disturbed.parent / "out" / half
+        path.parent.mkdir(exist_ok=True)
         path.write_bytes(b"what a run leaves that is killed a moment later")
     finish_here(disturbed)
     whole = results(undisturbed)

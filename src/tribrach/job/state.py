@@ -40,10 +40,13 @@ from tribrach.io.keeping import STATE_FOLDER, hold
 from tribrach.io.outputs import write_text
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["NOT_IN_DIGEST", "Remembered", "digest"]
+__all__ = ["FOUND", "NOT_IN_DIGEST", "PICTURES", "Remembered", "digest"]
 
 #: key of the metadata of a field that is left out of digests; its value says why
 NOT_IN_DIGEST = "not_in_digest"
+
+#: folders of results besides the clouds: what was found in scans, and pictures of it
+FOUND, PICTURES = "targets", "pictures"
 
 _BLOCK = 1 << 22
 
@@ -291,7 +294,8 @@ class Remembered:
         """
         hold(self.folder)
         self.drop(self.MADE)
-        for folder in (self.folder, self.folder.parent, *folders):
+        results = self.folder.parent
+        for folder in (self.folder, results, results / FOUND, results / PICTURES, *folders):
             for path in folder.glob(".*.part") if folder.is_dir() else ():
                 path.unlink(missing_ok=True)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tribrach.io.outputs import write_texts
 from tribrach.job.grouping import file_name
+from tribrach.job.state import FOUND
 from tribrach.report.panoramas import panorama_file
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, TargetsDocument
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["FOLDER", "LIST", "targets_document", "write_found"]
 
 #: folder of these files among the results, and the list in it
-FOLDER, LIST = "targets", "targets.json"
+FOLDER, LIST = FOUND, "targets.json"
 
 
 def targets_document(findings: Sequence[Findings]) -> str:

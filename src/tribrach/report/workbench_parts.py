@@ -21,6 +21,7 @@ from tribrach.io.arrays import joint_covariance_bytes
 from tribrach.job.budget import station_shares
 from tribrach.job.grouping import file_name
 from tribrach.job.shared import joint_with_points
+from tribrach.job.state import PICTURES
 from tribrach.report.content import Report
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.workbench import SCHEMA, WorkbenchDocument
@@ -29,10 +30,10 @@ if TYPE_CHECKING:
     from tribrach.job.steps import PlacedScans
     from tribrach.job.tie import Registered
 
-__all__ = ["JOINT", "PARTS", "PICTURES", "frame_part", "workbench_texts"]
+__all__ = ["JOINT", "PARTS", "frame_part", "workbench_texts"]
 
-#: the file, the matrix and the folder of pictures in a folder of results
-PARTS, JOINT, PICTURES = "workbench.json", "workbench_covariance.npy", "pictures"
+#: the file and the matrix in a folder of results
+PARTS, JOINT = "workbench.json", "workbench_covariance.npy"
 #: what maps may be wrong by [m]
 _TOLERANCE = 1e-4
 #: the box of a map reaches so far beyond what it is for: of its extent, and at least [m]

@@ -14,8 +14,8 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.outputs import copy_file, write_texts
+from tribrach.job.state import PICTURES
 from tribrach.report.schema.base import document_text
-from tribrach.report.workbench_parts import PICTURES
 from tribrach.scratch import scratch_folder
 from tribrach.workbench.clouds import (
     SceneCloudFile,

@@ -21,8 +21,9 @@ from tribrach.geodesy.site import enu_rotation
 from tribrach.io.json_file import read_json
 from tribrach.io.result_file import RESULT, read_result_file
 from tribrach.job.poses import POSES, PoseFile, read_poses
+from tribrach.job.state import PICTURES
 from tribrach.report.schema.workbench import WorkbenchDocument
-from tribrach.report.workbench_parts import PARTS, PICTURES
+from tribrach.report.workbench_parts import PARTS
 from tribrach.workbench.frame import SceneFrame
 
 __all__ = ["CLOUDS", "RESULT", "ResultFolder", "read_result"]
