@@ -128,5 +128,6 @@ def test_disk_full_at_many_writes(
     scans = searched(undisturbed)
     project = struck(project, tmp_path / "searched", "searched", scans)
     _, writes = counted(project, tmp_path / "counted")
-    for number in sorted(random.Random(kind).sample(range(1, writes + 1), min(100, writes))):
+    # the last one gives the lock back, and nothing hangs on that
+    for number in sorted(random.Random(kind).sample(range(1, writes), min(100, writes - 1))):
         checked(project, tmp_path / f"later{number}", whole, "full", number)
