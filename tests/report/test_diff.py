@@ -111,7 +111,48 @@ def test_moved_is_said_as_seldom_as_stated() -> None:
     assert place(document).moved
     # both places are tested, each with its share of 5 %
     assert place(document).limit == pytest.approx(chi2.ppf(0.95**0.5, 1))
-    assert "moved: B by 10.00 mm (test" in " ".join(document.sentences)
+    assert "shifted beyond the limit: B by 10.00 mm (test" in " ".join(document.sentences)
+
+
+def turned_on(shift, share, sigma=2e-3):
+    """A nested pair: the second result has a variance less by ``share``, and a height shifted."""
+    one, other = result([1.0, 1.001]), result([1.0, 1.001, 1.002])
+    for data, factor in ((one, 1.0), (other, 1 - share)):
+        covariance = np.diag([0.0, 0.0, sigma**2 * factor])
+        data["points"]["B"] |= {"covariance": covariance.tolist()}
+    other["points"]["B"]["xyz"][2] = one["points"]["B"]["xyz"][2] + shift
+    return {"one": one, "two": other}
+
+
+def test_what_is_left_of_equal_variances_is_no_test() -> None:
+    """0.03 mm over a sigma of 2.8 um that two linearisations left: 115 would be a moved point."""
+    pair = turned_on(3e-5, 2e-6)
+    document = difference(pair["one"], pair["two"])
+    found = place(document)
+    assert (found.test, found.limit, found.freedom, found.moved) == (None, None, 0, False)
+    words = " ".join(document.sentences)
+    assert "cannot be told" in words
+    assert "the largest shift is 0.015 of it (B)" in words
+    assert "due to the values that only one of them uses" in words
+    rows = next(t for t in difference_tables(document) if t.name == "places").rows
+    assert "cannot be told" in [cell.text for row in rows for cell in row.cells]
+
+
+def test_a_sigma_of_micrometres_is_below_what_coordinates_are_exact_to() -> None:
+    """Half of a variance of (2 um)^2 is no measure of a shift of 20 um."""
+    pair = turned_on(2e-5, 0.5, sigma=2e-6)
+    assert place(difference(pair["one"], pair["two"])).freedom == 0
+
+
+def test_no_test_of_a_nested_pair_exceeds_the_change_of_the_weighted_sum() -> None:
+    """The values agree to 1.5 in the weighted sum: a test of 100 is not one of the measurements."""
+    pair = turned_on(0.0141421, 0.5)
+    pair["one"]["sigma0"]["vtpv"], pair["two"]["sigma0"]["vtpv"] = 0.5, 2.0
+    assert place(difference(pair["one"], pair["two"])).freedom == 0
+    pair["two"]["sigma0"]["vtpv"] = 101.0
+    found = place(difference(pair["one"], pair["two"]))
+    assert (found.freedom, found.moved) == (1, True)
+    assert found.test == pytest.approx(100, rel=1e-3)
 
 
 def test_states_values_and_edits_are_told() -> None:

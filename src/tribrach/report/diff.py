@@ -43,10 +43,18 @@ __all__ = ["difference", "difference_tables"]
 Common = Literal["same", "nested", "disjoint", "overlapping", "model", "datum"]
 Key = tuple[str, str]
 
-#: a shift below this [m] is that of rounding and of the last iteration
-_ROUNDED = 1e-6
-#: share of the largest variance below which a direction of a difference is not determined
-_OPEN = 1e-9
+#: to what coordinates are exact [m]: rounding, the last iteration, other points of linearisation
+_EXACT = 1e-6
+#: variance of a difference over that of the place below which a direction cannot be tested:
+#: covariances from other points of linearisation agree no better
+_SHARE = 1e-3
+#: sigma of a difference over what coordinates are exact to, below which it cannot be tested
+_ABOVE = 3.0
+_NOTE = (
+    "Sigmas are 3D. σ before and after are those of the place; σ of shift is that of the "
+    "difference, which is smaller where both results share measurements. Test: the squared shift "
+    "in the metric of its covariance, in as many directions as it has degrees of freedom."
+)
 _SENTENCES: dict[Common, str] = {
     "same": (
         "Both rest on the same measurements with the same sigmas: what differs comes from the "
@@ -54,7 +62,8 @@ _SENTENCES: dict[Common, str] = {
     ),
     "nested": (
         "One rests on measurements of the other and on further ones: the covariance of the "
-        "difference is the difference of both covariances."
+        "difference is the difference of both covariances. Nothing moved on site between them: "
+        "what differs is due to the values that only one of them uses."
     ),
     "disjoint": (
         "They share no measurement: the covariance of the difference is the sum of both, as far "
@@ -233,13 +242,18 @@ def _place(
         poses = [np.array(r.data["stations"][name]["world_from_scanner"], float) for r in (a, b)]
         turn = float(np.linalg.norm(rotation.log(poses[1][:3, :3] @ poses[0][:3, :3].T)))
     metric = _of_difference(a, b, covariances, common)
-    test, limit, sigma = None, None, None
+    test, limit, sigma, freedom = None, None, None, None
     if metric is not None and known.any():
-        inner = metric[np.ix_(known, known)]
-        test, freedom = _statistic(shift[known], inner, max(np.trace(c) for c in covariances))
+        at = np.ix_(known, known)
+        inner = metric[at]
+        whole = max((c[at] / r.factor for c, r in zip(covariances, (a, b), strict=True)),
+                    key=lambda c: float(np.trace(c)))  # fmt: skip
+        found, freedom = _statistic(shift[known], inner, whole)
+        if common == "nested" and found > _most(a, b):
+            freedom = 0
         sigma = float(np.sqrt(max(np.trace(inner), 0.0)))
-        limit = float(chi2.ppf(1 - alpha, freedom)) if freedom else None
-        test = test if freedom else None
+        if freedom:
+            test, limit = found, float(chi2.ppf(1 - alpha, freedom))
     return PlaceChange(
         name=name,
         what="point" if what == "point" else "station",
@@ -250,6 +264,7 @@ def _place(
         difference_sigma=sigma,
         test=test,
         limit=limit,
+        freedom=freedom,
         moved=test is not None and limit is not None and test > limit,
     )
 
@@ -295,17 +310,32 @@ def _of_difference(
     return 2.0 * (one + other)
 
 
-def _statistic(shift: Array, covariance: Array, size: float) -> tuple[float, int]:
+def _statistic(shift: Array, covariance: Array, whole: Array) -> tuple[float, int]:
     """Squared shift in the metric of its covariance, and its degrees of freedom.
 
-    Directions in which the difference has no variance tell nothing: nothing that was measured in
-    one of the results alone reaches them.
+    Directions in which the variance of the difference is nothing beside that of the place
+    (``whole``), or beside what coordinates are exact to, tell nothing: there a shift of rounding
+    would be divided by what is left of two numbers that are nearly equal. Method section 11.7.
     """
-    values, vectors = np.linalg.eigh(covariance)
-    good = values > _OPEN * max(size, 1e-18)
-    along = vectors[:, good].T @ shift
-    along = np.where(np.abs(along) > _ROUNDED, along, 0.0)
-    return float((along**2 / values[good]).sum()), int(good.sum())
+    root = np.linalg.cholesky(whole + _EXACT**2 * np.eye(len(whole)))
+    inverse = np.linalg.inv(root)
+    share, vectors = np.linalg.eigh(inverse @ covariance @ inverse.T)
+    across = inverse.T @ vectors
+    # variance that inexact coordinates have along each direction
+    noise = _EXACT**2 * (across**2).sum(axis=0)
+    good = share > np.maximum(_SHARE, _ABOVE**2 * noise)
+    along = across[:, good].T @ shift
+    return float((along**2 / share[good]).sum()), int(good.sum())
+
+
+def _most(a: _Result, b: _Result) -> float:
+    """What no test of a nested difference can exceed: the change of the weighted sum.
+
+    It is the quadratic form of the differences of all unknowns together. A test beyond it shows
+    that the difference of both covariances is that of their points of linearisation.
+    """
+    sums = [float(r.data["sigma0"]["vtpv"]) for r in (a, b)]
+    return abs(sums[1] - sums[0]) * (1 + _SHARE) + _SHARE
 
 
 def _observations(a: _Result, b: _Result) -> list[ObservationChange]:
@@ -379,20 +409,37 @@ def _sentences(
     largest = max(places, key=lambda place: place.length, default=None)
     if moved:
         words = ", ".join(
-            f"{p.name} by {1e3 * p.length:.2f} mm (test {p.test:.1f} against {p.limit:.1f})"
+            f"{p.name} by {1e3 * p.length:.2f} mm (test {p.test:.1f} against {p.limit:.1f} with "
+            f"{counted(p.freedom or 0, 'degree')} of freedom)"
             for p in moved[:5]
         )
         more = f" and {len(moved) - 5} more" if len(moved) > 5 else ""
-        verb = "place moved" if len(moved) == 1 else "places moved"
+        verb = "place" if len(moved) == 1 else "places"
+        verb += " shifted beyond the limit" if common == "nested" else " moved"
         out.append(f"{len(moved)} of {len(places)} {verb}: {words}{more}.")
     elif any(place.test is not None for place in places):
-        out.append(f"None of {counted(len(places), 'place')} moved beyond its limit.")
+        tested = sum(place.test is not None for place in places)
+        out.append(f"None of {counted(tested, 'tested place')} moved beyond its limit.")
+    untold = sum(place.freedom == 0 for place in places)
+    if untold:
+        out.append(
+            f"Of {counted(untold, 'place')} it cannot be told whether the shift is more than "
+            "chance: the covariances of both results, or what coordinates are exact to, leave no "
+            "variance of the difference that could be divided by."
+        )
     if largest is not None:
         told = f"The largest shift is that of {largest.name}, {1e3 * largest.length:.2f} mm"
         sigma = largest.difference_sigma
         most = "at most " if common in ("overlapping", "model") else ""
-        tail = "" if sigma is None else f", its sigma {most}{1e3 * sigma:.2f} mm"
+        tail = "" if sigma is None else f", the sigma of the shift {most}{1e3 * sigma:.2f} mm"
         out.append(f"{told}{tail}.")
+    shares = [(p.length / p.sigma[0], p.name) for p in places if p.sigma[0]]
+    if shares:
+        share, name = max(shares)
+        out.append(
+            f"Measured by the sigma of the place itself, the largest shift is {share:.2g} of it "
+            f"({name})."
+        )
     ratios = [(p.sigma[1] / p.sigma[0], p.name) for p in places if p.sigma[0] and p.sigma[1]]
     if ratios:
         low, high = min(ratios), max(ratios)
@@ -428,12 +475,13 @@ def difference_tables(
         (ColumnHead("U", "mm"), lambda p: mm_cell(p.shift[2])),
         (ColumnHead("Turn", style.small_unit("rad")), lambda p: number_cell(
             p.turn, style.small(p.turn, "rad"))),
-        (ColumnHead("Its σ", "mm"), lambda p: mm_cell(p.difference_sigma)),
+        (ColumnHead("σ of shift", "mm"), lambda p: mm_cell(p.difference_sigma)),
         (ColumnHead("test"), lambda p: fixed_cell(p.test, 2)),
         (ColumnHead("limit"), lambda p: fixed_cell(p.limit, 2)),
+        (ColumnHead("freedom"), lambda p: fixed_cell(p.freedom, 0)),
         (ColumnHead("σ before", "mm"), lambda p: mm_cell(p.sigma[0])),
         (ColumnHead("σ after", "mm"), lambda p: mm_cell(p.sigma[1])),
-        (ColumnHead("Verdict", numeric=False), lambda p: _verdict(p)),
+        (ColumnHead("Verdict", numeric=False), lambda p: _verdict(p, document.common)),
     ]  # fmt: skip
     observations = [
         (ColumnHead("Observation", numeric=False), lambda o: text_cell(
@@ -455,7 +503,7 @@ def difference_tables(
     decided += [("the second", e) for e in document.edits_only_second]
     first = Worst("those with the largest test for its limit")
     tables = [
-        build_table("places", "Points and stations", "", document.places, places, most=most,
+        build_table("places", "Points and stations", _NOTE, document.places, places, most=most,
                     worst=first),
         build_table("changed", "Observations", "", document.observations, observations, most=most),
         build_table("edits", "Edits", "", decided, edits, most=most),
@@ -463,10 +511,12 @@ def difference_tables(
     return [table for table in tables if table.rows]
 
 
-def _verdict(place: PlaceChange) -> Any:
+def _verdict(place: PlaceChange, common: Common) -> Any:
     if place.test is None:
-        return text_cell("not tested")
-    return text_cell("moved", "bad") if place.moved else text_cell("within its limit")
+        return text_cell("not tested" if place.freedom is None else "cannot be told")
+    if not place.moved:
+        return text_cell("within its limit")
+    return text_cell("beyond its limit" if common == "nested" else "moved", "bad")
 
 
 def _told(change: ObservationChange) -> str:

@@ -40,6 +40,9 @@ class PlaceChange(DocumentPart):
     test: Finite
     """Squared shift in the metric of its covariance, a lower bound where that is an upper one."""
     limit: Finite
+    freedom: int | None
+    """Directions in which the shift can be tested; 0 where it cannot be told, null where nothing is
+    tested."""
     moved: bool
     """The test is beyond its limit."""
 
