@@ -148,6 +148,29 @@ def test_a_line_of_the_picture_is_a_row_of_the_table(page: Watched, seen: str) -
     page.fine()
 
 
+@pytest.mark.parametrize("width", [1400, 420])
+def test_no_number_of_the_table_is_cut(browser: Any, seen: str, width: int) -> None:
+    context = browser.new_context(viewport={"width": width, "height": 800})
+    watched = Watched(context.new_page())
+    watched.open(with_budget(seen))
+    until(lambda: watched.page.locator(".rows .c-source").count() > 5, "rows")
+    cut = watched(
+        "[...document.querySelectorAll('.rows .cell')].filter((c) => {"
+        " const grid = document.querySelector('.grid').getBoundingClientRect();"
+        " const box = c.getBoundingClientRect();"
+        " return c.scrollWidth > c.clientWidth + 1 || box.right > grid.left"
+        " + document.querySelector('.grid').clientWidth + 1; }).map((c) => c.textContent)"
+    )
+    assert cut == []
+    watched.page.locator(".rows .row").nth(0).click()
+    watched.page.click("#tab-selection")
+    said = watched.page.inner_text("#panel")
+    for word in ("Source", "targets.csv", "Minimal detectable bias", "Its largest effect"):
+        assert word in said
+    watched.fine()
+    context.close()
+
+
 def test_filters_and_the_order_of_rows(page: Watched, seen: str) -> None:
     page.open(with_budget(seen))
     everything = page("tribrach.rowsShown")

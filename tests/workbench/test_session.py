@@ -25,8 +25,9 @@ from tribrach.network.removal import what_if
 from tribrach.observations.base import Use
 from tribrach.pipeline import adjust_job, run
 from tribrach.project.edits import edits_text
-from tribrach.report import text
+from tribrach.report import json_result, text
 from tribrach.workbench import session as session_module
+from tribrach.workbench.scene import decided_targets
 from tribrach.workbench.session import Conflict, Defect, Session, Superseded
 
 ID = "horizontal_distance:A:P:sights.csv:2"
@@ -342,6 +343,8 @@ def test_targets_and_observations_of_scans_are_as_run_has_them(scanned: Path) ->
     reject = {"do": "target", "scan": "one", "number": number["T1"], "accept": False}
     session.apply(1, [{**reject, "reason": "a mirror"}])
     assert [t["accepted"] for t in session.targets()].count(False) == 1
+    # it keeps its name in the list, though no point has it from this scan any more
+    assert [t["name"] for t in session.targets() if not t["accepted"]] == ["T1"]
     rename = {"do": "target", "scan": "two", "number": 1, "name": "X", "reason": "label"}
     session.apply(2, [rename])
     session.apply(3, [off("target_centre:one:T2:one:1")])
@@ -356,6 +359,14 @@ def test_targets_and_observations_of_scans_are_as_run_has_them(scanned: Path) ->
     assert sorted(t["name"] for t in session.targets() if t["scan"] == "two")[-1] == "X"
     again = Session.open(scanned)
     equal(again.adjustment, report.adjustment)
+    assert [t["name"] for t in again.targets() if not t["accepted"]] == ["T1"]
+    # the run lists it among what it rejected; here it is a target with a decision, and only that
+    by_run = json_result.result(report).model_dump(mode="json", exclude_unset=True)["scans"]
+    assert any("rejected by hand" in row["reason"] for row in by_run["rejected"])
+    scans = decided_targets(by_run, again.targets())
+    assert not any("rejected by hand" in row["reason"] for row in scans["rejected"])
+    (bad,) = (row for row in scans["targets"] if not row["accepted"])
+    assert bad["pictured"] == -len([r for r in by_run["rejected"] if r["scan"] == "one"])
     # taken back and confirmed
     assert len(again.apply(1, [{**reject, "accept": True, "reason": "it is none"}])["edits"]) == 2
     confirm = {"do": "target", "scan": "one", "number": number["T3"], "reason": "seen"}

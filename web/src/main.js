@@ -466,6 +466,12 @@ function marks() {
       if (xyz) out.push({ at: viewer.toDrawing(xyz), text: '', symbol: 'cross', colour: '#8a4b12', weight: 10, what: { type: 'rejected', at } });
     });
   }
+  if (s.on('rejected')) {
+    const t = s.scene.value.targets;
+    for (const i of s.turnedDown.value) {
+      if (t.xyz[i]) out.push({ at: viewer.toDrawing(t.xyz[i]), text: t.name[i], symbol: 'cross', colour: '#8a4b12', weight: 10, what: { type: 'turnedDown', at: i, name: t.name[i] } });
+    }
+  }
   if (s.on('comparisons')) {
     for (const c of s.scene.value.comparisons ?? []) for (const site of c.sites ?? []) {
       if (site.xyz) out.push({ at: viewer.toDrawing(site.xyz), text: `site ${site.name}`, symbol: 'dot', colour: '#0b7fab', weight: 20, what: { type: 'site', name: site.name } });
@@ -528,6 +534,7 @@ function hovered(hit) {
     const worst = [...hit.item.rows].sort((a, b) => Math.abs(o.w[b] ?? -1) - Math.abs(o.w[a] ?? -1))[0];
     words = `${hit.item.names[0]} → ${hit.item.names[1]}: ${hit.item.rows.length} values, largest w ${hit.item.w === null ? '–' : hit.item.w.toFixed(2)} (${kindOf(o, worst)})`;
   } else if (hit.type === 'edge') words = `${hit.item.edge.first} with ${hit.item.edge.second}: ${hit.item.edge.count} ${hit.item.edge.kind.replaceAll('_', ' ')}`;
+  else if (hit.type === 'turnedDown') words = `${hit.name || 'target'} of ${s.scene.value.targets.scan[hit.at]}, rejected: ${s.scene.value.targets.remark[hit.at]}`;
   else if (hit.type === 'rejected') words = `rejected: ${s.scene.value.rejected.reason[hit.at]}`;
   else {
     const p = (hit.type === 'station' ? s.stations : s.points).value.find((x) => x.name === hit.name);

@@ -74,6 +74,9 @@ export function toggle(layer, show) {
   hidden.value = next;
 }
 
+/** Numbers of the found targets that are rejected by hand. */
+export const turnedDown = computed(() => [...(scene.value?.targets?.scan ?? []).keys()].filter((i) => scene.value.targets.accepted?.[i] === false));
+
 /** Decisions that are in force. */
 export const edits = computed(() => adjusted.value?.edits ?? session.value?.edits ?? scene.value?.edits ?? []);
 

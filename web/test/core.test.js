@@ -4,7 +4,7 @@ import { along, ofTest, rgb, SCALES, table } from '../src/core/colour.js';
 import { count, millimetres, plain, small, smallWords, tick, ticks } from '../src/core/format.js';
 import { parsed, written } from '../src/core/hash.js';
 import { carried, eigen, length, product, times, transposed, turned } from '../src/core/matrix.js';
-import { distinct, filtered, inWindow, NO_FILTER, sorted } from '../src/core/rows.js';
+import { distinct, filtered, inWindow, laidOut, NO_FILTER, sorted } from '../src/core/rows.js';
 import { chi2of3, ellipsoidFactor, erf, histogram, median, roundDown } from '../src/core/statistics.js';
 
 const near = (a, b, tolerance = 1e-12) => assert.ok(Math.abs(a - b) <= tolerance, `${a} is not ${b}`);
@@ -168,4 +168,21 @@ test('only rows in sight are drawn', () => {
   assert.ok(first <= 10000 && last >= 10024 && last - first < 60);
   assert.deepEqual(inWindow(0, 600, 26, 3), { first: 0, last: 3 });
   assert.deepEqual(inWindow(9999, 600, 26, 0), { first: 0, last: 0 });
+});
+
+test('a table shows every column whole, in as many lines as it needs', () => {
+  const columns = [['state', '', 30], ['from', 'From', 104], ['w', 'w', 60], ['value', 'Value', 124], ['source', 'Source', 210]];
+  const names = (/** @type {number} */ room) => laidOut(columns, room, 'from', 'source').lines.map((line) => line.map(({ name }) => name));
+  assert.deepEqual(names(600), [['state', 'from', 'w', 'value', 'source']]);
+  assert.deepEqual(names(400), [['state', 'from', 'w', 'value'], ['source']]);
+  assert.deepEqual(names(300), [['state', 'from', 'w'], ['value'], ['source']]);
+  for (let room = 0; room < 900; room += 7) {
+    const { lines, width } = laidOut(columns, room, 'from', 'source');
+    assert.ok(width >= room);
+    assert.deepEqual(lines.flat().map(({ name }) => name), columns.map(([name]) => name));
+    lines.forEach((line, k) => {
+      assert.ok(line.reduce((sum, column) => sum + column.width, k ? 30 : 0) <= width);
+      for (const { name, width: given } of line) assert.ok(given >= columns.find(([key]) => key === name)[2]);
+    });
+  }
 });

@@ -8,7 +8,8 @@ session with what the last run left of its scans. What lies beside the result (p
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -268,18 +269,28 @@ def _targets(
     found, rejections = scans.get("targets", []), scans.get("rejected", [])
     out: Columns = {key: [row[key] for row in found] for key in same}
     out["xyz"] = [_placed(row, beside) for row in found]
-    out["accepted"] = [row.get("accepted", bool(row["name"])) for row in found]
-    out["picture"] = [beside.picture(row["scan"], row["number"]) for row in found]
+    out["accepted"] = [row.get("accepted", True) for row in found]
+    out["picture"] = [_picture(row, row["number"], beside) for row in found]
     out["words"] = [_fit_words(row, style) for row in found]
     bad: Columns = {key: [row[key] for row in rejections] for key in ("scan", "kind", "center")}
     bad["reason"] = [row["reason"] for row in rejections]
     bad["xyz"] = [_placed(row, beside) for row in rejections]
-    numbers: dict[str, int] = {}
-    bad["picture"] = []
-    for row in rejections:
-        numbers[row["scan"]] = numbers.get(row["scan"], 0) + 1
-        bad["picture"].append(beside.picture(row["scan"], -numbers[row["scan"]]))
+    bad["picture"] = [_picture(row, -number, beside) for number, row in _numbered(rejections)]
     return out, bad
+
+
+def _numbered(rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[int, Mapping[str, Any]]]:
+    """Rows with their numbers from 1 in each scan."""
+    numbers: Counter[str] = Counter()
+    for row in rows:
+        numbers[row["scan"]] += 1
+        yield numbers[row["scan"]], row
+
+
+def _picture(row: Mapping[str, Any], number: int, beside: ResultFolder) -> str | None:
+    """The picture of a row, by the number that the run gave it; a session may say another."""
+    of_run = row.get("pictured", number)
+    return None if of_run is None else beside.picture(row["scan"], of_run)
 
 
 def _fit_words(row: Mapping[str, Any], style: Style) -> dict[str, str]:
@@ -333,6 +344,12 @@ def decided_targets(
         As ``scans``. Of targets that the last run did not have the fit is not known.
     """
     known = {(row["scan"], tuple(row["center"])): row for row in (scans or {}).get("targets", ())}
+    # pictures have the numbers of the run: below zero those of rejected candidates
+    pictured = {place: row["number"] for place, row in known.items()}
+    bad = [
+        {**row, "pictured": -number} for number, row in _numbered((scans or {}).get("rejected", ()))
+    ]
+    pictured |= {(row["scan"], tuple(row["center"])): row["pictured"] for row in bad}
     unknown = {
         "sigma": None, "range": None, "incidence": None, "points": None, "rms": None,
         "coverage": None,
@@ -344,7 +361,13 @@ def decided_targets(
             **{key: row[key] for key in ("scan", "number", "kind", "center", "name", "accepted")},
             "remark": row["reason"]
             or known.get((row["scan"], tuple(row["center"])), {}).get("remark", ""),
+            "pictured": pictured.get((row["scan"], tuple(row["center"]))),
         }
         for row in decided
     ]
-    return {**(scans or {}), "targets": targets if decided else (scans or {}).get("targets", [])}
+    if not decided:
+        return dict(scans or {})
+    # what the run lists as rejected by hand is found, and decided about here
+    mine = {(row["scan"], tuple(row["center"])) for row in decided}
+    others = [row for row in bad if (row["scan"], tuple(row["center"])) not in mine]
+    return {**(scans or {}), "targets": targets, "rejected": others}

@@ -470,13 +470,14 @@ class Session:
         list of dict
             ``scan``, ``number`` (from 1 in each scan, as the finders left them), ``kind``,
             ``center`` (3) in the scanner frame [m], ``name`` ("" without one), ``accepted``,
-            ``reason``.
+            ``reason``. A rejected target has the name that it would have if none were rejected.
         """
         with self._lock:
             state = self._state
         if self._found is None:
             return []
         names = _names(state.measured.work)
+        unrejected = self._names_unrejected(state.edits)
         out = []
         for finding in self._found.findings:
             for number, detection in enumerate(finding.detections, start=1):
@@ -487,12 +488,26 @@ class Session:
                         "number": number,
                         "kind": detection.kind,
                         "center": [float(x) for x in detection.center],
-                        "name": names(finding, number),
+                        "name": names(finding, number)
+                        if entry is None or entry.accept
+                        else unrejected(finding, number),
                         "accepted": entry is None or entry.accept,
                         "reason": "" if entry is None else entry.reason,
                     }
                 )
         return out
+
+    def _names_unrejected(self, edits: Edits) -> Callable[[Findings, int], str]:
+        """Names of targets as they are if none is rejected; as they are where that cannot be."""
+        kept = tuple(target for target in edits.target if target.accept)
+        if len(kept) == len(edits.target):
+            return _names(None)
+        try:
+            with self._lock:
+                return _names(self._measured(edits.model_copy(update={"target": kept})).work)
+        except TribrachError:
+            # what was rejected may be what cannot be matched
+            return _names(None)
 
     def scene_input(self) -> tuple[dict[str, Any], Path]:
         """The network as it is now by the keys of ``result.json``, and the folder of results."""

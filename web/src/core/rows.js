@@ -82,3 +82,35 @@ export function distinct(column) {
     String(a).localeCompare(String(b), 'en', { numeric: true }),
   );
 }
+
+/**
+ * Columns in as many lines as a table of this width needs: none is cut, none is left out. In the first line `wide` takes what is
+ * left, in its own line `last` does. Further lines stand in by the width of the first column.
+ * @param {[string, string, number][]} columns name, title and pixels @param {number} room pixels
+ * @param {string} wide @param {string} last
+ * @returns {{lines: {name: string, width: number}[][], width: number}}
+ */
+export function laidOut(columns, room, wide, last) {
+  const indent = columns[0][2];
+  const width = Math.max(room, indent + Math.max(...columns.map(([, , w]) => w)));
+  /** @type {{name: string, width: number}[][]} */
+  const lines = [];
+  let left = -1;
+  for (const [name, , w] of columns) {
+    if (w > left) {
+      if (lines.length === 1) grow(lines[0], wide, left);
+      left = lines.length ? width - indent : width;
+      lines.push([]);
+    }
+    lines[lines.length - 1].push({ name, width: w });
+    left -= w;
+  }
+  grow(lines[lines.length - 1], last, left);
+  return { lines, width };
+}
+
+/** @param {{name: string, width: number}[]} line @param {string} name @param {number} by */
+function grow(line, name, by) {
+  const it = line.find((column) => column.name === name);
+  if (it) it.width += by;
+}

@@ -23,9 +23,9 @@ function Modal({ title, children, submit, ready, action }) {
     </form></dialog>`;
 }
 
-function Reason({ reason, set }) {
+function Reason({ reason, set, example = 'prism tilted, see field book page 12' }) {
   return html`<label class="stack"><span>Reason <span class="muted">(is kept with the decision and stands in the report)</span></span>
-    <textarea rows="2" maxlength="400" autofocus required value=${reason} onInput=${(e) => set(e.currentTarget.value)} placeholder="for example: prism tilted, see field book page 12"></textarea></label>`;
+    <textarea rows="2" maxlength="400" autofocus required value=${reason} onInput=${(e) => set(e.currentTarget.value)} placeholder=${`for example: ${example}`}></textarea></label>`;
 }
 
 function Use({ ids }) {
@@ -71,13 +71,14 @@ function Role({ name }) {
 function Target({ at, reject }) {
   const t = s.scene.value.targets;
   const [name, setName] = useState(t.name[at] ?? '');
+  const back = t.accepted && !t.accepted[at];
   const [accept, setAccept] = useState(!reject);
   const [reason, setReason] = useState('');
   const submit = () => {
     s.dialog.value = null;
-    s.act('api/edits', { changes: [{ do: 'target', scan: t.scan[at], number: t.number[at], name: name.trim() || null, accept, reason: reason.trim() }] });
+    s.act('api/edits', { changes: [{ do: 'target', scan: t.scan[at], number: t.number[at], name: back && name.trim() === t.name[at] ? null : name.trim() || null, accept, reason: reason.trim() }] });
   };
-  return html`<${Modal} title=${`Target ${t.number[at]} of ${t.scan[at]}`} submit=${submit} ready=${Boolean(reason.trim())} action="Adjust again">
+  return html`<${Modal} title=${`${back ? 'Take back' : reject ? 'Reject' : 'Target'} ${t.name[at] || `number ${t.number[at]}`}, ${t.scan[at]}`} submit=${submit} ready=${Boolean(reason.trim())} action="Adjust again">
     <p class="muted small">${spaced(t.kind[at])}${t.remark[at] ? `, ${t.remark[at]}` : ''}</p>
     <fieldset class="choices two"><legend class="sr">Decision</legend>
       <label class=${accept ? 'choice chosen' : 'choice'}><input type="radio" name="accept" checked=${accept} onChange=${() => setAccept(true)} /><span><b>It is a target</b></span></label>
@@ -85,7 +86,7 @@ function Target({ at, reject }) {
     </fieldset>
     ${accept && html`<label class="stack"><span>Name of the point</span><input type="text" maxlength="200" value=${name} onInput=${(e) => setName(e.currentTarget.value)} list="point-names" /></label>
       <datalist id="point-names">${s.points.value.map((p) => html`<option key=${p.name} value=${p.name}></option>`)}</datalist>`}
-    <${Reason} reason=${reason} set=${setReason} /><//>`;
+    <${Reason} reason=${reason} set=${setReason} example=${accept ? 'label read in the photograph of the set-up' : 'a reflection, no target stood there'} /><//>`;
 }
 
 export function Dialogs() {

@@ -39,7 +39,7 @@ function Layers() {
     edges: scene.edges?.length ?? 0,
     planes: scene.planes?.name?.length ?? 0,
     moves: s.moves.value.filter((move) => move.long > s.MOVED).length,
-    rejected: scene.rejected?.scan?.length ?? 0,
+    rejected: (scene.rejected?.scan?.length ?? 0) + s.turnedDown.value.length,
     comparisons: (scene.comparisons ?? []).reduce((sum, c) => sum + (c.sites ?? []).filter((site) => site.xyz).length, 0),
   };
   return s.LAYERS.map(([key, title]) => html`<${Check} key=${key} label=${title} checked=${s.on(key)} hint=${counts[key] ?? null}

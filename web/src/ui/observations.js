@@ -4,12 +4,14 @@ import uPlot from 'uplot';
 import * as s from '../state.js';
 import { count, plain, smallWords, spaced } from '../core/format.js';
 import { histogram } from '../core/statistics.js';
-import { NO_FILTER, filtered, inWindow, size, sorted } from '../core/rows.js';
+import { NO_FILTER, filtered, inWindow, laidOut, size, sorted } from '../core/rows.js';
 import * as api from '../api.js';
 import { FONT } from '../scene/labels.js';
 import { html } from './html.js';
 
+/** Pixels of the first line of a row, and of every further one. */
 const ROW = 26;
+const LINE = 18;
 
 /** What would happen without the row that the pointer rests on. */
 export const whatIf = signal(null);
@@ -28,12 +30,14 @@ const COLUMNS = [
   ['residual', 'v', 90],
   ['sigma', 'σ', 86],
   ['redundancy', 'r', 46],
-  ['value', 'Value', 116],
+  ['value', 'Value', 124],
   ['mdb', 'MDB', 90],
   ['external', 'Effect', 128],
   ['source', 'Source', 210],
 ];
-const WIDE = COLUMNS.reduce((sum, [, , width]) => sum + width, 0);
+const TITLE = Object.fromEntries(COLUMNS.map(([name, title]) => [name, title]));
+/** Names may take what is left of the first line, the source what is left of its own. */
+const lay = (width) => laidOut(COLUMNS, width, 'from', 'source');
 
 const HINTS = {
   state: 'active, check or off', sigma: 'standard deviation of the value', residual: 'residual',
@@ -46,9 +50,13 @@ const STATES = { active: ['●', 'on'], check: ['◇', 'check'], off: ['○', 'o
 /** The minus of the program's words as it is set in print. @param {string | undefined} text */
 const signed = (text) => text?.replace(/^-/, '\u2212');
 
-function cell(o, i, name, angle) {
+export function cell(o, i, name, angle) {
   const words = o.words?.[name];
   switch (name) {
+    case 'from':
+      return label(o, i);
+    case 'kind':
+      return kindOf(o, i);
     case 'value':
       return signed(words?.[i]) ?? String(o.value[i]);
     case 'sigma':
@@ -149,27 +157,29 @@ function Filters() {
   </div>`;
 }
 
-function Head() {
+/** Lines of a head or a row, of cells that `each` makes. */
+const Lines = (lines, each) => lines.map((line, k) => html`<div key=${k} role="presentation" class=${k ? 'line-of further' : 'line-of'} style=${{ height: `${k ? LINE : ROW}px` }}>${line.map(({ name, width }) => each(name, { width: `${width}px` }))}</div>`);
+
+function Head({ lines, width }) {
   const { by, down } = s.sort.value;
-  return html`<div class="row head" role="row" style=${{ width: `${WIDE}px` }}>
-    ${COLUMNS.map(([name, title, width]) => html`<button type="button" key=${name} role="columnheader" class=${`cell c-${name} ${by === name ? 'sorted' : ''}`} style=${{ width: `${width}px` }}
+  return html`<div class="row head" role="row" style=${{ width: `${width}px` }}>
+    ${Lines(lines, (name, style) => html`<button type="button" key=${name} role="columnheader" class=${`cell c-${name} ${by === name ? 'sorted' : ''}`} style=${style}
       title=${HINTS[name] ?? ''} aria-sort=${by === name ? (down ? 'descending' : 'ascending') : 'none'}
       onClick=${() => (s.sort.value = { by: name, down: by === name ? !down : ['w', 'mdb', 'external', 'residual', 'sigma'].includes(name) })}>
-      ${name === 'state' ? html`<span class="sr">use</span>` : title}${by === name ? (down ? ' ↓' : ' ↑') : ''}</button>`)}
+      ${name === 'state' ? html`<span class="sr">use</span>` : TITLE[name]}${by === name ? (down ? ' ↓' : ' ↑') : ''}</button>`)}
   </div>`;
 }
 
-function Row({ i, at, o, angle, does, live }) {
+function Row({ i, at, o, angle, does, live, lines, width, height }) {
   const id = o.id[i];
   const state = o.state[i];
   const picked = s.selection.value?.type === 'row' && s.selection.value.id === id;
   const chosen = s.chosenRows.value.has(id);
   const [sign, word] = STATES[state] ?? ['?', state];
   return html`<div role="row" aria-rowindex=${at + 2} aria-selected=${picked || chosen} class=${`row is-${state} ${o.suspicious[i] ? 'suspicious' : ''} ${picked || chosen ? 'picked' : ''}`}
-    style=${{ transform: `translateY(${at * ROW}px)`, width: `${WIDE}px` }}
+    style=${{ transform: `translateY(${at * height}px)`, width: `${width}px`, height: `${height}px` }}
     onClick=${(e) => does.row(i, at, e)} onMouseEnter=${() => does.hover(i)} onDblClick=${() => does.visitRow(i)}>
-    ${COLUMNS.map(([name, , width]) => {
-      const style = { width: `${width}px` };
+    ${Lines(lines, (name, style) => {
       if (name === 'state') {
         return html`<span role="gridcell" key=${name} class="cell c-state" style=${style}>
           ${live
@@ -179,8 +189,8 @@ function Row({ i, at, o, angle, does, live }) {
               }}>${sign}</button>`
             : html`<span class=${`use ${state}`} title=${word}>${sign}</span>`}</span>`;
       }
-      const text = name === 'from' ? label(o, i) : name === 'kind' ? kindOf(o, i) : cell(o, i, name, angle);
-      return html`<span role="gridcell" key=${name} class=${`cell c-${name}`} style=${style} title=${['source', 'from', 'kind', 'external'].includes(name) ? text : undefined}>${text}</span>`;
+      const text = cell(o, i, name, angle);
+      return html`<span role="gridcell" key=${name} class=${`cell c-${name}`} style=${style} title=${text}>${text}</span>`;
     })}
   </div>`;
 }
@@ -230,14 +240,14 @@ export function askWhatIf(i, any = false) {
 
 export function Observations({ does }) {
   const host = useRef(null);
-  const [view, setView] = useState({ top: 0, height: 400 });
+  const [view, setView] = useState({ top: 0, height: 400, width: 0 });
   const o = s.observations.value;
   const list = rows.value;
   const angle = s.scene.value?.angle ?? 'gon';
   const live = Boolean(s.session.value);
   useLayoutEffect(() => {
     const element = host.current;
-    const measure = () => setView({ top: element.scrollTop, height: element.clientHeight });
+    const measure = () => setView({ top: element.scrollTop, height: element.clientHeight, width: element.clientWidth });
     measure();
     element.addEventListener('scroll', measure, { passive: true });
     const watch = new ResizeObserver(measure);
@@ -247,6 +257,8 @@ export function Observations({ does }) {
       watch.disconnect();
     };
   }, []);
+  const { lines, width } = lay(view.width);
+  const high = ROW + (lines.length - 1) * LINE + (lines.length > 1 ? 3 : 0);
   // a row that was chosen elsewhere comes into sight
   const selected = s.selection.value?.type === 'row' ? s.selection.value.id : null;
   useEffect(() => {
@@ -254,13 +266,13 @@ export function Observations({ does }) {
     const at = list.findIndex((i) => o.id[i] === selected);
     if (at < 0) return;
     const element = host.current;
-    const y = at * ROW;
-    if (y < element.scrollTop || y > element.scrollTop + element.clientHeight - 2 * ROW) element.scrollTop = Math.max(0, y - element.clientHeight / 3);
+    const y = at * high;
+    if (y < element.scrollTop || y > element.scrollTop + element.clientHeight - 2 * high) element.scrollTop = Math.max(0, y - element.clientHeight / 3);
   }, [selected]);
-  const { first, last } = inWindow(view.top, view.height, ROW, list.length);
+  const { first, last } = inWindow(view.top, view.height, high, list.length);
   const drawn = [];
   for (let at = first; at < last; at++) {
-    drawn.push(html`<${Row} key=${list[at]} i=${list[at]} at=${at} o=${o} angle=${angle} does=${does} live=${live} />`);
+    drawn.push(html`<${Row} key=${list[at]} i=${list[at]} at=${at} o=${o} angle=${angle} does=${does} live=${live} lines=${lines} width=${width} height=${high} />`);
   }
   const key = (event) => {
     const at = selected === null ? -1 : list.findIndex((i) => o.id[i] === selected && (s.selection.value.row === undefined || i === s.selection.value.row));
@@ -271,8 +283,8 @@ export function Observations({ does }) {
     };
     if (event.key === 'ArrowDown') go(at + 1);
     else if (event.key === 'ArrowUp') go(at - 1);
-    else if (event.key === 'PageDown') go(at + Math.floor(view.height / ROW));
-    else if (event.key === 'PageUp') go(at - Math.floor(view.height / ROW));
+    else if (event.key === 'PageDown') go(at + Math.floor(view.height / high));
+    else if (event.key === 'PageUp') go(at - Math.floor(view.height / high));
     else if (event.key === 'Home') go(0);
     else if (event.key === 'End') go(list.length - 1);
     else if ((event.key === 'Enter' || event.key === 'x') && live && s.chosenRows.value.size) {
@@ -285,8 +297,8 @@ export function Observations({ does }) {
     <${Histogram} />
     <${Filters} />
     <div class=${`grid ${s.stale.value ? 'stale' : ''}`} ref=${host} role="grid" aria-rowcount=${list.length + 1} aria-label="Observations" tabindex="0" onKeyDown=${key}>
-      <${Head} />
-      <div class="rows" role="rowgroup" style=${{ height: `${list.length * ROW}px`, width: `${WIDE}px` }}>${drawn}</div>
+      <${Head} lines=${lines} width=${width} />
+      <div class="rows" role="rowgroup" style=${{ height: `${list.length * high}px`, width: `${width}px` }}>${drawn}</div>
       ${!list.length && html`<p class="empty">No observation passes these filters.</p>`}
     </div>
     <div class="foot" hidden=${!live && !chosen}>

@@ -5,7 +5,7 @@ import { eigen, length } from '../core/matrix.js';
 import { ROLES } from '../scene/network.js';
 import * as api from '../api.js';
 import { html } from './html.js';
-import { kindOf, label } from './observations.js';
+import { cell, kindOf, label } from './observations.js';
 
 const sigmas = (m) => (m ? [0, 1, 2].map((k) => Math.sqrt(Math.max(0, m[k][k]))) : [null, null, null]);
 const axes = () => (s.scene.value.axes ?? ['E', 'N', 'U']).map((x) => String(x).toUpperCase());
@@ -52,6 +52,7 @@ function TargetCard({ at }) {
   const live = s.session.value;
   const words = t.words?.[at] ?? {};
   const off = t.accepted && !t.accepted[at];
+  const decide = (reject) => () => (s.dialog.value = { type: 'target', at, reject });
   return html`<article class=${`target ${off ? 'off' : ''}`}>
     ${t.picture?.[at] ? html`<img src=${t.picture[at]} alt=${`Scan around ${t.name[at] || 'the target'}, seen from ${t.scan[at]}`} loading="lazy" width="120" height="120" />` : html`<div class="no-picture">no picture</div>`}
     <div class="grow"><header><b>${t.name[at] || `number ${t.number[at]}`}</b> <span class="muted">${spaced(t.kind[at])} in ${t.scan[at]}</span>${off && html` <span class="tag bad">rejected</span>`}</header>
@@ -60,8 +61,10 @@ function TargetCard({ at }) {
         <dt>range</dt><dd>${words.range ?? `${metres(t.range[at])} m`}</dd><dt>incidence</dt><dd>${words.incidence ?? degrees(t.incidence[at])}</dd>
         <dt>coverage</dt><dd>${words.coverage ?? plain(t.coverage[at])}</dd></dl>
       ${t.remark[at] && html`<p class="small warn-text">${t.remark[at]}</p>`}
-      ${live && html`<p class="card-tools"><button type="button" class="button plain tiny" onClick=${() => (s.dialog.value = { type: 'target', at, reject: false })}>Rename, confirm</button>
-        <button type="button" class="button plain tiny" onClick=${() => (s.dialog.value = { type: 'target', at, reject: true })}>Reject</button></p>`}
+      ${live && html`<p class="card-tools">${off
+        ? html`<button type="button" class="button plain tiny" onClick=${decide(false)}>Take back</button>`
+        : html`<button type="button" class="button plain tiny" onClick=${decide(false)}>Rename, confirm</button>
+        <button type="button" class="button plain tiny" onClick=${decide(true)}>Reject</button>`}</p>`}
     </div></article>`;
 }
 
@@ -78,10 +81,11 @@ export function Targets() {
   const n = t?.scan?.length ?? 0;
   const wanted = find.toLowerCase();
   const list = [...Array(n).keys()].filter((i) => `${t.name[i]} ${t.scan[i]} ${t.kind[i]} ${t.remark[i]}`.toLowerCase().includes(wanted));
+  const by = list.filter((i) => t.accepted && !t.accepted[i]).length;
   const gone = [...Array(r?.scan?.length ?? 0).keys()].filter((i) => `${r.scan[i]} ${r.kind[i]} ${r.reason[i]}`.toLowerCase().includes(wanted));
   return html`<div class="panel scroll">
     <div class="filters"><input type="search" placeholder="Find a target, a scan" aria-label="Find a target" value=${find} onInput=${(e) => setFind(e.currentTarget.value)} />
-      <span class="found">${count(list.length)} found targets, ${count(gone.length)} rejected candidates</span><${Links} table="targets" /></div>
+      <span class="found">${count(list.length)} found targets${by ? `, ${count(by)} of them rejected` : ''}; ${count(gone.length)} rejected candidates</span><${Links} table="targets" /></div>
     ${list.slice(0, 200).map((i) => html`<${TargetCard} key=${i} at=${i} />`)}
     ${list.length > 200 && html`<p class="muted small">200 of ${count(list.length)} are shown; find the others by name.</p>`}
     ${gone.length > 0 && html`<h3>Rejected candidates</h3>${gone.slice(0, 200).map((i) => html`<${RejectedCard} key=${i} at=${i} />`)}`}
@@ -91,6 +95,13 @@ export function Targets() {
 
 // -- changes --------------------------------------------------------------------------------------------------------------
 
+/** The name of the target that a decision is about, as the list of targets has it. */
+function nameAt(edit) {
+  const t = s.scene.value.targets;
+  const at = (t?.scan ?? []).findIndex((scan, i) => scan === edit.scan && length(t.center[i].map((x, k) => x - (edit.center?.[k] ?? NaN))) < 0.001);
+  return at >= 0 && t.name[at] ? `${t.name[at]} ` : '';
+}
+
 const what = (edit) => {
   if (edit.observation) {
     const o = s.observations.value;
@@ -98,7 +109,7 @@ const what = (edit) => {
     return `${i < 0 ? edit.observation : `${label(o, i)}, ${spaced(o.kind[i])}`}: ${edit.use === 'active' ? 'on' : edit.use}`;
   }
   if (edit.point) return `point ${edit.point}: ${edit.role}`;
-  if (edit.scan) return `target at ${(edit.center ?? []).map((x) => metres(x, 2)).join(', ')} of ${edit.scan}: ${edit.accept === false ? 'rejected' : edit.name ? `is ${edit.name}` : 'confirmed'}`;
+  if (edit.scan) return `target ${nameAt(edit)}at ${(edit.center ?? []).map((x) => metres(x, 2)).join(', ')} of ${edit.scan}: ${edit.accept === false ? 'rejected' : edit.name ? `is ${edit.name}` : 'confirmed'}`;
   return JSON.stringify(edit);
 };
 
@@ -219,6 +230,16 @@ function NamedPoint({ name, type, does }) {
     <h3>Observations</h3><${Few} list=${its} does=${does} />`;
 }
 
+/** Everything that is known of one observed value. */
+function RowFacts({ o, i }) {
+  const words = (name) => cell(o, i, name, s.scene.value.angle);
+  const use = { active: 'on', check: 'check', off: 'off' }[o.state[i]] ?? o.state[i];
+  return html`<dl class="facts wide"><dt>Source</dt><dd>${o.source[i]}</dd><dt>Use</dt><dd>${use}${o.reason?.[i] ? `: ${o.reason[i]}` : ''}</dd>
+    <dt>Value</dt><dd>${words('value')}</dd><dt>σ</dt><dd>${words('sigma')}</dd><dt>Residual v</dt><dd>${words('residual')}</dd>
+    <dt>Normalised residual w</dt><dd>${words('w')}</dd><dt>Redundancy number r</dt><dd>${words('redundancy')}</dd>
+    <dt>Minimal detectable bias</dt><dd>${words('mdb')}</dd><dt>Its largest effect</dt><dd>${words('external')}</dd></dl>`;
+}
+
 /** A few rows, worst first. */
 function Few({ list, does }) {
   const o = s.observations.value;
@@ -274,10 +295,11 @@ export function Selection({ does }) {
   else if (it.type === 'ray') body = html`<${Ray} item=${it.item} does=${does} />`;
   else if (it.type === 'edge') body = html`<${Edge} item=${it.item} />`;
   else if (it.type === 'rejected') body = html`<h2>Rejected candidate</h2><${RejectedCard} at=${it.at} />`;
+  else if (it.type === 'turnedDown') body = html`<h2>Rejected target</h2><${TargetCard} at=${it.at} />`;
   else if (it.type === 'site') body = html`<h2>Site ${it.name}</h2><p>See the comparisons under Notes.</p>`;
   else if (it.type === 'row') {
     const o = s.observations.value;
-    body = html`<h2>${label(o, it.row)}</h2><p>${kindOf(o, it.row)}</p><${Few} list=${[...o.id.keys()].filter((i) => o.id[i] === it.id)} does=${does} />`;
+    body = html`<h2>${label(o, it.row)}</h2><p>${kindOf(o, it.row)}</p><${RowFacts} o=${o} i=${it.row} /><h3>All values of this observation</h3><${Few} list=${[...o.id.keys()].filter((i) => o.id[i] === it.id)} does=${does} />`;
   } else body = html`<${NamedPoint} name=${it.name} type=${it.type} does=${does} />`;
   return html`<div class="panel scroll selection">${head}${body}</div>`;
 }
