@@ -136,6 +136,15 @@ def test_two_that_moved_are_found_together() -> None:
         assert left @ np.linalg.solve(point.covariance, left) < 14.0
 
 
+def test_nothing_is_called_stable_where_no_group_explains_the_differences() -> None:
+    """Seven heights that all differ by fifty times their sigma and more."""
+    d = np.array([0.0, 60.0, -45.0, 150.0, -110.0, 240.0, 20.0]) * 1e-3
+    changes = difference(levelled(np.zeros(7)), levelled(d, label="2"))
+    found = compare(changes, Settings())
+    assert not found.search.resolved
+    assert {one.answer for one in found.displacements} == {"cannot tell"}
+
+
 def test_stepwise_search_agrees_with_all_combinations(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where there are too many combinations, growing and exchanging finds the same group."""
     network, rng = Network.measured(), np.random.default_rng(11)

@@ -246,6 +246,10 @@ class StabilitySearch:
     exhaustive: bool
 
 
+#: what is left after the largest group is not explained if chance leaves as much this seldom
+_UNEXPLAINED = 0.001
+
+
 def search_moved(form: Congruence, limits: Limits, *, most: int | None = None) -> StabilitySearch:
     """Find the smallest group of points without which the others are congruent.
 
@@ -292,6 +296,10 @@ def search_moved(form: Congruence, limits: Limits, *, most: int | None = None) -
             passed = True
             break
     chosen = _size(sizes, limits, n, form.width, passed)
+    if chosen and not passed:
+        left = before.statistic - _best(*sizes[chosen - 1])[1]
+        if limits.significance(left, form.dof - chosen * form.width) < _UNEXPLAINED:
+            chosen = 0
     if chosen == 0:
         best = _best(*sizes[-1])[0] if sizes else ()
         after = form.test(limits, best)
