@@ -27,7 +27,7 @@ FLAGS = [
     "--disable-dev-shm-usage",
 ]
 #: seconds after which a page is said not to come; never waited for in vain
-PATIENCE = 60.0
+PATIENCE = 240.0
 
 
 def executable() -> str:
