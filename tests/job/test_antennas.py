@@ -30,7 +30,7 @@ def test_a_run_leaves_its_lever_arm_for_the_next(tmp_path: Path) -> None:
     assert arm.stations == ("S",)
     assert arm.datum == content.datum.sentence
     chapter = next(c for c in content.chapters if c.name == "lever_arm_calibration")
-    assert "Lever arm antenna, carried by 1 station: x 12.0 +-" in chapter.sentences[0]
+    assert "Lever arm antenna, carried by 1 station: x 12.0 ±" in chapter.sentences[0]
     assert any("Lever arm antenna is not zero in x" in s for s in chapter.sentences)
     assert any("Without levelling" in s for s in chapter.sentences)
     facts = chapter.data["antenna"]

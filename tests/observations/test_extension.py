@@ -158,6 +158,7 @@ assert result.exit_code == 0, result.output
 print(open(f"{sys.argv[2]}/report.txt").read())
 """
     text = run(script, tmp_path)
-    (row, *_) = [line for line in text.splitlines() if "gradient" in line and " A " in line]
+    rows = [line for line in text.splitlines() if "gradient" in line and " A " in line]
+    row = next(line for line in rows if " % " in line)
     assert "1.1200 %" in row
     assert "100.00 ppm" in row
