@@ -37,7 +37,7 @@ class FrontPage:
     Attributes
     ----------
     sort
-        ``good`` where the global test passes and nothing contradicts, ``look`` where something is
+        ``good`` where the global test passes without a grave warning, ``look`` where something is
         to be looked into, ``bad`` where the global test fails, ``none`` without redundancy.
     verdict, sentence
         In some words, and why.
@@ -95,7 +95,7 @@ def _verdict(content: Report) -> tuple[Literal["good", "look", "bad", "none"], s
         return "bad", "Global test failed"
     if grave:
         return "look", f"Global test passed; {things}"
-    return "good", "Global test passed, nothing contradicts"
+    return "good", "Global test passed"
 
 
 def _measured(content: Report) -> str:
