@@ -1,5 +1,7 @@
 """Compiled code finds a place wherever the package is installed, and never a foreign one."""
 
+import errno
+import importlib
 import os
 import subprocess
 import sys
@@ -87,3 +89,23 @@ def test_it_is_done_before_numba_loads() -> None:
         [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
     )
     assert out.stdout.strip() == "True"
+
+
+def test_a_full_disk_costs_a_kernel_and_not_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "loops.py").write_text(
+        "from tribrach.kernels import njit\n\n\n"
+        "@njit(cache=True)\ndef inner(x):\n    return x + 1.0\n\n\n"
+        "@njit(cache=True)\ndef outer(x):\n    return 2.0 * inner(x)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    asked = []
+
+    def full(self: object, *given: object) -> None:
+        asked.append(given)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(numba.core.caching.IndexDataCacheFile, "_save_data", full)
+    assert importlib.import_module("loops").outer(3.0) == 8.0
+    assert asked

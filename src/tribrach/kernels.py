@@ -13,6 +13,7 @@ compile. They are left where chunks of another size would change last digits.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
 from itertools import pairwise
 from threading import RLock
@@ -62,6 +63,7 @@ class Kernel:
             if self._dispatcher is None:
                 numba = import_module("numba")
                 dispatcher = numba.njit(**self.options)(self.py_func)
+                _keep_if_possible(dispatcher)
                 names = self.py_func.__globals__
                 for name in _names(self.py_func.__code__):
                     meant = names.get(name)
@@ -74,6 +76,20 @@ class Kernel:
                 # last, so that no other thread calls it before its names are numba's
                 self._dispatcher = dispatcher
             return self._dispatcher
+
+
+def _keep_if_possible(dispatcher: Any) -> None:
+    """Let a kernel that cannot be stored be compiled again next time, as numba fails instead.
+
+    A disk that is full is no reason to lose the work of hours for a few kilobytes of machine code.
+    """
+    save = dispatcher._cache.save_overload
+
+    def saved(signature: Any, data: Any) -> None:
+        with suppress(OSError):
+            save(signature, data)
+
+    dispatcher._cache.save_overload = saved
 
 
 def _names(code: CodeType) -> set[str]:
