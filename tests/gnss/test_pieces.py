@@ -19,12 +19,22 @@ from tribrach.gnss.baseline import (
     effect_of_orbits,
 )
 from tribrach.gnss.engine import engines
-from tribrach.gnss.fixed_phases import ClockFreePhases, phase_variance
+from tribrach.gnss.fixed_phases import (
+    ClockFreePhases,
+    PhaseWeights,
+    clock_free,
+    decimal_variance,
+    learned_weights,
+    phase_variance,
+    sight_lines,
+)
+from tribrach.gnss.outcome import RunOutcome, outcome_of, outcome_standing, standing_place
 from tribrach.gnss.phase_noise import SLOW, PhaseNoise, phase_noise, usual_noise
 from tribrach.gnss.pieces import piece_scatter, piece_spans
 from tribrach.gnss.sessions import Occupation, ReceiverSession, run_sessions
 from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.orbit_files import Orbits
+from tribrach.io.gnss.solution_file import PhaseResiduals, SatelliteUse, Solution
 from tribrach.report.baseline import baseline_headline
 
 from .test_baseline import (
@@ -160,6 +170,8 @@ def simulated(
         (u @ free).ravel(),
         np.tile(free @ (-toward * weight[:, None]), (n, 1)),
         np.full(n * satellites, 1 - 1 / satellites),
+        np.zeros(n * satellites),
+        np.zeros(n * satellites),
         0.0,
     )
 
@@ -247,6 +259,137 @@ def test_coordinates_of_phases_are_those_of_least_squares() -> None:
     assert one.factor(40) == pytest.approx(two.factor(40), rel=1e-6)
 
 
+def engine_run(
+    rng: np.random.Generator, epochs: int, own: float, place: np.ndarray, printed: np.ndarray
+) -> tuple[Solution, SatelliteUse]:
+    """What the engine would write of phases with noise of receivers and of their last decimals.
+
+    Parameters
+    ----------
+    rng
+        Of the noise.
+    epochs
+        One a second, nine satellites, two frequencies.
+    own
+        Standard deviation against what the engine assumes.
+    place : (3,)
+        True place of the rover [m].
+    printed : (epochs, 3)
+        Places of the epochs that the solution has, to which residuals belong [m].
+    """
+    n = 9
+    time = np.repeat(1.3e9 + np.arange(epochs), 2 * n)
+    satellite = np.tile(np.repeat(np.arange(n), 2), epochs)
+    frequency = np.tile([1, 2], n * epochs).astype(np.int64)
+    azimuth, high = 2.4 * satellite, np.radians(15 + 70 * ((0.62 * satellite) % 1))
+    blank = PhaseResiduals(
+        time, np.char.mod("G%02d", satellite), frequency, azimuth, high, np.zeros(len(time))
+    )
+    sigma = np.sqrt(own**2 * phase_variance(high) + decimal_variance(frequency))
+    toward = sight_lines(blank, place)
+    row = np.repeat(np.arange(epochs), 2 * n)
+    single = sigma * rng.normal(size=len(time))
+    single -= np.einsum("ni,ni->n", toward, place - printed[row])
+    # differences to the highest satellite of the epoch and frequency
+    best = int(np.argmax(high[: 2 * n : 2]))
+    reference = single.reshape(epochs, n, 2)[:, best : best + 1, :]
+    double = (reference - single.reshape(epochs, n, 2)).reshape(-1)
+    covariance = np.tile(np.eye(3) * 1e-6, (epochs, 1, 1))
+    solution = Solution(
+        "ecef", printed, covariance, 1.3e9 + np.arange(epochs, dtype=float),
+        np.ones(epochs, dtype=np.int64), np.full(epochs, n), np.full(epochs, 99.0),
+        np.full(3, np.nan), np.arange(epochs), True,
+    )  # fmt: skip
+    names = tuple(np.unique(blank.satellites).tolist())
+    return solution, SatelliteUse(names, 1e-4, replace(blank, residuals=double))
+
+
+@pytest.mark.parametrize(
+    ("own", "low", "high"), [(0.0, 0.0, 0.05), (0.015, 0.45, 0.75), (0.5, 0.998, 1.0)]
+)
+def test_decimals_of_phases_are_told_from_noise_that_grows_to_the_horizon(
+    own: float, low: float, high: float
+) -> None:
+    """Share of the engine's part in the mean variance: nothing, about 0.6, nearly all."""
+    place = np.array(SPIRENT_ROVER)
+    run = engine_run(np.random.default_rng(31), 300, own, place, np.tile(place, (300, 1)))
+    assert run[1].phases is not None
+    free = clock_free(run[1].phases, run[0], np.arange(300), place)
+    assert free is not None
+    found = free.coordinates()
+    assert found is not None
+    weights = learned_weights(free.moved(found[0]))
+    assert low <= weights.engine <= high
+    # the mean over the phases is what the engine assumes
+    ratio = weights.variance(run[1].phases.elevation, run[1].phases.frequencies)
+    ratio = ratio / phase_variance(run[1].phases.elevation)
+    assert ratio.mean() == pytest.approx(1, rel=1e-9)
+
+
+def test_a_few_phases_keep_the_weights_of_the_engine() -> None:
+    assert learned_weights(simulated(np.random.default_rng(33), 1, 1.0, 6, LAWS[0])) == (
+        PhaseWeights(1.0, 0.0)
+    )
+
+
+def outcomes(
+    rng: np.random.Generator, place: np.ndarray, decimal: float
+) -> tuple[RunOutcome, RunOutcome]:
+    """First run, written with a decimal, and the one that stands, of phases of pure rounding."""
+    base = np.array(SPIRENT_BASE)
+    state = rng.bit_generator.state
+    solution, used = engine_run(rng, 80, 0.0, place, np.tile(place, (80, 1)))
+    written = np.round(place / decimal) * decimal
+    first = outcome_of(replace(solution, values=np.tile(written, (80, 1))), used, base, air=True)
+    assert first is not None
+    rng.bit_generator.state = state
+    stand = standing_place(first)
+    again, residuals = engine_run(rng, 80, 0.0, place, np.tile(stand, (80, 1)))
+    again = replace(again, values=np.tile(np.round(stand, 4), (80, 1)))
+    return first, outcome_standing(first, again, residuals, base, air=True)
+
+
+def test_residuals_against_a_place_that_stands_lose_the_last_decimal() -> None:
+    """Of 100 runs whose phases are exact to a thousandth of a cycle, in three axes.
+
+    The place of the first run is off by its decimal, and the second has the covariance of
+    independent phases with equal weights: chi-square of all is that of 300 degrees of freedom.
+    """
+    rng = np.random.default_rng(32)
+    total, before = 0.0, 0.0
+    for _ in range(100):
+        place = np.array(SPIRENT_ROVER) + rng.uniform(-1e-3, 1e-3, 3)
+        first, stands = outcomes(rng, place, 1e-4)
+        assert (first.rounding > 0).all()
+        assert first.noticed(0.012)
+        assert not first.noticed(5.0)
+        assert (stands.rounding == 0).all()
+        assert stands.phases is not None
+        scale = float(stands.phases.values @ stands.phases.values) / stands.phases.freedom.sum()
+        error = stands.place - place
+        total += error @ np.linalg.solve(scale * stands.formal, error)
+        away = first.place - place
+        before += away @ np.linalg.solve(scale * stands.formal, away)
+    assert chi2.ppf(0.01, 300) < total < chi2.ppf(0.99, 300)
+    assert before > 2 * chi2.ppf(0.99, 300)
+
+
+def test_a_run_that_stands_and_does_not_fix_changes_nothing() -> None:
+    place = np.array(SPIRENT_ROVER)
+    base = np.array(SPIRENT_BASE)
+    solution, used = engine_run(np.random.default_rng(34), 80, 0.0, place, np.tile(place, (80, 1)))
+    first = outcome_of(solution, used, base, air=True)
+    assert first is not None
+    few = replace(solution, quality=np.where(np.arange(80) < 39, 1, 2))
+    assert outcome_standing(first, few, used, base, air=True) is first
+    assert outcome_standing(first, solution, None, base, air=True) is first
+    many = replace(solution, quality=np.where(np.arange(80) < 41, 1, 2))
+    assert outcome_standing(first, many, used, base, air=True) is not first
+    # residuals of other integers belong to a place far away
+    far = engine_run(np.random.default_rng(34), 80, 0.0, place, np.tile(place + 1.0, (80, 1)))
+    assert outcome_standing(first, *far, base, air=True) is first
+
+
 def test_a_few_phases_do_not_show_the_noise() -> None:
     phases = simulated(np.random.default_rng(27), 4, 1.0, 4, LAWS[0])
     assert phase_noise(phases, 1.0, 4) is None
@@ -313,34 +456,43 @@ def test_pieces_of_measured_sessions_scatter_as_stated(shared_data: Path, case: 
     if case == "spirent":
         error = found.rover - SPIRENT_ROVER
         # least squares of the phases: the engine's last line is 0.26 mm off
-        assert np.abs(error).max() < 0.0001
+        assert np.abs(error).max() < 0.00002
+        # its pieces, whose last decimal would move them by up to 0.025 mm
+        assert found.pieces.sigma.max() < 0.00001
         assert error @ np.linalg.solve(found.covariance, error) < chi2.ppf(0.95, 3)
 
 
 @needs_engine
 @pytest.mark.data
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ["geonet", "geonet L1", "day 10", "day 13", "spirent"])
+@pytest.mark.parametrize(
+    "case", ["geonet", "geonet L1", "day 10", "day 13", "spirent", "spirent L1"]
+)
 def test_any_number_of_pieces_scatters_as_stated(
     shared_data: Path, case: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Four, seven and ten: between 0.5 and 1.2, beyond by no more than the ratio's own sigma."""
+    """Four to ten: each between 0.5 and 1.2."""
     files, base, settings = {
         "geonet": (geonet(shared_data), BASE_3040, Processing(alternatives=False)),
         "geonet L1": (geonet(shared_data), BASE_3040, Processing(frequencies=1)),
         "day 10": (pana(shared_data, "230910", "253"), PANA, Processing(frequencies=1)),
         "day 13": (pana(shared_data, "230913", "256"), PANA, Processing(frequencies=1)),
         "spirent": (spirent(shared_data), SPIRENT_BASE, Processing(atmosphere=False)),
+        "spirent L1": (
+            spirent(shared_data),
+            SPIRENT_BASE,
+            Processing(atmosphere=False, frequencies=1),
+        ),
     }[case]
     # pieces of a minute as well: what is asked for is the number
     monkeypatch.setattr(pieces_module, "SHORTEST", 30.0)
-    for count in (4, 7, 10):
+    for count in range(4, 11):
         monkeypatch.setattr(pieces_module, "FEWEST", count)
         monkeypatch.setattr(pieces_module, "MOST", count)
         found = compute_baseline(*files, base, settings)
         assert found.pieces is not None
         assert found.pieces.cut == count
-        assert 0.5 < found.pieces.ratio < 1.2 + found.pieces.ratio_sigma
+        assert 0.5 < found.pieces.ratio < 1.2
 
 
 @needs_engine

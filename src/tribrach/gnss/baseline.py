@@ -24,7 +24,14 @@ from tribrach.gnss.antennas import AntennaSetup, BaselineAntennas
 from tribrach.gnss.attempts import FREQUENCIES, Attempt, choose, reason
 from tribrach.gnss.engine import EngineName, run_engine, staged
 from tribrach.gnss.orbits import check_precise, check_together, idle_systems, usable_systems
-from tribrach.gnss.outcome import RunOutcome, outcome_of, stated_factor
+from tribrach.gnss.outcome import (
+    GIVEN,
+    RunOutcome,
+    outcome_of,
+    outcome_standing,
+    standing_place,
+    stated_factor,
+)
 from tribrach.gnss.phase_noise import PhaseNoise
 from tribrach.gnss.pieces import PieceScatter, piece_scatter, piece_spans
 from tribrach.instruments.final_solution import (
@@ -262,10 +269,11 @@ class Baseline:
     base, rover : (3,)
         ECEF coordinates of the marks [m].
     covariance : (3, 3)
-        Of the vector [m^2]: ``formal`` times ``factor`` squared, the rounding of the engine, and
-        for a float solution the scatter of the epochs at the end of the session.
+        Of the vector [m^2]: ``formal`` times ``factor`` squared, the engine's last decimal where it
+        is left, and for a float solution the scatter of the epochs at the end of the session.
     formal : (3, 3)
-        Covariance that the engine states [m^2].
+        Covariance with independent epochs [m^2]: of the least squares of fixed phases, else that
+        which the engine states.
     factor, factor_source
         The factor, and where it comes from.
     ambiguities
@@ -499,10 +507,18 @@ def _computed(
     if whole is None:
         raise _no_baseline(first, second, reference)
     noise = whole.noise(interval, air=settings.atmosphere)
+    stands = whole.noticed(stated_factor(noise, interval, whole.epochs)[0])
+    standing = partial(outcome_standing, base=reference, air=settings.atmosphere)
+    if stands:
+        whole = standing(whole, *solve(None, standing_place(whole))[:2])
+        noise = whole.noise(interval, air=settings.atmosphere)
     pieces: list[tuple[RunOutcome, int]] = []
     for k, (start, end) in enumerate(spans):
         progress("pieces of the session", k, len(spans))
-        piece = outcome(*solve((start, end))[:2])
+        piece = outcome(*solve((start, end))[:2], weights=whole.weights)
+        if piece is not None and stands:
+            again = solve((start, end), standing_place(piece))[:2]
+            piece = standing(piece, *again, weights=whole.weights)
         if piece is not None:
             pieces.append((piece, int(((times > start) & (times < end)).sum())))
     if spans:
@@ -554,8 +570,9 @@ def _solved(
     settings: Processing,
     options: dict[str, object],
     span: tuple[float, float] | None = None,
+    stand: Array | None = None,
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
-    """Run the engine in a temporary folder; ``options`` gets those of the antennas.
+    """Run the engine in a temporary folder, with the options of the antennas as well.
 
     Parameters
     ----------
@@ -563,7 +580,10 @@ def _solved(
         Of the baseline.
     span
         First and last time [s] to take, None for all.
+    stand : (3,)
+        Place of the rover's mark [m] that is given, with residuals against it; None to find it.
     """
+    options = options | ({} if stand is None else _standing_options(stand))
     with scratch_folder() as folder:
         options |= setups.options(folder)
         staged(folder, setups.file())
@@ -607,6 +627,15 @@ def _options(settings: Processing, base: Array, systems: str) -> dict[str, objec
         "ant2-pos2": f"{base[1]:.6f}",
         "ant2-pos3": f"{base[2]:.6f}",
     }
+
+
+def _standing_options(place: Array) -> dict[str, object]:
+    """Options of RTKLIB for a rover whose place (3,) [m] is given.
+
+    Versions have different numbers for this mode, and the same word.
+    """
+    coordinates = {f"ant1-pos{k}": f"{x:.{GIVEN}f}" for k, x in enumerate(place, start=1)}
+    return {"pos1-posmode": "fixed", "ant1-postype": 1, **coordinates}
 
 
 def _tolerance(first: RinexObservations, second: RinexObservations) -> float:
@@ -655,7 +684,7 @@ def _baseline(
     interval = max(first.interval, second.interval)
     if settings.factor is None:
         factor, source = stated_factor(noise, interval, whole.epochs)
-        covariance = whole.covariance(factor) + whole.unsure
+        covariance = whole.covariance(factor) + whole.air
     else:
         factor, source = settings.factor, "given"
         covariance = whole.formal * factor**2 + whole.final.scatter

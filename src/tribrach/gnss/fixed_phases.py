@@ -2,8 +2,12 @@
 
 The engine's status file has double differences, reference satellite minus the others. Differences
 between the receivers alone are as good and have no reference: those of one epoch, system and
-frequency share an unknown clock, which is taken out with the weights of the engine. What is left is
-divided by the engine's standard deviation.
+frequency share an unknown clock, which is taken out with the weights of the phases. What is left is
+divided by their standard deviation.
+
+A phase has two kinds of noise. That of receivers and air grows towards the horizon as the engine
+assumes. The last decimals of files, a thousandth of a cycle and a tenth of a millimetre, do not: in
+data whose noise is smaller, as those of a simulator, a low satellite is as good as a high one.
 
 With integer ambiguities these phases are linear in the coordinates of the rover, and their least
 squares are the baseline. The last line of the engine's filter is not: it lets ambiguities wander,
@@ -23,7 +27,9 @@ from tribrach.io.gnss.solution_file import PhaseResiduals, Solution
 
 __all__ = [
     "ClockFreePhases",
+    "PhaseWeights",
     "clock_free",
+    "learned_weights",
     "phase_variance",
     "sight_lines",
     "signal_groups",
@@ -33,6 +39,12 @@ __all__ = [
 PHASE_SIGMA = 0.003
 #: sine of the lowest elevation
 LOWEST = 0.05
+#: last decimal of phases in RINEX [cycles], and of residuals in the engine's status file [m]
+CYCLES, LAST_DECIMAL = 1e-3, 1e-4
+#: wavelengths of the engine's frequencies [m]; those of all systems are within 8 % of them
+WAVELENGTHS = (0.1903, 0.2442, 0.2548)
+#: fewer degrees of freedom than this do not tell noise from decimals
+FEWEST = 10.0
 #: smallest part of the largest eigenvalue of normal equations that determine three coordinates
 DETERMINED = 1e-9
 
@@ -48,11 +60,15 @@ class ClockFreePhases:
     satellites : (n,)
         Numbers of the satellites.
     values : (n,)
-        Observed minus computed, over the engine's standard deviation.
+        Observed minus computed, over their standard deviation by ``weights``.
     design : (n, 3)
         Derivatives by the coordinates of the rover [1/m].
     freedom : (n,)
         Share of each that its clock has left: (m - 1)/m with m satellites.
+    rounded : (n,)
+        What last decimals alone would give for the squares of ``values``.
+    relative : (n,)
+        Variance by last decimals over the engine's.
     residual
         Root mean square of the double differences [m].
     """
@@ -62,10 +78,14 @@ class ClockFreePhases:
     values: Array
     design: Array
     freedom: Array
+    rounded: Array
+    relative: Array
     residual: float
 
     def coordinates(self) -> tuple[Array, Array] | None:
         """Shift of the rover (3,) [m] by least squares, and its formal covariance (3, 3) [m^2].
+
+        The covariance is that of independent phases with the standard deviations of ``weights``.
 
         None where the phases do not determine it.
         """
@@ -109,6 +129,49 @@ class ClockFreePhases:
         return time[first], summed, satellite[first], freedom
 
 
+@dataclass(frozen=True)
+class PhaseWeights:
+    """Variance of phases: a part as the engine's, and one by the last decimals of the files.
+
+    Attributes
+    ----------
+    engine
+        Factor on the engine's variance.
+    decimals
+        Factor on the variance that decimals leave.
+    """
+
+    engine: float = 1.0
+    decimals: float = 0.0
+
+    def variance(self, elevation: Array, frequencies: NDArray[np.int64]) -> Array:
+        """Variance (n,) [m^2] of the difference of a phase between two receivers."""
+        return self.engine * phase_variance(elevation) + self.decimals * decimal_variance(
+            frequencies
+        )
+
+
+def learned_weights(phases: ClockFreePhases) -> PhaseWeights:
+    """How much of the variance of phases with integer ambiguities is that of their last decimals.
+
+    What decimals leave is known, and what is beyond is the engine's variance times an unknown
+    factor, from the sum of the squares. Both are divided so that their mean over the phases is what
+    the engine assumes: the variance itself is learned with the correlation.
+
+    Parameters
+    ----------
+    phases
+        With the weights of the engine, at their own least squares.
+    """
+    dof = float(phases.freedom.sum()) - 3
+    if dof < FEWEST:
+        return PhaseWeights()
+    rest = float(phases.values @ phases.values - phases.rounded.sum())
+    own = max(rest / dof, 0.0)
+    total = own + float(phases.relative.mean())
+    return PhaseWeights(own / total, 1 / total)
+
+
 def sight_lines(phases: PhaseResiduals, place: Array) -> Array:
     """Unit vectors (n, 3) from a place (3,) [m] to the satellites, ECEF."""
     level = np.cos(phases.elevation)
@@ -137,6 +200,19 @@ def phase_variance(elevation: Array) -> Array:
     return variance
 
 
+def decimal_variance(frequencies: NDArray[np.int64]) -> Array:
+    """Variance [m^2] that last decimals leave in the difference of a phase between two receivers.
+
+    Parameters
+    ----------
+    frequencies : (n,)
+        Numbers from 1 on.
+    """
+    wave = np.array(WAVELENGTHS)[np.clip(frequencies, 1, len(WAVELENGTHS)) - 1]
+    variance: Array = (2 * (CYCLES * wave) ** 2 + LAST_DECIMAL**2) / 12
+    return variance
+
+
 def signal_groups(phases: PhaseResiduals) -> NDArray[np.int64]:
     """Numbers (n,) of the groups of phases that share a reference satellite.
 
@@ -156,6 +232,7 @@ def clock_free(
     chosen: NDArray[np.int64],
     place: Array | None,
     delay: Array | None = None,
+    weights: PhaseWeights | None = None,
 ) -> ClockFreePhases | None:
     """Phases of some epochs without clocks, related to one place of the rover.
 
@@ -172,6 +249,8 @@ def clock_free(
         with its own epoch, as it must be where ambiguities move as well.
     delay : (n,)
         That the engine computed with each phase, rover minus base, and should not have [m].
+    weights
+        Of the phases, None for those of the engine.
 
     Returns
     -------
@@ -195,7 +274,10 @@ def clock_free(
         return None
     group = np.unique(group[use], return_inverse=True)[1].ravel()
     count = np.bincount(group)
-    root = 1 / np.sqrt(phase_variance(phases.elevation[use]))
+    elevation, frequencies = phases.elevation[use], phases.frequencies[use]
+    variance = (weights or PhaseWeights()).variance(elevation, frequencies)
+    decimals = decimal_variance(frequencies)
+    root = 1 / np.sqrt(variance)
     table = np.column_stack([single[use], -toward[use]])
     total = np.bincount(group, root**2)
     mean = np.stack([np.bincount(group, root**2 * column) for column in table.T], axis=1)
@@ -210,5 +292,8 @@ def clock_free(
         free[:, 0],
         free[:, 1:],
         ((count - 1) / count)[group],
+        # the sum over an epoch of the diagonal of M V M^T, with M that takes the clock out
+        (1 - root**2 / total[group]) * decimals / variance,
+        decimals / phase_variance(elevation),
         float(np.sqrt(np.square(double).mean())),
     )

@@ -2,6 +2,10 @@
 
 The same for a whole session and for each of its pieces. Without air the hydrostatic delay that the
 engine computes with is taken out again (:mod:`~tribrach.gnss.dry_air`).
+
+Residuals belong to the engine's place of their epoch, which is written with four decimals. Where
+these are a noticeable part of the sigma, a second run of the engine gives the residuals against one
+place that is given and stands (:func:`outcome_standing`). Method section 7.2.
 """
 
 from __future__ import annotations
@@ -13,7 +17,12 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.gnss.dry_air import UNSURE, delay_differences, displacement
-from tribrach.gnss.fixed_phases import ClockFreePhases, clock_free
+from tribrach.gnss.fixed_phases import (
+    ClockFreePhases,
+    PhaseWeights,
+    clock_free,
+    learned_weights,
+)
 from tribrach.gnss.phase_noise import ASSUMED, PhaseNoise, phase_noise, usual_noise
 from tribrach.instruments.final_solution import FinalSolution, final_solution
 from tribrach.instruments.gnss_solutions import SOURCE, sigma_factor
@@ -25,10 +34,23 @@ from tribrach.io.gnss.solution_file import (
     Solution,
 )
 
-__all__ = ["RESIDUALS", "ROUNDING", "RunOutcome", "outcome_of", "stated_factor"]
+__all__ = [
+    "GIVEN",
+    "RESIDUALS",
+    "ROUNDING",
+    "RunOutcome",
+    "outcome_of",
+    "outcome_standing",
+    "standing_place",
+    "stated_factor",
+]
 
 #: coordinates of the engine end with this decimal [m]
 ROUNDING = 1e-4
+#: share of a variance from which on the last decimal is noticed
+NOTICED = 0.01
+#: decimals of a place that is given to the engine
+GIVEN = 6
 #: what reports cite for the factor where phases tell it
 RESIDUALS = "residuals of the phases and how long they stay alike"
 
@@ -42,7 +64,8 @@ class RunOutcome:
     place : (3,)
         ECEF coordinates of the rover [m].
     formal : (3, 3)
-        Covariance with the engine's weights and independent epochs [m^2].
+        Covariance with independent epochs and the weights of the phases [m^2], which in the mean
+        are those of the engine.
     final
         The state of the solution at its end.
     epochs
@@ -55,9 +78,13 @@ class RunOutcome:
         From which their noise is learned; None where there are none.
     residual
         Root mean square of the phases' double differences [m], None if the engine gives none.
-    unsure : (3, 3)
-        Covariance [m^2] of what was taken out for the air, which pieces of a session share, and of
-        the engine's last decimal, an upper bound that says nothing of their scatter.
+    air : (3, 3)
+        Covariance [m^2] of what was taken out for the air, which pieces of a session share.
+    rounding : (3,)
+        Variance [m^2] by the last decimal of the engine's places, an upper bound; zero where they
+        stand.
+    weights
+        Of the phases.
     satellites_used
         Names of the satellites.
     """
@@ -71,13 +98,24 @@ class RunOutcome:
     satellites: float
     phases: ClockFreePhases | None
     residual: float | None
-    unsure: Array
+    air: Array
+    rounding: Array
+    weights: PhaseWeights
     satellites_used: tuple[str, ...] = ()
 
     def covariance(self, factor: float) -> Array:
-        """Covariance (3, 3) [m^2] with a factor on formal sigmas, without ``unsure``."""
-        out: Array = self.formal * factor**2 + self.final.scatter
+        """Covariance (3, 3) [m^2] with a factor on formal sigmas, without ``air``.
+
+        The last decimal is in it, as independent of that of other runs.
+        """
+        out: Array = self.formal * factor**2 + self.final.scatter + np.diag(self.rounding)
         return out
+
+    def noticed(self, factor: float) -> bool:
+        """True if the last decimal of the engine's places is a noticeable part of the variance."""
+        if not self.final.fixed or self.phases is None:
+            return False
+        return bool((self.rounding > NOTICED * factor**2 * np.diag(self.formal)).any())
 
     def noise(self, interval: float, *, air: bool) -> PhaseNoise | None:
         """Noise of the phases, None where they do not tell.
@@ -98,7 +136,12 @@ class RunOutcome:
 
 
 def outcome_of(
-    solution: Solution, used: SatelliteUse | None, base: Array, *, air: bool
+    solution: Solution,
+    used: SatelliteUse | None,
+    base: Array,
+    *,
+    air: bool,
+    weights: PhaseWeights | None = None,
 ) -> RunOutcome | None:
     """The outcome of a run; None where no epoch has a solution of phases.
 
@@ -112,6 +155,8 @@ def outcome_of(
         ECEF coordinates of the base [m].
     air
         False if the data are free of it.
+    weights
+        Of phases with integers; None learns them from these phases.
     """
     phase = np.flatnonzero(solution.quality <= FLOAT)
     if not len(phase):
@@ -120,28 +165,27 @@ def outcome_of(
     fixed = solution.quality[phase] == FIXED
     length = float(np.linalg.norm(values[-1] - base))
     final = final_solution(values, covariance, fixed, solution.ratio[phase], length)
-    place, formal, unsure = values[final.epoch], covariance[final.epoch], np.zeros((3, 3))
+    place, formal = values[final.epoch], covariance[final.epoch]
     phases = None if used is None else used.phases
     residual = None if used is None else used.residual
-    free, adjusted, rounding = None, False, _rounding(place[None])
+    free, rounding, unsure = None, _rounding(place[None]), np.zeros((3, 3))
+    own = PhaseWeights() if weights is None else weights
     if phases is not None and not final.fixed:
         free = clock_free(phases, solution, phase, None)
     elif phases is not None:
         # epochs of other integers are not of this place
         chosen = phase[fixed & (np.linalg.norm(values - place, axis=1) <= final.limit)]
-        delay = None if air else delay_differences(phases, base, place)
-        free = clock_free(phases, solution, chosen, place, delay)
-        found = None if free is None else free.coordinates()
-        if free is not None and found is not None and np.linalg.norm(found[0]) <= final.limit:
-            place, formal, adjusted = place + found[0], found[1], True
-            free = free.moved(found[0])
-            rounding = _rounding(solution.values[chosen])
-        if delay is not None and free is not None:
-            own = np.isin(phases.times, free.times)
-            away = displacement(_chosen(phases, own), delay[own], place)
-            place = place if adjusted else place + away
-            unsure = UNSURE**2 * np.outer(away, away)
-            residual = free.residual
+        found = _adjusted(phases, solution, chosen, place, base, final.limit, air, weights)
+        if found is not None:
+            free, own, shift, cofactor, away = found
+            if cofactor is not None:
+                place, formal = place + shift, cofactor
+                rounding = _rounding(solution.values[chosen])
+            elif away is not None:
+                place = place + away
+            if away is not None:
+                unsure = UNSURE**2 * np.outer(away, away)
+                residual = free.residual
     times = solution.times[phase]
     return RunOutcome(
         place,
@@ -153,8 +197,129 @@ def outcome_of(
         float(solution.satellites[phase].mean()),
         free,
         residual,
-        unsure + np.diag(rounding),
+        unsure,
+        rounding,
+        own,
         () if used is None else used.satellites,
+    )
+
+
+def _adjusted(
+    phases: PhaseResiduals,
+    solution: Solution,
+    chosen: NDArray[np.int64],
+    place: Array,
+    base: Array,
+    limit: float,
+    air: bool,
+    weights: PhaseWeights | None,
+) -> tuple[ClockFreePhases, PhaseWeights, Array, Array | None, Array | None] | None:
+    """Least squares of the phases of fixed epochs, with the weights that they have or show.
+
+    Parameters
+    ----------
+    phases, solution, base, air, weights
+        Those of ``outcome_of``.
+    chosen : (k,)
+        Epochs of one set of integers.
+    place : (3,)
+        To which phases are related [m].
+    limit
+        A shift beyond this is refused [m].
+
+    Returns
+    -------
+    phases
+        Related to the place that they give, else to the one given.
+    weights
+        Of them.
+    shift : (3,)
+        Of the place [m].
+    cofactor : (3, 3) or None
+        Its formal covariance [m^2]; None where the phases do not determine a place near by.
+    away : (3,) or None
+        What the delays of the air did to it [m], None with air.
+
+    None where there are no phases.
+    """
+    delay = None if air else delay_differences(phases, base, place)
+    own = PhaseWeights() if weights is None else weights
+    free = clock_free(phases, solution, chosen, place, delay, own)
+    if free is None:
+        return None
+    found = free.coordinates()
+    if found is not None and weights is None:
+        own = learned_weights(free.moved(found[0]))
+        again = clock_free(phases, solution, chosen, place, delay, own)
+        free = free if again is None else again
+        found = free.coordinates()
+    shift, cofactor = np.zeros(3), None
+    if found is not None and np.linalg.norm(found[0]) <= limit:
+        shift, cofactor = found
+        free = free.moved(shift)
+    away = None
+    if delay is not None:
+        used = np.isin(phases.times, free.times)
+        away = displacement(_chosen(phases, used), delay[used], place + shift)
+    return free, own, shift, cofactor, away
+
+
+def standing_place(outcome: RunOutcome) -> Array:
+    """The place (3,) [m] that the engine is given to stand at, as it reads it."""
+    return np.round(outcome.place, GIVEN)
+
+
+def outcome_standing(
+    first: RunOutcome,
+    solution: Solution,
+    used: SatelliteUse | None,
+    base: Array,
+    *,
+    air: bool,
+    weights: PhaseWeights | None = None,
+) -> RunOutcome:
+    """An outcome with the residuals of a run whose rover stood at ``standing_place``.
+
+    Parameters
+    ----------
+    first
+        Of the run that found the place.
+    solution, used
+        Of the run that stood there.
+    base, air, weights
+        Those of ``outcome_of``.
+
+    Returns
+    -------
+    RunOutcome
+        The first one where the second run fixed fewer than half of its epochs, or leaves its place.
+    """
+    if used is None or used.phases is None or first.phases is None:
+        return first
+    before = np.unique(first.phases.times)
+    at = np.clip(np.searchsorted(before, solution.times - 1e-3), 0, len(before) - 1)
+    known = np.abs(before[at] - solution.times) < 1e-3
+    chosen = np.flatnonzero((solution.quality == FIXED) & known)
+    if 2 * len(chosen) < len(before):
+        return first
+    stand = standing_place(first)
+    # the file has four decimals of what was given with six
+    given = replace(solution, values=np.tile(stand, (len(solution), 1)))
+    found = _adjusted(used.phases, given, chosen, stand, base, first.final.limit, air, weights)
+    if found is None:
+        return first
+    free, own, shift, cofactor, away = found
+    if cofactor is None:
+        return first
+    return replace(
+        first,
+        place=stand + shift,
+        formal=cofactor,
+        phases=free,
+        residual=free.residual if away is not None else used.residual,
+        air=first.air if away is None else UNSURE**2 * np.outer(away, away),
+        rounding=np.zeros(3),
+        weights=own,
     )
 
 
