@@ -383,6 +383,58 @@ def test_a_distance_is_measured_with_its_sigma(page: Watched, seen: str) -> None
     page.fine()
 
 
+def test_both_ends_of_a_distance_come_from_the_list_of_points(page: Watched, seen: str) -> None:
+    page.open(with_budget(seen))
+    page.page.click("button[title^='Measure']")
+    hint = page.page.locator(".banner.hint")
+    assert "first end" in hint.inner_text()
+    # it can be read: nothing lies over it
+    assert page(
+        "(() => { const r = document.querySelector('.banner.hint').getBoundingClientRect();"
+        " return [0.05, 0.5, 0.95].every((k) => document.elementFromPoint("
+        "r.left + k * r.width, r.top + r.height / 2).closest('.banner.hint')); })()"
+    )
+    page.page.click("#tab-points")
+    for _ in range(2):
+        page.page.click("#panel button.name:text-is('T1')")
+    assert "other end" in hint.inner_text()
+    assert page("tribrach.measured") is None
+    page.page.click("#panel button.name:text-is('S2')")
+    until(lambda: page("tribrach.measured && tribrach.measured.sigma"), "the distance")
+    assert [page("tribrach.measured").get(key) for key in ("from", "to")] == ["T1", "S2"]
+    assert hint.count() == 0
+    line = page("tribrach.measuredOnScreen")
+    assert np.hypot(*np.subtract(*line)) > 20
+    page.fine()
+
+
+def test_a_program_that_has_ended_is_said_with_what_to_do(page: Watched, project: Path) -> None:
+    with program("workbench", project) as address:
+        page.open(with_budget(address))
+        settled_tests(page, 1)
+        page.page.locator(".rows .row").nth(0).locator("button.use").click()
+        decide(page, "off")
+        settled_tests(page, 2)
+    gone = page.page.locator(".banner.gone")
+    until(lambda: gone.count() == 1, "the sentence")
+    said = gone.inner_text()
+    for words in ("has ended", "tribrach workbench PROJECT.toml", "address", "not saved are lost"):
+        assert words in said
+    # what needs the program cannot be pressed, and what was loaded can be looked at
+    assert page.page.locator("button[title^='Run the project']").is_disabled()
+    page("tribrach.look('plan')")
+    assert page("tribrach.share()") > 0.02
+    # an answer that does not come has no words of a browser
+    page.page.click("#tab-points")
+    page.page.click("button[title^='Measure']")
+    page.page.click("#panel button.name:text-is('T1')")
+    page.page.click("#panel button.name:text-is('T2')")
+    until(lambda: page("tribrach.measured"), "the distance")
+    page.page.wait_for_timeout(300)
+    assert "fetch" not in page.page.inner_text("body")
+    assert gone.count() == 1
+
+
 def test_what_cannot_be_adjusted_is_said_and_changes_nothing(page: Watched, project: Path) -> None:
     with program("workbench", project) as address:
         page.open(with_budget(address))
@@ -399,6 +451,8 @@ def test_what_cannot_be_adjusted_is_said_and_changes_nothing(page: Watched, proj
         until(lambda: alert.count() == 1, "the sentences")
         assert "stays as it was" in alert.inner_text()
         assert page("tribrach.summary.posterior") == before["posterior"]
+        # nothing was done, so nothing is to be undone
+        assert alert.locator("button").inner_text() == "Close"
         alert.locator("button").click()
         until(lambda: alert.count() == 0, "the end of the message")
         assert page("tribrach.session.edits") == []

@@ -9,6 +9,33 @@ export class Refused extends Error {
   }
 }
 
+/** Nobody answers where the page came from. */
+export class Gone extends Error {
+  constructor() {
+    super('The program that gave this page does not answer.');
+  }
+}
+
+/** Told whether somebody answers, with every question. @type {(up: boolean) => void} */
+let heard = () => {};
+/** @param {(up: boolean) => void} does */
+export function listening(does) {
+  heard = does;
+}
+
+/** @param {URL} url @param {RequestInit} how */
+async function asked(url, how) {
+  try {
+    const response = await fetch(url, how);
+    heard(true);
+    return response;
+  } catch (error) {
+    if (/** @type {any} */ (error)?.name === 'AbortError') throw error;
+    heard(false);
+    throw new Gone();
+  }
+}
+
 async function answer(response) {
   let body = null;
   try {
@@ -24,13 +51,13 @@ async function answer(response) {
 export async function get(path, query = {}, signal = undefined) {
   const url = new URL(path, document.baseURI);
   for (const [key, value] of Object.entries(query)) url.searchParams.set(key, String(value));
-  return answer(await fetch(url, { headers: { Accept: 'application/json' }, signal }));
+  return answer(await asked(url, { headers: { Accept: 'application/json' }, signal }));
 }
 
 /** @param {string} path @param {any} body */
 export async function post(path, body) {
   return answer(
-    await fetch(new URL(path, document.baseURI), {
+    await asked(new URL(path, document.baseURI), {
       method: 'POST',
       headers: { 'Content-Type': 'application/json', Accept: 'application/json' },
       body: JSON.stringify(body),

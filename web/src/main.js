@@ -56,6 +56,11 @@ async function details(point) {
 }
 
 function select(it, how = {}) {
+  // a name in a list is an end of a distance as well as one in the picture
+  if (s.tool.value === 'measure' && (it?.type === 'point' || it?.type === 'station')) {
+    measureTo({ name: it.name });
+    return;
+  }
   batch(() => {
     if (it?.type === 'row') {
       const row = it.row ?? s.observations.value.id.indexOf(it.id);
@@ -70,6 +75,11 @@ function select(it, how = {}) {
 }
 
 async function measureTo(end) {
+  const first = s.measure.value[0];
+  if (first && first.name !== undefined && first.name === end.name) {
+    say(`${end.name} is the first end: choose another point.`);
+    return;
+  }
   const ends = [...s.measure.value, end].slice(-2);
   s.measure.value = ends;
   s.measured.value = null;
@@ -131,10 +141,7 @@ const does = {
     if ((await s.act('api/run')) === null) s.progress.value = null;
   },
   cancel: () => s.act('api/cancel'),
-  undoDefect: async () => {
-    s.defect.value = null;
-    await s.refresh();
-  },
+  closeDefect: () => (s.defect.value = null),
   link: () => copy(address()),
   rowLink: () => {
     const url = new URL(address());
@@ -211,6 +218,10 @@ const does = {
     s.measured.value = null;
     s.tool.value = 'measure';
   },
+  endMeasure: () => {
+    s.tool.value = 'select';
+    does.noMeasure();
+  },
   noMeasure: () => {
     s.measure.value = [];
     s.measured.value = null;
@@ -265,7 +276,6 @@ function Stage() {
     </div>
     <${Hud} />
     <${Legend} colours=${viewer?.clouds.stationColours ?? new Map()} ready=${s.shown.value.total} />
-    ${s.tool.value === 'measure' && html`<div class="hint-bar card">${s.measure.value.length === 0 ? 'Pick the first end: a point, a station or a point of the cloud.' : 'Pick the other end.'}</div>`}
     <div class="tooltip card" id="tooltip" hidden></div>
     <${Banners} does=${does} />
   </section>`;
@@ -314,6 +324,7 @@ function start(host) {
       drawn: () => count(),
       loaded: () => count(),
       failed: (words) => s.say(words, 'error'),
+      gone: () => (s.alive.value = false),
       sliced: (slice) => (s.slice.value = slice),
     });
   } catch (error) {
@@ -407,12 +418,12 @@ function follow() {
       if (xyz) notes.push({ at: viewer.toDrawing(xyz), text: '', symbol: 'ring', colour: '#e0a100', weight: 99, always: true });
     }
     const places = s.measure.value.map((e) => (e.name ? viewer.toDrawing(placeOf(e.name)) : e.point.draw));
-    viewer.network.setMeasure(places.length === 2 ? [places[0], places[1]] : null);
-    for (const at of places) notes.push({ at, text: '', symbol: 'dot', colour: '#0b7fab', weight: 100, always: true });
+    viewer.measured = places.length === 2 ? [places[0], places[1]] : null;
+    for (const at of places) notes.push({ at, text: '', symbol: 'end', colour: '#0b7fab', weight: 100, always: true });
     const m = s.measured.value;
     if (places.length === 2 && m) {
       const words = `${metres(m.distance)} m${m.sigma ? ` ± ${millimetres(m.sigma)} mm` : ''}`;
-      notes.push({ at: places[0].map((x, k) => (x + places[1][k]) / 2), text: words, symbol: 'none', colour: '#0b7fab', weight: 101, strong: true, always: true });
+      notes.push({ at: places[0].map((x, k) => (x + places[1][k]) / 2), text: words, symbol: 'plate', colour: '#0b7fab', weight: 101, strong: true, always: true });
     }
     viewer.notes = notes;
     viewer.draw();
@@ -607,6 +618,9 @@ function exposed() {
     get measured() {
       return JSON.parse(JSON.stringify(s.measured.value));
     },
+    get measuredOnScreen() {
+      return viewer.measured?.map((at) => viewer.onScreen(at)) ?? null;
+    },
     get points() {
       return s.points.value.map((p) => ({ name: p.name, role: p.role, xyz: p.xyz, covariance: p.covariance, moved: p.moved }));
     },
@@ -633,6 +647,7 @@ function exposed() {
 // -- start ----------------------------------------------------------------------------------------------------------------
 
 async function begin() {
+  api.listening((up) => (s.alive.value = up));
   const dark = window.matchMedia?.('(prefers-color-scheme: dark)').matches;
   if (dark) s.theme.value = 'dark';
   if (window.innerWidth < 800) {
@@ -686,11 +701,12 @@ async function begin() {
   const source = api.events(news, (up) => {
     s.alive.value = up;
     // what was told before anybody listened
+    if (up) viewer?.clouds.again();
     if (up && ((s.scene.value.pending ?? []).length || !s.scene.value.clouds.length)) replaceClouds();
   });
   source.addEventListener('stopped', () => {
     source.close();
-    s.alive.value = false;
+    s.ended.value = true;
   });
 }
 

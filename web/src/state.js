@@ -17,6 +17,8 @@ export const defect = signal(null);
 export const progress = signal(null);
 export const waiting = signal(false);
 export const alive = signal(true);
+/** The program has said that it ends: nothing can be asked of it any more. */
+export const ended = signal(false);
 export const notices = signal([]);
 export const stale = signal(false);
 export const savedViews = signal({});
@@ -368,6 +370,8 @@ export async function refresh() {
 
 /** @param {string} path @param {any} body */
 export async function act(path, body = {}) {
+  // the banner says it already
+  if (ended.value) return null;
   waiting.value = true;
   const began = performance.now();
   try {
@@ -386,7 +390,7 @@ export async function act(path, body = {}) {
         defect.value = error.body.defect;
         await refresh();
       } else say(error.message, 'error');
-    } else say(String(error?.message ?? error), 'error');
+    } else if (!(error instanceof api.Gone)) say(String(error?.message ?? error), 'error');
     return null;
   } finally {
     waiting.value = false;

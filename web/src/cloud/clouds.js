@@ -23,11 +23,13 @@ export class Clouds {
    * @param {THREE.Camera} camera
    * @param {() => void} changed called when there is something new to draw
    * @param {(words: string) => void} failed
+   * @param {() => void} gone called when nobody answers
    */
-  constructor(scene, camera, changed, failed) {
+  constructor(scene, camera, changed, failed, gone) {
     this.camera = camera;
     this.changed = changed;
     this.failed = failed;
+    this.gone = gone;
     this.origin = scene.origin;
     this.frame = scene.frame ?? [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     this.budget = 2_000_000;
@@ -109,7 +111,8 @@ export class Clouds {
       cloud.state = 'open';
     } catch (error) {
       cloud.state = 'failed';
-      this.failed(`${cloud.name}: ${error?.message ?? error}`);
+      cloud.unheard = Boolean(error?.silent);
+      this.#lost(cloud, error?.message ?? error, error?.silent);
     }
     this.soon();
     this.changed();
@@ -123,7 +126,8 @@ export class Clouds {
       grown(node.cloud, await Copc.loadHierarchyPage(node.cloud.get, page));
       node.state = 'none';
     } catch (error) {
-      this.failed(`${node.cloud.name}: ${error?.message ?? error}`);
+      node.unheard = Boolean(error?.silent);
+      this.#lost(node.cloud, error?.message ?? error, error?.silent);
     }
     this.soon();
   }
@@ -244,14 +248,30 @@ export class Clouds {
     }
   }
 
-  #arrived(i, { task, columns, error }) {
+  /** Ask again for what nobody answered. */
+  again() {
+    for (const cloud of this.clouds) {
+      if (cloud.unheard) Object.assign(cloud, { state: 'none', unheard: false });
+      for (const node of cloud.nodes.values()) if (node.unheard) Object.assign(node, { state: 'none', unheard: false });
+    }
+    this.soon();
+  }
+
+  /** What cannot be loaded: a sentence of its own where nobody answers at all. */
+  #lost(cloud, words, silent) {
+    if (silent) this.gone();
+    else this.failed(`${cloud.name}: ${words}`);
+  }
+
+  #arrived(i, { task, columns, error, silent }) {
     this.busy[i]--;
     const node = this.pending.get(task);
     this.pending.delete(task);
     if (!node) return;
     if (error) {
       node.state = 'failed';
-      this.failed(`${node.cloud.name}: ${error}`);
+      node.unheard = Boolean(silent);
+      this.#lost(node.cloud, error, silent);
     } else {
       node.state = 'ready';
       node.columns = columns;

@@ -20,7 +20,9 @@ export class Source {
   async get(begin, end) {
     if (this.fetching) await this.fetching;
     if (this.blob) return new Uint8Array(await this.blob.slice(begin, end).arrayBuffer());
-    const answer = await fetch(this.url, { headers: { Range: `bytes=${begin}-${end - 1}` } });
+    const answer = await fetch(this.url, { headers: { Range: `bytes=${begin}-${end - 1}` } }).catch((error) => {
+      throw Object.assign(error, { silent: true });
+    });
     if (answer.status === 206) return new Uint8Array(await answer.arrayBuffer());
     if (!answer.ok) throw new Error(`${this.url}: the server answers ${answer.status}`);
     if (this.blob || this.fetching) {

@@ -54,6 +54,6 @@ self.onmessage = async (/** @type {MessageEvent} */ event) => {
     const buffers = Object.values(columns).filter(Boolean).map((column) => column.buffer);
     self.postMessage({ task, columns }, { transfer: buffers });
   } catch (error) {
-    self.postMessage({ task, error: String(error?.message ?? error) });
+    self.postMessage({ task, error: String(error?.message ?? error), silent: Boolean(error?.silent) });
   }
 };

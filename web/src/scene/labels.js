@@ -104,7 +104,15 @@ function symbol(ink, mark, halo) {
     return;
   } else if (mark.symbol === 'dot') {
     ink.arc(mark.x, mark.y, 2.5, 0, 2 * Math.PI);
-  } else if (mark.symbol === 'none') {
+  } else if (mark.symbol === 'end') {
+    ink.arc(mark.x, mark.y, 5.5, 0, 2 * Math.PI);
+    ink.fillStyle = halo;
+    ink.fill();
+    ink.strokeStyle = mark.colour;
+    ink.lineWidth = 3;
+    ink.stroke();
+    return;
+  } else if (mark.symbol === 'plate') {
     return;
   } else {
     ink.arc(mark.x, mark.y, r * 0.8, 0, 2 * Math.PI);
@@ -127,7 +135,8 @@ export function drawMarks(ink, marks, look) {
     ink.font = font(strong);
     return ink.measureText(text).width;
   };
-  const places = look.names ? arranged(marks, width, 12) : [];
+  const plates = marks.filter((mark) => mark.symbol === 'plate');
+  const places = look.names ? arranged(marks.filter((mark) => mark.symbol !== 'plate'), width, 12) : [];
   for (const mark of [...marks].sort((a, b) => a.weight - b.weight)) symbol(ink, mark, look.halo);
   ink.textBaseline = 'middle';
   ink.lineJoin = 'round';
@@ -139,4 +148,33 @@ export function drawMarks(ink, marks, look) {
     ink.fillStyle = look.text;
     ink.fillText(mark.text, x, y);
   }
+  for (const mark of plates) plate(ink, mark, width(mark.text, true), look);
+}
+
+/** A number that must be read whatever is behind it: on a plate of its own. */
+function plate(ink, mark, wide, look) {
+  ink.beginPath();
+  ink.roundRect(mark.x - wide / 2 - 8, mark.y - 11, wide + 16, 22, 6);
+  ink.fillStyle = look.halo;
+  ink.fill();
+  ink.strokeStyle = mark.colour;
+  ink.lineWidth = 1.5;
+  ink.stroke();
+  ink.font = `700 12px ${FONT}`;
+  ink.fillStyle = look.text;
+  ink.fillText(mark.text, mark.x - wide / 2, mark.y + 0.5);
+}
+
+/** A line that is seen on any ground. @param {CanvasRenderingContext2D} ink @param {number[]} a @param {number[]} b @param {string} halo */
+export function drawLine(ink, a, b, halo) {
+  ink.lineCap = 'round';
+  for (const [width, style] of [[7, halo], [3, '#0b7fab']]) {
+    ink.beginPath();
+    ink.moveTo(a[0], a[1]);
+    ink.lineTo(b[0], b[1]);
+    ink.strokeStyle = style;
+    ink.lineWidth = Number(width);
+    ink.stroke();
+  }
+  ink.lineCap = 'butt';
 }

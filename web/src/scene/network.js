@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
-import { ofTest, rgb } from '../core/colour.js';
+import { ofTest } from '../core/colour.js';
 import { eigen, length, turned } from '../core/matrix.js';
 import { median, roundDown } from '../core/statistics.js';
 
@@ -60,15 +60,13 @@ export class NetworkView {
     this.edgeGhosts = lines(3, true);
     this.marked = lines(4, true);
     this.marked.material.opacity = 1;
-    this.measure = lines(2.5, true);
-    this.measure.material.opacity = 1;
     this.planeLines = lines(1.5, false);
     this.box = lines(1.5, true);
     this.box.material.opacity = 0.9;
     this.arrowLines = lines(3.5, true);
     this.arrowLines.material.opacity = 1;
     this.scene.add(this.rayLines, this.edgeLines, this.planeLines);
-    this.front.add(this.rayGhosts, this.badRays, this.edgeGhosts, this.box, this.arrowLines, this.marked, this.measure);
+    this.front.add(this.rayGhosts, this.badRays, this.edgeGhosts, this.box, this.arrowLines, this.marked);
     this.ellipsoids = null;
     this.planes = new THREE.Group();
     this.planes.visible = false;
@@ -79,7 +77,7 @@ export class NetworkView {
   }
 
   get materials() {
-    return [this.rayLines, this.rayGhosts, this.badRays, this.edgeLines, this.edgeGhosts, this.marked, this.measure, this.planeLines, this.box,
+    return [this.rayLines, this.rayGhosts, this.badRays, this.edgeLines, this.edgeGhosts, this.marked, this.planeLines, this.box,
       this.arrowLines].map((object) => object.material);
   }
 
@@ -245,13 +243,6 @@ export class NetworkView {
     }
     fill(this.marked, places, colours);
     this.marked.visible = places.length > 0;
-  }
-
-  /** @param {[number[], number[]] | null} ends in the drawing */
-  setMeasure(ends) {
-    const c = rgb('#0b7fab').map((x) => x / 255);
-    fill(this.measure, ends ? [...ends[0], ...ends[1]] : [], ends ? [...c, ...c] : []);
-    this.measure.visible = Boolean(ends);
   }
 
   /** @param {{centre: number[], half: number[], turn: number} | null} slice */

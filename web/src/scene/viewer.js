@@ -5,7 +5,7 @@ import { minus, times } from '../core/matrix.js';
 import { ellipsoidFactor } from '../core/statistics.js';
 import { Composite } from './composite.js';
 import { Eye, steer } from './camera.js';
-import { FONT, drawMarks } from './labels.js';
+import { FONT, drawLine, drawMarks } from './labels.js';
 import { NetworkView, beside } from './network.js';
 
 THREE.ColorManagement.enabled = false;
@@ -20,7 +20,7 @@ export class Viewer {
    * @param {HTMLElement} host
    * @param {any} scene
    * @param {{click: (hit: any, event: PointerEvent) => void, hover: (hit: any) => void, camera: () => void, drawn: () => void, loaded: () => void,
-   *   failed: (words: string) => void, sliced: (slice: any) => void}} tell
+   *   failed: (words: string) => void, gone: () => void, sliced: (slice: any) => void}} tell
    */
   constructor(host, scene, tell) {
     this.host = host;
@@ -43,13 +43,15 @@ export class Viewer {
     this.clouds = new Clouds(scene, this.eye.camera, () => {
       this.draw();
       tell.loaded();
-    }, tell.failed);
+    }, tell.failed, tell.gone);
     this.network = new NetworkView((xyz) => this.toDrawing(xyz), this.frame, scene.ellipsoid ?? ellipsoidFactor(scene.confidence ?? 0.95));
     this.cloudScene = new THREE.Scene();
     this.cloudScene.add(this.clouds.group);
     this.composite = new Composite();
     this.marks = [];
     this.notes = [];
+    /** Ends of a measured distance in the drawing. */
+    this.measured = null;
     this.names = true;
     this.slice = null;
     this.only = 'select';
@@ -204,6 +206,10 @@ export class Viewer {
       const placed = { ...mark, x, y };
       marks.push(placed);
       if (mark.what) this.placed.push(placed);
+    }
+    if (this.measured) {
+      const [a, b] = this.measured.map((at) => this.onScreen(at));
+      if (a && b) drawLine(ink, a, b, this.colours.halo);
     }
     drawMarks(ink, marks, { text: this.colours.text, halo: this.colours.halo, ratio: this.ratio, names: this.names });
     if (this.slice) this.#handles(ink);

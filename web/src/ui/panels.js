@@ -28,7 +28,7 @@ export function Points({ does }) {
   const stations = s.stations.value.filter((p) => p.name.toLowerCase().includes(wanted) && p.kind === 'scanner');
   const [a, b, c] = axes();
   const row = (p, type) => html`<tr key=${`${type}${p.name}`} class=${s.selection.value?.name === p.name ? 'picked' : ''} onClick=${() => does.select({ type, name: p.name }, { stay: true })} onDblClick=${() => does.visit(p.name)}>
-    <td><button type="button" class="name" onClick=${() => does.select({ type, name: p.name }, { stay: true })}><${Mark} role=${p.role} />${p.name}</button></td>
+    <td><button type="button" class="name"><${Mark} role=${p.role} />${p.name}</button></td>
     <td>${type === 'station' ? p.kind : live && p.role !== undefined ? html`<button type="button" class="button plain tiny" title="Change the role" onClick=${(e) => {
       e.stopPropagation();
       s.dialog.value = { type: 'role', name: p.name };

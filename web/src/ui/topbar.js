@@ -26,6 +26,7 @@ export function TopBar({ does }) {
   const edits = s.edits.value.length;
   const warnings = s.warnings.value.length;
   const running = live?.running;
+  const busy = s.waiting.value || s.ended.value;
   return html`<header class="top">
     <svg viewBox="0 0 32 32" class="brand" aria-hidden="true">
       <path class="plate" d="M16 3 29 26H3z" /><circle cx="16" cy="18" r="4.4" class="bull" />
@@ -40,14 +41,14 @@ export function TopBar({ does }) {
     </div>
     <div class="tools">
       ${live &&
-      html`<button type="button" class="tool" title="Undo (Ctrl+Z)" disabled=${!live.undo || s.waiting.value} onClick=${does.undo}><${Icon} name="undo" /><span class="sr">Undo</span></button>
-        <button type="button" class="tool" title="Redo (Ctrl+Shift+Z)" disabled=${!live.redo || s.waiting.value} onClick=${does.redo}><${Icon} name="redo" /><span class="sr">Redo</span></button>
-        <button type="button" class=${`tool ${live.saved ? '' : 'due'}`} title="Keep the decisions in edits.toml (Ctrl+S)" disabled=${live.saved || s.waiting.value} onClick=${does.save}>
+      html`<button type="button" class="tool" title="Undo (Ctrl+Z)" disabled=${!live.undo || busy} onClick=${does.undo}><${Icon} name="undo" /><span class="sr">Undo</span></button>
+        <button type="button" class="tool" title="Redo (Ctrl+Shift+Z)" disabled=${!live.redo || busy} onClick=${does.redo}><${Icon} name="redo" /><span class="sr">Redo</span></button>
+        <button type="button" class=${`tool ${live.saved ? '' : 'due'}`} title="Keep the decisions in edits.toml (Ctrl+S)" disabled=${live.saved || busy} onClick=${does.save}>
           <${Icon} name="save" /><span>${live.saved ? 'Saved' : 'Save'}</span>
         </button>
         ${running
           ? html`<button type="button" class="tool" title="Stop the run" onClick=${does.cancel}><${Icon} name="stop" /><span>Cancel</span></button>`
-          : html`<button type="button" class="tool primary" title="Run the project: new clouds with new sigmas" onClick=${does.run}><${Icon} name="run" /><span>Run</span></button>`}`}
+          : html`<button type="button" class="tool primary" title="Run the project: new clouds with new sigmas" disabled=${busy} onClick=${does.run}><${Icon} name="run" /><span>Run</span></button>`}`}
       <button type="button" class="tool" title="Copy a link to this view" onClick=${does.link}><${Icon} name="link" /><span class="sr">Copy link</span></button>
       <button type="button" class="tool" title=${s.theme.value === 'dark' ? 'Light theme' : 'Dark theme'} onClick=${() => (s.theme.value = s.theme.value === 'dark' ? 'light' : 'dark')}>
         <${Icon} name=${s.theme.value === 'dark' ? 'sun' : 'moon'} /><span class="sr">Theme</span>
@@ -58,12 +59,25 @@ export function TopBar({ does }) {
   </header>`;
 }
 
+/** What it means that nobody answers any more, and what to do. */
+function Gone() {
+  const live = s.session.value;
+  if (!s.keeping.value) return html`<div class="banner bad" role="alert"><p><b>The web server does not answer.</b> What was loaded can still be looked at.</p></div>`;
+  const command = live ? 'tribrach workbench PROJECT.toml' : 'tribrach view FOLDER';
+  const lost = live && !live.saved ? html`<p>Decisions that were not saved are lost with it.</p>` : '';
+  return html`<div class="banner bad gone" role="alert"><div>
+    ${s.ended.value
+      ? html`<p><b>The program has ended.</b> What was loaded can still be looked at. To go on, start it again (<code>${command}</code>) and open the address that it prints.</p>${lost}`
+      : html`<p><b>The program does not answer.</b> The page asks again by itself. If it was ended, start it again (<code>${command}</code>) and open the address that it prints.</p>`}
+  </div></div>`;
+}
+
 export function Banners({ does }) {
   const out = [];
   if (s.defect.value) {
     out.push(html`<div class="banner bad" role="alert" key="defect">
       <div>${s.defect.value.map((sentence) => html`<p>${sentence}</p>`)}<p>The network stays as it was before.</p></div>
-      <button type="button" class="button" onClick=${does.undoDefect}>Undo</button>
+      <button type="button" class="button" onClick=${does.closeDefect}>Close</button>
     </div>`);
   }
   if (s.progress.value) {
@@ -78,9 +92,14 @@ export function Banners({ does }) {
       <p>Positions moved, sigmas of the last run. <span class="muted">Run writes the clouds anew.</span></p>
     </div>`);
   }
-  if (s.session.value && !s.alive.value) {
-    out.push(html`<div class="banner bad" role="alert" key="gone"><p>The program does not answer. Is it still running? The page asks again by itself.</p></div>`);
+  if (s.tool.value === 'measure') {
+    out.push(html`<div class="banner hint" role="status" key="measure">
+      <p><b>Distance:</b> ${s.measure.value.length === 0 ? 'choose the first end' : `from ${s.measure.value[0].name ?? 'a point of the cloud'}; choose the other end`}
+        <span class="muted"> in the picture or in the list of points</span></p>
+      <button type="button" class="button plain" onClick=${does.endMeasure}>Cancel</button>
+    </div>`);
   }
+  if (s.ended.value || !s.alive.value) out.unshift(html`<${Gone} key="gone" />`);
   for (const notice of s.notices.value) {
     out.push(html`<div class=${`banner ${notice.kind === 'error' ? 'bad' : ''}`} role=${notice.kind === 'error' ? 'alert' : 'status'} key=${notice.id}>
       <p>${notice.words}</p><button type="button" class="button plain" aria-label="Close" onClick=${() => s.unsay(notice.id)}><${Icon} name="close" /></button>
