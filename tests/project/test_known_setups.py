@@ -191,3 +191,24 @@ def test_a_backsight_with_its_own_sigma(tmp_path: Path) -> None:
     rest = np.sqrt(sum(s**2 for name, s in parts.items() if name != "backsight pointing"))
     heading = np.sqrt(found.covariance("S1")[5, 5])
     assert heading == pytest.approx(np.hypot(rest, 0.1 * SEC), rel=1e-3)
+
+
+def test_a_decision_holds_for_where_a_scanner_is_first_put(tmp_path: Path) -> None:
+    """B is known by two vectors, one of them wrong by 12 m, stated as good, and switched off."""
+    project = written(tmp_path, sight("B", B))
+    control = (tmp_path / "control.csv").read_text().splitlines()
+    (tmp_path / "control.csv").write_text("\n".join(r for r in control if r[:2] != "B,") + "\n")
+    right, wrong = B - A, B - A + (0, 12, 0)
+    rows = [f"A,B,{v[0]},{v[1]},{v[2]},1,1,1" for v in (right, wrong)]
+    head = "from,to,de_m,dn_m,du_m,sigma_de_mm,sigma_dn_mm,sigma_du_mm"
+    (tmp_path / "line.csv").write_text("\n".join([head, *rows, ""]))
+    (tmp_path / "edits.toml").write_text(
+        '[[edit]]\nobservation = "line.csv:3"\nuse = "off"\nreason = "antenna of C"\n'
+    )
+    network = open_job(project).network()
+    heading = np.arctan2(network.start.pose_r[0][1, 0], network.start.pose_r[0][0, 0])
+    assert heading == pytest.approx(HEADING, abs=1e-6)
+    (tmp_path / "edits.toml").unlink()
+    network = open_job(project).network()
+    heading = np.arctan2(network.start.pose_r[0][1, 0], network.start.pose_r[0][0, 0])
+    assert abs(heading - HEADING) > 0.01

@@ -129,8 +129,47 @@ def names_by_hand(
     return out
 
 
-def with_names(names: Sequence[str], by_hand: Mapping[int, str]) -> tuple[str, ...]:
-    """Names (n,) of a station with those decided by hand, which no other target keeps."""
-    taken = set(by_hand.values())
-    others = ("" if name in taken else name for name in names)
-    return tuple(by_hand.get(k, name) for k, name in enumerate(others))
+def with_names(
+    names: Mapping[str, Sequence[str]], by_hand: Mapping[str, Mapping[int, str]]
+) -> dict[str, tuple[str, ...]]:
+    """Names of all stations with those decided by hand, which no other target there keeps.
+
+    A name that is given to one sight of a tie point is that of the point, wherever else it was
+    seen; sights of it that were given several names are what they were named, and the rest keeps
+    its number.
+
+    Parameters
+    ----------
+    names : mapping of str to sequence of str
+        Names of the targets of each station as they were matched, "" for none.
+    by_hand : mapping of str to mapping
+        Names by station and number of the target there.
+
+    Returns
+    -------
+    dict of str to tuple of str
+        Of the same stations.
+    """
+    given: dict[str, set[str]] = {}
+    for station, own in by_hand.items():
+        for k, name in own.items():
+            matched = names[station][k] if station in names else ""
+            if is_tie_point(matched):
+                given.setdefault(matched, set()).add(name)
+    everywhere = {tie: min(found) for tie, found in given.items() if len(found) == 1}
+    out: dict[str, tuple[str, ...]] = {}
+    for station, matched_names in names.items():
+        own = by_hand.get(station, {})
+        taken = set(own.values())
+        kept = ["" if name in taken else name for name in matched_names]
+        named = [everywhere.get(name, name) for name in kept]
+        # what the station sees under this name already is another target
+        doubled = [
+            name != old and (name in taken or name in kept)
+            for name, old in zip(named, kept, strict=True)
+        ]
+        others = (
+            old if twice else name for name, old, twice in zip(named, kept, doubled, strict=True)
+        )
+        out[station] = tuple(own.get(k, name) for k, name in enumerate(others))
+    return out

@@ -16,12 +16,14 @@ from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geometry.rotation import exp
 from tribrach.instruments.precision import pointing_sigma
+from tribrach.job.edits import decided_marks
 from tribrach.job.whose_instrument import Instruments
 from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Offsets
 from tribrach.observations.instrument_frames import FrameAngles
 from tribrach.project import Project
+from tribrach.project.edits import Edits
 from tribrach.project.instrument import Instrument
 from tribrach.project.sections import Backsight, StationSection
 from tribrach.units import MM, SEC
@@ -29,7 +31,7 @@ from tribrach.units import MM, SEC
 __all__ = ["add_known_setups"]
 
 
-def add_known_setups(instruments: Instruments, survey: Survey) -> None:
+def add_known_setups(instruments: Instruments, survey: Survey, edits: Edits) -> None:
     """Add the occupied marks and backsights of all stations to a survey.
 
     Parameters
@@ -38,6 +40,9 @@ def add_known_setups(instruments: Instruments, survey: Survey) -> None:
         Tell how well the instrument of a station is centred, measured in height and pointed.
     survey : Survey
         Gets the observations.
+    edits : Edits
+        Decisions by hand: where marks lie before anything else is known follows from what they
+        leave of the observations.
 
     Raises
     ------
@@ -49,7 +54,7 @@ def add_known_setups(instruments: Instruments, survey: Survey) -> None:
         if station.occupies is None and not station.backsights:
             continue
         instrument = _instrument(instruments, name)
-        _start(survey, name, station)
+        _start(survey, edits, name, station)
         over = _centring(project, name, instrument)
         if station.occupies is not None:
             _over(survey, station.occupies, name, station.height_m, over, f"station {name}")
@@ -70,10 +75,10 @@ def add_known_setups(instruments: Instruments, survey: Survey) -> None:
             )
 
 
-def _start(survey: Survey, name: str, station: StationSection) -> None:
+def _start(survey: Survey, edits: Edits, name: str, station: StationSection) -> None:
     """The station with a pose to start from, if its mark and a backsight are known."""
     names = [station.occupies, *(sight.to for sight in station.backsights)]
-    places = _places(survey, [one for one in names if one is not None])
+    places = _places(survey, edits, [one for one in names if one is not None])
     mark = None if station.occupies is None else places.get(station.occupies)
     sights = [sight for sight in station.backsights if sight.to in places]
     given = survey.stations.get(name)
@@ -90,14 +95,14 @@ def _start(survey: Survey, name: str, station: StationSection) -> None:
         given.rotation, given.translation = pose
 
 
-def _places(survey: Survey, names: Sequence[str]) -> dict[str, Array]:
+def _places(survey: Survey, edits: Edits, names: Sequence[str]) -> dict[str, Array]:
     """Coordinates (3,) of marks, given or from what was measured of marks alone."""
     points = survey.points
     known = {n: points[n].xyz for n in names if n in points and np.isfinite(points[n].xyz).all()}
     if set(names) <= known.keys():
         return known
     try:
-        alone = adjust(survey.of_marks().network())
+        alone = adjust(decided_marks(survey, edits).network())
     except (AdjustmentError, InputError):
         return known
     adjusted = dict(zip(alone.layout.names["point"], alone.state.points, strict=True))

@@ -109,10 +109,7 @@ def name_targets(
     except InputError as error:
         raise after_doubts(error, job.project, surveyed) from error
     if by_hand:
-        decided = {
-            station: with_names(names, by_hand.get(station, {}))
-            for station, names in identification.names.items()
-        }
+        decided = with_names(identification.names, by_hand)
         identification = replace(identification, names=decided)
     survey = Survey(site=surveyed.site)
     boards: list[BoardSighting] = []

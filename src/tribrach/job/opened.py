@@ -255,7 +255,7 @@ class Job:
             self.calibrations.apply(more, more.stations)
             survey.merge(more)
         self._add_scale_bars(survey)
-        add_known_setups(self.instruments, survey)
+        add_known_setups(self.instruments, survey, self.edits)
         whole = further is not None or not project.scans
         add_shared_heights(project, survey, whole=whole)
         add_telescopes(project, survey, whole=whole)
