@@ -30,6 +30,7 @@ NAMES = (
     "planning",
     "workbench",
     "first_points",
+    "page_of_cloud",
     "start_up",
     "workers",
     "georeferencing",

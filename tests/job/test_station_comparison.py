@@ -214,3 +214,5 @@ def test_sites_are_chosen_where_none_are_given(job: tuple[Path, Report]) -> None
     for site in chapter.sites:
         assert site.c2c is not None
         assert site.c2c.places[:, 0] == pytest.approx(1090.0, abs=0.03)
+        # where it is drawn: the middle of what was compared
+        assert site.center == pytest.approx(site.c2c.places.mean(axis=0).tolist(), abs=0.4)

@@ -28,6 +28,8 @@ FLAGS = [
 ]
 #: seconds after which a page is said not to come; never waited for in vain
 PATIENCE = 240.0
+#: points that are drawn at most: software draws them
+BUDGET = "budget=200000"
 
 
 def executable() -> str:
@@ -168,3 +170,32 @@ def folder_server(folder: Path, ranges: bool) -> Iterator[str]:
         finally:
             server.shutdown()
             thread.join()
+
+
+def with_budget(address: str) -> str:
+    """The address with few points."""
+    return f"{address}{'&' if '?' in address else '?'}{BUDGET}"
+
+
+def where(watched: Watched, xyz: str) -> tuple[float, float]:
+    """Where a place of the work frame is in the window."""
+    x, y, left, top = watched(
+        f"(() => {{ const p = tribrach.onScreen({xyz});"
+        " const r = document.querySelector('.picture').getBoundingClientRect();"
+        " return [p[0], p[1], r.left, r.top]; })()"
+    )
+    return x + left, y + top
+
+
+def decide(page: Watched, use: str) -> None:
+    """Say what is done with the selected rows, with a reason."""
+    page.page.click(f"dialog input[value={use}]")
+    send = page.page.locator("dialog button[type=submit]")
+    assert send.is_disabled()
+    page.page.fill("dialog textarea", "field book, page 12")
+    send.click()
+
+
+def settled_tests(page: Watched, revision: int) -> None:
+    """Wait for a state and its tests."""
+    until(lambda: page(f"tribrach.session.revision >= {revision} && !tribrach.stale"), "the tests")

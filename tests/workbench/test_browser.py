@@ -1,72 +1,26 @@
 """The page in a real browser: what it shows is what the program says, and it asks nobody else."""
 
 import json
-import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from tests.workbench.browsing import FLAGS, Watched, executable, folder_server, program, until
-from tribrach.cli import app
+from tests.workbench.browsing import (
+    Watched,
+    decide,
+    folder_server,
+    program,
+    settled_tests,
+    until,
+    where,
+    with_budget,
+)
 from tribrach.pipeline import run
 
-BUDGET = "budget=200000"
 HOSTILE = '<img src=x onerror="window.struck=1"><script>window.struck=1</script>'
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    """One browser for all tests of the session."""
-    path = executable()
-    sync_api = pytest.importorskip("playwright.sync_api")
-    with sync_api.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=path, args=FLAGS)
-        yield opened
-        opened.close()
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Watched]:
-    """A page of its own, that must have been fine when the test ends."""
-    context = browser.new_context(viewport={"width": 1200, "height": 760})
-    watched = Watched(context.new_page())
-    yield watched
-    context.close()
-
-
-@pytest.fixture(scope="module")
-def seen(yard: Callable[[str], Path]) -> Iterator[str]:
-    """The address of `tribrach view` of a small job."""
-    with program("view", yard("work")) as address:
-        yield address
-
-
-@pytest.fixture(scope="module")
-def exported(yard: Callable[[str], Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The same job as a static folder."""
-    folder = tmp_path_factory.mktemp("export") / "site"
-    done = CliRunner().invoke(app, ["view", str(yard("work")), "--export", str(folder)])
-    assert done.exit_code == 0, done.output
-    return folder
-
-
-def with_budget(address: str) -> str:
-    """The address with few points."""
-    return f"{address}{'&' if '?' in address else '?'}{BUDGET}"
-
-
-def where(watched: Watched, xyz: str) -> tuple[float, float]:
-    """Where a place of the work frame is in the window."""
-    x, y, left, top = watched(
-        f"(() => {{ const p = tribrach.onScreen({xyz});"
-        " const r = document.querySelector('.picture').getBoundingClientRect();"
-        " return [p[0], p[1], r.left, r.top]; })()"
-    )
-    return x + left, y + top
 
 
 def test_the_page_shows_cloud_network_and_tables(page: Watched, seen: str) -> None:
@@ -274,28 +228,6 @@ def test_a_narrow_screen_and_the_dark(browser: Any, seen: str) -> None:
     assert watched("tribrach.share()") > 0.02
     watched.fine()
     context.close()
-
-
-@pytest.fixture
-def project(yard: Callable[[str], Path], tmp_path: Path) -> Path:
-    """A copy of the small job that may be changed."""
-    folder = tmp_path / "yard"
-    shutil.copytree(yard("work").parent, folder)
-    return folder / "yard.toml"
-
-
-def decide(page: Watched, use: str) -> None:
-    """Say what is done with the selected rows, with a reason."""
-    page.page.click(f"dialog input[value={use}]")
-    send = page.page.locator("dialog button[type=submit]")
-    assert send.is_disabled()
-    page.page.fill("dialog textarea", "field book, page 12")
-    send.click()
-
-
-def settled_tests(page: Watched, revision: int) -> None:
-    """Wait for a state and its tests."""
-    until(lambda: page(f"tribrach.session.revision >= {revision} && !tribrach.stale"), "the tests")
 
 
 def test_a_row_is_switched_off_and_on_again(page: Watched, project: Path) -> None:

@@ -139,6 +139,7 @@ def test_every_answer_is_armoured(person: TestClient, stranger: TestClient) -> N
         assert answer.headers["x-content-type-options"] == "nosniff"
         assert answer.headers["referrer-policy"] == "no-referrer"
         assert answer.headers["cross-origin-resource-policy"] == "same-origin"
+        assert answer.headers["cross-origin-embedder-policy"] == "require-corp"
         assert not any(name.startswith("access-control") for name in answer.headers)
 
 

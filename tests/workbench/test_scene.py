@@ -4,6 +4,7 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
@@ -11,7 +12,14 @@ from jsonschema import Draft202012Validator
 from tests.workbench.twins import KINDS, POSES, TARGETS, of_kind
 from tribrach.errors import InputError
 from tribrach.report.schema.base import document_text
-from tribrach.workbench.clouds import SceneCloudFile, cloud_parts, convert_clouds, written_clouds
+from tribrach.workbench.clouds import (
+    SceneCloudFile,
+    cloud_parts,
+    convert_clouds,
+    convert_further,
+    written_clouds,
+)
+from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import ResultFolder, read_result
 from tribrach.workbench.scene import scene_of
 from tribrach.workbench.schema import SceneDocument
@@ -129,6 +137,61 @@ def test_clouds_are_converted_once(yard: Yard) -> None:
     convert_clouds(paths, folder, lambda *_: None, lambda cloud: None)
     assert [cloud.path.stat().st_mtime_ns for cloud in found] == before
     assert {cloud.file for cloud in found} == {"S1.copc.laz", "S2.copc.laz"}
+
+
+def test_clouds_given_besides_have_names_that_no_scan_has(yard: Yard, tmp_path: Path) -> None:
+    paths = [tmp_path / name for name in ("S1.laz", "a/S1.copc.laz")]
+    paths[1].parent.mkdir()
+    source = written_clouds(read_result(yard("work")), yard("work"))[0]
+    for path in paths:
+        path.write_bytes(source.read_bytes())
+    names = further_names(paths)
+    assert names == ["+S1", "+S1 2"]
+    found: list[SceneCloudFile] = []
+    for path, name in zip(paths, names, strict=True):
+        convert_further(path, name, tmp_path / "out", lambda *_: None, found.append)
+    poses = ResultFolder.beside(yard("work")).pose_file
+    parts = cloud_parts(found, poses)
+    assert [part["name"] for part in parts] == names
+    assert [part["points"] for part in parts] == [4500, 4500]
+    # whatever its file is called, it is no cloud of that scan
+    assert [part["station"] for part in parts] == ["", ""]
+    with pytest.raises(InputError, match="no such cloud"):
+        further_names([tmp_path / "gone.laz"])
+
+
+def test_distances_have_a_range_about_nothing_and_their_level(tmp_path: Path) -> None:
+    path = tmp_path / "moved.laz"
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    header.scales = np.full(3, 1e-4)
+    for name in ("distance", "sigma", "lod95"):
+        header.add_extra_dim(laspy.ExtraBytesParams(name, "float32"))
+    cloud = laspy.LasData(header)
+    cloud.x, cloud.y, cloud.z = np.random.default_rng(0).uniform(0, 5, (3, 1000))
+    cloud.distance = np.linspace(-0.002, 0.010, 1000)
+    cloud.sigma, cloud.lod95 = np.full(1000, 0.001), np.full(1000, 0.002)
+    cloud.write(path)
+    found: list[SceneCloudFile] = []
+    convert_further(path, "+moved", tmp_path / "out", lambda *_: None, found.append)
+    known = cloud_parts(found, None)[0]["attributes"]
+    # 95 % of the values are below 9.4 mm
+    assert known["distance"]["high"] == pytest.approx(0.0094, abs=1e-5)
+    assert known["distance"]["low"] == -known["distance"]["high"]
+    assert known["significance"]["unit"] == ""
+    # its sigma is that of a distance and none of a position
+    assert "sigma" not in known
+
+
+def test_sites_of_comparisons_lie_where_the_result_says(yard: Yard) -> None:
+    result, beside = read_result(yard("work")), ResultFolder.beside(yard("work"))
+    site = {"name": "1", "n": 3, "center": [1.0, 2.0, 3.0]}
+    other = {"a": "S1", "b": "S2", "limit": 0.1, "sentences": [], "offsets": None}
+    made = scene_of({**result, "comparisons": [{**other, "sites": [site]}]}, beside)
+    assert made.comparisons[0]["sites"][0]["xyz"] == [1.0, 2.0, 3.0]
+    # results of earlier versions do not say it
+    del site["center"]
+    made = scene_of({**result, "comparisons": [{**other, "sites": [site]}]}, beside)
+    assert made.comparisons[0]["sites"][0]["xyz"] is None
 
 
 def test_only_files_of_the_folder_of_clouds_are_given(tmp_path: Path) -> None:

@@ -28,6 +28,8 @@ TARGETS = {
     "T3": (20.0, 14.0, 3.1),
     "T4": (-8.0, 22.0, 0.2),
 }
+#: of the floor, the eastern and the northern wall, 0 to 255
+COLOURS = ((70, 140, 60), (170, 60, 40), (225, 215, 190))
 POSES = {"S1": ((2.0, 1.0, 1.7), 40.0), "S2": ((-4.0, 8.0, 1.6), -110.0)}
 _SCAN = """[[scans]]
 file = "{name}.laz"
@@ -135,12 +137,15 @@ def _scan(path: Path, seed: int, at: np.ndarray, turn: np.ndarray) -> None:
     east = np.stack([np.full(n, 25.0), u[0], np.abs(u[2]) / 2], axis=1)
     north = np.stack([u[1], np.full(n, 26.0), np.abs(u[0]) / 2], axis=1)
     local = (np.concatenate([floor, east, north]) - at) @ turn
-    header = laspy.LasHeader(point_format=6, version="1.4")
+    header = laspy.LasHeader(point_format=7, version="1.4")
     header.scales, header.offsets = np.full(3, 1e-4), np.zeros(3)
     with laspy.open(path, mode="w", header=header) as file:
         points = laspy.ScaleAwarePointRecord.zeros(len(local), header=header)
         points.x, points.y, points.z = local.T
         points.intensity = rng.integers(100, 2000, len(local))
+        # grass, brick and plaster, each of one colour
+        colours = np.repeat(np.array(COLOURS) * 257, n, axis=0)
+        points.red, points.green, points.blue = colours.T
         file.write_points(points)
 
 

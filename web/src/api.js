@@ -54,6 +54,13 @@ export async function get(path, query = {}, signal = undefined) {
   return answer(await asked(url, { headers: { Accept: 'application/json' }, signal }));
 }
 
+/** Numbers of eight bytes of a file beside the page. @param {string} path */
+export async function numbers(path) {
+  const response = await asked(new URL(path, document.baseURI), {});
+  if (!response.ok) throw new Refused(response.status, null);
+  return new Float64Array(await response.arrayBuffer());
+}
+
 /** @param {string} path @param {any} body */
 export async function post(path, body) {
   return answer(

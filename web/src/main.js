@@ -3,7 +3,7 @@ import { batch, effect } from '@preact/signals';
 import { render } from 'preact';
 import * as s from './state.js';
 import * as api from './api.js';
-import { length } from './core/matrix.js';
+import { length, ofDifference } from './core/matrix.js';
 import { metres, millimetres } from './core/format.js';
 import { ROLES, look } from './scene/network.js';
 import { VIEWS } from './scene/camera.js';
@@ -33,7 +33,7 @@ const TABS = [
 // -- what the buttons do --------------------------------------------------------------------------------------------------
 
 function placeOf(name) {
-  return s.points.value.find((p) => p.name === name)?.xyz ?? s.stations.value.find((p) => p.name === name)?.xyz ?? null;
+  return s.points.value.find((p) => p.name === name)?.xyz ?? s.displaced.value.find((p) => p.name === name)?.from ?? s.stations.value.find((p) => p.name === name)?.xyz ?? null;
 }
 
 async function details(point) {
@@ -86,7 +86,8 @@ async function measureTo(end) {
   if (ends.length < 2) return;
   const name = (e) => e.name ?? `point of ${e.point.cloud}`;
   const xyz = (e) => (e.name ? placeOf(e.name) : e.point.xyz);
-  const distance = length(xyz(ends[0]).map((x, k) => x - xyz(ends[1])[k]));
+  const difference = xyz(ends[1]).map((x, k) => x - xyz(ends[0])[k]);
+  const distance = length(difference);
   const base = { from: name(ends[0]), to: name(ends[1]), distance, sigma: null };
   s.measured.value = base;
   s.tab.value = 'selection';
@@ -96,20 +97,30 @@ async function measureTo(end) {
     const answer = await api.get('api/relative', { a: key(ends[0]), b: key(ends[1]) });
     s.measured.value = { ...base, distance: answer.distance, sigma: answer.sigma, covariance: answer.covariance, words: typeof answer.words === 'object' ? [answer.words.distance, answer.words.sigma && `σ ${answer.words.sigma}`].filter(Boolean).join(', ') : answer.words, note: answer.words?.note };
   } catch (error) {
-    const known = relativeOf(ends);
-    s.measured.value = known ? { ...base, ...known } : { ...base, note: error.status === 404 ? 'Its sigma needs the joint covariance: tribrach view.' : error.message };
+    const known = error.status === 404 ? await relativeOf(ends, difference, distance) : null;
+    const here = s.scene.value.joint ? 'Here sigmas are known of distances between points and stations; for those of single points of a cloud open the results with tribrach view.' : 'Its sigma needs the joint covariance: tribrach view.';
+    s.measured.value = known ? { ...base, ...known } : { ...base, note: error.status === 404 ? here : error.message };
   }
 }
 
-/** Sigmas between named points that an export carries with it. */
-function relativeOf(ends) {
-  const list = s.scene.value.relative;
-  if (!list || !ends[0].name || !ends[1].name) return null;
-  const [a, b] = [ends[0].name, ends[1].name];
-  for (let i = 0; i < (list.a?.length ?? 0); i++) {
-    if ((list.a[i] === a && list.b[i] === b) || (list.a[i] === b && list.b[i] === a)) return { sigma: list.sigma[i], words: list.words?.[i] };
+/** The joint covariance that a static folder carries, fetched once. @type {Promise<Float64Array> | null} */
+let jointOf = null;
+
+/** Sigma of a distance between named places from the joint covariance of a static folder; null without. */
+async function relativeOf(ends, difference, distance) {
+  const joint = s.scene.value.joint;
+  const at = ends.map((e) => (e.name === undefined ? -1 : joint?.names.indexOf(e.name) ?? -1));
+  if (!joint || at.some((k) => k < 0)) return null;
+  jointOf ??= api.numbers(joint.file);
+  try {
+    const covariance = ofDifference(await jointOf, at[0], at[1]);
+    const u = difference.map((x) => x / distance);
+    const variance = u.reduce((sum, x, i) => sum + x * u.reduce((row, y, k) => row + covariance[i][k] * y, 0), 0);
+    return { sigma: Math.sqrt(Math.max(0, variance)), covariance, note: s.scene.value.sigmas_of };
+  } catch (error) {
+    jointOf = null;
+    return { note: error.message };
   }
-  return null;
 }
 
 function say(words) {
@@ -336,10 +347,19 @@ function start(host) {
   const budget = Number(new URLSearchParams(location.search).get('budget'));
   if (Number.isFinite(budget) && budget >= 1000) s.budget.value = Math.min(2e7, budget);
   s.takeView(location.hash, { camera: (state) => viewer.eye.restore(state) });
-  if (s.colour.value !== 'station' && !s.attributes.value.has(s.colour.value)) s.colour.value = ['sigma_z', 'sigma', 'intensity', 'rgb'].find((name) => s.attributes.value.has(name)) ?? 'station';
+  bestColour();
   follow();
   s.shown.value = { points: 0, total: viewer.clouds.total, loading: 1 };
   window.tribrach = exposed();
+}
+
+/** What clouds are coloured by as long as nobody has said: the first of what they have, once they are there. */
+function bestColour() {
+  const has = s.attributes.value;
+  if (s.colourSaid.value && (s.colour.value === 'station' || has.has(s.colour.value) || !has.size)) return;
+  // who gives a cloud of distances wants to see them
+  const distances = (s.scene.value.clouds ?? []).some((cloud) => cloud.further && cloud.attributes.distance);
+  s.colour.value = [...(distances ? ['distance'] : []), 'sigma_z', 'sigma', 'intensity', 'rgb'].find((name) => has.has(name)) ?? 'station';
 }
 
 function follow() {
@@ -391,6 +411,11 @@ function follow() {
   });
   effect(() => {
     viewer.network.setMoves(s.moves.value.map((p) => ({ from: p.xyz.map((x, k) => x - p.moved[k]), moved: p.moved })), s.moveTimes.value || s.autoMove.value, s.MOVED);
+    viewer.network.show(s.on);
+    viewer.draw();
+  });
+  effect(() => {
+    viewer.network.setEpochs(s.displaced.value, s.epochTimes.value);
     viewer.network.show(s.on);
     viewer.draw();
   });
@@ -485,7 +510,7 @@ function marks() {
   }
   if (s.on('comparisons')) {
     for (const c of s.scene.value.comparisons ?? []) for (const site of c.sites ?? []) {
-      if (site.xyz) out.push({ at: viewer.toDrawing(site.xyz), text: `site ${site.name}`, symbol: 'dot', colour: '#0b7fab', weight: 20, what: { type: 'site', name: site.name } });
+      if (site.xyz) out.push({ at: viewer.toDrawing(site.xyz), text: `site ${site.name}`, symbol: 'circle', small: true, colour: '#0b7fab', weight: 20, what: { type: 'site', name: site.name } });
     }
   }
   return out;
@@ -522,9 +547,10 @@ function clicked(hit) {
     return;
   }
   if (hit.type === 'cloud') {
-    const point = { ...hit.point, asking: true };
+    // of a cloud that was given besides, the program knows no more than the file says
+    const point = { ...hit.point, asking: !hit.point.further };
     select({ type: 'cloud', point });
-    details(point);
+    if (point.asking) details(point);
   } else if (hit.type === 'ray') {
     // the table goes to the worst of its rows
     const o = s.observations.value;
@@ -601,7 +627,7 @@ function exposed() {
       return {
         pending: (s.scene.value.pending ?? []).length, points: viewer.clouds.shownPoints, total: viewer.clouds.total, loading: viewer.clouds.loading, frames: viewer.frames,
         clouds: viewer.clouds.clouds.filter((c) => c.state === 'open').length, failed: viewer.clouds.clouds.filter((c) => c.state === 'failed').length,
-        ellipsoids: viewer.network.ellipsoidCount, rays: viewer.network.rayCount, moves: viewer.network.moveCount, rows: rows.value.length,
+        ellipsoids: viewer.network.ellipsoidCount, rays: viewer.network.rayCount, moves: viewer.network.moveCount, displacements: viewer.network.epochCount, rows: rows.value.length,
         marks: viewer.marks.length, labels: viewer.placed?.length ?? 0, first: viewer.clouds.firstAt, held: viewer.clouds.held,
       };
     },
@@ -617,6 +643,12 @@ function exposed() {
     },
     get measured() {
       return JSON.parse(JSON.stringify(s.measured.value));
+    },
+    get slice() {
+      return JSON.parse(JSON.stringify(s.slice.value));
+    },
+    get handles() {
+      return viewer.handles();
     },
     get measuredOnScreen() {
       return viewer.measured?.map((at) => viewer.onScreen(at)) ?? null;
@@ -715,6 +747,7 @@ async function replaceClouds() {
   const fresh = await api.get('scene.json');
   s.scene.value = { ...s.scene.value, clouds: fresh.clouds, pending: fresh.pending };
   viewer?.clouds.add(fresh.clouds);
+  bestColour();
   if (!(fresh.pending ?? []).length) s.progress.value = null;
 }
 

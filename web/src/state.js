@@ -28,6 +28,8 @@ export const keeping = signal(true);
 // the view, which is in the address too
 export const theme = signal('light');
 export const colour = signal('sigma_z');
+/** Whether somebody chose the colour, or an address says it. */
+export const colourSaid = signal(false);
 export const ranges = signal({});
 export const pointSize = signal(2);
 export const fill = signal(true);
@@ -61,6 +63,7 @@ export const LAYERS = [
   ['edges', 'Registration'],
   ['planes', 'Planes'],
   ['moves', 'Moves'],
+  ['epochs', 'Displacements'],
   ['rejected', 'Rejected targets'],
   ['comparisons', 'Comparisons'],
 ];
@@ -189,6 +192,25 @@ export const autoMove = computed(() => {
 
 export const extent = signal(50);
 
+/** Which comparison of epochs is drawn. */
+export const epochAt = signal(0);
+
+/** Displacements of the chosen comparison, largest first. */
+export const displaced = computed(() => {
+  const list = scene.value?.epochs ?? [];
+  const e = list[Math.min(epochAt.value, list.length - 1)];
+  if (!e) return [];
+  return e.name.map((name, i) => ({
+    name, from: e.xyz[i], moved: e.moved[i], covariance: e.covariance[i], verdict: e.verdict[i], test: e.test[i], limit: e.limit[i],
+    reference: e.reference[i], detectable: e.detectable[i], long: length(e.moved[i]),
+  })).sort((a, b) => b.long - a.long);
+});
+
+export const epochTimes = computed(() => {
+  const largest = displaced.value[0]?.long ?? 0;
+  return largest > 0 ? Math.max(1, roundDown((0.2 * extent.value) / largest)) : 1;
+});
+
 export const autoEllipsoid = computed(() => NetworkView.exaggeration(points.value, extent.value));
 
 /** Rays with the test values of now. */
@@ -277,7 +299,7 @@ export function viewNow() {
   const s = selection.value;
   return written({
     camera: camera.value ? { ...camera.value, eye: toScene(camera.value.eye) } : undefined,
-    colour: colour.value,
+    colour: colourSaid.value || attributes.value.size ? colour.value : undefined,
     range: ranges.value[colour.value] ?? null,
     hidden: [...hidden.value].sort(),
     size: pointSize.value,
@@ -301,7 +323,10 @@ export function viewNow() {
 export function takeView(hash, does) {
   const view = parsed(hash);
   batch(() => {
-    if (view.colour) colour.value = view.colour;
+    if (view.colour) {
+      colour.value = view.colour;
+      colourSaid.value = true;
+    }
     if (view.range && view.colour) ranges.value = { ...ranges.value, [view.colour]: view.range };
     if (view.hidden) hidden.value = new Set(view.hidden);
     else if (hash.length > 1 && view.camera) hidden.value = new Set();

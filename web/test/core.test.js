@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { along, ofTest, rgb, SCALES, table } from '../src/core/colour.js';
 import { count, millimetres, plain, small, smallWords, tick, ticks } from '../src/core/format.js';
 import { parsed, written } from '../src/core/hash.js';
-import { carried, eigen, length, product, times, transposed, turned } from '../src/core/matrix.js';
+import { carried, eigen, length, ofDifference, product, times, transposed, turned } from '../src/core/matrix.js';
 import { distinct, filtered, inWindow, laidOut, NO_FILTER, sorted } from '../src/core/rows.js';
 import { chi2of3, ellipsoidFactor, erf, histogram, median, roundDown } from '../src/core/statistics.js';
 
@@ -185,4 +185,15 @@ test('a table shows every column whole, in as many lines as it needs', () => {
       for (const { name, width: given } of line) assert.ok(given >= columns.find(([key]) => key === name)[2]);
     });
   }
+});
+
+test('the covariance of a difference comes from the triangle of the joint one', () => {
+  // two places that move together but for their own parts
+  const n = 6;
+  const full = Array.from({ length: n }, (_, i) => Array.from({ length: n }, (_, k) => (i % 3 === k % 3 ? 4 : 0) + (i === k ? i + 1 : 0)));
+  full[0][4] = full[4][0] = 0.5;
+  const packed = full.flatMap((row, i) => row.slice(0, i + 1));
+  const c = ofDifference(packed, 0, 1);
+  assert.deepEqual(c, [[1 + 4, -0.5, 0], [-0.5, 2 + 5, 0], [0, 0, 3 + 6]]);
+  assert.deepEqual(ofDifference(packed, 1, 0), c);
 });

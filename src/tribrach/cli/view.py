@@ -20,6 +20,17 @@ def view(
             "--export", help="Write the page and its data into this folder for any web server."
         ),
     ] = None,
+    clouds: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--cloud",
+            help="Show this cloud too, in the frame of the others: distances of tribrach compare.",
+        ),
+    ] = None,
+    epochs: Annotated[
+        Path | None,
+        typer.Option(help="Draw the displacements that tribrach epochs wrote with --json."),
+    ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of this machine; a free one if 0.")
     ] = 0,
@@ -32,12 +43,15 @@ def view(
     """Look at results: clouds with their sigmas, the network, its tests, in the browser."""
 
     def work() -> None:
+        further = clouds or ()
         if export is not None:
             # only who exports needs what converts clouds before anything is shown
             from tribrach.workbench.export import export_page
 
             with shown(quiet) as progress:
-                written = export_page(folder, export, progress, overwrite=overwrite)
+                written = export_page(
+                    folder, export, progress, overwrite=overwrite, further=further, epochs=epochs
+                )
             if not quiet:
                 say(f"{export}: {written} files; serve it with python -m http.server -d {export}")
             return
@@ -45,7 +59,11 @@ def view(
         from tribrach.workbench.service import Service
 
         open_in_browser(
-            lambda scratch: Service(folder, scratch=scratch), folder, port, no_browser, say
+            lambda scratch: Service(folder, scratch=scratch, further=further, epochs=epochs),
+            folder,
+            port,
+            no_browser,
+            say,
         )
 
     guarded(work)

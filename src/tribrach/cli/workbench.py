@@ -15,6 +15,17 @@ __all__ = ["workbench"]
 
 def workbench(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
+    clouds: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--cloud",
+            help="Show this cloud too, in the frame of the others: distances of tribrach compare.",
+        ),
+    ] = None,
+    epochs: Annotated[
+        Path | None,
+        typer.Option(help="Draw the displacements that tribrach epochs wrote with --json."),
+    ] = None,
     port: Annotated[
         int, typer.Option(min=0, max=65535, help="Port of this machine; a free one if 0.")
     ] = 0,
@@ -35,7 +46,11 @@ def workbench(
             session = Session.open(project, progress)
         folder = session.project.results
         open_in_browser(
-            lambda scratch: Service(folder, session, scratch), folder, port, no_browser, say
+            lambda scratch: Service(folder, session, scratch, clouds or (), epochs),
+            folder,
+            port,
+            no_browser,
+            say,
         )
 
     guarded(work)

@@ -89,6 +89,8 @@ class SiteResult:
         are not known.
     light_a, light_b
         Mean intensities of both clouds there, as in the files of their scans, None where unknown.
+    center
+        Its middle [m] in the frame of the clouds, None where nothing of it was compared.
     """
 
     name: str
@@ -100,6 +102,7 @@ class SiteResult:
     prediction: Prediction | None = None
     light_a: float | None = None
     light_b: float | None = None
+    center: tuple[float, float, float] | None = None
 
     @property
     def predicted_sigma(self) -> float | None:

@@ -137,6 +137,14 @@ def _tell(progress: Progress, what: str, total: int | None, done: int) -> None:
     progress(what, done, total)
 
 
+def _middle(site: ComparisonSite | None, places: Array) -> tuple[float, float, float] | None:
+    """That of a site, or of the places (n, 3) that were compared where there are no sites."""
+    if site is None and not len(places):
+        return None
+    x, y, z = (site.center if site is not None else places.mean(axis=0)).tolist()
+    return x, y, z
+
+
 @dataclass(frozen=True)
 class _Work:
     """What is the same for all sites."""
@@ -182,7 +190,9 @@ class _Work:
             for cloud in (a, b)
         ]
         n = c2c.tally.count + c2c.tally.beyond
-        result = SiteResult(pair.name, n, seen[0], seen[1], c2c)
+        result = SiteResult(
+            pair.name, n, seen[0], seen[1], c2c, center=_middle(pair.site, c2c.places)
+        )
         if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
             return result
         along, prediction = self._along_normals(number, cut, c2c)

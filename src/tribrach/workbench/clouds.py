@@ -23,9 +23,16 @@ from tribrach.job.convert import as_copc
 from tribrach.job.each import Item, each, facts_alone
 from tribrach.job.poses import PoseFile
 from tribrach.job.state import Remembered
+from tribrach.workbench.further import cloud_stem
 from tribrach.workbench.result_folder import CLOUDS
 
-__all__ = ["SceneCloudFile", "cloud_parts", "convert_clouds", "written_clouds"]
+__all__ = [
+    "SceneCloudFile",
+    "cloud_parts",
+    "convert_clouds",
+    "convert_further",
+    "written_clouds",
+]
 
 #: shares of the points that lie below the ends of a range of colours
 _LOW, _HIGH = 5.0, 95.0
@@ -60,13 +67,16 @@ class SceneCloudFile:
     path
         The file itself.
     source
-        Name of the file that the run wrote.
+        Name of the file that the run wrote, or that was given besides.
+    further
+        Is it no cloud of the run, but one that was given besides?
     """
 
     name: str
     file: str
     path: Path
     source: str
+    further: bool = False
 
 
 def written_clouds(result: Mapping[str, Any], folder: Path) -> list[Path]:
@@ -115,22 +125,44 @@ def convert_clouds(
     InputError
         A cloud that cannot be read, a copy that cannot be written.
     """
-    state = Remembered(folder)
     for path in sorted(paths, key=lambda path: path.stat().st_size):
-        name = _stem(path)
-        if is_copc(path):
-            ready(SceneCloudFile(name, f"{name}.copc.laz", path, path.name))
-            continue
-        copy = folder / STATE_FOLDER / f"copc-{name}.copc.laz"
-        item = Item(f"copc-{path.name}", f"{path.name} for the page", (path,), path, 0.0, copy)
-        with keeping([path], folder):
-            each(as_copc, [item], facts_alone, state=state, progress=progress)
+        name = cloud_stem(path)
+        copy = _as_copc(path, folder, f"copc-{name}", progress)
         ready(SceneCloudFile(name, f"{name}.copc.laz", copy, path.name))
 
 
-def _stem(path: Path) -> str:
-    """The name of a cloud without the endings of its format."""
-    return path.name.removesuffix(path.suffix).removesuffix(".copc")
+def convert_further(
+    path: Path, name: str, folder: Path, progress: Progress, ready: Callable[[SceneCloudFile], None]
+) -> None:
+    """Give a cloud as COPC that is none of the run: distances of a comparison, a design.
+
+    Parameters
+    ----------
+    path : Path
+        A cloud in the frame of those of the run.
+    name : str
+        What the page calls it, see :func:`tribrach.workbench.further.further_names`.
+    folder, progress, ready
+        As in :func:`convert_clouds`.
+
+    Raises
+    ------
+    InputError
+        As in :func:`convert_clouds`.
+    """
+    copy = _as_copc(path, folder, f"copc-{name}", progress)
+    ready(SceneCloudFile(name, f"{name}.copc.laz", copy, path.name, further=True))
+
+
+def _as_copc(path: Path, folder: Path, key: str, progress: Progress) -> Path:
+    """A cloud as COPC: itself, or a copy beside the results, made unless it is there."""
+    if is_copc(path):
+        return path
+    copy = folder / STATE_FOLDER / f"{key}.copc.laz"
+    item = Item(f"{key}{path.suffix}", f"{path.name} for the page", (path,), path, 0.0, copy)
+    with keeping([path], folder):
+        each(as_copc, [item], facts_alone, state=Remembered(folder), progress=progress)
+    return copy
 
 
 def cloud_parts(
@@ -157,7 +189,7 @@ def cloud_parts(
 
 def _part(cloud: SceneCloudFile, poses: PoseFile | None, upright: bool) -> dict[str, Any]:
     head = read_copc_head(cloud.path)
-    at = None if poses is None else poses.of_cloud(Path(cloud.source))
+    at = None if poses is None or cloud.further else poses.of_cloud(Path(cloud.source))
     return {
         "name": cloud.name,
         "station": "" if at is None else at.placement.station,
@@ -166,21 +198,32 @@ def _part(cloud: SceneCloudFile, poses: PoseFile | None, upright: bool) -> dict[
         "points": head.points,
         "bounds": head.bounds.tolist(),
         "attributes": _attributes(head, upright),
+        "further": cloud.further,
     }
 
 
 def _attributes(head: CopcHead, upright: bool) -> dict[str, Any]:
     """Ranges of what points can be coloured by, from the coarsest points of the cloud."""
     out: dict[str, Any] = {"rgb": head.colours}
+    compared = "distance" in head.sample
     for name, (title, unit) in _ATTRIBUTES.items():
         values = head.sample.get(name)
         if values is None or not len(values) or not np.isfinite(values).any():
             continue
+        if name == "sigma" and compared:
+            # that of a distance, which is no sigma of a position
+            continue
         low, high = _range(values)
         if name in ("intensity", "classification") and low == high == 0.0:
             continue
+        if name == "distance":
+            # both directions alike, so that nothing is in the middle of the colours
+            low, high = -max(abs(low), abs(high)), max(abs(low), abs(high))
         words = _AXES.get(name, title) if upright else title
         out[name] = {"low": low, "high": high, "unit": unit, "title": words}
+    if {"distance", "lod95"} <= head.sample.keys():
+        title = "distance over its level of detection"
+        out["significance"] = {"low": -2.0, "high": 2.0, "unit": "", "title": title}
     return out
 
 

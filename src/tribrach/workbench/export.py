@@ -7,8 +7,11 @@ server without ranges will do as long as clouds are small enough to be loaded wh
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+
+import numpy as np
 
 from tribrach._types import Progress
 from tribrach.errors import InputError
@@ -21,15 +24,23 @@ from tribrach.workbench.clouds import (
     SceneCloudFile,
     cloud_parts,
     convert_clouds,
+    convert_further,
     written_clouds,
 )
+from tribrach.workbench.epochs import read_epochs
+from tribrach.workbench.further import further_names
+from tribrach.workbench.relative import named_joint
 from tribrach.workbench.result_folder import CLOUDS, ResultFolder, read_result
 from tribrach.workbench.scene import scene_of
+from tribrach.workbench.schema import SceneJoint
+from tribrach.workbench.sources import PointSources
 from tribrach.workbench.static_files import PAGE, page_files
 from tribrach.workbench.tables import TABLES, table_csv, table_json, table_of
 
 __all__ = ["export_page"]
 
+#: the joint covariance of what has a name
+JOINT = "joint.f64"
 _README = """This folder is a page of Tribrach: {title}.
 
 It is looked at with a browser and needs a web server; a browser does not load such pages from
@@ -45,12 +56,21 @@ to know:
 * The server must send the files as they are: do not let it compress .laz or .wasm on the way.
 
 Everything is in this folder; the page asks no other server for anything. Tables are in tables/ as
-JSON and CSV, the scene in scene.json. Sigmas of distances between picked points need the program:
+JSON and CSV, the scene in scene.json. Sigmas of distances between points and stations are there;
+those of distances to single points of a cloud, and error budgets, need the program:
 tribrach view FOLDER-OF-RESULTS.
 """
 
 
-def export_page(folder: Path, out: Path, progress: Progress, *, overwrite: bool = False) -> int:
+def export_page(
+    folder: Path,
+    out: Path,
+    progress: Progress,
+    *,
+    overwrite: bool = False,
+    further: Sequence[Path] = (),
+    epochs: Path | None = None,
+) -> int:
     """Write the page and its data.
 
     Parameters
@@ -63,6 +83,10 @@ def export_page(folder: Path, out: Path, progress: Progress, *, overwrite: bool 
         Told of clouds that are converted.
     overwrite : bool
         Files of others that have a name of the page are replaced.
+    further : sequence of Path
+        Clouds that are shown besides those of the run, in their frame.
+    epochs : Path, optional
+        What ``tribrach epochs --json`` wrote, to be drawn.
 
     Returns
     -------
@@ -91,14 +115,23 @@ def export_page(folder: Path, out: Path, progress: Progress, *, overwrite: bool 
         place = folder
         if not os.access(folder, os.W_OK):
             place = stack.enter_context(scratch_folder())
+        for besides, name in zip(further, further_names(further), strict=True):
+            convert_further(besides, name, place, progress, clouds.append)
         convert_clouds(paths, place, progress, clouds.append)
         clouds.sort(key=lambda cloud: cloud.name)
         stack.enter_context(
-            keeping([*paths, *(cloud.path for cloud in clouds)], out, overwrite=overwrite)
+            keeping([*paths, *further, *(cloud.path for cloud in clouds)], out, overwrite=overwrite)
         )
         parts = cloud_parts(clouds, beside.pose_file, upright=beside.frame.kind != "ecef")
-        scene = scene_of(result, beside, parts)
-        texts: dict[Path, str | bytes] = {
+        displaced = [] if epochs is None else read_epochs(epochs)
+        scene = scene_of(result, beside, parts, epochs=displaced)
+        texts: dict[Path, str | bytes] = {}
+        joint = named_joint(PointSources(beside, {}, {}))
+        if joint is not None:
+            names, matrix = joint
+            texts[out / JOINT] = matrix[np.tril_indices(len(matrix))].astype("<f8").tobytes()
+            scene = scene.model_copy(update={"joint": SceneJoint(names=names, file=JOINT)})
+        texts |= {
             out / "scene.json": document_text(scene),
             out / "README.txt": _README.format(title=scene.title),
         }

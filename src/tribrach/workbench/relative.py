@@ -22,7 +22,7 @@ from tribrach.cloud.shared_part import CloudPoints, angle_slopes, slopes
 from tribrach.errors import InputError, UnknownName
 from tribrach.workbench.sources import PointSources, coordinates
 
-__all__ = ["relative"]
+__all__ = ["named_joint", "relative"]
 
 
 @dataclass(frozen=True)
@@ -86,6 +86,44 @@ def relative(sources: PointSources, a: str, b: str) -> dict[str, Any]:
     }
 
 
+def named_joint(sources: PointSources) -> tuple[list[str], Array] | None:
+    """Collect the joint covariance of everything that has a name, as a static folder carries it.
+
+    Parameters
+    ----------
+    sources : PointSources
+        What the run left.
+
+    Returns
+    -------
+    tuple or None
+        Names (n) of points and stations, and the covariance (3n, 3n) of their places along the
+        axes of the clouds [m^2]; None where the run kept none.
+    """
+    joint, shared = sources.joint, sources.shared
+    if joint is None or shared is None:
+        return None
+    names, total = joint[0], _total(sources)
+    stations = [name for name in shared.stations if name not in names]
+    first = [len(shared.covariance) + 3 * k for k in range(len(names))]
+    first += [6 * shared.stations.index(name) for name in stations]
+    rows = (np.array(first)[:, None] + np.arange(3)).ravel()
+    return [*names, *stations], total[np.ix_(rows, rows)]
+
+
+def _total(sources: PointSources) -> Array:
+    """The covariance of what the points of clouds share and of the points of the network."""
+    assert sources.shared is not None
+    q = len(sources.shared.covariance)
+    names, rows = sources.joint or ([], np.zeros((0, q)))
+    total = np.zeros((q + 3 * len(names),) * 2)
+    total[:q, :q] = sources.shared.covariance
+    if len(names):
+        total[q:, :] = rows
+        total[:q, q:] = rows[:, :q].T
+    return total
+
+
 def _end(sources: PointSources, text: str) -> _End:
     """The place that a text names."""
     if text in sources.points:
@@ -120,18 +158,10 @@ def _covariance(sources: PointSources, one: _End, two: _End) -> tuple[Array, Arr
     joint = sources.joint
     if sources.shared is None:
         raise _unknown()
-    q = len(sources.shared.covariance)
-    names: list[str] = []
-    rows = np.zeros((0, q))
-    if joint is not None:
-        names, rows = joint
+    names = [] if joint is None else joint[0]
     if any(end.kind == "point" and end.name not in names for end in (one, two)):
         raise _unknown()
-    total = np.zeros((q + 3 * len(names),) * 2)
-    total[:q, :q] = sources.shared.covariance
-    if len(names):
-        total[q:, :] = rows
-        total[:q, q:] = rows[:, :q].T
+    total = _total(sources)
     slope = _slopes(sources, two, names) - _slopes(sources, one, names)
     own = np.zeros((3, 3))
     systematic = np.zeros((3, 3))

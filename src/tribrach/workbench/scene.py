@@ -19,8 +19,10 @@ from tribrach.observations.registry import kind_named
 from tribrach.report.chapters.observations import value_words
 from tribrach.report.numbers import Style
 from tribrach.report.schema.base import heading
+from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.statistics import chi2
 from tribrach.units import format_angle
+from tribrach.workbench.epochs import scene_epochs
 from tribrach.workbench.result_folder import ResultFolder
 from tribrach.workbench.schema import SCHEMA, SceneDocument
 
@@ -38,6 +40,7 @@ def scene_of(
     clouds: Sequence[Mapping[str, Any]] = (),
     *,
     session: bool = False,
+    epochs: Sequence[EpochComparisonPart] = (),
 ) -> SceneDocument:
     """Make the scene of a result.
 
@@ -51,6 +54,8 @@ def scene_of(
         Clouds with their attributes, see :func:`tribrach.workbench.clouds.cloud_parts`.
     session : bool
         Whether observations can be switched off here.
+    epochs : sequence of EpochComparisonPart
+        Displacements that are drawn too.
 
     Returns
     -------
@@ -87,6 +92,9 @@ def scene_of(
             "rejected": rejected,
             "clouds": list(clouds),
             "comparisons": _comparisons(result.get("comparisons") or []),
+            "epochs": scene_epochs(
+                epochs, frame, dict(zip(points["name"], points["xyz"], strict=True))
+            ),
             "edits": result["edits"],
             "session": session,
             "sigmas_of": beside.sigmas_of,
@@ -322,8 +330,13 @@ def _placed(row: Mapping[str, Any], beside: ResultFolder) -> list[float] | None:
 
 def _comparisons(comparisons: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Comparisons without what only a report needs."""
-    keep = ("a", "b", "limit", "sites", "offsets", "sentences")
-    return [{key: c[key] for key in keep if key in c} for c in comparisons]
+    keep = ("a", "b", "limit", "offsets", "sentences")
+    return [
+        {key: c[key] for key in keep if key in c}
+        # results of earlier versions do not say where a site is
+        | {"sites": [{**site, "xyz": site.get("center")} for site in c.get("sites", ())]}
+        for c in comparisons
+    ]
 
 
 def decided_targets(

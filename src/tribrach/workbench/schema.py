@@ -163,6 +163,42 @@ class SceneCloud(DocumentPart):
     bounds: tuple[Triple, Triple]
     attributes: dict[str, SceneAttribute | bool]
     """``rgb`` is true or false."""
+    further: bool = False
+    """Given besides the clouds of the run, such as distances of a comparison."""
+
+
+class SceneEpochs(DocumentPart):
+    """What became of points between two epochs, in the frame of the clouds [m]."""
+
+    first: str
+    second: str
+    confidence: float
+    axes: list[Literal["E", "N", "U"]]
+    """That were compared; along others displacements and covariances are zero."""
+    name: Names
+    xyz: list[Triple]
+    """At the first epoch."""
+    moved: list[Triple]
+    covariance: list[Matrix]
+    """Of the displacement."""
+    test: Numbers
+    limit: Numbers
+    verdict: list[Literal["moved", "not moved", "cannot tell"]]
+    reference: list[bool]
+    detectable: Numbers
+    """Found with the stated power in the hardest direction."""
+    sentences: list[str]
+
+
+class SceneJoint(DocumentPart):
+    """The joint covariance of places that have a name, in a file beside the scene.
+
+    It holds the lower triangle row by row, numbers of eight bytes, the last byte the highest
+    [m^2]; three rows a name, along the axes of the coordinates.
+    """
+
+    names: Names
+    file: str
 
 
 class SceneDocument(Document):
@@ -197,6 +233,9 @@ class SceneDocument(Document):
     clouds: list[SceneCloud]
     pending: list[str] = Field(default_factory=list)
     """Clouds that are being converted."""
+    epochs: list[SceneEpochs] = Field(default_factory=list)
+    joint: SceneJoint | None = None
+    """In a static folder, for the sigmas of distances."""
     comparisons: list[dict[str, Any]]
     """As in the result, without their regressions."""
     edits: list[dict[str, Any]]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,8 @@ from tribrach._types import Array
 from tribrach.errors import InputError, TribrachError
 from tribrach.io.keeping import keeping, looking
 from tribrach.report.schema.base import document_text
+from tribrach.workbench.epochs import read_epochs
+from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import ResultFolder, read_result
 from tribrach.workbench.scene import decided_targets, scene_of
 from tribrach.workbench.schema import SceneDocument
@@ -67,6 +70,10 @@ class Service:
         The project that is worked on; without it everything is only looked at.
     scratch : Path, optional
         A folder for converted clouds, where that of the results may not be written.
+    further : sequence of Path
+        Clouds that are shown besides those of the run, in their frame.
+    epochs : Path, optional
+        What ``tribrach epochs --json`` wrote, to be drawn.
 
     Raises
     ------
@@ -75,9 +82,16 @@ class Service:
     """
 
     def __init__(
-        self, folder: Path, session: Session | None = None, scratch: Path | None = None
+        self,
+        folder: Path,
+        session: Session | None = None,
+        scratch: Path | None = None,
+        further: Sequence[Path] = (),
+        epochs: Path | None = None,
     ) -> None:
         self.folder, self.session = folder, session
+        self._further = list(zip(further, further_names(further), strict=True))
+        self._epochs = [] if epochs is None else read_epochs(epochs)
         self._copies = folder if scratch is None else scratch
         self._lock = threading.RLock()
         self._listeners: list[Listener] = []
@@ -85,6 +99,9 @@ class Service:
         self._running: threading.Event | None = None
         self._threads: list[threading.Thread] = []
         self._load()
+        if self._epochs:
+            # refused before anything is served, not when the page asks
+            _ = self.scene
 
     def _load(self) -> None:
         """Read the result and what lies beside it."""
@@ -123,7 +140,10 @@ class Service:
                 if self.session is not None:
                     self._result, _ = self._of_session(self.session)
                 parts = sorted(self._parts, key=lambda part: str(part["name"]))
-                scene = scene_of(self._result, self.beside, parts, session=self.session is not None)
+                live = self.session is not None
+                scene = scene_of(
+                    self._result, self.beside, parts, session=live, epochs=self._epochs
+                )
                 self._scene = scene.model_copy(update={"pending": list(self._pending)})
             return self._scene
 
@@ -199,15 +219,20 @@ class Service:
         return self._stop.is_set()
 
     def _give_clouds(self) -> None:
-        from tribrach.workbench.clouds import cloud_parts, convert_clouds, written_clouds
+        from tribrach.workbench.clouds import (
+            cloud_parts,
+            convert_clouds,
+            convert_further,
+            written_clouds,
+        )
 
         with self._lock:
             result, beside = self._result, self.beside
         folder = self.folder if beside.folder is None else beside.folder
-        paths = written_clouds(result, folder)
+        paths = sorted(written_clouds(result, folder), key=lambda path: path.stat().st_size)
         stop = self._converting = threading.Event()
         with self._lock:
-            self._pending = [path.name for path in paths]
+            self._pending = [path.name for path in (*(p for p, _ in self._further), *paths)]
             self.changed()
 
         def ready(cloud: SceneCloudFile) -> None:
@@ -222,9 +247,11 @@ class Service:
             self.tell("clouds", {})
 
         progress = self._progress(stop)
-        for path in sorted(paths, key=lambda path: path.stat().st_size):
+        works = [(path, partial(convert_further, path, name)) for path, name in self._further]
+        works += [(path, partial(convert_clouds, [path])) for path in paths]
+        for path, convert in works:
             try:
-                convert_clouds([path], self._copies, progress, ready)
+                convert(self._copies, progress, ready)
             except Cancelled:
                 return
             except (TribrachError, OSError) as error:

@@ -39,6 +39,7 @@ export class Clouds {
     this.group.matrixAutoUpdate = false;
     this.tables = new Map(Object.keys(SCALES).map((name) => [name, tableTexture(name)]));
     this.shared.uTable.value = this.tables.get('viridis');
+    this.attribute = 'station';
     // by the order of the stations, not of the clouds, which come as they are ready
     const scanners = (scene.stations?.name ?? []).filter((_, i) => scene.stations.kind[i] === 'scanner');
     const stations = [...new Set([...scanners, ...(scene.clouds ?? []).map((cloud) => cloud.station)])];
@@ -65,12 +66,14 @@ export class Clouds {
     const group = new THREE.Group();
     group.matrixAutoUpdate = false;
     this.group.add(group);
-    return {
+    const cloud = {
       entry, name: entry.name, station: entry.station, visible: true, group, state: 'none',
       nodes: new Map(), source: null, header: null, layout: null, root: null, cube: null, spacing: 1,
       material: drawn.material(this.shared, rgb(this.stationColours.get(entry.station) ?? STATIONS[0])),
       carried: null,
     };
+    this.#lacks(cloud);
+    return cloud;
   }
 
   /** Clouds that became ready meanwhile. @param {any[]} entries */
@@ -248,6 +251,12 @@ export class Clouds {
     }
   }
 
+  /** A cloud without the attribute is drawn in one plain colour. */
+  #lacks(cloud) {
+    cloud.material.uniforms.uLacks.value = this.attribute !== 'station' && !cloud.entry.attributes?.[this.attribute];
+    cloud.material.uniformsNeedUpdate = true;
+  }
+
   /** Ask again for what nobody answered. */
   again() {
     for (const cloud of this.clouds) {
@@ -324,6 +333,8 @@ export class Clouds {
     this.shared.uMode.value = Math.max(0, drawn.MODES.indexOf(attribute));
     this.shared.uRange.value.set(range[0], range[1] > range[0] ? range[1] : range[0] + 1e-12);
     this.shared.uTable.value = this.tables.get(scaleOf(attribute));
+    this.attribute = attribute;
+    for (const cloud of this.clouds) this.#lacks(cloud);
     this.changed();
   }
 
@@ -427,6 +438,8 @@ export class Clouds {
       intensity: c.intensity[i],
       incidence: c.incidence ? c.incidence[i] / 100 : null,
       distance: c.distance ? c.distance[i] : null,
+      level: c.level ? c.level[i] : null,
+      further: Boolean(node.cloud.entry.further),
       rgb: c.rgb ? [...c.rgb.slice(3 * i, 3 * i + 3)] : null,
     };
   }

@@ -51,6 +51,7 @@ export function columns(how, centre, count) {
   const sigmas = ['sigma_x', 'sigma_y', 'sigma_z'].map((name) => extra.get(name));
   const incidence = extra.get('incidence');
   const distance = extra.get('distance');
+  const level = distance ? extra.get('lod95') : null;
   const colourAt = COLOUR_AT[how.format];
   const out = {
     position: new Float32Array(3 * count),
@@ -58,6 +59,7 @@ export function columns(how, centre, count) {
     sigma: sigmas.every(Boolean) ? new Float32Array(3 * count) : null,
     incidence: incidence ? new Uint16Array(count) : null,
     distance: distance ? new Float32Array(count) : null,
+    level: level ? new Float32Array(count) : null,
     rgb: colourAt === undefined ? null : new Uint8Array(3 * count),
   };
   const shift = [0, 1, 2].map((k) => how.offset[k] - centre[k]);
@@ -73,6 +75,7 @@ export function columns(how, centre, count) {
     // hundredths of a degree in 16 bits
     if (out.incidence) out.incidence[i] = Math.min(65535, Math.max(0, Math.round(get(view, base, incidence) * 100)));
     if (out.distance) out.distance[i] = get(view, base, distance);
+    if (out.level) out.level[i] = get(view, base, level);
     if (out.rgb) {
       for (let k = 0; k < 3; k++) {
         const value = view.getUint16(base + colourAt + 2 * k, true);

@@ -1,17 +1,20 @@
 /** How points are drawn: all attributes lie in memory beside the positions, so another colour costs one frame. */
 import * as THREE from 'three';
 
-export const MODES = ['station', 'rgb', 'intensity', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma', 'incidence', 'distance'];
+export const MODES = ['station', 'rgb', 'intensity', 'sigma_x', 'sigma_y', 'sigma_z', 'sigma', 'incidence', 'distance', 'significance'];
 
 const VERTEX = /* glsl */ `
 in vec3 sigma;
 in float intensity;
 in float incidence;
 in float distanceTo;
+in float level;
 in vec3 rgb;
 uniform int uMode;
 uniform vec2 uRange;
 uniform vec3 uStation;
+uniform bool uLacks;        // this cloud does not have what is shown
+uniform vec3 uPlain;
 uniform sampler2D uTable;
 uniform float uSize;
 uniform float uPixels;      // pixels of one metre, at one metre where the view is perspective
@@ -36,6 +39,7 @@ void main() {
   float pixels = uOrtho ? uPixels : uPixels / max(0.01, -seen.z);
   gl_PointSize = uFill ? clamp(uSize * uSpacing * pixels * 0.8, uSize, 3.0 * uSize) : uSize;
   if (uMode == 0) vColour = uStation;
+  else if (uLacks) vColour = uPlain;
   else if (uMode == 1) vColour = rgb;
   else {
     float value = uMode == 2 ? intensity
@@ -44,7 +48,8 @@ void main() {
       : uMode == 5 ? sigma.z
       : uMode == 6 ? length(sigma)
       : uMode == 7 ? incidence * 0.01
-      : distanceTo;
+      : uMode == 8 ? distanceTo
+      : distanceTo / max(level, 1e-9);
     float t = clamp((value - uRange.x) / (uRange.y - uRange.x), 0.0, 1.0);
     vColour = texture(uTable, vec2((t * 255.0 + 0.5) / 256.0, 0.5)).rgb;
   }
@@ -67,6 +72,7 @@ void main() {
 export function shared() {
   return {
     uMode: { value: 0 },
+    uPlain: { value: new THREE.Vector3(0.62, 0.65, 0.69) },
     uRange: { value: new THREE.Vector2(0, 1) },
     uTable: { value: null },
     uSize: { value: 2 },
@@ -90,6 +96,7 @@ export function material(uniforms, station) {
     uniforms: {
       ...uniforms,
       uSpacing: { value: 1 },
+      uLacks: { value: false },
       uStation: { value: new THREE.Vector3(...station.map((x) => x / 255)) },
     },
   });
@@ -103,6 +110,7 @@ export function geometry(columns) {
   if (columns.sigma) out.setAttribute('sigma', new THREE.BufferAttribute(columns.sigma, 3));
   if (columns.incidence) out.setAttribute('incidence', new THREE.BufferAttribute(columns.incidence, 1));
   if (columns.distance) out.setAttribute('distanceTo', new THREE.BufferAttribute(columns.distance, 1));
+  if (columns.level) out.setAttribute('level', new THREE.BufferAttribute(columns.level, 1));
   if (columns.rgb) out.setAttribute('rgb', new THREE.BufferAttribute(columns.rgb, 3, true));
   return out;
 }

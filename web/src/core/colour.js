@@ -19,7 +19,7 @@ export const SCALES = {
 export function scaleOf(attribute) {
   if (attribute === 'intensity') return 'slate';
   if (attribute === 'incidence') return 'ember';
-  if (attribute === 'distance') return 'balance';
+  if (attribute === 'distance' || attribute === 'significance') return 'balance';
   return 'viridis';
 }
 

@@ -113,3 +113,13 @@ export function carried(before, now, frame, origin) {
     shift: times(frame, [swung[0] + step[0], swung[1] + step[1], swung[2] + step[2]]),
   };
 }
+
+/**
+ * Covariance of the difference of two places.
+ * @param {ArrayLike<number>} joint lower triangle of the covariance of all places, row by row, three rows each
+ * @param {number} a @param {number} b numbers of the places
+ */
+export function ofDifference(joint, a, b) {
+  const at = (/** @type {number} */ i, /** @type {number} */ k) => (i < k ? joint[(k * (k + 1)) / 2 + i] : joint[(i * (i + 1)) / 2 + k]);
+  return [0, 1, 2].map((i) => [0, 1, 2].map((k) => at(3 * a + i, 3 * a + k) + at(3 * b + i, 3 * b + k) - at(3 * a + i, 3 * b + k) - at(3 * b + i, 3 * a + k)));
+}

@@ -37,6 +37,73 @@ function fill(object, places, colours) {
   object.userData.some = places.length > 0;
 }
 
+const MOVED = [0.91, 0.12, 0.55];
+
+/** What is known of a displacement between epochs. */
+export const VERDICTS = {
+  moved: { colour: '#d6246e', rgb: [0.84, 0.14, 0.43] },
+  'not moved': { colour: '#3d7f95', rgb: [0.24, 0.5, 0.58] },
+  'cannot tell': { colour: '#c98a12', rgb: [0.79, 0.54, 0.07] },
+};
+
+/** Arrows over everything, each with its colour. */
+class Arrows {
+  /** @param {THREE.Scene} scene */
+  constructor(scene) {
+    this.scene = scene;
+    this.visible = true;
+    this.lines = lines(3.5, true);
+    this.lines.material.opacity = 1;
+    this.cone = new THREE.ConeGeometry(0.5, 1, 16).translate(0, -0.5, 0);
+    this.paint = new THREE.MeshBasicMaterial({ depthTest: false, transparent: true });
+    this.heads = null;
+    scene.add(this.lines);
+  }
+
+  /** @param {{from: number[], moved: number[], colour: number[]}[]} moves in the work frame @param {number} times @param {NetworkView} view */
+  set(moves, times, view) {
+    if (this.heads) {
+      this.scene.remove(this.heads);
+      this.heads.dispose();
+    }
+    const places = [];
+    const colours = [];
+    const shown = moves.filter((move) => length(move.moved) > 0);
+    const heads = new THREE.InstancedMesh(this.cone, this.paint, shown.length);
+    heads.frustumCulled = false;
+    const up = new THREE.Vector3(0, 1, 0);
+    shown.forEach((move, i) => {
+      const a = new THREE.Vector3(...view.toDrawing(move.from));
+      const d = new THREE.Vector3(...view.toAxes(move.moved)).multiplyScalar(times);
+      const b = a.clone().add(d);
+      const long = d.length();
+      places.push(...a.toArray(), ...b.clone().addScaledVector(d, -0.3).toArray());
+      colours.push(...move.colour, ...move.colour);
+      heads.setMatrixAt(
+        i,
+        new THREE.Matrix4().compose(
+          b,
+          new THREE.Quaternion().setFromUnitVectors(up, d.clone().normalize()),
+          new THREE.Vector3(long * 0.28, long * 0.36, long * 0.28),
+        ),
+      );
+      heads.setColorAt(i, new THREE.Color(...move.colour));
+    });
+    heads.renderOrder = 5;
+    fill(this.lines, places, colours);
+    this.heads = heads;
+    this.scene.add(heads);
+    this.show(this.visible);
+  }
+
+  /** @param {boolean} on */
+  show(on) {
+    this.visible = on;
+    this.lines.visible = on && Boolean(this.lines.userData.some);
+    if (this.heads) this.heads.visible = on;
+  }
+}
+
 export class NetworkView {
   /** @param {(xyz: number[]) => number[]} toDrawing @param {number[][]} frame @param {number} factor from sigmas to the axes of the ellipsoids */
   constructor(toDrawing, frame, factor) {
@@ -63,22 +130,22 @@ export class NetworkView {
     this.planeLines = lines(1.5, false);
     this.box = lines(1.5, true);
     this.box.material.opacity = 0.9;
-    this.arrowLines = lines(3.5, true);
-    this.arrowLines.material.opacity = 1;
     this.scene.add(this.rayLines, this.edgeLines, this.planeLines);
-    this.front.add(this.rayGhosts, this.badRays, this.edgeGhosts, this.box, this.arrowLines, this.marked);
+    this.front.add(this.rayGhosts, this.badRays, this.edgeGhosts, this.box, this.marked);
+    this.moves = new Arrows(this.front);
+    this.epochs = new Arrows(this.front);
+    this.epochBalls = null;
     this.ellipsoids = null;
     this.planes = new THREE.Group();
     this.planes.visible = false;
     this.scene.add(this.planes);
-    this.heads = null;
     this.rays = [];
     this.edges = [];
   }
 
   get materials() {
     return [this.rayLines, this.rayGhosts, this.badRays, this.edgeLines, this.edgeGhosts, this.marked, this.planeLines, this.box,
-      this.arrowLines].map((object) => object.material);
+      this.moves.lines, this.epochs.lines].map((object) => object.material);
   }
 
   size(width, height) {
@@ -94,16 +161,25 @@ export class NetworkView {
 
   /** @param {any[]} items with xyz, covariance (3x3) and role @param {number} times */
   setEllipsoids(items, times) {
-    if (this.ellipsoids) {
-      this.scene.remove(this.ellipsoids);
-      this.ellipsoids.dispose();
-    }
+    this.#drop(this.ellipsoids);
     const shown = items.filter((p) => p.covariance && p.xyz);
-    const mesh = new THREE.InstancedMesh(
-      (this.ball ??= new THREE.SphereGeometry(1, 32, 20)),
-      (this.skin ??= new THREE.MeshLambertMaterial({ transparent: true, opacity: 0.82 })),
-      shown.length,
-    );
+    this.ellipsoids = this.#balls(shown, times, 0.82);
+    this.ellipsoids.visible = this.ellipsoidsVisible ?? true;
+    this.ellipsoidCount = shown.length;
+    this.scene.add(this.ellipsoids);
+  }
+
+  #drop(mesh) {
+    if (!mesh) return;
+    this.scene.remove(mesh);
+    mesh.dispose();
+  }
+
+  /** Ellipsoids at places. @param {any[]} shown @param {number} times @param {number} opacity */
+  #balls(shown, times, opacity) {
+    const skins = (this.skins ??= new Map());
+    if (!skins.has(opacity)) skins.set(opacity, new THREE.MeshLambertMaterial({ transparent: true, opacity }));
+    const mesh = new THREE.InstancedMesh((this.ball ??= new THREE.SphereGeometry(1, 32, 20)), skins.get(opacity), shown.length);
     mesh.frustumCulled = false;
     const matrix = new THREE.Matrix4();
     shown.forEach((p, i) => {
@@ -124,12 +200,9 @@ export class NetworkView {
         e[10] *= -1;
       }
       mesh.setMatrixAt(i, matrix);
-      mesh.setColorAt(i, new THREE.Color(look(p.role).colour));
+      mesh.setColorAt(i, new THREE.Color(p.hex ?? look(p.role).colour));
     });
-    mesh.visible = this.ellipsoidsVisible ?? true;
-    this.ellipsoids = mesh;
-    this.ellipsoidCount = shown.length;
-    this.scene.add(mesh);
+    return mesh;
   }
 
   /** @param {{from: number[], to: number[], w: number | null, suspicious: boolean, off: boolean}[]} rays in the work frame */
@@ -196,41 +269,20 @@ export class NetworkView {
 
   /** Arrows of moves. @param {{from: number[], moved: number[]}[]} moves @param {number} times @param {number} smallest metres worth an arrow */
   setMoves(moves, times, smallest) {
-    if (this.heads) {
-      this.front.remove(this.heads);
-      this.heads.dispose();
-      this.heads = null;
-    }
-    const shown = moves.filter((move) => length(move.moved) > smallest);
-    const places = [];
-    const colours = [];
-    const colour = [0.91, 0.12, 0.55];
-    const cone = (this.cone ??= new THREE.ConeGeometry(0.5, 1, 16).translate(0, -0.5, 0));
-    const paint = (this.paint ??= new THREE.MeshBasicMaterial({ color: 0xe81f8c, depthTest: false, transparent: true }));
-    const heads = new THREE.InstancedMesh(cone, paint, shown.length);
-    heads.frustumCulled = false;
-    const up = new THREE.Vector3(0, 1, 0);
-    shown.forEach((move, i) => {
-      const a = new THREE.Vector3(...this.toDrawing(move.from));
-      const d = new THREE.Vector3(...this.toAxes(move.moved)).multiplyScalar(times);
-      const b = a.clone().add(d);
-      const long = d.length();
-      places.push(...a.toArray(), ...b.clone().addScaledVector(d, -0.3).toArray());
-      colours.push(...colour, ...colour);
-      heads.setMatrixAt(
-        i,
-        new THREE.Matrix4().compose(
-          b,
-          new THREE.Quaternion().setFromUnitVectors(up, d.clone().normalize()),
-          new THREE.Vector3(long * 0.28, long * 0.36, long * 0.28),
-        ),
-      );
-    });
-    heads.renderOrder = 5;
-    fill(this.arrowLines, places, colours);
-    this.heads = heads;
+    const shown = moves.filter((move) => length(move.moved) > smallest).map((move) => ({ ...move, colour: MOVED }));
+    this.moves.set(shown, times, this);
     this.moveCount = shown.length;
-    this.front.add(heads);
+  }
+
+  /** Displacements between epochs: arrows by what is known of them, ellipsoids of their covariances at the tips. */
+  setEpochs(points, times) {
+    this.epochs.set(points.map((p) => ({ ...p, colour: VERDICTS[p.verdict]?.rgb ?? MOVED })), times, this);
+    this.epochCount = points.length;
+    this.#drop(this.epochBalls);
+    const tips = points.map((p) => ({ ...p, xyz: p.from.map((x, k) => x + times * p.moved[k]), hex: VERDICTS[p.verdict]?.colour }));
+    this.epochBalls = this.#balls(tips, times, 0.4);
+    this.epochBalls.visible = this.epochs.visible;
+    this.scene.add(this.epochBalls);
   }
 
   /** @param {number[][] | null} ends pairs of places in the drawing @param {number[]} colour */
@@ -277,8 +329,9 @@ export class NetworkView {
     this.edgeLines.visible = this.edgeGhosts.visible = on('edges') && Boolean(this.edgeLines.userData.some);
     this.planes.visible = on('planes');
     this.planeLines.visible = on('planes') && Boolean(this.planeLines.userData.some);
-    this.arrowLines.visible = on('moves') && Boolean(this.arrowLines.userData.some);
-    if (this.heads) this.heads.visible = on('moves');
+    this.moves.show(on('moves'));
+    this.epochs.show(on('epochs'));
+    if (this.epochBalls) this.epochBalls.visible = on('epochs');
   }
 }
 

@@ -325,6 +325,11 @@ export class Viewer {
     return out;
   }
 
+  /** Where the sides of the slice are taken hold of, on the screen. */
+  handles() {
+    return this.slice ? this.#faces().map((face) => ({ ...face, screen: this.onScreen(face.at) })) : [];
+  }
+
   #handles(ink) {
     for (const face of this.#faces()) {
       const p = this.onScreen(face.at);

@@ -39,16 +39,21 @@ function Layers() {
     edges: scene.edges?.length ?? 0,
     planes: scene.planes?.name?.length ?? 0,
     moves: s.moves.value.filter((move) => move.long > s.MOVED).length,
+    epochs: s.displaced.value.length,
     rejected: (scene.rejected?.scan?.length ?? 0) + s.turnedDown.value.length,
     comparisons: (scene.comparisons ?? []).reduce((sum, c) => sum + (c.sites ?? []).filter((site) => site.xyz).length, 0),
   };
-  return s.LAYERS.map(([key, title]) => html`<${Check} key=${key} label=${title} checked=${s.on(key)} hint=${counts[key] ?? null}
+  // few results have epochs, and who has none need not wonder
+  return s.LAYERS.filter(([key]) => key !== 'epochs' || counts.epochs > 0).map(([key, title]) => html`<${Check} key=${key} label=${title} checked=${s.on(key)} hint=${counts[key] ?? null}
     disabled=${counts[key] === 0} change=${(x) => s.toggle(key, x)} />`);
 }
 
 function Scans({ colours }) {
   const scene = s.scene.value;
-  const clouds = scene.clouds ?? [];
+  const clouds = (scene.clouds ?? []).filter((cloud) => !cloud.further);
+  const further = (scene.clouds ?? []).filter((cloud) => cloud.further);
+  const item = (cloud) => html`<${Check} key=${cloud.name} label=${cloud.name.replace(/^\+/, '')} checked=${s.on(`scan:${cloud.name}`)}
+      swatch=${colours?.get(cloud.station)} hint=${count(cloud.points)} change=${(x) => s.toggle(`scan:${cloud.name}`, x)} />`;
   const names = clouds.map((cloud) => `scan:${cloud.name}`);
   const all = names.every((name) => s.on(name));
   const set = (x) => {
@@ -57,10 +62,10 @@ function Scans({ colours }) {
     s.hidden.value = next;
   };
   return html`${clouds.length > 1 && html`<${Check} label="All scans" checked=${all} hint=${count(clouds.reduce((n, c) => n + c.points, 0))} change=${set} />`}
-    <div class="scans">${clouds.map((cloud) => html`<${Check} key=${cloud.name} label=${cloud.name} checked=${s.on(`scan:${cloud.name}`)}
-      swatch=${colours?.get(cloud.station)} hint=${count(cloud.points)} change=${(x) => s.toggle(`scan:${cloud.name}`, x)} />`)}</div>
+    <div class="scans">${clouds.map(item)}</div>
+    ${further.length > 0 && html`<p class="muted small sub">Given besides</p>${further.map(item)}`}
     ${(scene.pending ?? []).map((name) => html`<p class="muted small" key=${name}>${name}: is being prepared</p>`)}
-    ${!clouds.length && !(scene.pending ?? []).length && html`<p class="muted small">This result has no clouds.</p>`}`;
+    ${!clouds.length && !further.length && !(scene.pending ?? []).length && html`<p class="muted small">This result has no clouds.</p>`}`;
 }
 
 export const TITLES = {
@@ -83,7 +88,7 @@ export function titleOf(name) {
 
 function Colour() {
   const attributes = s.attributes.value;
-  const order = ['sigma', 'sigma_x', 'sigma_y', 'sigma_z', 'incidence', 'intensity', 'rgb', 'distance'].filter((name) => attributes.has(name));
+  const order = ['sigma', 'sigma_x', 'sigma_y', 'sigma_z', 'incidence', 'intensity', 'rgb', 'distance', 'significance'].filter((name) => attributes.has(name));
   const current = s.colour.value;
   const how = attributes.get(current);
   const unit = shownIn(how);
@@ -91,7 +96,10 @@ function Colour() {
   const set = (pair) => (s.ranges.value = { ...s.ranges.value, [current]: pair });
   const digits = (x) => Number((x * unit.factor).toPrecision(4));
   return html`<label class="field wide"><span>By</span>
-      <select value=${current} onChange=${(e) => (s.colour.value = e.currentTarget.value)}>
+      <select value=${current} onChange=${(e) => {
+        s.colourSaid.value = true;
+        s.colour.value = e.currentTarget.value;
+      }}>
         <option value="station" selected=${current === 'station'}>Station</option>
         ${order.map((name) => html`<option key=${name} value=${name} selected=${current === name}>${titleOf(name)}</option>`)}
       </select></label>

@@ -1,7 +1,7 @@
 import * as s from '../state.js';
 import { count, tick, ticks } from '../core/format.js';
 import { SCALES, scaleOf } from '../core/colour.js';
-import { ROLES } from '../scene/network.js';
+import { ROLES, VERDICTS } from '../scene/network.js';
 import { html } from './html.js';
 import { shownIn, titleOf } from './left.js';
 
@@ -45,6 +45,8 @@ export function Legend({ colours }) {
     </div>
     <div class="legend-notes">
       ${s.on('ellipsoids') && html`<span>Ellipsoids of ${Math.round((scene.confidence ?? 0.95) * 1000) / 10} %, drawn <b>${count(s.ellipsoidTimes.value || s.autoEllipsoid.value)} times</b></span>`}
+      ${s.on('epochs') && s.displaced.value.length > 0 && html`<span class="legend-keys">${Object.entries(VERDICTS).filter(([verdict]) => s.displaced.value.some((p) => p.verdict === verdict)).map(([verdict, how]) => html`<span key=${verdict}><i class="line" style=${{ borderColor: how.colour }}></i>${verdict}</span>`)}</span>
+        <span>displacements, drawn <b>${count(s.epochTimes.value)} times</b></span>`}
       ${s.on('moves') && s.moves.value.some((m) => m.long > s.MOVED) && html`<span class="moves-note"><i class="line move"></i>moves, drawn <b>${count(s.moveTimes.value || s.autoMove.value)} times</b></span>`}
     </div>
   </div>`;

@@ -2,7 +2,7 @@ import { useState } from 'preact/hooks';
 import * as s from '../state.js';
 import { count, degrees, metres, millimetres, plain, smallWords, spaced } from '../core/format.js';
 import { eigen, length } from '../core/matrix.js';
-import { ROLES } from '../scene/network.js';
+import { ROLES, VERDICTS } from '../scene/network.js';
 import * as api from '../api.js';
 import { html } from './html.js';
 import { cell, kindOf, label } from './observations.js';
@@ -113,6 +113,21 @@ const what = (edit) => {
   return JSON.stringify(edit);
 };
 
+/** What became of points between two epochs. */
+function Epochs({ does }) {
+  const list = s.scene.value.epochs ?? [];
+  if (!list.length) return null;
+  const at = Math.min(s.epochAt.value, list.length - 1);
+  const e = list[at];
+  return html`<h3>Displacements ${list.length === 1 ? `from ${e.first} to ${e.second}` : ''}</h3>
+    ${list.length > 1 && html`<div class="filters"><select aria-label="Epochs" value=${at} onChange=${(event) => (s.epochAt.value = Number(event.currentTarget.value))}>${list.map((one, i) => html`<option key=${i} value=${i} selected=${i === at}>${one.first} to ${one.second}</option>`)}</select></div>`}
+    ${e.sentences.slice(0, 3).map((words, i) => html`<p class="small" key=${i}>${words}</p>`)}
+    <table class="plain-table"><thead><tr><th>Name</th>${axes().map((x) => html`<th class="number" key=${x}>Δ${x} [mm]</th>`)}<th class="number">moved [mm]</th><th class="number">σ [mm]</th><th class="number">test (limit)</th><th class="number" title="found in the hardest direction">detectable [mm]</th><th>verdict</th></tr></thead>
+      <tbody>${s.displaced.value.slice(0, 500).map((p) => html`<tr key=${p.name} onClick=${() => does.visit(p.name)}><td><button type="button" class="name"><i class="dot" style=${{ background: VERDICTS[p.verdict]?.colour }}></i>${p.name}${p.reference ? html` <span class="muted">reference</span>` : ''}</button></td>
+        ${p.moved.map((x, k) => html`<td class="number" key=${k}>${millimetres(x)}</td>`)}<td class="number"><b>${millimetres(p.long)}</b></td><td class="number">${millimetres(total(p.covariance))}</td>
+        <td class="number">${plain(p.test)} (${plain(p.limit)})</td><td class="number">${millimetres(p.detectable)}</td><td>${p.verdict}</td></tr>`)}</tbody></table>`;
+}
+
 function Compare() {
   const live = s.session.value;
   const states = ['run', ...(live.states ?? []).filter((x) => x !== 'run').map(String)];
@@ -157,6 +172,7 @@ export function Changes({ does }) {
     ${!list.length && html`<p class="muted">${live ? 'Switch an observation off in the table, change a role or a target: every decision is listed here with its reason.' : 'This result was made without edits.'}</p>`}
     <ol class="edits">${list.map((edit, i) => html`<li key=${i}><div><b>${what(edit)}</b><br />${edit.reason}<br /><span class="muted small" title=${edit.observation ?? ''}>${[edit.by, edit.at?.replace?.('T', ' ')].filter(Boolean).join(', ')}</span></div>
       ${edit.observation && html`<button type="button" class="button plain tiny" onClick=${() => does.select({ type: 'row', id: edit.observation }, { tab: 'observations' })}>Show</button>`}</li>`)}</ol>
+    <${Epochs} does=${does} />
     ${live && html`<h3>What moves against the last run</h3>
       ${!moves.length ? html`<p class="muted">Nothing has moved.</p>` : html`<p class="small">Largest: <b>${moves[0].name}</b>, ${millimetres(moves[0].long)} mm. <a href="tables/moves.csv" download>CSV</a> <a href="tables/moves.json" target="_blank" rel="noopener">JSON</a></p>
       <table class="plain-table"><thead><tr><th>Name</th>${axes().map((x) => html`<th class="number" key=${x}>Δ${x} [mm]</th>`)}<th class="number">moved [mm]</th><th class="number" title="root of the trace of the covariance">σ before [mm]</th><th class="number">σ now [mm]</th></tr></thead>
@@ -230,6 +246,18 @@ function NamedPoint({ name, type, does }) {
     <h3>Observations</h3><${Few} list=${its} does=${does} />`;
 }
 
+/** A site of a comparison of stations, in all comparisons that have one of this name. */
+function Site({ name }) {
+  const found = (s.scene.value.comparisons ?? []).flatMap((c) => (c.sites ?? []).filter((site) => site.name === name).map((site) => [c, site]));
+  return html`<h2>Site ${name}</h2>${found.map(([c, site], i) => {
+    const p = site.prediction;
+    return html`<h3 key=${i}>${c.a} with ${c.b}</h3><dl class="facts wide"><dt>points</dt><dd>${count(site.n)}</dd><dt>range</dt><dd>${metres(site.range, 2)} m</dd>
+      <dt>incidence</dt><dd>${degrees(site.incidence)}</dd><dt>mean distance along normals</dt><dd>${millimetres(site.m3c2?.mean)} mm</dd>
+      ${p && html`<dt>σ observed, predicted</dt><dd>${millimetres(p.observed)}, ${millimetres(p.sigma)} mm</dd><dt>offset</dt><dd>${millimetres(p.offset)} mm, σ ${millimetres(p.offset_sigma)} mm</dd>`}</dl>
+      ${p?.verdict && html`<p>${p.verdict}</p>`}`;
+  })}`;
+}
+
 /** Everything that is known of one observed value. */
 function RowFacts({ o, i }) {
   const words = (name) => cell(o, i, name, s.scene.value.angle);
@@ -266,9 +294,22 @@ function Budget({ parts }) {
   return html`<div class="budget">${parts.map((p) => html`<div key=${p.part} class="budget-row"><span>${spaced(p.part)}</span><span class="bar"><i style=${{ width: `${(100 * (p.sigma ?? 0)) / largest}%` }}></i></span><span class="number">${millimetres(p.sigma)} mm</span></div>`)}</div>`;
 }
 
+/** A point of a cloud that no scan of the run delivered: what its file says. */
+function FurtherPoint({ point, does }) {
+  const { distance, level } = point;
+  return html`<h2>Point of ${point.cloud.replace(/^\+/, '')}</h2>
+    <p class="card-tools"><button type="button" class="button" onClick=${() => does.measureFrom({ point })}>Measure from here</button></p>
+    <h3>Coordinates</h3><dl class="facts wide"><dt>${axes().join(', ')}</dt><dd>${point.xyz.map((x) => metres(x)).join(', ')} m</dd></dl>
+    ${distance !== null && html`<h3>Distance of the compared clouds</h3><dl class="facts"><dt>distance</dt><dd>${millimetres(distance)} mm</dd>
+      ${level !== null && html`<dt>level of detection</dt><dd>${millimetres(level)} mm (95 %)</dd>`}</dl>
+      ${level !== null && html`<p>${Math.abs(distance) > level ? 'It is beyond its level of detection.' : 'It is within its level of detection: no change can be told here.'}</p>`}`}
+    <p class="muted small">This cloud was given besides those of the run; the run knows no sigmas of its points.</p>`;
+}
+
 function CloudPoint({ point, does }) {
   const more = point.more;
   const frames = Object.entries(more?.frames ?? {});
+  if (point.further) return html`<${FurtherPoint} point=${point} does=${does} />`;
   return html`<h2>Point of ${point.cloud}</h2>
     <p class="card-tools"><button type="button" class="button" onClick=${() => does.measureFrom({ point })}>Measure from here</button></p>
     <h3>Coordinates</h3><dl class="facts wide">${frames.length ? frames.map(([frame, words]) => html`<dt key=${frame}>${frame}</dt><dd>${[words].flat().map((x) => (typeof x === 'number' ? metres(x) : x)).join(', ')}</dd>`) : html`<dt>${axes().join(', ')}</dt><dd>${point.xyz.map((x) => metres(x)).join(', ')} m</dd>`}</dl>
@@ -296,7 +337,7 @@ export function Selection({ does }) {
   else if (it.type === 'edge') body = html`<${Edge} item=${it.item} />`;
   else if (it.type === 'rejected') body = html`<h2>Rejected candidate</h2><${RejectedCard} at=${it.at} />`;
   else if (it.type === 'turnedDown') body = html`<h2>Rejected target</h2><${TargetCard} at=${it.at} />`;
-  else if (it.type === 'site') body = html`<h2>Site ${it.name}</h2><p>See the comparisons under Notes.</p>`;
+  else if (it.type === 'site') body = html`<${Site} name=${it.name} />`;
   else if (it.type === 'row') {
     const o = s.observations.value;
     body = html`<h2>${label(o, it.row)}</h2><p>${kindOf(o, it.row)}</p><${RowFacts} o=${o} i=${it.row} /><h3>All values of this observation</h3><${Few} list=${[...o.id.keys()].filter((i) => o.id[i] === it.id)} does=${does} />`;

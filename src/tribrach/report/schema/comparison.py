@@ -156,6 +156,8 @@ class SitePart(DocumentPart):
     predicted_sigma: Number
     prediction: PredictionPart | None
     stations: ViewsPart
+    center: tuple[float, float, float] | None = None
+    """Its middle in the frame of the clouds [m]."""
 
 
 class OffsetPart(DocumentPart):
@@ -326,6 +328,7 @@ def _site(site: SiteResult) -> dict[str, Any]:
         "predicted_sigma": site.predicted_sigma,
         "prediction": None if site.prediction is None else _prediction(site.prediction),
         "stations": {"a": site.seen_a, "b": site.seen_b},
+        "center": site.center,
     }
 
 
