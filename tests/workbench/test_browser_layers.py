@@ -124,6 +124,7 @@ def test_planes_and_sites_of_comparisons(page: Watched, seen: str) -> None:
     page.page.click("label.check:has-text('Planes')")
     # the site is a mark that tells its figures
     page.page.click("label.check:has-text('Comparisons')")
+    page.settle()
     page.page.mouse.click(*where(page, "[-18, -12, 6]"))
     until(lambda: page("tribrach.selection && tribrach.selection.type === 'site'"), "the site")
     said = page.page.inner_text("#panel").lower()
@@ -254,13 +255,14 @@ def test_a_run_is_stopped_from_the_page(page: Watched, project: Path) -> None:
         page.open(with_budget(address))
         for record in (project.parent / "out" / ".tribrach").glob("*.json"):
             record.unlink()
-        page.page.click("button[title^='Run the project']")
-        # it says what it does, and is stopped at once: the run is a short one
-        pressed = (
-            "[...document.querySelectorAll('.banner')].some((b) => b.querySelector('progress')"
-            " && b.querySelector('button') && (b.querySelector('button').click() ?? true))"
+        # it says what it does, and is stopped as soon as it can be: the run is a short one
+        page(
+            "(() => { const pressing = setInterval(() => {"
+            " const b = document.querySelector('.banner:has(progress) button');"
+            " if (b) { b.click(); clearInterval(pressing); window.pressed = true; } }, 10); })()"
         )
-        until(lambda: page(pressed), "the way to stop it")
+        page.page.click("button[title^='Run the project']")
+        until(lambda: page("window.pressed"), "the way to stop it")
         until(lambda: "was stopped" in page.page.inner_text(".banners"), "the end")
         until(lambda: not page("tribrach.session.running"), "the session")
         assert page.page.locator(".banner progress").count() == 0
@@ -394,8 +396,11 @@ def test_displacements_between_epochs_are_drawn_and_listed(
         rows, columns = np.nonzero(changed)
         top = next(p["xyz"] for p in page("tribrach.points") if p["name"] == "TOP")
         x, y = page(f"tribrach.onScreen({json.dumps(top)})")
-        near = (abs(columns - x) < 150) & (abs(rows - y) < 100)
-        assert columns[near].mean() > x + 10
+        height = abs(rows - y) < 40
+        right, left = ((sign * (columns - x) > 8) & height for sign in (1, -1))
+        near = right & (columns < x + 150)
+        assert near.sum() > 100
+        assert near.sum() > 3 * (left & (columns > x - 150)).sum()
         assert rows[near].mean() < y
         page.fine()
 

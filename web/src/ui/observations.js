@@ -27,11 +27,11 @@ const COLUMNS = [
   ['from', 'From → to', 104],
   ['kind', 'Kind', 126],
   ['w', 'w', 60],
-  ['residual', 'v', 90],
+  ['residual', 'v', 104],
   ['sigma', 'σ', 86],
   ['redundancy', 'r', 46],
   ['value', 'Value', 124],
-  ['mdb', 'MDB', 90],
+  ['mdb', 'MDB', 100],
   ['external', 'Effect', 128],
   ['source', 'Source', 210],
 ];
