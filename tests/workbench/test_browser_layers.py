@@ -253,7 +253,7 @@ def test_fingers_turn_move_and_bring_nearer(browser: Any, seen: str) -> None:
 def test_a_run_is_stopped_from_the_page(page: Watched, project: Path) -> None:
     with program("workbench", project) as address:
         page.open(with_budget(address))
-        for record in (project.parent / "out" / ".tribrach").glob("*.json"):
+        for record in (project.parent / "out" / ".tribrach").glob("cloud-*.json"):
             record.unlink()
         # it says what it does, and is stopped as soon as it can be: the run is a short one
         page(

@@ -123,7 +123,7 @@ def test_a_scene_follows_its_schema_and_says_all_the_result_says(yard: Yard) -> 
     assert {c["station"] for c in clouds.values()} == set(POSES)
     sigma = clouds["S1"]["attributes"]["sigma_z"]
     assert 0.0005 < sigma["low"] < sigma["high"] < 0.05
-    assert clouds["S1"]["attributes"]["rgb"] is False
+    assert clouds["S1"]["attributes"]["rgb"] is True
     assert clouds["S1"]["points"] == 4500
 
 
