@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from tribrach.errors import InputError
 from tribrach.io.e57_pages import PAGE, PAYLOAD, paged, read_header, read_xml
 from tribrach.io.scans.e57 import read
-from tribrach.scan.scan import Chunk, Scan
+from tribrach.scan.scan import CHUNK, Chunk, Scan
 
 NORMALS = "http://www.libe57.org/E57_NOR_surface_normals.txt"
 ENDS = ("Minimum", "Maximum")
@@ -362,10 +362,10 @@ def test_files_without_scans(tmp_path: Path) -> None:
         read(tmp_path / "none.e57")
 
 
-@settings(max_examples=40, deadline=None)
-@given(st.integers(0, 2**31), st.integers(0, 255), st.booleans())
-def test_damage_is_a_sentence(where: int, value: int, cut: bool) -> None:
-    """Any byte that is another, or is missing with all behind it."""
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**31), st.integers(0, 255), st.booleans(), st.sampled_from([100, CHUNK]))
+def test_damage_is_a_sentence(where: int, value: int, cut: bool, size: int) -> None:
+    """Any byte that is another, or is missing with all behind it, whoever checks the pages."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.e57"
         write(path, [({"name": "S"}, xyz(300))])
@@ -377,7 +377,22 @@ def test_damage_is_a_sentence(where: int, value: int, cut: bool) -> None:
             data[where] = (data[where] + 1 + value % 255) % 256
         path.write_bytes(data)
         with pytest.raises(InputError):
-            sum(len(c) for s in read(path) for c in s.chunks(100))
+            sum(len(c) for s in read(path) for c in s.chunks(size))
+
+
+def test_a_damaged_scan_is_refused_before_its_first_point(tmp_path: Path) -> None:
+    """Even in its last page; who only looks at the beginning is told nothing of it."""
+    path = tmp_path / "a.e57"
+    write(path, [({"name": "S"}, xyz(200_000))])
+    with path.open("rb") as file:
+        last = read_header(file, path).xml_offset // PAGE - 1
+    data = bytearray(path.read_bytes())
+    data[last * PAGE + 500] ^= 1
+    path.write_bytes(data)
+    (scan,) = read(path)
+    with pytest.raises(InputError, match=f"the checksum of page {last} is wrong"):
+        next(scan.chunks())
+    assert len(next(scan.chunks(1000))) == 1000
 
 
 @settings(max_examples=60, deadline=None)

@@ -29,7 +29,16 @@ from scipy.spatial.transform import Rotation
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.e57_pages import CURE, child, damaged, number, parse, read_header, read_xml
+from tribrach.io.e57_pages import (
+    CURE,
+    child,
+    damaged,
+    number,
+    parse,
+    read_header,
+    read_xml,
+    verify_section,
+)
 from tribrach.io.scans.facts import told_facts
 from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
@@ -267,6 +276,8 @@ class ScanHeader:
     ----------
     records
         Number of records, valid or not.
+    section
+        Physical offset of their binary section, None if the XML states none.
     pose
         World from scanner, None if there is none.
     coordinates
@@ -288,6 +299,7 @@ class ScanHeader:
     """
 
     records: int
+    section: int | None
     pose: Pose | None
     coordinates: tuple[str, ...]
     state: str | None
@@ -336,7 +348,17 @@ def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
     origin = _origin(pose, bounds if records else None, warnings)
     grid = _grid(scan, {c.field.name for c in fields})
     return ScanHeader(
-        records, pose, axes, state, fields, grid, bounds, origin, tuple(warnings), _facts(scan)
+        records=records,
+        section=_section(scan),
+        pose=pose,
+        coordinates=axes,
+        state=state,
+        columns=fields,
+        grid=grid,
+        bounds=bounds,
+        origin=origin,
+        warnings=tuple(warnings),
+        facts=_facts(scan),
     )
 
 
@@ -344,9 +366,21 @@ def _records(scan: etree._Element, path: Path, index: int) -> int:
     """The stated number of points."""
     points = child(scan, "points")
     text = "0" if points is None else points.get("recordCount", "0")
-    if not (text.isascii() and text.isdigit() and len(text) < 19):
+    if not _whole(text):
         raise damaged(path, f"scan {index + 1} states {text[:30]!r} points")
     return int(text)
+
+
+def _section(scan: etree._Element) -> int | None:
+    """Where the binary section of the points begins, if that is stated as a number."""
+    points = child(scan, "points")
+    text = "" if points is None else points.get("fileOffset", "")
+    return int(text) if _whole(text) else None
+
+
+def _whole(text: str) -> bool:
+    """True for a number of bytes or points."""
+    return text.isascii() and text.isdigit() and len(text) < 19
 
 
 def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
@@ -510,11 +544,14 @@ class E57Scan(Scan):
         The column that marks records without a point.
     columns
         The other columns.
+    section
+        Physical offset of the binary section of the points, None if it is not stated.
     """
 
     coordinates: tuple[str, ...] = CARTESIAN
     state: str | None = None
     columns: tuple[FieldColumn, ...] = ()
+    section: int | None = None
 
     even_chunks = False
 
@@ -533,8 +570,13 @@ class E57Scan(Scan):
             return
         many = -(-min(size, records) // _BLOCK)
         block = min(size, records) // many
+        # who asks for few looks at the beginning, and libE57 itself checks what it reads there
+        checks = libe57.CHECKSUM_POLICY_ALL
+        if size > _BLOCK and self.section is not None:
+            verify_section(self.path, self.section)
+            checks = libe57.CHECKSUM_POLICY_NONE
         with _damage(self.path):
-            image = libe57.ImageFile(str(self.path), "r")
+            image = libe57.ImageFile(str(self.path), "r", checks)
         try:
             buffers = _Buffers(self, image, block)
             with _damage(self.path):
@@ -707,6 +749,7 @@ def read(path: Path) -> tuple[Scan, ...]:
             coordinates=header.coordinates,
             state=header.state,
             columns=header.columns,
+            section=header.section,
         )
         scans.append(_glanced(scan, header))
     return tuple(scans)
