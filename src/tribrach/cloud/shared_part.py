@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from hashlib import sha256
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -32,8 +33,10 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.network.adjustment import Adjustment
 from tribrach.units import too_large
+
+if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
 
 __all__ = ["CloudPoints", "SharedPart", "angle_slopes", "checked_covariance", "slopes"]
 

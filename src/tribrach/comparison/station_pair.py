@@ -11,6 +11,7 @@ q_t + q_r x (X - X_0)`` of a relative pose q about any reference X_0, so that si
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,7 +20,9 @@ from tribrach.cloud.placement import Placement
 from tribrach.cloud.shared_part import SharedPart, angle_slopes, checked_covariance, slopes
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
-from tribrach.network.adjustment import Adjustment
+
+if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
 
 __all__ = ["StationPair", "along_normals"]
 

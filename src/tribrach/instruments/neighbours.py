@@ -21,7 +21,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from tribrach._types import Array
 from tribrach.errors import InputError
@@ -157,6 +156,9 @@ class RangeCorrelation:
         u = rows.shape[1]
         if self.share <= 0 or self.angle <= 0 or len(rows) < 2:
             return np.zeros((u, u))
+        # loaded here, as clouds are written without it
+        from scipy.spatial import cKDTree
+
         tree = cKDTree(directions)
         pairs = int(tree.count_neighbors(tree, self.angle))
         step = max(1, int(np.ceil(pairs / _PAIRS)))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array, Progress
+from tribrach._types import Array, Progress, Single
 from tribrach.cloud.covariance import covariances, place_with_sigmas, rounded
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.summary import CloudSummary
@@ -19,7 +19,6 @@ from tribrach.errors import InputError
 from tribrach.geodesy.local_map import LocalMap
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.instruments.range_law import RangeLaw
-from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.io.keeping import is_read
@@ -28,6 +27,7 @@ from tribrach.job.grouping import groups, whole_source
 from tribrach.job.poses import PLACED, pose_words, station_order
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
+from tribrach.kernels import in_threads
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 
@@ -271,6 +271,29 @@ def _written(file: str, *of: Any, path: Path, progress: Progress) -> dict[str, A
     }
 
 
+def _rounded(sigma: Single) -> Single:
+    """Sigmas (n, 3) without digits that nobody knows."""
+    out = np.empty_like(sigma)
+
+    def fill(first: int, last: int) -> None:
+        out[first:last] = rounded(sigma[first:last])
+
+    in_threads(fill, len(sigma))
+    return out
+
+
+def _in_space(sigma: Single) -> Single:
+    """Sigmas (n,) in space of those (n, 3) along the axes."""
+    out = np.empty(len(sigma), dtype=np.float32)
+
+    def fill(first: int, last: int) -> None:
+        x, y, z = sigma[first:last].T.astype(np.float64)
+        out[first:last] = rounded(np.sqrt(x * x + y * y + z * z).astype(np.float32))
+
+    in_threads(fill, len(sigma))
+    return out
+
+
 class CloudProduct:
     """One cloud on its way into its file.
 
@@ -349,6 +372,8 @@ class CloudProduct:
 
     def _copy(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
         """Copy the source with new poses; its points are only read for the summary."""
+        from tribrach.io.clouds.e57 import copy_with_poses
+
         source = self.scans[0].scan.path
         poses = {
             scan.scan.index: where.delivered(self.frame).pose
@@ -436,7 +461,7 @@ class CloudProduct:
                     light = chunk.values.get("intensity")
                     placed, plain = place_with_sigmas(chunk.xyz, turned, cosine, light)
                     self._count_outside(number, where.noise.law, light)
-                    sigma = rounded(plain)
+                    sigma = _rounded(plain)
                     # only the work frame has the axes that the sigmas are along
                     world = placed if self.frame.kind == "work" else None
                 world = where.pose @ chunk.xyz if world is None else world
@@ -480,8 +505,7 @@ class CloudProduct:
         if sigma is None or not self.whole:
             return
         values |= dict(zip(_SIGMAS, sigma.T, strict=True))
-        three = np.sqrt((sigma.astype(np.float64) ** 2).sum(axis=1))
-        values[_SIGMA] = rounded(three.astype(np.float32))
+        values[_SIGMA] = _in_space(sigma)
         if self.section.correlations:
             c = covariances(xyz, turned, cosine, values.get("intensity"))
             root = np.sqrt(c[:, :3])

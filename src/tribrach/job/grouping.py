@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from tribrach.io.scans.e57 import E57Scan
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.scans import MeasuredScan, StationScan
 
@@ -68,6 +67,9 @@ def _by_source(scans: Sequence[StationScan]) -> list[tuple[str, tuple[StationSca
 def whole_source(scans: Sequence[MeasuredScan]) -> bool:
     """Are these all scans of one E57 file, each once, so that a copy of it shows nothing else?"""
     first = scans[0].scan
+    # loaded here, as other formats need none of its libraries
+    from tribrach.io.scans.e57 import E57Scan
+
     if not all(isinstance(one.scan, E57Scan) and one.scan.as_stored for one in scans):
         return False
     if len({one.scan.path.resolve() for one in scans}) != 1:

@@ -143,28 +143,34 @@ class LasRecords:
         in_threads(_integers, len(xyz), *given, whole, beyond)
         if beyond[0]:
             self._refuse(xyz)
-        for name, row in zip(("X", "Y", "Z"), whole, strict=True):
-            record.array[name] = row
-        for name in ("return_number", "number_of_returns"):
-            if name not in values:
-                record[name] = np.ones(len(xyz), dtype=np.uint8)
+        columns = dict(zip(("X", "Y", "Z"), whole, strict=True))
+        one = np.ones(len(xyz), dtype=np.uint8)
+        columns |= dict.fromkeys(("return_number", "number_of_returns"), one)
         for field in self._header.fields:
             if field.name in values:
-                self._put(record, field.name, values[field.name])
+                columns[_RENAMED.get(field.name, field.name)] = values[field.name]
+
+        def fill(first: int, last: int) -> None:
+            """Copy some points: numpy works without the interpreter's lock."""
+            some = record[first:last]
+            for name, column in columns.items():
+                part = column[first:last]
+                part = self._light(part) if name == "intensity" else part
+                if name in (some.array.dtype.names or ()):
+                    some.array[name] = part
+                else:
+                    # a few bits of a byte that has others as well
+                    some[name] = part
+
+        in_threads(fill, len(xyz))
         return record
 
-    def _put(self, record: laspy.PackedPointRecord, name: str, column: NDArray[Any]) -> None:
-        """One field into the record."""
-        if name == "intensity":
-            if self._stretch is not None:
-                low, high = self._stretch
-                column = (column.astype(np.float64) - low) * (65535 / (high - low))
-            column = np.clip(np.rint(column), 0, 65535).astype(np.uint16)
-        name = _RENAMED.get(name, name)
-        if name in (record.array.dtype.names or ()):
-            record.array[name] = column
-        else:
-            record[name] = column
+    def _light(self, intensity: NDArray[Any]) -> NDArray[np.uint16]:
+        """Intensities (n,) as the integers of the format."""
+        if self._stretch is not None:
+            low, high = self._stretch
+            intensity = (intensity.astype(np.float64) - low) * (65535 / (high - low))
+        return np.clip(np.rint(intensity), 0, 65535).astype(np.uint16)
 
     def _refuse(self, xyz: Array) -> None:
         """Raise the error that tells which coordinates do not fit."""

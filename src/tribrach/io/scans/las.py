@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
+from tribrach.kernels import in_threads
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["FACTS", "read"]
@@ -327,17 +328,28 @@ class LasScan(Scan):
         """Coordinates and values of some records."""
         array = points.array
         xyz = np.empty((len(points), 3))
-        for k, name in enumerate(_COORDINATES):
-            np.multiply(array[name], points.scales[k], out=xyz[:, k])
-            xyz[:, k] += points.offsets[k]
         values: dict[str, NDArray[Any]] = {}
+        copies: list[tuple[NDArray[Any], NDArray[Any]]] = []
         packed = COMPOSED_FIELDS[points.point_format.id]
         for name in array.dtype.names:
             if name in packed:
                 values |= _unpacked(array[name], packed[name])
             elif name not in _COORDINATES:
                 kind = np.float32 if name == "intensity" else array[name].dtype
-                values[_RENAMED.get(name, name)] = np.ascontiguousarray(array[name], dtype=kind)
+                column = np.empty(len(points), dtype=kind)
+                values[_RENAMED.get(name, name)] = column
+                copies.append((array[name], column))
+
+        def fill(first: int, last: int) -> None:
+            """Copy some records: numpy works without the interpreter's lock."""
+            for k, name in enumerate(_COORDINATES):
+                column = xyz[first:last, k]
+                np.multiply(array[name][first:last], points.scales[k], out=column)
+                column += points.offsets[k]
+            for theirs, ours in copies:
+                ours[first:last] = theirs[first:last]
+
+        in_threads(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
             if dimension.is_scaled:
                 values[dimension.name] = np.asarray(points[dimension.name], dtype=np.float64)
