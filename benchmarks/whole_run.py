@@ -1,11 +1,11 @@
-"""`tribrach run` of ten scans, from their files to their clouds, and how it grows with points.
+"""`tribrach run` of some scans, from their files to their clouds, and how it grows with points.
 
-Ten overviews of a simulated courtyard, tied by spheres over marks. Each command is a process of its
+Overviews of a simulated courtyard, tied by spheres over marks. Each command is a process of its
 own with results of its own, so that its peak memory is its; the peer decodes every file once, in
 chunks, which no method avoids.
 
-``python -m benchmarks.whole_run write FOLDER MILLIONS`` leaves a project of ten files of so many
-million points each.
+``python -m benchmarks.whole_run write FOLDER COUNT MILLIONS`` leaves a project of so many files of
+so many million points each.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 from benchmarks.figures import Figure, Growth, run, whole_process
@@ -39,8 +40,8 @@ PLACES = {
 }
 
 
-def write(folder: Path, points: int) -> Path:
-    """A project of ten files of so many points."""
+def write(folder: Path, count: int, points: int) -> Path:
+    """A project of so many files, ten at most, of so many points."""
     twin = sphere_courtyard.build(1_000, 1)
     rng = child_rng(1, "poses")
     stations = [
@@ -49,7 +50,7 @@ def write(folder: Path, points: int) -> Path:
             levelled(sphere_courtyard.ORIGIN + place, turn, sphere_courtyard.LEVELLING, rng),
             True,
         )
-        for name, (place, turn) in PLACES.items()
+        for name, (place, turn) in islice(PLACES.items(), count)
     ]
     scans = [
         overview(one.name, twin.scene, one.pose, points, sphere_courtyard.ZENITH)
@@ -58,15 +59,16 @@ def write(folder: Path, points: int) -> Path:
     return write_twin(replace(twin, stations=stations, scans=scans), folder, truth=0)
 
 
-def measure(*millions: float) -> Iterator[Figure | Growth]:
-    """Runs with files of so many million points each."""
+def measure(count: float, *millions: float) -> Iterator[Figure | Growth]:
+    """Runs with so many files, of so many million points each."""
     sizes, seconds = [], []
     for each in millions:
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            project = write(folder / "project", int(1e6 * each))
-            figure = _run(project, folder / "results", f"ten files of {each:g} million points")
-            sizes.append(1e7 * each)
+            project = write(folder / "project", int(count), int(1e6 * each))
+            size = f"{count:g} files of {each:g} million points"
+            figure = _run(project, folder / "results", size)
+            sizes.append(1e6 * count * each)
             seconds.append(figure.ours.processor)
             yield figure
     if len(sizes) > 1:
@@ -83,7 +85,7 @@ def _run(project: Path, results: Path, size: str) -> Figure:
 
 if __name__ == "__main__":
     match sys.argv[1:]:
-        case ["write", place, count]:
-            print(write(Path(place), int(1e6 * float(count))))
+        case ["write", place, count, millions]:
+            print(write(Path(place), int(count), int(1e6 * float(millions))))
         case _:
-            run(measure, full=(1, 10), small=(0.02,))
+            run(measure, full=(10, 1, 10), small=(3, 0.05))

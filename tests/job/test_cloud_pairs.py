@@ -7,7 +7,7 @@ import pytest
 
 from tests.registration.clouds.scenes import points_of, yard
 from tribrach.io.scans.formats import read_scans
-from tribrach.job import cloud_pairs as module
+from tribrach.job import find_surfels
 from tribrach.job.cloud_pairs import cloud_pairs
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
@@ -41,9 +41,18 @@ def test_proposed_pairs_and_their_plans_are_remembered(
     def never(*_: object) -> None:
         raise AssertionError("surfels were made again")
 
-    monkeypatch.setattr(module, "prepare", never)
+    surfels = sorted(path.name for path in state.folder.glob("surfels-*.npz"))
+    assert len(surfels) == 3
+    monkeypatch.setattr(find_surfels, "prepare", never)
     again = cloud_pairs(scans, FLOOR, state, quiet)
     assert [e.ends for e in again.edges] == [e.ends for e in first.edges]
     # all pairs of three are the same three, remembered one by one
     every = cloud_pairs(scans, FLOOR, state, quiet, choice="all")
     assert {e.ends for e in every.edges} == {e.ends for e in first.edges}
+    # pairs that are lost are registered from the surfels that are kept, with the same result
+    for product in state.folder.glob("clouds-S*.json"):
+        product.unlink()
+    third = cloud_pairs(scans, FLOOR, state, quiet)
+    for one, other in zip(first.edges, third.edges, strict=True):
+        assert np.array_equal(one.pose.matrix, other.pose.matrix)
+        assert np.array_equal(one.covariance, other.covariance)

@@ -296,7 +296,7 @@ def verify_section(path: Path, start: int) -> None:
         file.seek(first * PAGE)
         for at in range(first, last, _PAGES):
             some = buffer[: last - at]
-            if file.readinto(some) < some.size:
+            if file.readinto(some.data) < some.size:
                 return
             verify(some, at, path)
 

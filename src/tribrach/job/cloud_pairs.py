@@ -7,8 +7,9 @@ that is taken from the same points: the covariances that enter the network say s
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -18,12 +19,13 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses
+from tribrach.job.find_surfels import station_surfels
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.registration.clouds.graph import CloudEdge, consistent
 from tribrach.registration.clouds.likeness import Walls, likeness
 from tribrach.registration.clouds.pair import ApproximateSigma, CloudPair, register_pair
-from tribrach.registration.clouds.prepared import PreparedScan, prepare
+from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.proposals import (
     Choice,
     all_pairs,
@@ -106,7 +108,7 @@ def cloud_pairs(
                 cure='say origin = "scanner" if it is at zero, or leave clouds out of registration',
             )
         stations.setdefault(scan.station, []).append(scan)
-    clouds = _Clouds(stations, progress)
+    clouds = _Clouds(stations, state, progress)
     names = list(stations)
     priors = known.poses
     found: dict[tuple[int, int], dict[str, Any]] = {}
@@ -188,24 +190,22 @@ def contradicted(
 
 
 class _Clouds:
-    """Surfels of stations, made when they are first needed."""
+    """Surfels of stations, made or read when the first of them is needed."""
 
-    def __init__(self, stations: Mapping[str, Sequence[StationScan]], progress: Progress) -> None:
-        self.stations, self._progress = stations, progress
-        self._made: dict[str, PreparedScan] = {}
+    def __init__(
+        self,
+        stations: Mapping[str, Sequence[StationScan]],
+        state: Remembered,
+        progress: Progress,
+    ) -> None:
+        self.stations, self._state, self._progress = stations, state, progress
 
     def __getitem__(self, name: str) -> PreparedScan:
-        if name not in self._made:
-            self._made[name] = prepare(name, self._points(name))
-        return self._made[name]
+        return self._all[name]
 
-    def _points(self, name: str) -> Iterator[Array]:
-        for scan in self.stations[name]:
-            done = 0
-            for chunk in scan.scan.chunks():
-                done += len(chunk)
-                self._progress(f"points of {scan.name}", done, scan.scan.records)
-                yield chunk.xyz
+    @cached_property
+    def _all(self) -> dict[str, PreparedScan]:
+        return station_surfels(self.stations, self._state, self._progress)
 
 
 def _edge(a: str, b: str, facts: Mapping[str, Any]) -> CloudEdge | None:

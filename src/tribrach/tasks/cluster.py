@@ -376,7 +376,11 @@ class _Work:
             if number < 0:
                 self.progress(*said)
             elif self.begun.get(number) is said:
-                yield from self._ended(number, self.begun.pop(number))
+                future = self.begun.pop(number)
+                if future.status == "finished":
+                    # the worker goes on while the caller looks at the result
+                    self._begin()
+                yield from self._ended(number, future)
         if self.failed:
             raise self.failed[min(self.failed)]
 

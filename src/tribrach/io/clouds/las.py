@@ -143,7 +143,7 @@ class LasRecords:
         in_threads(_integers, len(xyz), *given, whole, beyond)
         if beyond[0]:
             self._refuse(xyz)
-        columns = dict(zip(("X", "Y", "Z"), whole, strict=True))
+        columns: dict[str, NDArray[Any]] = dict(zip(("X", "Y", "Z"), whole, strict=True))
         one = np.ones(len(xyz), dtype=np.uint8)
         columns |= dict.fromkeys(("return_number", "number_of_returns"), one)
         for field in self._header.fields:
@@ -170,7 +170,8 @@ class LasRecords:
         if self._stretch is not None:
             low, high = self._stretch
             intensity = (intensity.astype(np.float64) - low) * (65535 / (high - low))
-        return np.clip(np.rint(intensity), 0, 65535).astype(np.uint16)
+        whole: NDArray[np.uint16] = np.clip(np.rint(intensity), 0, 65535).astype(np.uint16)
+        return whole
 
     def _refuse(self, xyz: Array) -> None:
         """Raise the error that tells which coordinates do not fit."""

@@ -5,8 +5,9 @@ One pass over the points in chunks; of a scan of any size no more than its surfe
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,6 +84,19 @@ class RangeView:
         self.nearest = np.full((GATES.view_rows, 2 * GATES.view_rows), np.inf)
         self.farthest = np.zeros((GATES.view_rows, 2 * GATES.view_rows))
         self._points = 0
+
+    @classmethod
+    def settled(cls, nearest: Array, farthest: Array) -> Self:
+        """A view that is settled, from its images.
+
+        Parameters
+        ----------
+        nearest, farthest : array (r, 2 r)
+            Smallest and largest range in every direction [m].
+        """
+        view = cls()
+        view.nearest, view.farthest = nearest, farthest
+        return view
 
     def add(self, xyz: Array) -> None:
         """Add points, before :meth:`settle`.
@@ -206,6 +220,52 @@ class PreparedScan:
             np.quantile(np.linalg.norm(self.coarse.surfels.center, axis=1), GATES.radius_quantile)
         )
 
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """All of it as arrays by name, but for the trees and what follows from the others."""
+        out = {
+            "points": np.array(self.points),
+            "nearest": self.view.nearest,
+            "farthest": self.view.farthest,
+        }
+        for kind, surfels in (("fine", self.fine.surfels), ("coarse", self.coarse.surfels)):
+            for field in fields(Surfels):
+                out[f"{kind}_{field.name}"] = np.asarray(getattr(surfels, field.name))
+        return out
+
+    @classmethod
+    def from_arrays(cls, name: str, arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The scan that :meth:`to_arrays` took apart.
+
+        Parameters
+        ----------
+        name
+            Name of the scan.
+        arrays
+            By name.
+
+        Raises
+        ------
+        KeyError
+            One of them is missing.
+        """
+        fine, coarse = (_surfels_from(kind, arrays) for kind in ("fine", "coarse"))
+        view = RangeView.settled(arrays["nearest"], arrays["farthest"])
+        return cls._indexed(name, int(arrays["points"]), fine, coarse, view)
+
+    @classmethod
+    def _indexed(
+        cls, name: str, points: int, fine: Surfels, coarse: Surfels, view: RangeView
+    ) -> Self:
+        """Surfels with their trees."""
+        whole = Indexed.of(fine)
+        some = whole if len(fine) <= GATES.most_some else Indexed.of(fine.thinned(GATES.most_some))
+        return cls(name, points, whole, some, Indexed.of(coarse), view)
+
+
+def _surfels_from(kind: str, arrays: Mapping[str, NDArray[Any]]) -> Surfels:
+    columns = {field.name: arrays[f"{kind}_{field.name}"] for field in fields(Surfels)}
+    return Surfels(**columns | {"stands_for": float(columns["stands_for"])})
+
 
 def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> PreparedScan:
     """Prepare a scan from chunks of points.
@@ -257,9 +317,7 @@ def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> P
             "register it",
             cure="give the whole scan, with surfaces in it",
         )
-    whole = Indexed.of(fine)
-    some = whole if len(fine) <= GATES.most_some else Indexed.of(fine.thinned(GATES.most_some))
-    return PreparedScan(name, total, whole, some, Indexed.of(coarse), view)
+    return PreparedScan._indexed(name, total, fine, coarse, view)
 
 
 def _upright(cells: CubeSums, merges: int) -> Surfels:
