@@ -33,6 +33,7 @@ NAMES = (
     "page_of_cloud",
     "start_up",
     "workers",
+    "whole_run",
     "georeferencing",
     "point_covariance",
     "e57_reading",

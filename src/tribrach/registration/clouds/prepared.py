@@ -263,7 +263,7 @@ class PreparedScan:
 
 
 def _surfels_from(kind: str, arrays: Mapping[str, NDArray[Any]]) -> Surfels:
-    columns = {field.name: arrays[f"{kind}_{field.name}"] for field in fields(Surfels)}
+    columns: dict[str, Any] = {f.name: arrays[f"{kind}_{f.name}"] for f in fields(Surfels)}
     return Surfels(**columns | {"stands_for": float(columns["stands_for"])})
 
 
