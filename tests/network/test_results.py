@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -197,6 +198,18 @@ def test_frames_hold_what_the_rows_hold(stations: Adjustment) -> None:
     assert set(points["scale"]) == {"a priori"}
     poses = stations.to_frame("stations")
     np.testing.assert_array_equal(poses["r_31"], stations.state.pose_r[:, 2, 0])
+
+
+def test_a_frame_without_its_library_is_refused(
+    stations: Adjustment, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("polars", "pandas"):
+        monkeypatch.setitem(sys.modules, name, None)
+        with pytest.raises(InputError, match=f"{name} is not installed.*pip install {name}"):
+            stations.to_frame("points", name)
+    monkeypatch.setattr("tribrach.network.results.find_spec", lambda name: None)
+    with pytest.raises(InputError, match="polars is not installed"):
+        stations.to_frame()
 
 
 def test_numbers_that_do_not_exist_are_null_in_frames(tmp_path: Path) -> None:

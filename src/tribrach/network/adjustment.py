@@ -188,7 +188,9 @@ class Adjustment(SolvedSystem):
         """Quality figures; computed when first asked for."""
         return self._results.quality
 
-    def to_frame(self, table: TableName = "observations", library: FrameLibrary = "polars") -> Any:
+    def to_frame(
+        self, table: TableName = "observations", library: FrameLibrary | None = None
+    ) -> Any:
         """A table of results; see :meth:`tribrach.network.results.Results.to_frame`."""
         return self._results.to_frame(table, library)
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
 
 import numpy as np
 
@@ -45,6 +46,8 @@ __all__ = [
 
 TableName = Literal["observations", "points", "stations"]
 FrameLibrary = Literal["polars", "pandas"]
+#: libraries of frames, the one that is taken first before the other
+_LIBRARIES = get_args(FrameLibrary)
 PlotName = Literal["plan", "residuals"]
 
 #: observations and points that a summary lists
@@ -335,7 +338,9 @@ class Results:
         factor = self.adjustment.variance_factor(posterior=self.posterior)
         return self.adjustment.family_covariances(family) * factor
 
-    def to_frame(self, table: TableName = "observations", library: FrameLibrary = "polars") -> Any:
+    def to_frame(
+        self, table: TableName = "observations", library: FrameLibrary | None = None
+    ) -> Any:
         """A table of results.
 
         Parameters
@@ -343,7 +348,7 @@ class Results:
         table : {"observations", "points", "stations"}
             Which; columns have the names of the JSON result, numbers that do not exist are null.
         library : {"polars", "pandas"}
-            Which kind of frame; pandas has to be installed.
+            Which kind of frame; the first of them that is installed if None.
 
         Returns
         -------
@@ -353,7 +358,7 @@ class Results:
         Raises
         ------
         InputError
-            No such table or library, or pandas is not installed.
+            No such table or library, or it is not installed.
         """
         tables: dict[str, Callable[[], dict[str, Any]]] = {
             "observations": self.observations.columns,
@@ -362,14 +367,16 @@ class Results:
         }
         if table not in tables:
             raise UnknownName("table", table, tables)
-        if library not in ("polars", "pandas"):
-            raise UnknownName("library", library, ("polars", "pandas"))
+        chosen: str = library or next((name for name in _LIBRARIES if find_spec(name)), "polars")
+        if chosen not in _LIBRARIES:
+            raise UnknownName("library", chosen, _LIBRARIES)
         columns = {name: _plain(column) for name, column in tables[table]().items()}
         try:
-            return import_module(library).DataFrame(columns)
+            return import_module(chosen).DataFrame(columns)
         except ModuleNotFoundError as error:
             raise InputError(
-                f"{library} is not installed", cure=f"pip install {library}, or take polars"
+                f"{chosen} is not installed, which makes the table",
+                cure=f"pip install {chosen}; polars or pandas will do",
             ) from error
 
     def _point_columns(self) -> dict[str, Any]:

@@ -132,6 +132,32 @@ def test_what_is_no_cloud_is_a_sentence(tmp_path: Path, text: str, words: str) -
         read_scans(written(tmp_path, "a.txt", text.encode("latin-1")))
 
 
+def test_numbers_are_read_as_any_program_writes_them(tmp_path: Path) -> None:
+    cells = [".5 +1.5 5.", "1E+03 -.25e-1 00012", "1e-320 -0 123456789012345678901234567890"]
+    (scan,) = read_scans(written(tmp_path, "a.txt", "\n".join([*cells, "1 2 3"])))
+    expected = [[float(cell) for cell in line.split()] for line in [*cells, "1 2 3"]]
+    assert np.array_equal(whole(scan).xyz, expected)
+
+
+def test_text_in_many_pieces_comes_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tribrach.io.scans.text_scan._PIECE", 100)
+    numbers = np.random.default_rng(1).normal(size=(200, 3))
+    (scan,) = read_scans(written(tmp_path, "a.txt", lines([tuple(row) for row in numbers])))
+    assert np.array_equal(whole(scan).xyz, numbers)
+    path = written(tmp_path, "b.txt", lines([tuple(row) for row in numbers]) + "1 2\n3 4 5 6\n")
+    with pytest.raises(InputError, match=r"b\.txt:201.*2 values where 3"):
+        whole(read_scans(path)[0])
+
+
+@pytest.mark.parametrize(
+    "cell", ["true", "1_0", "0x10", "[4", "1e", "--1", "1-2", "nanx", "1\x00", "١"]
+)
+def test_what_is_no_number_is_refused(tmp_path: Path, cell: str) -> None:
+    (scan,) = read_scans(written(tmp_path, "a.txt", f"1 2 3\n4 {cell} 6\n7 8 9\n"))
+    with pytest.raises(InputError, match=r"a\.txt:2.*is no number"):
+        whole(scan)
+
+
 def test_a_malformed_line_is_named(tmp_path: Path) -> None:
     text = "# made by hand\n\nx,y,z\n" + 30 * "1,2,3\n" + "1,2,,3\n1,,3\n"
     (scan,) = read_scans(written(tmp_path, "a.csv", text))

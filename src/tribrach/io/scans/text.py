@@ -1,7 +1,7 @@
 """The lines of text files with numbers, read by blocks: any delimiter, compressed or not.
 
 Lines are counted without the blank ones. Before anything else, delimiters and runs of blanks become
-one space, so that polars parses every dialect alike; a line that it refuses is then looked for and
+one space, so that every dialect is parsed alike; a line that is refused is then looked for and
 named by its number in the file.
 """
 

@@ -5,15 +5,17 @@ The lines of a block become columns all at once; if that fails, the line at faul
 
 from __future__ import annotations
 
+import io
 import re
+from array import array
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import polars as pl
 from numpy.typing import NDArray
+from pydantic_core import from_json
 
 from tribrach._types import Array
 from tribrach.errors import InputError
@@ -24,8 +26,16 @@ from tribrach.scan.scan import CHUNK, Chunk, Scan
 
 __all__ = ["TextScan", "refuse_many", "rows", "short", "table"]
 
-#: what programs write for a value that is no number; polars knows nan and inf
+#: what programs write for a value that is no number; nan and inf are known to parsers
 _ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
+
+#: bytes that are parsed at a time
+_PIECE = 1 << 19
+#: what numbers of JSON are made of, NaN among them; its true and false are not
+_OF_JSON = b"0123456789+-.eE naN\n"
+#: translation of the blanks between numbers, and of nan
+_TO_JSON = bytes.maketrans(b" \nn", b",,N")
+_NO_BLANKS = bytes(set(range(256)) - set(b" \n"))
 
 
 def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
@@ -56,21 +66,37 @@ def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
 
 def _parsed(text: bytes, columns: int) -> list[Array] | None:
     """The columns, None if any line is wrong."""
-    if not text:
-        return [np.zeros(0) for _ in range(columns)]
+    out = np.empty((columns, text.count(b"\n")))
+    done, at = 0, 0
+    while at < len(text):
+        end = text.find(b"\n", min(at + _PIECE, len(text) - 1)) + 1 or len(text)
+        numbers = _table_of(text[at:end], columns)
+        if numbers is None:
+            return None
+        out[:, done : done + len(numbers)] = numbers.T
+        done, at = done + len(numbers), end
+    return list(out)
+
+
+def _table_of(text: bytes, columns: int) -> Array | None:
+    """The numbers of whole lines, (n, columns), None if any line is wrong.
+
+    Numbers as nearly all programs write them are numbers of JSON, whose parser is three times as
+    fast as numpy's. For whatever it refuses, such as ``.5`` or ``+1``, numpy is asked.
+    """
+    count = text.count(b"\n")
+    if text.translate(None, _NO_BLANKS) != (b" " * (columns - 1) + b"\n") * count:
+        return None
+    if not text.translate(None, _OF_JSON):
+        try:
+            numbers = array("d", from_json(b"[" + text[:-1].translate(_TO_JSON) + b"]"))
+            return np.frombuffer(numbers).reshape(count, columns)
+        except (ValueError, OverflowError):
+            pass
     try:
-        frame = pl.read_csv(
-            text,
-            has_header=False,
-            separator=" ",
-            quote_char=None,
-            schema={str(k): pl.Float64 for k in range(columns)},
-        )
-    except pl.exceptions.PolarsError:
+        return np.loadtxt(io.BytesIO(text), delimiter=" ", comments=None, ndmin=2)
+    except ValueError:
         return None
-    if any(series.null_count() for series in frame):
-        return None
-    return [series.to_numpy() for series in frame]
 
 
 def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
@@ -100,17 +126,13 @@ def _number(value: bytes) -> bool:
 
 def rows(sample: list[bytes], columns: int) -> Array:
     """The sampled lines that have as many numbers as there are columns, as rows (k, columns)."""
-    text = b"".join(line + b"\n" for line in sample if line.count(b" ") == columns - 1)
-    frame: Any = pl.read_csv(
-        text or b"\n",
-        has_header=False,
-        separator=" ",
-        quote_char=None,
-        ignore_errors=True,
-        schema={str(k): pl.Float64 for k in range(columns)},
-        missing_columns="insert",
-    )
-    return np.asarray(frame.drop_nulls().to_numpy(), dtype=float).reshape(-1, columns)
+    whole = [line for line in sample if line.count(b" ") == columns - 1]
+    numbers = _table_of(b"".join(line + b"\n" for line in whole), columns) if whole else None
+    if numbers is None:
+        cells = [line.split(b" ") for line in whole]
+        kept = [[float(cell) for cell in row] for row in cells if all(map(_number, row))]
+        numbers = np.array(kept, dtype=float).reshape(-1, columns)
+    return numbers
 
 
 @dataclass(frozen=True)
