@@ -387,6 +387,17 @@ class AdjustmentError(TribrachError):
         self.sentences += tuple(sentences)
         self.args = (self._text(),)
 
+    def because(self, sentences: Sequence[str]) -> None:
+        """Put sentences before the reasons.
+
+        Parameters
+        ----------
+        sentences
+            What is likely to be behind it, one each.
+        """
+        self.sentences = (*sentences, *self.sentences)
+        self.args = (self._text(),)
+
 
 class NoStartValues(AdjustmentError):
     """No chain of observations leads to some unknowns; the sentences name the missing ties.

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 from tribrach._types import Progress
-from tribrach.errors import InputError, NothingFound, TribrachError
+from tribrach.errors import AdjustmentError, InputError, NothingFound, TribrachError
 from tribrach.io.epoch_files import SCHEMA as EPOCH_SCHEMA
 from tribrach.io.epoch_files import epoch_data, read_epoch
 from tribrach.io.keeping import keeping, refuse_loss
@@ -32,6 +32,7 @@ from tribrach.job.epochs import (
 )
 from tribrach.job.nothing_found import search_sentences
 from tribrach.job.opened import Job, open_job
+from tribrach.job.plausibility import after_doubts, questions
 from tribrach.job.results import JobResults
 from tribrach.job.steps import (
     FoundInScans,
@@ -56,6 +57,7 @@ from tribrach.report.found_targets import FOLDER, LIST, write_found
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.summary import sigma_origin
+from tribrach.report.warnings import Severity, warned
 from tribrach.report.workbench_parts import workbench_texts
 from tribrach.solution import AdjustmentSettings, SolvedNetwork, adjust_network, report, solve
 from tribrach.tasks.engine import HERE, Engine
@@ -331,7 +333,9 @@ def adjust_job(
     """
     settings = settings or AdjustmentSettings.of(job.project)
     survey = job.surveyed()
-    solution = solve(job.network_of(survey, datum=datum), settings)
+    with _questioned(job, survey):
+        solution = solve(job.network_of(survey, datum=datum), settings)
+    solution = _doubted(solution, job, survey)
     antennas = _antennas(survey, solution.adjustment, settings)
     results = JobResults(
         job.project,
@@ -390,6 +394,26 @@ def run(
         return _run(project, folder, told, engine)
 
 
+@contextmanager
+def _questioned(job: Job, survey: Survey) -> Iterator[None]:
+    """Whatever cannot be adjusted says first what looks wrong in what the project gives."""
+    try:
+        yield
+    except AdjustmentError as error:
+        error.because(questions(job.project, survey))
+        raise
+    except InputError as error:
+        raise after_doubts(error, job.project, survey) from error
+
+
+def _doubted(solution: SolvedNetwork, job: Job, survey: Survey) -> SolvedNetwork:
+    """A solution whose warnings begin with what looks wrong, if it fails its global test."""
+    if solution.quality.global_test.passed is not False:
+        return solution
+    said = warned(Severity.INPUT, questions(job.project, survey))
+    return replace(solution, warnings=(*said, *solution.warnings))
+
+
 def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> Report:
     """Run a project while what it reads is kept."""
     for name in _REPORTS:
@@ -401,7 +425,9 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
         ties = None if found is None else name_and_tie(job, found, progress)
         tied = None if ties is None else ties.registered.survey
         survey = job.surveyed(tied)
-        solution = solve(job.network_of(survey, whole=tied is not None, final=True), settings)
+        with _questioned(job, survey):
+            solution = solve(job.network_of(survey, whole=tied is not None, final=True), settings)
+        solution = _doubted(solution, job, survey)
         if ties is not None:
             refuse_lost(job, ties, solution.adjustment)
     adjustment = solution.adjustment

@@ -10,10 +10,11 @@ from typer.testing import CliRunner
 
 from tests.job.scans_of_boxes import empty_las
 from tribrach.cli import app
-from tribrach.errors import InputError
+from tribrach.errors import InputError, RankDefect
 from tribrach.job.check_project import ProjectCheck, check_project
 from tribrach.job.opened import open_job
 from tribrach.job.plausibility import after_doubts
+from tribrach.pipeline import adjust_job
 
 RUN = CliRunner()
 
@@ -284,3 +285,71 @@ def test_a_missing_scan_is_one_mistake(tmp_path: Path) -> None:
     check = check_project(tmp_path / "site.toml")
     assert len(check.mistakes) == 1
     assert "observed by nothing" not in mistakes(check)
+
+
+def test_15_control_whose_names_are_all_others(tmp_path: Path) -> None:
+    check = check_project(site(tmp_path, control_csv=control().replace("PF100", "Mark ")))
+    assert any("none of the control points (Mark 1, Mark 2, " in text for text in check.doubts)
+    assert "0 of 4 control points observed" in check.contents
+    told = mistakes(check)
+    assert "not tied to a frame" in told
+    assert "shift in E, shift in N, shift in U" in told
+
+
+def test_16_leading_zeros(tmp_path: Path) -> None:
+    given = control().replace("PF100", "000")
+    check = check_project(
+        site(tmp_path, control_csv=given, sights_csv=sights().replace("PF100", ""))
+    )
+    assert check.doubts[0].endswith("observed and in no list: is 1 meant to be 0001")
+
+
+def test_17_control_without_heights(tmp_path: Path) -> None:
+    rows = [line.split(",") for line in control().splitlines()]
+    plan = "\n".join(",".join([*row[:3], *row[4:6]]) for row in rows) + "\n"
+    told = mistakes(check_project(site(tmp_path, control_csv=plan)))
+    assert "can still move without any observation noticing: shift in U (1 in all)" in told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cure"),
+    [
+        ("distance_mm = 1", "distance_mm = 1,5", "write decimals with a point, 1.5"),
+        ('"control.csv"', '"C:\\daten\\control.csv"', "write / in paths"),
+        ('"control.csv"', "\u201ccontrol.csv\u201d", "write plain quotation marks"),
+        ('"control.csv"', "control.csv", "put words into quotation marks"),
+    ],
+)
+def test_18_what_is_no_toml(tmp_path: Path, old: str, new: str, cure: str) -> None:
+    (mistake,) = check_project(site(tmp_path, PROJECT.replace(old, new))).mistakes
+    assert "site.toml:" in str(mistake)
+    assert cure in str(mistake)
+
+
+def test_19_files_that_are_not_what_their_names_say(tmp_path: Path) -> None:
+    text = PROJECT.replace("control.csv", "list.xlsx").replace("sights.csv", "job.gsi")
+    (tmp_path / "list.xlsx").write_text(control())
+    told = mistakes(check_project(site(tmp_path, text, job_gsi="\n")))
+    assert "list.xlsx: the file is no spreadsheet" in told
+    assert "job.gsi: the file is empty" in told
+    (tmp_path / "~$list.xlsx").write_bytes(b"\x05Meier" + b" " * 159)
+    told = mistakes(check_project(site(tmp_path, PROJECT.replace("control.csv", "~$list.xlsx"))))
+    assert "what Excel leaves beside one that is open; give list.xlsx" in told
+
+
+def test_20_units_in_cells(tmp_path: Path) -> None:
+    told = mistakes(check_project(site(tmp_path, control_csv=control(sigma="5 mm"))))
+    assert "sigma_e_mm is '5 mm', not a number; write 5: the unit stands in the head" in told
+
+
+def test_a_run_says_what_looks_wrong_as_well(tmp_path: Path) -> None:
+    """Where the network cannot be adjusted, and where it fails its test, with the cause first."""
+    other = site(tmp_path, control_csv=control().replace("PF100", "Mark "))
+    with pytest.raises(RankDefect, match="are they the same points under other names"):
+        adjust_job(open_job(other))
+    swapped = control(order=(1, 0, 2), sigma="9000")
+    with pytest.raises(InputError, match="if easting and northing are exchanged: are .* As it is"):
+        adjust_job(open_job(site(tmp_path, control_csv=swapped)))
+    wrong = control(sigma="90").replace("691050", "691058")
+    content = adjust_job(open_job(site(tmp_path, control_csv=wrong)))
+    assert any("do not fit what was measured between them" in text for text in content.warnings)

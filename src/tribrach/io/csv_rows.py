@@ -160,9 +160,15 @@ def read_rows(path: Path, form: ListForm = AS_FOUND) -> ListRows:
         raise InputError(
             "this is an old Excel file (xls)", file=path, cure="save it as xlsx or CSV"
         )
+    if path.name.startswith("~$"):
+        what = "this is no list but what Excel leaves beside one that is open"
+        raise InputError(what, file=path, cure=f"give {path.name[2:]}")
     if is_spreadsheet(data):
         found, lines, remarks = read_sheet(path, data, form.sheet)
         return _whole(ListRows(path, found, lines, "", form, remarks))
+    if path.suffix.lower() in (".xlsx", ".xlsm"):
+        what = "the file is no spreadsheet, whatever its name says"
+        raise InputError(what, file=path, cure="copy it again, or save it as xlsx or CSV")
     if form.sheet is not None:
         what = f"the file is no spreadsheet, and the sheet {form.sheet} is asked for"
         raise InputError(what, file=path, cure="leave sheet out")

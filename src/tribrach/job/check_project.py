@@ -1,7 +1,7 @@
 """A project before it is run: everything that is wrong or doubtful, in one go.
 
-Reads the project file, all files of points and observations, and the headers of scans; computes
-nothing and writes nothing.
+Reads the project file, all files of points and observations, and the headers of scans; a small
+survey without scans is adjusted once, to see whether it can be. Nothing is written.
 """
 
 from __future__ import annotations
@@ -11,8 +11,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tribrach.errors import InputError, RefusalCollector, Refusals, all_told, among
-from tribrach.job.opened import open_job
+from tribrach.errors import (
+    AdjustmentError,
+    InputError,
+    NoStartValues,
+    RankDefect,
+    RefusalCollector,
+    Refusals,
+    all_told,
+    among,
+)
+from tribrach.job.opened import Job, open_job
 from tribrach.job.plausibility import doubts, observed_points
 from tribrach.job.scans import scans_of_entry
 from tribrach.job.survey_files import readable_survey
@@ -29,6 +38,8 @@ __all__ = ["ProjectCheck", "check_project"]
 Place = tuple[str | int, ...]
 #: stations and scans that a sentence lists
 _LISTED = 10
+#: sentences on what is open, and observations up to which a survey is adjusted to see
+_OPEN, _QUICK = 3, 2000
 
 
 @dataclass(frozen=True)
@@ -104,6 +115,7 @@ def check_project(path: Path) -> ProjectCheck:
                 job = open_job(project.model_copy(update={"gnss": GnssSection()}))
                 job.refuse_unstated()
                 survey = job.surveyed()
+                _check_frame(job, survey, refused)
         said += doubts(project, survey)
         lists = facts_of(survey.facts, ListReading)
         readings = [f"{one.file}: {text}" for one in lists for text in one.sentences]
@@ -277,6 +289,29 @@ def _check_names(
                 refused.add(project.error(("datum", "points"), what, cure))
 
 
+def _check_frame(job: Job, survey: Survey, refused: RefusalCollector) -> None:
+    """Note that a survey leaves its frame or its unknowns open, which a run would refuse.
+
+    That it does not converge is left to its doubts and to the run.
+    """
+    project = job.project
+    rows = sum(table.n for table in survey.tables())
+    if project.scans or project.gnss.sessions or project.plan is not None or rows > _QUICK:
+        return
+    # loaded for small surveys without scans alone
+    from tribrach.network.adjustment import adjust
+
+    try:
+        adjust(job.network_of(survey))
+    except (RankDefect, NoStartValues) as error:
+        said = [*error.sentences[:_OPEN]]
+        more = len(error.sentences) - len(said)
+        said += [f"and {more} more"] if more else []
+        refused.add(project.error((), f"{error.headline}: {'; '.join(said)}"))
+    except AdjustmentError:
+        pass
+
+
 def _contents(project: Project, survey: Survey, stations: Sequence[str]) -> str:
     """What a project holds."""
     parts = []
@@ -288,7 +323,7 @@ def _contents(project: Project, survey: Survey, stations: Sequence[str]) -> str:
     idle = [name for name in given if name not in observed]
     if given:
         parts.append(f"{len(given)} control points")
-    if idle and len(idle) < len(given):
+    if idle and (len(idle) < len(given) or not project.scans):
         more = f" and {len(idle) - _LISTED} more" if len(idle) > _LISTED else ""
         # targets of scans are not known yet
         none = "by nothing but perhaps scans" if project.scans else "by nothing"

@@ -34,7 +34,7 @@ from tribrach.observations.sights import (
 )
 from tribrach.project import Project
 
-__all__ = ["after_doubts", "doubts", "observed_points"]
+__all__ = ["after_doubts", "doubts", "observed_points", "questions"]
 
 #: sigmas of control from which on their unit is asked for [m]
 _COARSE, _FINE = 0.5, 1e-6
@@ -72,8 +72,15 @@ def doubts(project: Project, survey: Survey) -> list[str]:
     }
     polar = _polar(survey)
     figure = _shape(polar, 1.0)
-    out += _names(survey, {} if figure is None else _lying_at(figure, given))
+    named = [*_names(survey, {} if figure is None else _lying_at(figure, given))]
+    # targets of scans are not known yet
+    out += named or ([] if project.scans else [*_all_idle(survey)])
     return [*out, *_area(project), *(() if figure is None else _geometry(polar, figure, given))]
+
+
+def questions(project: Project, survey: Survey) -> list[str]:
+    """What looks wrong, as questions, for a network that cannot be adjusted or fails its test."""
+    return [f"{sentence}?" for sentence in doubts(project, survey)]
 
 
 def after_doubts(error: InputError, project: Project, survey: Survey) -> InputError:
@@ -82,7 +89,7 @@ def after_doubts(error: InputError, project: Project, survey: Survey) -> InputEr
     Parameters
     ----------
     error
-        Scans that fit nowhere.
+        Scans that fit nowhere, or a slip that would explain a network that does not converge.
     project
         The project.
     survey
@@ -92,7 +99,8 @@ def after_doubts(error: InputError, project: Project, survey: Survey) -> InputEr
     if not said:
         return error
     first = "".join(f"{sentence}? " for sentence in said)
-    what = f"{first}As it is, {error.what}"
+    as_it_is = re.sub(r"^The\b", "the", error.what)
+    what = f"{first}As it is, {as_it_is}"
     return InputError(what, file=error.file, line=error.line, record=error.record, cure=error.cure)
 
 
@@ -197,10 +205,22 @@ def _names(survey: Survey, lying_at: dict[str, tuple[str, float]]) -> Iterator[s
             )
 
 
+def _all_idle(survey: Survey) -> Iterator[str]:
+    """Control of which nothing is observed, beside what is."""
+    control = [n for n, p in survey.points.items() if p.role in ("control", "fixed")]
+    observed = observed_points(survey)
+    if control and observed and not observed & set(control):
+        yield (
+            f"none of the control points ({', '.join(control[:_LISTED])}) is observed; observed "
+            f"are {', '.join(sorted(observed)[:_LISTED])}: are they the same points under other "
+            "names"
+        )
+
+
 def _sound(name: str) -> str:
     """A name without capitals, blanks, dashes and leading zeros."""
     plain = re.sub(r"[^0-9a-z]", "", name.casefold().translate(_ALIKE))
-    return re.sub(r"0+(?=\d)", "", plain)
+    return re.sub(r"(?<!\d)0+(?=[0-9a-z])", "", plain)
 
 
 def _one_edit(a: str, b: str) -> bool:

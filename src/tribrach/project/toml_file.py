@@ -24,6 +24,11 @@ __all__ = ["line_of", "load", "refused", "typed", "without"]
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[\w.-]+(?:\s*\.\s*[\w-]+)*)\s*=""")
 
+#: a number with a comma, and a word without quotation marks, as the value of a key
+_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)\s*(?:#|$)")
+_BARE = re.compile(r"\s*[\w.\"'-]+\s*=\s*(?!true\b|false\b|inf\b|nan\b)[A-Za-z]")
+#: quotation marks of word processors
+_TYPOGRAPHIC = "\u201c\u201d\u201e\u2018\u2019\u201a\u00ab\u00bb"
 _NUL = re.compile(r"\\u0000|\\U00000000")
 
 
@@ -54,12 +59,12 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
         place = re.search(r"\(at line (\d+)", what)
         what = what.split(" (at ")[0]
         line = int(place.group(1)) if place else None
-        twice = "overwrite" in what or "declare" in what
+        row = text.splitlines()[line - 1 : line] if line else []
         raise InputError(
             f"this is not TOML: {what[:1].lower()}{what[1:]}",
             file=path,
             line=line,
-            cure="a key is there twice, or [points] and [[points]] are mixed" if twice else None,
+            cure=_syntax_cure(what, "".join(row)),
         ) from error
     if _holds_nul(tables):
         # an escape is the only way to write it
@@ -72,6 +77,21 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
             cure="remove it",
         )
     return tables, text
+
+
+def _syntax_cure(what: str, row: str) -> str | None:
+    """What is to be written in a line that is not TOML, where it is one of the usual slips."""
+    if "overwrite" in what or "declare" in what:
+        return "a key is there twice, or [points] and [[points]] are mixed"
+    if "\\" in row:
+        return "write / in paths, or the path in single quotes"
+    if comma := _COMMA.search(row):
+        return f"write decimals with a point, {comma[1]}.{comma[2]}"
+    if any(mark in row for mark in _TYPOGRAPHIC):
+        return 'write plain quotation marks, "..."'
+    if _BARE.match(row):
+        return "put words into quotation marks"
+    return None
 
 
 def _holds_nul(value: Any) -> bool:

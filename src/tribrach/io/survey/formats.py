@@ -79,6 +79,8 @@ def format_of(path: Path) -> str:
         # data of STAR*NET may have any suffix as well
         if starnet.recognised(path):
             return "starnet"
+        if not contents(path, 4000).strip():
+            raise InputError("the file is empty", file=path, cure="copy it again")
         raise InputError(
             f"the suffix {suffix or 'of the file'} belongs to no known format",
             file=path,

@@ -6,6 +6,7 @@ Text or a spreadsheet (:mod:`tribrach.io.csv_rows`). A cell that is empty has no
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -36,6 +37,9 @@ from tribrach.io.survey.csv.headings import (
 from tribrach.units import LARGEST, UNITS, parse_angle
 
 __all__ = ["CsvTable", "read_table"]
+
+#: a number with its unit in the cell
+_WITH_UNIT = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:mm|cm|m|km|gon|deg|°|\"|cc|mgon)")
 
 
 @dataclass(frozen=True)
@@ -375,6 +379,9 @@ def _bad_cell(
         what, cure = f"{title} is {shown!r}", f"write decimals with a {mark}"
     elif unit == "dms":
         what, cure = f"{title} is {cell!r}", "write degrees, minutes and seconds as 12-34-56.7"
+    elif with_unit := _WITH_UNIT.fullmatch(cell):
+        what = f"{title} is {shown!r}, not a number"
+        cure = f"write {with_unit[1]}: the unit stands in the head of the column"
     else:
         what, cure = f"{title} is {cell!r}, not a number", "give a number or leave the cell empty"
     return InputError(what, file=path, line=line, cure=cure)
