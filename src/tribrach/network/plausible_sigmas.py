@@ -15,6 +15,7 @@ from tribrach._types import Array
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import Category, Role
+from tribrach.observations.poses import RelativePoses
 from tribrach.observations.sights import Azimuths
 from tribrach.units import SEC
 
@@ -79,7 +80,8 @@ def implausible_sigmas(network: Network) -> list[str]:
                 out.append(
                     f"{words}, {limits.too_small}: {_CHECK}; what holds exactly is better held"
                 )
-            if large.any():
+            # a pose from clouds may leave directions open, and then says so with its sigmas
+            if large.any() and not isinstance(o, RelativePoses):
                 words = _told(network, o, large, sigma.max(axis=1), unit)
                 out.append(
                     f"{words}, {limits.too_large}: {_CHECK}; what is to count for nothing is "
