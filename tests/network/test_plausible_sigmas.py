@@ -10,6 +10,7 @@ from tribrach.network.plausible_sigmas import held_azimuths, implausible_sigmas
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.levelling import HeightDifferences
+from tribrach.observations.poses import RelativePoses
 from tribrach.observations.sights import Azimuths, Directions, SlopeDistances
 from tribrach.units import SEC
 
@@ -95,3 +96,16 @@ def test_a_value_that_counts_for_nothing() -> None:
     (sentence,) = implausible_sigmas(survey.network())
     assert "3 m, which is no survey measurement: check its unit" in sentence
     assert sentence.endswith("what is to count for nothing is better left out")
+
+
+def test_a_pose_from_clouds_may_leave_directions_open() -> None:
+    """Along a facade nothing holds two clouds; that is geometry, and no unit is asked for."""
+    survey = Survey()
+    for name in ("S1", "S2"):
+        survey.station(name)
+    sigmas = np.array([1e3, 0.002, 0.002, 1e-5, 2.0, 1e-5])
+    survey.add(
+        RelativePoses, values=np.zeros((1, 6)), covariance=[np.diag(sigmas**2)],
+        rotation=[np.eye(3)], start=["S1"], end=["S2"], source=["clouds S1 - S2"],
+    )  # fmt: skip
+    assert implausible_sigmas(survey.network()) == []
