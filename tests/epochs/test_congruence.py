@@ -12,6 +12,8 @@ from tribrach.epochs.congruence import Congruence, Limits, search_moved
 from tribrach.epochs.differences import Difference, Epoch, difference, motion_columns
 from tribrach.epochs.systematics import power
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.job.epochs import ComparedEpochs
+from tribrach.report.epochs import epochs_findings
 from tribrach.statistics import f
 
 GAMA = Path(__file__).parents[3] / "shared/data/networks/gama/deformation/data-1-2.txt"
@@ -143,6 +145,36 @@ def test_nothing_is_called_stable_where_no_group_explains_the_differences() -> N
     found = compare(changes, Settings())
     assert not found.search.resolved
     assert {one.answer for one in found.displacements} == {"cannot tell"}
+
+
+def test_no_object_point_is_called_moved_or_stable_without_a_datum() -> None:
+    """Six references of which no minority explains the differences; P rose by a metre."""
+    d = np.array([0.0, 60.0, -45.0, 150.0, -110.0, 240.0, 1000.0]) * 1e-3
+    changes = difference(levelled(np.zeros(7)), levelled(d, label="2"))
+    found = compare(changes, Settings(references=tuple(f"B{k}" for k in range(6))))
+    assert found.search is not None
+    assert not found.search.resolved
+    assert found.displacements[6].statistic > 1000 * found.displacements[6].limit
+    assert found.displacements[6].answer == "cannot tell"
+    findings = epochs_findings(ComparedEpochs(found, ()))
+    assert any("B6: whether it moved cannot be told" in f.words and f.warns for f in findings)
+    assert not any(" moved " in f.words and "whether" not in f.words for f in findings[2:])
+
+
+def test_an_epoch_that_fails_by_itself_is_told_first() -> None:
+    """Before any verdict, marked, and nothing that passed is marked."""
+    one, two = (levelled(np.zeros(5), label=k) for k in ("spring", "autumn"))
+    one = Epoch(one.label, one.names, one.xyz, one.covariance, one.motions, 20, 1.0)
+    two = Epoch(two.label, two.names, two.xyz, two.covariance, two.motions, 20, 4.0)
+    found = compare(difference(one, two))
+    assert [test.passed for test in found.own] == [True, False]
+    findings = epochs_findings(ComparedEpochs(found, ()))
+    assert findings[0].words.startswith("spring by itself: the global test passes (20.00")
+    assert findings[1].words.startswith("autumn by itself: the global test fails (80.00")
+    assert [f.warns for f in findings[:3]] == [False, True, False]
+    for one in findings:
+        assert not (one.warns and ("no displacement" in one.words or "congruent:" in one.words))
+    assert not any("may have moved" in f.words for f in findings)
 
 
 def test_stepwise_search_agrees_with_all_combinations(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,7 +12,7 @@ from tests.epochs.simulated import NAMES, OPEN, Network
 from tribrach.cli.commands import app
 from tribrach.epochs.comparison import compare
 from tribrach.epochs.differences import difference
-from tribrach.epochs.series import baseline, fit_series, scatter_factor
+from tribrach.epochs.series import baseline, fit_series
 from tribrach.errors import InputError
 from tribrach.io.readings_through_time import read_timed_readings
 
@@ -144,14 +144,6 @@ def test_the_baseline_of_equal_cycles_is_their_mean() -> None:
     plain = type(cycles[0])("mean", NAMES, mean, cycles[0].covariance / 5, OPEN)
     found = compare(difference(zero, plain))
     assert found.whole.statistic < 1e-3
-
-
-def test_scatter_of_tests_that_are_as_stated() -> None:
-    rng = np.random.default_rng(1)
-    dofs = rng.integers(3, 30, 4000)
-    tests = rng.chisquare(dofs)
-    assert scatter_factor(tests, dofs) == pytest.approx(1.0, abs=0.03)
-    assert scatter_factor(9 * tests, dofs) == pytest.approx(9.0, abs=0.3)
 
 
 def test_a_series_of_noise_has_nothing_in_it() -> None:

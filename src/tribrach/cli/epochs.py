@@ -18,9 +18,9 @@ from tribrach.job.epochs import EpochSettings
 from tribrach.pipeline import compare_epoch_files
 from tribrach.report.characters import visible
 from tribrach.report.epochs import (
+    epochs_findings,
     epochs_page,
     epochs_part,
-    epochs_sentences,
     epochs_svg,
     epochs_tables,
 )
@@ -142,8 +142,8 @@ def epochs(
             for table in epochs_tables(one, angle):
                 fitting = table if console.width >= _WIDE else table.narrow()
                 console.print(printed(fitting, console.width))
-            for sentence in epochs_sentences(one, angle):
-                console.print(visible(f"! {sentence}"), markup=False)
+            for finding in epochs_findings(one, angle):
+                console.print(visible(finding.line()), markup=False)
 
     guarded(work)
 

@@ -20,8 +20,8 @@ from tribrach.report.schema.base import document_text
 from tribrach.report.series import (
     alarm_lines,
     series_document,
+    series_findings,
     series_page,
-    series_sentences,
     series_tables,
 )
 from tribrach.units import SEC
@@ -131,7 +131,7 @@ def series(
         console = Console()
         table_of_points = series_tables(found, through_time)[0]
         console.print(printed(table_of_points.first(40).narrow(), console.width))
-        for sentence in series_sentences(found, through_time):
-            console.print(visible(f"! {sentence}"), markup=False)
+        for finding in series_findings(found, through_time):
+            console.print(visible(finding.line()), markup=False)
 
     guarded(work)

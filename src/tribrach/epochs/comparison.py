@@ -23,6 +23,7 @@ from tribrach.epochs.congruence import (
 from tribrach.epochs.differences import Difference, motion_columns, motion_length
 from tribrach.epochs.systematics import Answer, answer, quadratic_range
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.network.quality import GlobalTest
 from tribrach.network.significance import sidak
 from tribrach.statistics import f
 
@@ -164,6 +165,8 @@ class Comparison:
         Names of the points that carry the datum.
     partners
         By the names of the points that moved: groups that explain it nearly as well.
+    own
+        The global test of the adjustment of each epoch; without redundancy where it is not known.
     precision
         Test of the variance factors of both epochs against each other; None where not known.
     common
@@ -181,6 +184,7 @@ class Comparison:
     displacements: tuple[Displacement, ...]
     stable: tuple[str, ...]
     partners: tuple[tuple[str, ...], ...]
+    own: tuple[GlobalTest, GlobalTest]
     precision: CongruenceTest | None
     common: tuple[CommonMotion, ...]
     whole: CongruenceTest
@@ -264,6 +268,7 @@ def compare(
         displacements=displacements,
         stable=tuple(names[k] for k in stable) or held,
         partners=partners,
+        own=_own(difference, settings),
         precision=_precision(difference, settings),
         common=_common(difference, stable, limits, chosen),
         whole=form.test(limits),
@@ -409,13 +414,16 @@ def _settled(
 ) -> tuple[Displacement, ...]:
     """Reference points by their common test: what passed it together did not move.
 
-    What of their displacements would have been detected is that of the global test, which has
-    to be failed before any of them is looked at.
+    Where no group of them explains the differences nothing is known to be stable, and no point
+    is told to have moved or not. What of the displacements of reference points would have been
+    detected is that of the global test, which has to be failed before any of them is looked at.
     """
     moved = {among[i] for i in found.moved}
     width = form.width
     root = np.sqrt(limits.noncentrality(form.dof, settings.power) * limits.factor)
     out = list(displacements)
+    if not found.resolved:
+        out = [replace(one, answer="cannot tell") for one in out]
     for i, k in enumerate(among):
         one = out[k]
         if k in moved and found.resolved:
@@ -435,6 +443,15 @@ def _settled(
             easiest=float(root / np.sqrt(value[-1])),
         )
     return tuple(out)
+
+
+def _own(difference: Difference, settings: Settings) -> tuple[GlobalTest, GlobalTest]:
+    """The global test of each epoch by itself."""
+    one, two = (
+        GlobalTest.of(dof * factor if dof > 0 else 0.0, dof, 1 - settings.confidence)
+        for dof, factor in zip(difference.dofs, difference.factors, strict=True)
+    )
+    return one, two
 
 
 def _precision(difference: Difference, settings: Settings) -> CongruenceTest | None:

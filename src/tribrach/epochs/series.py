@@ -16,7 +16,7 @@ from tribrach.epochs.differences import Epoch, laid_on, motion_columns
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import chi2, norm, robust_sigma, t
 
-__all__ = ["Jump", "SeriesFit", "baseline", "fit_series", "scatter_factor"]
+__all__ = ["Jump", "SeriesFit", "baseline", "fit_series"]
 
 #: residuals over their robust sigma beyond which a value is an outlier
 _OUTLIER = 4.0
@@ -118,23 +118,6 @@ def _weights(cycle: Epoch, xyz: Array, axes: tuple[int, ...]) -> Array:
     pg = weights @ basis
     out: Array = weights - pg @ np.linalg.pinv(basis.T @ pg, hermitian=True) @ pg.T
     return out
-
-
-def scatter_factor(statistics: Array, dofs: Array) -> float:
-    """By how much variances of many cycles are larger than stated, from the middle of their tests.
-
-    The median of ``T`` over its expectation is that of chi-square where sigmas are as stated; up
-    to half of the cycles may have moved points.
-
-    Parameters
-    ----------
-    statistics, dofs : array (n,)
-        Tests of the reference points, and their degrees of freedom.
-    """
-    good = dofs > 0
-    if not good.any():
-        return 1.0
-    return float(np.median(statistics[good] / chi2.ppf(0.5, dofs[good])))
 
 
 @dataclass(frozen=True)

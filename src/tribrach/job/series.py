@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +11,9 @@ import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.epochs.comparison import Comparison, Settings, compare
-from tribrach.epochs.congruence import Congruence
-from tribrach.epochs.differences import Epoch, difference
-from tribrach.epochs.series import SeriesFit, baseline, fit_series, scatter_factor
+from tribrach.epochs.differences import Difference, Epoch, difference
+from tribrach.epochs.series import SeriesFit, baseline, fit_series
+from tribrach.epochs.wander import learned_wander, shared_factor, with_wander
 from tribrach.errors import InputError, TribrachError
 from tribrach.io.epoch_files import epoch_of_data
 from tribrach.io.json_file import read_json
@@ -40,6 +39,10 @@ __all__ = [
 
 #: seconds of a day
 DAY = 86400.0
+#: cycles of which a wander can be learned
+_LEARNED = 20
+#: version of the file
+SCHEMA = 2
 
 
 @dataclass(frozen=True)
@@ -61,8 +64,8 @@ class SeriesSettings:
     confidence
         Of the tests.
     as_stated
-        Sigmas are as they are stated; else they are multiplied by what the references scatter
-        more, if that is more.
+        Sigmas are as they are stated; else they are multiplied by what most references scatter
+        more, if that is more, and each reference has the wander that it was seen to have.
     scale
         A scale common to all distances of a cycle is taken out.
     """
@@ -146,6 +149,8 @@ class Series:
         The baseline.
     factor
         By what variances are multiplied.
+    wander
+        Covariance (3, 3) of what each reference point does within a day [m^2].
     cycles
         Also those that could not be solved.
     reused
@@ -156,6 +161,7 @@ class Series:
     zero: Epoch
     factor: float
     cycles: tuple[Cycle, ...]
+    wander: Mapping[str, Array] = field(default_factory=dict)
     reused: int = 0
 
 
@@ -202,7 +208,7 @@ def monitor(
         How.
     earlier
         What an earlier call found with the same settings: its cycles are not solved again, and
-        its baseline and factor stay.
+        its baseline, factor and wander stay.
     progress
         Told of each cycle.
 
@@ -235,17 +241,27 @@ def monitor(
     used: list[int] = []
     if earlier is None:
         zero, used = _zero(solved, settings)
-        factor = None
+        factor = 1.0 if settings.as_stated else max(1.0, _factor(solved, settings))
     else:
         zero, factor = earlier.zero, earlier.factor
-    if factor is None:
-        factor = 1.0 if settings.as_stated else max(1.0, _scatter(solved, settings))
-    compared: dict[int, Comparison] = {}
+    changes: dict[int, Difference] = {}
     for k, epoch in enumerate(solved):
         if epoch is None:
             continue
         try:
-            compared[k] = _compared(zero, epoch, settings, factor, k in used)
+            changes[k] = _changes(zero, epoch, settings, factor, k in used)
+        except TribrachError as error:
+            failed[k] = _first_line(error)
+    wander: Mapping[str, Array] = {}
+    if earlier is not None:
+        wander = earlier.wander
+    elif not settings.as_stated:
+        days = {k: float(readings.seconds[parts[k][0]]) / DAY for k in changes}
+        wander = _wander(changes, days, settings)
+    compared: dict[int, Comparison] = {}
+    for k, change in changes.items():
+        try:
+            compared[k] = _compared(change, settings, wander, k in used)
         except TribrachError as error:
             failed[k] = _first_line(error)
     cycles = []
@@ -261,9 +277,8 @@ def monitor(
     # cycles of an earlier call whose readings are not given again stay
     left = [cycle for key, cycle in known.items() if key not in set(keys)]
     every = sorted([*left, *cycles], key=lambda cycle: cycle.start)
-    return Series(
-        settings, zero, factor, tuple(every), sum(key in known for key in keys) + len(left)
-    )
+    reused = sum(key in known for key in keys) + len(left)
+    return Series(settings, zero, factor, tuple(every), wander, reused)
 
 
 def _first_line(error: TribrachError) -> str:
@@ -332,30 +347,53 @@ def _zero(solved: Sequence[Epoch | None], settings: SeriesSettings) -> tuple[Epo
     return baseline(cycles, "baseline", settings.references), used
 
 
-def _scatter(solved: Sequence[Epoch | None], settings: SeriesSettings) -> float:
+def _free(settings: SeriesSettings) -> tuple[str, ...]:
+    """Motions that are taken out of a cycle although its network does not leave them open."""
+    return ("scale",) if settings.scale else ()
+
+
+def _factor(solved: Sequence[Epoch | None], settings: SeriesSettings) -> float:
     """What variances are larger by than stated, from references in cycles that follow each other.
 
     A point that moved and stays there is in one of these differences, not in all.
     """
-    tests, dofs = [], []
     cycles = [epoch for epoch in solved if epoch is not None]
-    for one, two in pairwise(cycles):
+    changes = []
+    for one, two in zip(cycles[::2], cycles[1::2], strict=False):
         common = [n for n in settings.references if n in one.names and n in two.names]
-        if len(common) < 3:
+        if len(common) >= 3:
+            changes.append(difference(one, two, free=_free(settings), points=common))
+    return shared_factor(changes)
+
+
+def _wander(
+    changes: Mapping[int, Difference], days: Mapping[int, float], settings: SeriesSettings
+) -> dict[str, Array]:
+    """The wander of the references, where there are cycles enough to tell it."""
+    parts, times = [], []
+    for k, change in changes.items():
+        chosen = [i for i, name in enumerate(change.names) if name in settings.references]
+        if len(chosen) < 3:
             continue
-        free = ("scale",) if settings.scale else ()
-        changes = difference(one, two, free=free, points=common)
-        form = Congruence(
-            changes.values.ravel(), changes.covariance, changes.basis, len(changes.axes)
+        rows = change.rows(chosen)
+        parts.append(
+            replace(
+                change,
+                names=tuple(change.names[i] for i in chosen),
+                xyz=change.xyz[chosen],
+                values=change.values[chosen],
+                covariance=change.covariance[np.ix_(rows, rows)],
+            )
         )
-        tests.append(form.statistic)
-        dofs.append(form.dof)
-    return scatter_factor(np.array(tests), np.array(dofs))
+        times.append(days[k])
+    if len(parts) < _LEARNED:
+        return {}
+    return learned_wander(parts, np.array(times), settings.references)
 
 
-def _compared(
+def _changes(
     zero: Epoch, epoch: Epoch, settings: SeriesSettings, factor: float, inside: bool
-) -> Comparison:
+) -> Difference:
     """A cycle against the baseline; one that is part of it shares its errors."""
     references = [n for n in settings.references if n in epoch.names and n in zero.names]
     cross = None
@@ -364,11 +402,21 @@ def _compared(
         columns = (np.array(place)[:, None] * 3 + np.arange(3)).ravel()
         # of the mean of several, a single one has the covariance of the mean with it
         cross = zero.covariance[:, columns]
-    free = ("scale",) if settings.scale else ()
-    changes = difference(zero, epoch, free=free, cross=cross, align_by=references or None)
-    scaled = replace(changes, covariance=changes.covariance * factor)
-    tests = Settings(references=tuple(references), confidence=settings.confidence)
-    return compare(scaled, tests, free)
+    changes = difference(
+        zero, epoch, free=_free(settings), cross=cross, align_by=references or None
+    )
+    return replace(changes, covariance=changes.covariance * factor)
+
+
+def _compared(
+    changes: Difference, settings: SeriesSettings, wander: Mapping[str, Array], inside: bool
+) -> Comparison:
+    """The test of a cycle, in which references may wander as they do."""
+    references = tuple(n for n in settings.references if n in changes.names)
+    share = 1 / settings.baseline * (-1 if inside else 1) + 1
+    changes = replace(changes, covariance=with_wander(changes, wander, share))
+    tests = Settings(references=references, confidence=settings.confidence)
+    return compare(changes, tests, _free(settings))
 
 
 def _cycle(key: str, start: float, sights: int, found: Comparison) -> Cycle:
@@ -427,7 +475,7 @@ def read_series(path: Path, settings: SeriesSettings) -> Series:
     cure = "give the file that tribrach series --json wrote, or leave --resume out"
     try:
         data = read_json(path)
-        if data["kind"] != "series" or data["schema"] != 1:
+        if data["kind"] != "series" or data["schema"] != SCHEMA:
             raise InputError("this is no series of this version", file=path, cure=cure)
         given = dict(data["settings"])
         given["references"] = tuple(given["references"])
@@ -435,6 +483,10 @@ def read_series(path: Path, settings: SeriesSettings) -> Series:
         zero = epoch_of_data(data["baseline"])
         cycles = tuple(_stored(cycle) for cycle in data["cycles"])
         factor = float(data["factor"])
+        wander = {
+            str(name): np.array(matrix, dtype=float).reshape(3, 3)
+            for name, matrix in data["wander"].items()
+        }
     except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         raise InputError("this is no series", file=path, cure=cure) from error
     if earlier != settings:
@@ -448,7 +500,7 @@ def read_series(path: Path, settings: SeriesSettings) -> Series:
             file=path,
             cure="use the same options, or leave --resume out",
         )
-    return Series(earlier, zero, factor, cycles)
+    return Series(earlier, zero, factor, cycles, wander)
 
 
 def _stored(data: Mapping[str, Any]) -> Cycle:

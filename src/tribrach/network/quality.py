@@ -94,6 +94,14 @@ class GlobalTest:
     lower: float
     upper: float
 
+    @classmethod
+    def of(cls, vtpv: float, dof: int, alpha: float = 0.05) -> GlobalTest:
+        """The test of a sum of squares; without redundancy one that nothing fails."""
+        if dof <= 0:
+            return cls(vtpv, dof, alpha, 0.0, np.inf)
+        lower, upper = (float(chi2.ppf(p, dof)) for p in (alpha / 2, 1 - alpha / 2))
+        return cls(vtpv, dof, alpha, lower, upper)
+
     @property
     def passed(self) -> bool | None:
         """True if the test passes, None without redundancy."""
@@ -370,11 +378,7 @@ def assess(
 
 def global_test(adjustment: SolvedSystem, alpha: float = 0.05) -> GlobalTest:
     """Test of ``v^T P v`` against its redundancy."""
-    dof = adjustment.dof
-    if dof <= 0:
-        return GlobalTest(adjustment.vtpv, dof, alpha, 0.0, np.inf)
-    lower, upper = (float(chi2.ppf(p, dof)) for p in (alpha / 2, 1 - alpha / 2))
-    return GlobalTest(adjustment.vtpv, dof, alpha, lower, upper)
+    return GlobalTest.of(adjustment.vtpv, adjustment.dof, alpha)
 
 
 def block_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float = 0.8) -> BlockTests:

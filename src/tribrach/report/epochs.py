@@ -15,9 +15,11 @@ from tribrach.epochs.comparison import Comparison, Displacement
 from tribrach.epochs.congruence import CongruenceTest
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
+from tribrach.network.quality import GlobalTest
 from tribrach.report.displacement_map import displacement_drawing
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
+from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import fixed_cell, mm_cell, number
 from tribrach.report.page import page
 from tribrach.report.schema.epochs import EpochComparisonPart
@@ -26,10 +28,10 @@ from tribrach.units import format_angle
 
 __all__ = [
     "direction_words",
+    "epochs_findings",
     "epochs_page",
     "epochs_part",
     "epochs_pictures",
-    "epochs_sentences",
     "epochs_svg",
     "epochs_tables",
 ]
@@ -56,11 +58,24 @@ def direction_words(vector: Sequence[float], axes: Sequence[int], angle: Angle =
     return ", ".join(parts)
 
 
-def epochs_sentences(compared: ComparedEpochs, angle: Angle = "gon") -> list[str]:
-    """What moved, how sure that is, and what would not have been seen."""
+def epochs_findings(compared: ComparedEpochs, angle: Angle = "gon") -> list[Finding]:
+    """Whether the epochs hold, what moved, how sure that is, and what would have been seen."""
     c = compared.comparison
-    out = [*_congruence(c), *_points(c, angle), *_common(c), *_remarks(c)]
-    return [*out, *(f"{s[:1].upper()}{s[1:]}." for s in compared.sentences)]
+    out = [*_own(c), *_congruence(c), *_points(c, angle), *_common(c), *_remarks(c)]
+    return [*out, *(Finding(f"{s[:1].upper()}{s[1:]}.") for s in compared.sentences)]
+
+
+def _own(c: Comparison) -> list[Finding]:
+    """The global test of each epoch: every later test rests on its sigmas."""
+    out = []
+    for label, test in zip(c.difference.labels, c.own, strict=True):
+        if test.passed is None:
+            out.append(Finding(f"{label}: its own global test is not known."))
+            continue
+        failed = not test.passed
+        doubt = "; look at this epoch first, the tests below rest on its sigmas" if failed else ""
+        out.append(Finding(f"{label} by itself: {test.sentence()}{doubt}.", failed))
+    return out
 
 
 def _test(test: CongruenceTest) -> str:
@@ -74,103 +89,166 @@ def _listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
-def _congruence(c: Comparison) -> list[str]:
+def _congruence(c: Comparison) -> list[Finding]:
     """The test of the reference points, and which of them moved."""
     one, two = c.difference.labels
-    out = []
     if c.search is None:
-        how = "differ" if not c.whole.passed else "agree"
+        how = "agree" if c.whole.passed else "differ"
         fixed = f" against {_listed(c.held)}, held in both" if c.held else ""
-        out.append(f"The points of {one} and {two} {how}{fixed}: {_test(c.whole)}.")
+        out = [
+            Finding(
+                f"The points of {one} and {two} {how}{fixed}: {_test(c.whole)}.",
+                not c.whole.passed,
+            )
+        ]
         if not c.held:
-            out.append("The reference points only just carry the datum: none of them is tested.")
+            out.append(
+                Finding(
+                    "The reference points only just carry the datum: none of them is tested.", True
+                )
+            )
         return out
     names = [d.name for d in c.displacements if d.reference]
     s = c.search
     if s.before.passed:
-        out.append(f"The {len(names)} reference points are congruent: {_test(s.before)}.")
-        return out
+        return [Finding(f"The {len(names)} reference points are congruent: {_test(s.before)}.")]
     if not s.resolved:
-        out.append(
-            f"The {len(names)} reference points are not congruent ({_test(s.before)}), and no "
-            f"group of fewer than half of them explains it: what is stable cannot be told, and the "
-            f"displacements hold in the datum of {_listed(c.stable)} only."
-        )
-        return out
-    moved = [d.name for d in c.displacements if d.reference and d.name not in c.stable]
+        return [
+            Finding(
+                f"The {len(names)} reference points are not congruent ({_test(s.before)}), and no "
+                "group of fewer than half of them explains it: what is stable cannot be told, of "
+                "no point whether it moved, and the displacements hold in the datum of "
+                f"{_listed(c.stable)} only.",
+                True,
+            )
+        ]
+    moved = _moved_references(c)
     found = (
         f"they are: {_test(s.after)}"
         if s.after.passed
         else f"what is left is still beyond its limit ({_test(s.after)}), and no further point "
         "explains it"
     )
-    out.append(
-        f"The {len(names)} reference points are not congruent: {_test(s.before)}. Without "
-        f"{_listed(moved)} {found}."
-    )
+    out = [
+        Finding(
+            f"The {len(names)} reference points are not congruent: {_test(s.before)}. Without "
+            f"{_listed(moved)} {found}.",
+            True,
+        )
+    ]
     out += [
-        f"{_listed(group)} in place of {_listed(moved)} explains it nearly as well: which moved "
-        "cannot be told."
+        Finding(
+            f"{_listed(group)} in place of {_listed(moved)} explains it nearly as well: which "
+            "moved cannot be told.",
+            True,
+        )
         for group in c.partners[:_NAMED]
     ]
     if not s.exhaustive:
-        out.append("There are too many combinations to look at all: the best were sought stepwise.")
+        out.append(
+            Finding(
+                "There are too many combinations to look at all: the best were sought stepwise."
+            )
+        )
     return out
 
 
-def _points(c: Comparison, angle: Angle) -> list[str]:
-    """One sentence for each point that moved or may have moved."""
+def _moved_references(c: Comparison) -> list[str]:
+    return [d.name for d in c.displacements if d.reference and d.name not in c.stable]
+
+
+def _points(c: Comparison, angle: Angle) -> list[Finding]:
+    """One sentence for each point: it moved, it cannot be told, or what would have been seen."""
     axes = c.difference.axes
     out = []
     moved = [d for d in c.displacements if d.answer == "moved"]
+    doubtful = {
+        name for name in _moved_references(c) if any(name not in group for group in c.partners)
+    }
     for d in sorted(moved, key=lambda d: -d.statistic)[:_NAMED]:
+        # the partners are named before
+        instead = ", if it is not a partner of it that moved" if d.name in doubtful else ""
         out.append(
-            f"{d.name} moved {direction_words(d.vector.tolist(), axes, angle)} "
-            f"(test {d.statistic:.1f}, limit {d.limit:.1f})."
+            Finding(
+                f"{d.name} moved {direction_words(d.vector.tolist(), axes, angle)} "
+                f"(test {d.statistic:.1f}, limit {d.limit:.1f}){instead}.",
+                True,
+            )
         )
     if len(moved) > _NAMED:
-        out.append(f"{len(moved) - _NAMED} more points moved: see the table.")
+        out.append(Finding(f"{len(moved) - _NAMED} more points moved: see the table.", True))
     untold = [d for d in c.displacements if d.answer == "cannot tell" and np.isfinite(d.statistic)]
     for d in untold[:_NAMED]:
+        out.append(Finding(_untold(c, d, angle), True))
+    if len(untold) > _NAMED:
+        out.append(Finding(f"{len(untold) - _NAMED} more points cannot be told: see the table."))
+    return [*out, *_still(c), *_each(c)]
+
+
+def _untold(c: Comparison, d: Displacement, angle: Angle) -> str:
+    """Why it cannot be told whether a point moved."""
+    words = direction_words(d.vector.tolist(), c.difference.axes, angle)
+    if c.search is not None and not c.search.resolved:
+        reason = "no datum is known to be stable"
+    elif d.least < d.limit < d.largest:
         reason = (
             f"what may be systematic leaves a test between {d.least:.1f} and {d.largest:.1f}, "
             f"limit {d.limit:.1f}"
-            if d.least < d.limit < d.largest
-            else f"test {d.statistic:.1f}, limit {d.limit:.1f}"
         )
-        words = direction_words(d.vector.tolist(), axes, angle)
-        out.append(f"{d.name}: whether it moved cannot be told ({words}; {reason}).")
+    else:
+        reason = f"test {d.statistic:.1f}, limit {d.limit:.1f}"
+    return f"{d.name}: whether it moved cannot be told ({words}; {reason})."
+
+
+def _still(c: Comparison) -> list[Finding]:
+    """Points whose test passed, and what it would have seen."""
     still = [d for d in c.displacements if d.answer == "not moved"]
     percent = f"{100 * c.settings.power:g} %"
-    if len(still) <= _NAMED:
-        out += [
-            f"{d.name} may have moved: {_needed(d)} would have been needed to see it with "
-            f"{percent}."
-            for d in still
-        ]
-    else:
+    if len(still) > _NAMED:
         sizes = np.array([d.detectable for d in still])
-        out.append(
-            f"{len(still)} points show no displacement: {1e3 * sizes.min():.1f} to "
-            f"{1e3 * sizes.max():.1f} mm would have been needed to see one with {percent}."
+        return [
+            Finding(
+                f"{len(still)} points show no displacement: {1e3 * sizes.min():.1f} to "
+                f"{1e3 * sizes.max():.1f} mm would have been needed to see one with {percent}."
+            )
+        ]
+    return [
+        Finding(
+            f"{d.name} shows no displacement"
+            + (
+                " in the test of all reference points"
+                if d.reference and c.search is not None
+                else f" (test {d.statistic:.1f}, limit {d.limit:.1f})"
+            )
+            + f": {_needed(d)} would have been needed to see one with {percent}."
         )
+        for d in still
+    ]
+
+
+def _each(c: Comparison) -> list[Finding]:
+    """How many of the single tests fail by chance."""
     alpha = 1 - c.settings.confidence
-    if not c.settings.together and len(c.displacements) > 1:
-        out.append(
-            f"Each point has its own test at {100 * alpha:.2g} %: of {len(c.displacements)} that "
-            f"did not move {alpha * len(c.displacements):.1f} exceed the limit on average."
+    single = [d for d in c.displacements if c.search is None or not d.reference]
+    if c.settings.together or len(single) < 2:
+        return []
+    which = "point" if len(single) == len(c.displacements) else "object point"
+    return [
+        Finding(
+            f"Each {which} has its own test at {100 * alpha:.2g} %: of {len(single)} that "
+            f"did not move {alpha * len(single):.1f} exceed the limit on average."
         )
-    return out
+    ]
 
 
 def _needed(d: Displacement) -> str:
     if not np.isfinite(d.detectable):
         return "more than this network can tell"
     low, high = f"{1e3 * d.easiest:.1f}", f"{1e3 * d.detectable:.1f}"
-    return f"{high} mm" if low == high else f"{low} to {high} mm, as it went,"
+    return f"{high} mm" if low == high else f"{low} to {high} mm, by its direction,"
 
 
-def _common(c: Comparison) -> list[str]:
+def _common(c: Comparison) -> list[Finding]:
     out = []
     for m in c.common:
         unit, factor = {"scale": ("ppm", 1e6)}.get(
@@ -178,33 +256,39 @@ def _common(c: Comparison) -> list[str]:
         )
         real = "real" if abs(m.statistic) > m.limit else "not significant"
         out.append(
-            f"Common {m.name} {factor * m.value:.2f} {unit}, sigma {factor * m.sigma:.2f} {unit} "
-            f"(test {abs(m.statistic):.1f}, limit {m.limit:.1f}): {real}; it is taken out."
+            Finding(
+                f"Common {m.name} {factor * m.value:.2f} {unit}, sigma {factor * m.sigma:.2f} "
+                f"{unit} (test {abs(m.statistic):.1f}, limit {m.limit:.1f}): {real}; it is taken "
+                "out."
+            )
         )
     return out
 
 
-def _remarks(c: Comparison) -> list[str]:
+def _remarks(c: Comparison) -> list[Finding]:
     """Datum, scale of the sigmas, precision of both epochs, points without a partner."""
     d = c.difference
     taken = f" {_listed(d.motions)} of the whole are taken out." if d.motions else ""
-    out = [f"Datum: {_listed(c.stable)}.{taken}"]
+    out = [Finding(f"Datum: {_listed(c.stable)}.{taken}")]
     scaled = (
         f"a posteriori, variance factor {c.limits.factor:.3f} with {c.limits.dof} degrees of "
         "freedom"
         if c.limits.dof
         else "a priori"
     )
-    out.append(f"Standard deviations and tests are {scaled}.")
+    out.append(Finding(f"Standard deviations and tests are {scaled}."))
     if c.precision is not None and not c.precision.passed:
         out.append(
-            f"The epochs are not equally precise: ratio of the variance factors "
-            f"{c.precision.statistic:.2f}, limit {c.precision.limit:.2f}. Check the weights, or "
-            "look for blunders in the worse one."
+            Finding(
+                f"The epochs are not equally precise: ratio of the variance factors "
+                f"{c.precision.statistic:.2f}, limit {c.precision.limit:.2f}. Check the weights, "
+                "or look for blunders in the worse one.",
+                True,
+            )
         )
     for label, names in zip(d.labels, d.alone, strict=True):
         if names:
-            out.append(f"Only in {label}: {_listed(names)}.")
+            out.append(Finding(f"Only in {label}: {_listed(names)}."))
     return out
 
 
@@ -319,7 +403,7 @@ def epochs_page(compared: Sequence[ComparedEpochs], angle: Angle = "gon") -> str
     for k, one in enumerate(compared):
         labels = one.comparison.difference.labels
         head = f"{labels[0]} to {labels[1]}: " if len(compared) > 1 else ""
-        sentences += [f"{head}{s}" for s in epochs_sentences(one, angle)]
+        sentences += [f"{head}{s}" for s in words(epochs_findings(one, angle))]
         pictures += [
             replace(p, name=f"{p.name}-{k}", title=f"{head}{p.title}") for p in epochs_pictures(one)
         ]
@@ -359,6 +443,7 @@ def epochs_part(compared: ComparedEpochs, angle: Angle = "gon") -> EpochComparis
             "held": list(c.held),
             "whole": _test_part(c.whole),
             "references": search,
+            "own": [_own_part(test) for test in c.own],
             "precision": None if c.precision is None else _test_part(c.precision),
             "common": [
                 {
@@ -373,9 +458,21 @@ def epochs_part(compared: ComparedEpochs, angle: Angle = "gon") -> EpochComparis
             "points": {p.name: _point_part(p) for p in c.displacements},
             "only_first": list(d.alone[0]),
             "only_second": list(d.alone[1]),
-            "sentences": epochs_sentences(compared, angle),
+            "sentences": words(epochs_findings(compared, angle)),
         }
     )
+
+
+def _own_part(test: GlobalTest) -> dict[str, Any] | None:
+    if test.passed is None:
+        return None
+    return {
+        "vtpv": test.vtpv,
+        "dof": test.dof,
+        "lower": test.lower,
+        "upper": test.upper,
+        "passed": test.passed,
+    }
 
 
 def _test_part(test: CongruenceTest) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.findings import Finding
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
 from tribrach.report.page import page
 from tribrach.report.tables import (
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from tribrach.scan.noise_law import By, LastingEffect, NoiseClass
 
 __all__ = [
-    "Finding",
     "NoiseRow",
     "noise_findings",
     "noise_page",
@@ -82,22 +82,6 @@ class NoiseRow:
         if self.by == "incidence":
             return f"{np.degrees(low):.0f} to {np.degrees(high):.0f}°"
         return f"{_light(low)} to {_light(high)}"
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A sentence with its figures.
-
-    Attributes
-    ----------
-    words
-        The sentence.
-    warns
-        True if something is to be done, or doubted.
-    """
-
-    words: str
-    warns: bool = False
 
 
 def _light(intensity: float) -> str:
@@ -342,7 +326,7 @@ def noise_text(estimate: NoiseEstimate) -> str:
             f"  {row.by} {row.limits}: {seen.patches} patches, {1e3 * seen.observed:.2f} mm seen, "
             f"{1e3 * seen.stated:.2f} mm by the law (chi²/dof {seen.chi2_dof:.2f}){stated}"
         )
-    lines += [("! " if one.warns else "") + one.words for one in noise_findings(estimate)]
+    lines += [one.line() for one in noise_findings(estimate)]
     return "\n".join(lines)
 
 

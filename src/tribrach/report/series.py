@@ -9,26 +9,32 @@ from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
+from scipy.special import bdtrc
 
+from tribrach._types import Array
 from tribrach.epochs.series import SeriesFit
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.epoch_files import epoch_data
 from tribrach.io.json_text import json_text
-from tribrach.job.series import DAY, Cycle, PointSeries, Series
+from tribrach.job.series import DAY, SCHEMA, Cycle, PointSeries, Series
 from tribrach.report.charts import Chart, beside
+from tribrach.report.epochs import direction_words
 from tribrach.report.figures import Picture
+from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
 from tribrach.report.page import page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.epochs import SeriesDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 
-__all__ = ["alarm_lines", "series_document", "series_page", "series_sentences", "series_tables"]
+__all__ = ["alarm_lines", "series_document", "series_findings", "series_page", "series_tables"]
 
-#: version of the layout
-SCHEMA = 1
 #: points with charts and sentences
 _DRAWN, _NAMED = 12, 12
+#: alarms are more than chance if chance has as many this seldom
+_OFTEN = 0.01
+#: a wander that is not worth a word [m]
+_SMALL = 1e-4
 _AXES = ("E", "N", "U")
 
 
@@ -37,40 +43,105 @@ def moment(seconds: float) -> str:
     return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
-def series_sentences(found: Series, points: Sequence[PointSeries]) -> list[str]:
+def series_findings(found: Series, points: Sequence[PointSeries]) -> list[Finding]:
     """How many cycles were solved, which references moved, what the points do."""
     solved = [c for c in found.cycles if not c.reason]
     out = [
-        f"{len(solved)} of {counted(len(found.cycles), 'cycle')} are solved"
-        + (f", {found.reused} of them by an earlier call." if found.reused else ".")
+        Finding(
+            f"{len(solved)} of {counted(len(found.cycles), 'cycle')} are solved"
+            + (f", {found.reused} of them by an earlier call." if found.reused else "."),
+            len(solved) < len(found.cycles),
+        ),
+        *_references(found, solved),
     ]
-    tested = [c for c in solved if c.dof]
-    alarms = [c for c in tested if c.test > c.limit]
-    alpha = 100 * (1 - found.settings.confidence)
-    if tested:
-        out.append(
-            f"The reference points fail their test in {len(alarms)} of "
-            f"{counted(len(tested), 'cycle')} ({100 * len(alarms) / len(tested):.1f} %, by chance "
-            f"{alpha:.2g} %)."
-        )
-    if found.factor > 1.0:
-        out.append(
-            f"From cycle to cycle the reference points scatter {np.sqrt(found.factor):.2f} times "
-            "as much as the stated sigmas let them: all sigmas are multiplied by that."
-        )
-    moved = Counter(name for c in solved for name in c.moved)
-    for name, count in moved.most_common(_NAMED):
-        out.append(f"Reference point {name} moved in {counted(count, 'cycle')}.")
     open_ = [c for c in solved if not c.resolved]
     if open_:
         out.append(
-            f"In {counted(len(open_), 'cycle')} the reference points do not agree and no group of "
-            f"them explains it, the first at {moment(open_[0].start)}."
+            Finding(
+                f"In {counted(len(open_), 'cycle')} the reference points do not agree and no group "
+                f"of them explains it, the first at {moment(open_[0].start)}.",
+                True,
+            )
         )
-    for cycle in [c for c in found.cycles if c.reason][:_NAMED]:
-        out.append(f"Cycle of {moment(cycle.start)}: {cycle.reason}.")
-    out += list(_point_sentences(points))[: 3 * _NAMED]
-    return out
+    out += [Finding(text, True) for text in _moved_sentences(solved, points)]
+    out += [
+        Finding(f"Cycle of {moment(cycle.start)}: {cycle.reason}.", True)
+        for cycle in [c for c in found.cycles if c.reason][:_NAMED]
+    ]
+    return out + [Finding(text) for text in _point_sentences(points)][: 3 * _NAMED]
+
+
+def _references(found: Series, solved: Sequence[Cycle]) -> Iterator[Finding]:
+    """How often the references fail, beside chance, and what they were seen to do."""
+    tested = [c for c in solved if c.dof]
+    alarms = [c for c in tested if c.test > c.limit]
+    alpha = 1 - found.settings.confidence
+    if tested:
+        often = bdtrc(len(alarms) - 1, len(tested), alpha) < _OFTEN if alarms else False
+        named = sum(c.resolved for c in alarms)
+        text = (
+            f"The reference points fail their test in {len(alarms)} of "
+            f"{counted(len(tested), 'cycle')} ({100 * len(alarms) / len(tested):.1f} %, by chance "
+            f"{100 * alpha:.2g} %)"
+        )
+        if alarms:
+            text += f"; in {named} of these it is named which moved"
+        yield Finding(f"{text}.", bool(often))
+    if found.factor > 1.0:
+        yield Finding(
+            f"From cycle to cycle most reference points scatter {np.sqrt(found.factor):.2f} times "
+            "as much as the stated sigmas let them: all sigmas are multiplied by that."
+        )
+    swing = {name: np.linalg.eigh(matrix) for name, matrix in found.wander.items()}
+    largest = sorted(swing, key=lambda name: -float(swing[name][0][-1]))
+    listed = [
+        f"{name} {1e3 * np.sqrt(value[-1]):.1f} mm {_along(vector[:, -1])}"
+        for name in largest[:_NAMED]
+        for value, vector in [swing[name]]
+        if value[-1] > _SMALL**2
+    ]
+    if listed:
+        yield Finding(
+            "Reference points come and go within a day, and only what is beyond that counts as "
+            f"movement (standard deviation in the direction of most): {', '.join(listed)}."
+        )
+
+
+def _along(direction: Array) -> str:
+    """A direction without a sense: up and down, or towards an azimuth and back."""
+    if abs(direction[2]) > np.hypot(direction[0], direction[1]):
+        return "in height"
+    azimuth = np.arctan2(direction[0], direction[1]) / np.pi * 200 % 200
+    return f"along {azimuth:.0f} gon"
+
+
+def _moved_sentences(solved: Sequence[Cycle], points: Sequence[PointSeries]) -> Iterator[str]:
+    """Each reference that moved: in which cycles, how far at most, and whether it drifts."""
+    series = {p.name: p for p in points}
+    count = Counter(name for c in solved for name in c.moved)
+    for name, times in count.most_common(_NAMED):
+        cycles = [c for c in solved if name in c.moved]
+        most = max(cycles, key=lambda c: c.points[name].test)
+        at = most.points[name]
+        axes = range(len(at.vector)) if len(at.vector) == 3 else (0, 1)
+        when = (
+            f"at {moment(most.start)}"
+            if times == 1
+            else f"in {times} cycles between {moment(cycles[0].start)} and "
+            f"{moment(cycles[-1].start)}, most at {moment(most.start)}"
+        )
+        text = (
+            f"Reference point {name} moved {when}: {direction_words(at.vector, axes)} "
+            f"(test {at.test:.1f}, limit {at.limit:.1f})"
+        )
+        fits = series[name].fits if name in series else ()
+        drifts = [
+            f"{30e3 * fit.rate:+.1f} mm along {axis}"
+            for axis, fit in zip(_AXES, fits, strict=False)
+            if fit is not None and fit.trend
+        ]
+        drift = f"it drifts by {', '.join(drifts)} in 30 days" if drifts else "it has no real trend"
+        yield f"{text}; {drift}."
 
 
 def _point_sentences(points: Sequence[PointSeries]) -> Iterator[str]:
@@ -155,7 +226,7 @@ def series_page(found: Series, points: Sequence[PointSeries], title: str) -> str
     """The whole series as one HTML file, with charts of the points that did most."""
     ordered = sorted(points, key=lambda p: -_size(p))[:_DRAWN]
     pictures = [_chart(p, found, k) for k, p in enumerate(ordered)]
-    sentences = series_sentences(found, points)
+    sentences = words(series_findings(found, points))
     return page("Series", title, sentences, pictures, series_tables(found, points))
 
 
@@ -212,6 +283,7 @@ def series_document(found: Series, points: Sequence[PointSeries]) -> SeriesDocum
             "settings": settings,
             "baseline": epoch_data(found.zero, FlatSite(), "baseline of a series"),
             "factor": found.factor,
+            "wander": {name: matrix.tolist() for name, matrix in found.wander.items()},
             "cycles": [_cycle(c) for c in found.cycles],
             "series": {
                 p.name: [
@@ -221,7 +293,7 @@ def series_document(found: Series, points: Sequence[PointSeries]) -> SeriesDocum
                 ]
                 for p in points
             },
-            "sentences": series_sentences(found, points),
+            "sentences": words(series_findings(found, points)),
         }
     )
 

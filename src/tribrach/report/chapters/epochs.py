@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import anchor
 from tribrach.report.content import Head
-from tribrach.report.epochs import epochs_part, epochs_pictures, epochs_sentences, epochs_tables
+from tribrach.report.epochs import epochs_findings, epochs_part, epochs_pictures, epochs_tables
+from tribrach.report.findings import words
 from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.report.subject import Subject
 
@@ -34,7 +35,7 @@ def _chapter(one: ComparedEpochs, number: int, head: Head) -> Chapter:
     return Chapter(
         f"epochs-{slug}",
         f"What moved: {first} to {second}",
-        tuple(epochs_sentences(one, angle)),
+        tuple(words(epochs_findings(one, angle))),
         tuple(replace(p, name=f"{p.name}-{slug}") for p in epochs_pictures(one)),
         tuple(replace(t, name=f"{t.name}-{slug}") for t in epochs_tables(one, angle)),
         epochs_part(one, angle),

@@ -25,6 +25,16 @@ class CongruencePart(DocumentPart):
     passed: bool
 
 
+class OwnTestPart(DocumentPart):
+    """The global test of one epoch."""
+
+    vtpv: float
+    dof: int
+    lower: float
+    upper: float
+    passed: bool
+
+
 class DisplacementPart(DocumentPart):
     """What became of a point, in the datum of the stable points."""
 
@@ -92,6 +102,8 @@ class EpochComparisonPart(DocumentPart):
     """Points that are held in both epochs."""
     whole: CongruencePart
     references: SearchPart | None
+    own: list[OwnTestPart | None]
+    """Of the first and the second epoch; null where it is not known."""
     precision: CongruencePart | None
     """Ratio of the variance factors of both epochs."""
     common: list[CommonMotionPart]
@@ -219,7 +231,9 @@ class SeriesDocument(Document):
     baseline: dict[str, Any]
     """As an epoch file."""
     factor: float
-    """What variances are multiplied by, from the scatter of the reference points."""
+    """What variances are multiplied by, from the scatter that most reference points share."""
+    wander: dict[str, list[list[float]]]
+    """Covariance in E, N, U of what a reference point does within a day [m^2]."""
     cycles: list[CyclePart]
     series: dict[str, list[AxisFitPart]]
     sentences: list[str]
