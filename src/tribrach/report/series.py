@@ -78,14 +78,14 @@ def _references(found: Series, solved: Sequence[Cycle]) -> Iterator[Finding]:
     alpha = 1 - found.settings.confidence
     if tested:
         often = bdtrc(len(alarms) - 1, len(tested), alpha) < _OFTEN if alarms else False
-        named = sum(c.resolved for c in alarms)
+        named = sum(bool(c.moved) for c in alarms)
         text = (
             f"The reference points fail their test in {len(alarms)} of "
             f"{counted(len(tested), 'cycle')} ({100 * len(alarms) / len(tested):.1f} %, by chance "
             f"{100 * alpha:.2g} %)"
         )
         if alarms:
-            text += f"; in {named} of these it is named which moved"
+            text += f"; in {named} of these a point is beyond its own limit and is named"
         yield Finding(f"{text}.", bool(often))
     if found.factor > 1.0:
         yield Finding(
