@@ -41,7 +41,7 @@ export class Viewer {
     this.renderer.autoClear = false;
     this.eye = new Eye(() => this.#moved());
     this.clouds = new Clouds(scene, this.eye.camera, () => {
-      this.draw();
+      this.#arrived();
       tell.loaded();
     }, tell.failed, tell.gone);
     this.network = new NetworkView((xyz) => this.toDrawing(xyz), this.frame, scene.ellipsoid ?? ellipsoidFactor(scene.confidence ?? 0.95));
@@ -156,6 +156,18 @@ export class Viewer {
     this.clouds.soon();
     this.draw();
     this.tell.camera();
+  }
+
+  /** Points have come: the first are drawn at once, more of them a few times a second, so that loading is not kept waiting. */
+  #arrived() {
+    const now = this.clouds?.shownPoints > 0;
+    if (!this.clouds?.loading || now !== this.anyShown) {
+      this.anyShown = now;
+      this.draw();
+    } else this.arrivals ??= setTimeout(() => {
+      this.arrivals = null;
+      this.draw();
+    }, 400);
   }
 
   /** Ask for a picture; many calls become one frame. */
