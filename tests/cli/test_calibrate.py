@@ -122,7 +122,10 @@ def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
     assert data["sigma_origin"].startswith("a priori")
     assert all(len(d["points"]) == 64 for d in data["datums"])
     page = names[1].read_text()
-    assert page.count("data:image/webp;base64,") == 4
+    assert page.count("<figure") == 4
+    own = page.split('id="within"')[1].split("</figure>")[0]
+    names = [p["name"] for p in data["parameters"]]
+    assert all(f"{a}, {b}: " in own for a in names for b in names)
     for words in ("Correlations of the parameters with orientations", "Parameters in other datums"):
         assert words in page
     saved = read_calibration(names[2])

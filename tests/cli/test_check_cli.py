@@ -96,7 +96,10 @@ def test_words_and_page_and_comparison_with_an_earlier_check(tmp_path: Path) -> 
     assert "point to x10, range zero" in words
     assert "a significant change" in words
     text = page.read_text()
-    assert "data:image/webp;base64," in text
+    drawn = text.split('id="faces-chart"')[1].split("</figure>")[0]
+    # three readings against zenith angle and range, each pair with its two sigmas
+    assert drawn.count('class="axis"') >= 6
+    assert drawn.count("(2 σ)</title>") == drawn.count('class="line faint"')
     assert "does not pass" in text
 
 

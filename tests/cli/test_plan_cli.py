@@ -35,7 +35,8 @@ def test_plan_of_the_laboratory(tmp_path: Path) -> None:
     assert data["parameters"].keys() == {f"x{k}(scanner)" for k in ("10", "2", "3", "4", "6")}
     page = files["html"].read_text()
     assert "<svg" in page
-    assert "data:image/webp;base64," in page
+    drawn = page.split('id="gain"')[1].split("</figure>")[0]
+    assert drawn.count('class="ring"') == 2 * len(data["proposals"])
     assert "Where targets and points are" in page
     assert "http" not in page.split("</head>")[0]
     text = files["txt"].read_text()

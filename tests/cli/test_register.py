@@ -187,7 +187,9 @@ def test_clouds_with_sigmas_and_a_page(folder: Path, tmp_path: Path) -> None:
     text = page.read_text()
     for words in ("3 of 3 pairs that were tried", "1 of 1 loops close", "Verdicts", "Stations"):
         assert words in text
-    assert text.count("data:image/webp") == 1
+    drawn = text.split('id="plan-1"')[1].split("</figure>")[0]
+    assert drawn.count('class="station"') == 3
+    assert drawn.count("times its limit") == 3
     # a second run leaves its own clouds as they are, and replaces nobody else's
     before = (out / "S2.laz").stat().st_mtime_ns
     assert RUN.invoke(app, [*call, "--instrument", "Leica RTC360"]).exit_code == 0

@@ -104,7 +104,7 @@ def test_a_second_run_compares_nothing_and_says_the_same(
     assert same(before, after)
     one, other = comparison_chapter(before), comparison_chapter(after)
     assert one.data == other.data
-    assert [p.webp for p in one.pictures] == [p.webp for p in other.pictures]
+    assert [p.drawing for p in one.pictures] == [p.drawing for p in other.pictures]
 
 
 def test_nothing_is_lost_in_the_record(job: tuple[Path, Report]) -> None:

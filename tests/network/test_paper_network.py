@@ -154,7 +154,9 @@ def test_commands_as_documented(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     assert "nothing estimable changed" in result.output
     assert "minimum norm over metres and radians" in result.output
-    assert files[1].read_text().count("data:image/webp;base64,") == 4
+    page = files[1].read_text()
+    assert page.count("<figure") == 4
+    assert page.count('class="dots s1"') == 9
 
 
 def test_a_minimum_norm_says_what_it_is_and_is_not_saved() -> None:

@@ -50,13 +50,14 @@ from tribrach.report.build import build
 from tribrach.report.calibration import calibration_page
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.comparisons import comparison_chapter
+from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.cloud_registration import cloud_registration_page
 from tribrach.report.comparison import comparison_page
 from tribrach.report.completeness import completeness_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_page, epochs_svg
 from tribrach.report.field_check import check_page
-from tribrach.report.figures import new_figure, picture
+from tribrach.report.figures import Picture
 from tribrach.report.noise import noise_page
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
@@ -137,12 +138,14 @@ def network_report(name: Naming) -> Report:
         facts={name(15): name(16)},
         warnings=warned(Severity.INPUT, [name(17)]),
     )
-    figure = new_figure(figsize=(2, 2))
-    figure.subplots().set_title(name(22))
+    chart = Chart((0.0, 1.0), (0.0, 1.0), (name(86), name(87)), title=name(22), names=[name(88)])
+    chart.place(0.2, 0.5, name(89), "station")
+    chart.line((0.0, 1.0), (0.0, 1.0), words=name(90))
+    drawing = beside([[chart]], name(91), legend([("s0", name(92))], 400.0))
     heads = [(ColumnHead(name(23), name(24), numeric=False), text_cell)]
     table = build_table("words", name(25), name(26), [name(27 + i) for i in range(24)], heads)
     chapter = Chapter(
-        "own", name(60), (name(61),), (picture("own-map", name(62), figure, name(63)),), (table,)
+        "own", name(60), (name(61),), (Picture("own-map", name(62), drawing, name(63)),), (table,)
     )
     compared = StationComparison.of(name(64), name(65), 0.2, sites_of(name), None, [name(66)])
     return replace(content, chapters=(*content.chapters, chapter, comparison_chapter(compared)))

@@ -13,7 +13,7 @@ import tribrach
 from tests.report.hostile import HOSTILE, harmless, hostile
 from tests.report.pages import PAGES, network_report
 from tribrach.cli import app
-from tribrach.report import figures, text
+from tribrach.report import text
 from tribrach.report.characters import visible
 from tribrach.report.environment import render_page
 
@@ -65,7 +65,6 @@ def test_names_are_text_and_nothing_else(which: str, monkeypatch: pytest.MonkeyP
         return hostile(k)
 
     page = PAGES[which](naming)
-    monkeypatch.setattr(figures, "_webp", lambda figure: b"")
     plain = PAGES[which](harmless)
     tree, other = skeleton(page), skeleton(plain)
     assert tree - other == Counter()

@@ -1,10 +1,13 @@
 """The page in the order in which one signs: verdict, plan, figures, what stands behind them."""
 
+import base64
+import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from lxml import html as parser
+from PIL import Image
 
 from tests.report.cases import levelling, mean_of_two, scanner_content
 from tribrach.errors import InputError
@@ -12,8 +15,10 @@ from tribrach.io.logo import read_logo
 from tribrach.job.panorama import Panorama
 from tribrach.job.results import JobResults
 from tribrach.project import Project
+from tribrach.report import front_page as front_page_module
 from tribrach.report import html, text
-from tribrach.report.charts import Chart, DrawnMark, beside, nice_ticks
+from tribrach.report.chapters.adjustment import Marked, marked
+from tribrach.report.charts import SIGNED, Chart, DrawnMark, beside, nice_ticks, shade
 from tribrach.report.front_page import front_page
 from tribrach.report.names import spoken
 from tribrach.report.notation import Notation
@@ -231,7 +236,7 @@ def test_ticks_are_round_and_inside() -> None:
 
 
 def test_ticks_of_an_axis_do_not_overprint() -> None:
-    chart = Chart((1.2, 31.0), (0, 1), ("sigma", "n"), (300.0, 200.0), log=True)
+    chart = Chart((1.2, 31.0), (0, 1), ("sigma", "n"), (300.0, 200.0), log="x")
     drawing = beside([[chart]], "words")
     at = sorted(
         float(dict(m.attributes)["x"])
@@ -251,6 +256,99 @@ def test_places_of_marks_are_linear_in_their_values() -> None:
     same = Chart((0, 100), (0, 10), ("x", "y"), (500.0, 400.0), equal=True)
     scale = (same.across(10) - same.across(0)) / 10
     assert (same.up(0) - same.up(10)) / 10 == pytest.approx(scale, rel=0.01)
+
+
+def test_a_logarithmic_axis_upwards_is_even_in_ratios() -> None:
+    chart = Chart((0, 1), (0.1, 100.0), ("x", "y"), (400.0, 300.0), log="y")
+    assert chart.up(1) - chart.up(10) == pytest.approx(chart.up(0.1) - chart.up(1), abs=0.02)
+    words = {m.text for m in marks_of(beside([[chart]], "w").marks) if m.tag == "text"}
+    assert {"0.1", "1", "10", "100"} <= words
+
+
+def test_cells_stand_where_their_names_are_and_say_their_numbers() -> None:
+    values = np.array([[1.0, -0.8, np.nan], [0.2, 1.0, 0.5]])
+    names, rows = ["a", "b", "c"], ["p", "q"]
+    chart = Chart((-0.5, 2.5), (-0.5, 1.5), ("", ""), (400.0, 200.0), names=names, rows=rows)
+    chart.cells(values, -1.0, 1.0, 0.7)
+    marks = list(marks_of(beside([[chart]], "w").marks))
+    cells = {m.title: dict(m.attributes) for m in marks if m.tag == "rect"}
+    assert set(cells) == {"p, a: 1.00", "p, b: -0.80", "q, a: 0.20", "q, b: 1.00", "q, c: 0.50"}
+    assert cells["p, a: 1.00"]["fill"] == shade(1.0, SIGNED)
+    assert float(cells["p, a: 1.00"]["y"]) < float(cells["q, a: 0.20"]["y"])
+    written = [m.text for m in marks if dict(m.attributes).get("class") == "on-cell"]
+    assert written == ["1.00", "-0.80", "1.00"]
+    labels = {m.text: dict(m.attributes) for m in marks if m.text in ("p", "q")}
+    middle = float(cells["p, a: 1.00"]["y"]) + float(cells["p, a: 1.00"]["height"]) / 2
+    assert float(labels["p"]["y"]) == pytest.approx(middle + 4, abs=0.1)
+
+
+def test_a_large_table_is_one_image_of_its_cells() -> None:
+    chart = Chart((-0.5, 99.5), (-0.5, 19.5), ("", ""), (900.0, 300.0))
+    chart.cells(np.random.default_rng(0).uniform(-1, 1, (20, 100)), -1.0, 1.0)
+    (image,) = (m for m in marks_of(beside([[chart]], "w").marks) if m.tag == "image")
+    data = dict(image.attributes)["href"].split(",")[1]
+    assert Image.open(io.BytesIO(base64.b64decode(data))).size == (100, 20)
+
+
+def test_names_of_places_do_not_cover_each_other() -> None:
+    chart = Chart((0, 1), (0, 1), ("x", "y"), (400.0, 300.0))
+    for k in range(5):
+        chart.place(0.1 + 0.15 * k, 0.5, f"station {k}", "station")
+    chart.dots([0.5, 3.0], [0.5, 0.5], "s0")
+    marks = list(marks_of(beside([[chart]], "w").marks))
+    boxes = [
+        (float(a["x"]), float(a["y"]), 6.4 * len(m.text))
+        for m in marks
+        if (a := dict(m.attributes)).get("class") == "label station"
+    ]
+    assert len(boxes) == 5
+    for i, (x, y, w) in enumerate(boxes):
+        for u, v, z in boxes[i + 1 :]:
+            assert x + w <= u or u + z <= x or abs(y - v) >= 11
+    # what lies beyond the axes is not drawn
+    (dots,) = (m for m in marks if dict(m.attributes).get("class") == "dots s0")
+    assert dict(dots.attributes)["d"].count("M") == 1
+
+
+def test_the_verdict_names_what_is_marked_and_counts_the_rest(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    content = scanner_content()
+    assert not marked(content).names
+    assert "Marked" not in dict(front_page(content).lines)
+    passed = replace(
+        content,
+        grave=3,
+        summary=replace(content.summary, test=replace(content.summary.test, accepted=True)),
+    )
+    names = ("direction C to E6", "target centre S1 to E3", "distance A to B")
+    found = Marked(names, "3 of 65 tests are beyond the limit, 0.1 would be by chance", True)
+    monkeypatch.setattr(front_page_module, "marked", lambda content: found)
+    front = front_page(passed)
+    assert front.sort == "look"
+    assert front.verdict == (
+        "Global test passed; before you sign look at direction C to E6, target centre S1 to E3 "
+        "and 1 more and at 2 other things"
+    )
+    assert (
+        "direction C to E6, target centre S1 to E3 and distance A to B (3 of 65"
+        in (dict(front.lines)["Marked"])
+    )
+    # by chance: told, but nothing to look into
+    monkeypatch.setattr(front_page_module, "marked", lambda content: replace(found, act=False))
+    calm = front_page(replace(passed, grave=0))
+    assert (calm.sort, calm.verdict) == ("good", "Global test passed")
+    assert "no more than chance" in dict(calm.lines)["Marked"]
+
+
+def test_what_is_to_be_done_and_what_is_to_be_known_have_their_own_headings() -> None:
+    content = replace(scanner_content(), warnings=("Do this.", "Know that."), grave=1)
+    warnings = page(content).xpath("//section[@id='warnings']")[0]
+    assert [h.text for h in warnings.xpath("h2")] == ["To look into before you sign", "To be known"]
+    assert [ul.xpath("li")[0].text for ul in warnings.xpath("ul")] == ["Do this.", "Know that."]
+    calm = page(replace(content, grave=0)).xpath("//section[@id='warnings']")[0]
+    assert [h.text for h in calm.xpath("h2")] == ["To be known"]
+    assert "grave" not in calm.get("class")
 
 
 def test_a_logo_is_a_picture(tmp_path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +15,8 @@ from tribrach.calibration.self_calibration import Parameter, SelfCalibration, re
 from tribrach.calibration.significance import BlockTest, Omitted
 from tribrach.instruments.calibration import meaning_of, unit_of
 from tribrach.network.quality import global_test
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.charts import SIGNED, Chart, beside, colour_bar, legend
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import count_cell, matrix, number, numbers
 from tribrach.report.page import page
 from tribrach.report.schema.base import heading
@@ -29,9 +30,6 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.units import SEC
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 __all__ = ["calibration_document", "calibration_page", "calibration_sentences", "calibration_text"]
 
@@ -195,8 +193,8 @@ def _range(values: Array) -> str:
     return f"{low:.6f}" if high - low < 5e-7 else f"{low:.6f} to {high:.6f}"
 
 
-#: most rows or columns of a heat map that get their name
-_MOST_LABELS = 80
+#: correlations from here on are written into their cells
+_WRITTEN = 0.7
 #: residuals drawn per panel; more are thinned out evenly
 _MOST_DOTS = 20_000
 _COMPONENTS = ("E", "N", "U", "tilt E", "tilt N", "heading")
@@ -240,23 +238,16 @@ def _heat(
     """A heat map; None if there is nothing in it."""
     if rho.size == 0:
         return None
-    width = float(np.clip(2.5 + 0.22 * len(columns), 4.5, 16))
-    height = float(np.clip(1.6 + 0.24 * len(rows), 2.4, 12))
-    figure = new_figure(figsize=(width, height), dpi=100, layout="constrained")
-    panel = figure.subplots()
-    panel.set_facecolor("#d0d0d0")
-    shown = np.ma.masked_invalid(rho)
-    image = panel.imshow(shown, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
-    if len(rows) <= _MOST_LABELS:
-        panel.set_yticks(range(len(rows)), rows, fontsize=7)
-    if len(columns) <= _MOST_LABELS:
-        panel.set_xticks(range(len(columns)), columns, fontsize=7, rotation=90)
-    if rho.size <= 400:
-        for (i, j), value in np.ndenumerate(rho):
-            if np.isfinite(value) and abs(value) > 0.7:
-                panel.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=6)
-    figure.colorbar(image, ax=panel, shrink=0.8)
-    return picture(name, title, figure, caption)
+    size = (
+        float(np.clip(130.0 + 34.0 * len(columns), 420.0, 1200.0)),
+        float(np.clip(120.0 + 22.0 * len(rows), 170.0, 900.0)),
+    )
+    ends = (-0.5, len(columns) - 0.5), (-0.5, len(rows) - 0.5)
+    chart = Chart(*ends, ("", ""), size, names=columns, rows=rows)
+    chart.cells(rho, -1.0, 1.0, _WRITTEN)
+    scale = colour_bar(-1.0, 1.0, "correlation", size[0], SIGNED)
+    wide = size[0] > 700
+    return Picture(name, title, beside([[chart]], title, scale), caption, wide=wide)
 
 
 def _residuals(calibration: SelfCalibration) -> Picture:
@@ -265,24 +256,36 @@ def _residuals(calibration: SelfCalibration) -> Picture:
     step = max(1, len(r.polar) // _MOST_DOTS)
     across = [
         ("range [m]", r.polar[::step, 0]),
-        ("horizontal angle [deg]", np.degrees(r.polar[::step, 1]) % 360),
-        ("zenith angle [deg]", np.degrees(r.polar[::step, 2])),
+        ("horizontal angle [°]", np.degrees(r.polar[::step, 1]) % 360),
+        ("zenith angle [°]", np.degrees(r.polar[::step, 2])),
     ]
     up = [("range [mm]", 0, 1e3), ("horizontal [″]", 1, 1 / SEC), ("zenith [″]", 2, 1 / SEC)]
-    figure = new_figure(figsize=(12, 8.4), dpi=100, layout="constrained")
-    panels = figure.subplots(3, 3)
-    for i, (what, row, scale) in enumerate(up):
-        for j, (against, x) in enumerate(across):
-            panel: Axes = panels[i][j]
-            if r.before is not None:
-                y = r.before[::step, row] * scale
-                panel.plot(x, y, ".", color="#c2571a", ms=3, label="without")
-            panel.plot(x, r.after[::step, row] * scale, ".", color="#2b5f8a", ms=3, label="with")
-            panel.axhline(0, color="#1d2327", lw=0.6)
-            panel.set(xlabel=against, ylabel=f"residual of {what}")
-    panels[0][0].legend(fontsize=8, frameon=False)
-    caption = "Residuals of the network without and with the parameters."
-    return picture("residuals", "Residuals against range and angles", figure, caption)
+    rows = []
+    for what, row, scale in up:
+        after = r.after[::step, row] * scale
+        before = after[:0] if r.before is None else r.before[::step, row] * scale
+        most = 1.05 * float(np.abs(np.concatenate([before, after])).max(initial=1e-9))
+        panels = []
+        for against, x in across:
+            ends = float(x.min()), float(x.max())
+            label = f"residual of {what}"
+            panel = Chart(ends, (-most, most), (against, label), (410.0, 250.0))
+            if len(before):
+                panel.dots(x, before, "s1")
+            panel.dots(x, after, "s0")
+            panel.line(ends, (0.0, 0.0), "faint")
+            panels.append(panel)
+        rows.append(panels)
+    entries = [("s0", "with the parameters")]
+    if r.before is not None:
+        entries.insert(0, ("s1", "without"))
+    title = "Residuals against range and angles"
+    drawing = beside(rows, title, legend(entries, 1230.0))
+    caption = (
+        "Residuals of the network without and with the parameters: what still bends or steps with "
+        "them is an error that the model does not have."
+    )
+    return Picture("residuals", title, drawing, caption, wide=True)
 
 
 def calibration_page(title: str, calibration: SelfCalibration, further: Sequence[str] = ()) -> str:

@@ -10,13 +10,19 @@ import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.report.labels import Item, place_labels
 
 __all__ = [
+    "LEVELS",
     "PALETTE",
+    "SIGNED",
+    "TESTED",
     "Chart",
     "Drawing",
     "DrawnMark",
@@ -25,6 +31,9 @@ __all__ = [
     "legend",
     "mark",
     "nice_ticks",
+    "shade",
+    "shades",
+    "symbol",
 ]
 
 #: classes of colours in the style sheet: ``s0`` to ``s11``
@@ -32,14 +41,28 @@ PALETTE = 12
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 14.0, 26.0, 44.0
 #: size of a letter in pixels
 _LETTER = 6.2
-#: stops of the colours from low to high, dark blue to yellow, evenly spaced
-_LEVELS = np.array(
+#: stops of colours, evenly spaced from low to high: dark blue to yellow
+LEVELS = np.array(
     [
         [68, 1, 84], [72, 40, 120], [62, 73, 137], [49, 104, 142], [38, 130, 142],
         [31, 158, 137], [53, 183, 121], [110, 206, 88], [181, 222, 43], [253, 231, 37],
     ],
     dtype=float,
 )  # fmt: skip
+#: from -1 by way of 0 to 1: blue, nearly white, red
+SIGNED = np.array(
+    [[33, 102, 172], [103, 169, 207], [209, 229, 240], [247, 247, 247], [253, 219, 199],
+     [239, 138, 98], [178, 24, 43]],
+    dtype=float,
+)  # fmt: skip
+#: well within its limit to well beyond: green, yellow in the middle, red
+TESTED = np.array(
+    [[26, 122, 72], [102, 189, 99], [190, 215, 110], [245, 222, 110], [250, 174, 97],
+     [226, 92, 61], [165, 20, 38]],
+    dtype=float,
+)  # fmt: skip
+#: cells of a table of numbers that are drawn one by one, each with what it says
+_MOST_CELLS = 1500
 
 
 @dataclass(frozen=True)
@@ -96,6 +119,22 @@ def mark(
     return DrawnMark(tag, given, text, title, tuple(inner))
 
 
+def symbol(x: float, y: float, name: str, sort: str) -> DrawnMark:
+    """The symbol of a control, check or free point, of a station, or a ring, as in the plan."""
+    shape = {
+        "station": mark("path", d="M0 -5.5L5.5 0L0 5.5L-5.5 0z"),
+        "free": mark("circle", r=2.8),
+        "ring": mark("circle", r=8),
+    }.get(sort, mark("path", d="M0 -6.5L5.8 4.2L-5.8 4.2z"))
+    place = f"translate({x:.2f} {y:.2f})"
+    return mark("g", title=name, inner=[shape], transform=place, class_=sort)
+
+
+def _known(**attributes: str) -> dict[str, Any]:
+    """Attributes that have a value."""
+    return {key: value for key, value in attributes.items() if value}
+
+
 def nice_ticks(low: float, high: float, most: int = 6) -> list[float]:
     """Round numbers from low to high: steps of 1, 2 or 5 times a power of ten, at most ``most``."""
     span = high - low
@@ -115,16 +154,16 @@ def _log_ticks(low: float, high: float) -> list[float]:
     return [tick for tick in ticks if low <= tick * (1 + 1e-9) and tick <= high * (1 + 1e-9)]
 
 
-def _level_colour(share: float) -> str:
-    """The colour of a share from 0 to 1 between low and high."""
-    r, g, b = np.round(_level(np.array([share]))[0]).astype(int).tolist()
+def shade(share: float, scale: Array = LEVELS) -> str:
+    """The colour of a share from 0 to 1 between low and high, as a page writes it."""
+    r, g, b = np.round(shades(np.array([share]), scale)[0]).astype(int).tolist()
     return f"#{r:02x}{g:02x}{b:02x}"
 
 
-def _level(shares: Array) -> Array:
-    """Colours (n, 3) from 0 to 255 of shares (n,)."""
-    at = np.linspace(0, 1, len(_LEVELS))
-    return np.stack([np.interp(shares, at, _LEVELS[:, k]) for k in range(3)], axis=-1)
+def shades(shares: Array, scale: Array = LEVELS) -> Array:
+    """Colours (..., 3) from 0 to 255 of shares (...); beyond the ends those of the ends."""
+    at = np.linspace(0, 1, len(scale))
+    return np.stack([np.interp(shares, at, scale[:, k]) for k in range(3)], axis=-1)
 
 
 class Chart:
@@ -140,12 +179,14 @@ class Chart:
         Width and height in pixels.
     title : str
         Above the panel.
-    log : bool
-        The axis to the right is logarithmic.
+    log : {"", "x", "y", "xy"}
+        Axes that are logarithmic.
     equal : bool
         Both axes have one scale; the panel gets as high as that needs, up to ``size``.
     names : sequence of str, optional
         Instead of numbers at the axis to the right: at 0, 1, 2 and so on.
+    rows : sequence of str, optional
+        The same at the axis upwards, the first on top at the last number.
     """
 
     def __init__(
@@ -156,23 +197,25 @@ class Chart:
         size: tuple[float, float] = (460.0, 300.0),
         title: str = "",
         *,
-        log: bool = False,
+        log: Literal["", "x", "y", "xy"] = "",
         equal: bool = False,
         names: Sequence[str] | None = None,
+        rows: Sequence[str] | None = None,
     ) -> None:
         self._log = log
-        self.x, self.y = _ends(x, log=log), _ends(y)
+        self.x, self.y = _ends(x, log="x" in log), _ends(y, log="y" in log)
         self._labels, self._title, self._names = labels, title, names
         self.width, self.height = size
-        self._left = _LEFT
+        self._rows = rows
+        self._left = max([_LEFT, *(len(row) * _LETTER + 30.0 for row in rows or ())])
         longest = max((len(name) for name in names or ()), default=0)
         self._slanted = names is not None and longest * _LETTER > (
-            (self.width - _LEFT - _RIGHT) / max(len(names), 1) - 4
+            (self.width - self._left - _RIGHT) / max(len(names), 1) - 4
         )
         if names and self._slanted:
             # the first name begins left of the panel
-            slot = (self.width - _LEFT - _RIGHT) / len(names)
-            self._left = max(_LEFT, 0.77 * _LETTER * len(names[0]) - slot / 2 + 12.0)
+            slot = (self.width - self._left - _RIGHT) / len(names)
+            self._left = max(self._left, 0.77 * _LETTER * len(names[0]) - slot / 2 + 12.0)
         slant = longest * _LETTER * 0.64 - 8 if self._slanted else 0.0
         self._bottom = _BOTTOM + max(slant, 0.0) - (14.0 if not labels[0] else 0.0)
         self._top = _TOP if title else 10.0
@@ -186,11 +229,12 @@ class Chart:
             # the axes reach as far as the panel does
             self.x, self.y = _about(self.x, room[0] / scale), _about(self.y, high / scale)
         self._marks: list[DrawnMark] = []
+        self._names_beside: list[Item] = []
 
     def across(self, value: float) -> float:
         """Pixels from the left."""
         low, high = self.x
-        if self._log:
+        if "x" in self._log:
             low, high, value = (math.log10(v) for v in (low, high, max(value, 1e-300)))
         room = self.width - self._left - _RIGHT
         return round(self._left + (value - low) / (high - low) * room, 2)
@@ -198,6 +242,8 @@ class Chart:
     def up(self, value: float) -> float:
         """Pixels from the top."""
         low, high = self.y
+        if "y" in self._log:
+            low, high, value = (math.log10(v) for v in (low, high, max(value, 1e-300)))
         room = self.height - self._top - self._bottom
         return round(self.height - self._bottom - (value - low) / (high - low) * room, 2)
 
@@ -210,13 +256,37 @@ class Chart:
             at = self.across(a), self.up(b)
             self._marks.append(mark("circle", title=text, cx=at[0], cy=at[1], r=3, class_=colour))
 
+    def dots(self, x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str) -> None:
+        """Many small discs of one colour; those beyond the ends of the axes are left out."""
+        inside = [
+            (self.across(a), self.up(b))
+            for a, b in zip(x, y, strict=True)
+            if self.x[0] <= a <= self.x[1] and self.y[0] <= b <= self.y[1]
+        ]
+        d = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in inside)
+        if d:
+            self._marks.append(mark("path", d=d, class_=f"dots {colour}"))
+
+    def place(
+        self, x: float, y: float, name: str, sort: Literal["station", "free", "ring"]
+    ) -> None:
+        """A station, a point or a ring about a place, with its name beside it."""
+        at = self.across(x), self.up(y)
+        self._marks.append(symbol(*at, name, sort))
+        if name:
+            self._names_beside.append((*at, name, sort, 8.0 if sort == "ring" else 0.0))
+
     def line(
         self, x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str = "s0",
         *, dashed: bool = False, words: str = "",
     ) -> None:  # fmt: skip
-        """A line through points."""
-        sort = f"line {colour} dashed" if dashed else f"line {colour}"
-        self._marks.append(mark("path", title=words, d=self._path(x, y), class_=sort))
+        """A line through points; ``colour`` is a class of the style sheet or one like #1a7a48."""
+        own = colour.startswith("#")
+        sort = " ".join(["line"] + [colour] * (not own) + ["dashed"] * dashed)
+        style = f"stroke: {colour}" if own else ""
+        self._marks.append(
+            mark("path", title=words, d=self._path(x, y), class_=sort, **_known(style=style))
+        )
 
     def area(self, x: Sequence[float] | Array, y: Sequence[float] | Array, colour: str) -> None:
         """A filled polygon, faint."""
@@ -251,32 +321,72 @@ class Chart:
         """Words about a place."""
         self._marks.append(mark("text", text, x=self.across(x), y=self.up(y), class_="note-end"))
 
-    def cloud(self, x: Array, y: Array, shares: Array) -> None:
+    def cloud(self, x: Array, y: Array, shares: Array, scale: Array = LEVELS) -> None:
         """Very many points, coloured by shares from 0 to 1; the largest lies on top."""
-        from PIL import Image
+        order = np.argsort(shares, kind="stable")
+        self.spots(x[order], y[order], shades(np.clip(shares[order], 0, 1), scale))
 
+    def spots(self, x: Array, y: Array, colours: Array) -> None:
+        """Very many points (n,) with colours (n, 3) from 0 to 255; the last lies on top."""
         zoom = 2
         left, right = self.across(self.x[0]), self.across(self.x[1])
         top, base = self.up(self.y[1]), self.up(self.y[0])
         columns, rows = int((right - left) * zoom), int((base - top) * zoom)
         picture = np.zeros((rows, columns, 4), dtype=np.uint8)
-        order = np.argsort(shares, kind="stable")
-        column = (x[order] - self.x[0]) / (self.x[1] - self.x[0]) * (columns - 1)
-        row = (self.y[1] - y[order]) / (self.y[1] - self.y[0]) * (rows - 1)
+        column = (x - self.x[0]) / (self.x[1] - self.x[0]) * (columns - 1)
+        row = (self.y[1] - y) / (self.y[1] - self.y[0]) * (rows - 1)
         inside = (column >= 0) & (column < columns - 2) & (row >= 0) & (row < rows - 2)
         column, row = column[inside].astype(int), row[inside].astype(int)
-        colour = np.round(_level(np.clip(shares[order][inside], 0, 1))).astype(np.uint8)
+        colour = np.round(colours[inside]).astype(np.uint8)
         for right_by in range(3):
             for down_by in range(3):
                 picture[row + down_by, column + right_by, :3] = colour
                 picture[row + down_by, column + right_by, 3] = 255
+        self._image(picture, "")
+
+    def cells(self, values: Array, low: float, high: float, digits: float = math.inf) -> None:
+        """A table of numbers (rows, columns) in colours from low to high; NaN stays empty.
+
+        Numbers at least as large as ``digits`` are written into their cells.
+        """
+        rows, columns = values.shape
+        share = (values - low) / (high - low)
+        known = np.isfinite(values)
+        if values.size > _MOST_CELLS:
+            picture = np.zeros((rows, columns, 4), dtype=np.uint8)
+            picture[known, :3] = np.round(shades(share[known], SIGNED))
+            picture[known, 3] = 255
+            self._image(picture, "cells")
+            return
+        wide = self.across(1) - self.across(0) if columns > 1 else math.inf
+        for i, j in np.argwhere(known).tolist():
+            value, at = float(values[i, j]), (j - 0.5, rows - 1.5 - i)
+            names = [n[k] for n, k in ((self._rows, i), (self._names, j)) if n is not None]
+            x, y = self.across(at[0]), self.up(at[1] + 1)
+            across, down = self.across(at[0] + 1) - x, self.up(at[1]) - y
+            fill = shade(float(share[i, j]), SIGNED)
+            words = f"{', '.join(names)}: {value:.2f}"
+            self._marks.append(
+                mark("rect", title=words, x=x, y=y, width=across, height=down, fill=fill)
+            )
+            if abs(value) >= digits and wide >= 26:
+                right, base = x + across / 2, y + down / 2 + 4
+                self._marks.append(mark("text", f"{value:.2f}", x=right, y=base, class_="on-cell"))
+
+    def _image(self, picture: NDArray[np.uint8], sort: str) -> None:
+        """Pixels (rows, columns, 4) over the whole panel, below all other marks."""
+        from PIL import Image
+
         out = io.BytesIO()
         Image.fromarray(picture, "RGBA").save(out, "WEBP", lossless=True, quality=50, method=2)
         data = base64.b64encode(out.getvalue()).decode("ascii")
+        left, right = self.across(self.x[0]), self.across(self.x[1])
+        top, base = self.up(self.y[1]), self.up(self.y[0])
         self._marks.insert(
             0,
             mark(
                 "image", x=left, y=top, width=right - left, height=base - top,
+                preserveAspectRatio="none", class_=sort or "spots",
                 href=f"data:image/webp;base64,{data}",
             ),
         )  # fmt: skip
@@ -286,12 +396,17 @@ class Chart:
         left, right = self.across(self.x[0]), self.across(self.x[1])
         top, base = self.up(self.y[1]), self.up(self.y[0])
         parts = []
-        for value in nice_ticks(*self.y, most=max(2, int((base - top) / 34))):
+        for value, text in self._heights(base - top):
             at = self.up(value)
-            parts.append(mark("path", d=f"M{left} {at}H{right}", class_="grid"))
-            parts.append(mark("text", f"{value:.10g}", x=left - 6, y=at + 4, class_="count"))
+            if self._rows is None:
+                parts.append(mark("path", d=f"M{left} {at}H{right}", class_="grid"))
+            parts.append(mark("text", text, x=left - 6, y=at + 4, class_="count"))
         parts += self._ticks(left, right, base)
         parts += self._marks
+        parts += [
+            mark("text", label.text, x=label.x, y=label.y, class_=f"label {label.sort}")
+            for label in place_labels(self._names_beside, right, base)
+        ]
         parts.append(mark("path", d=f"M{left} {top}V{base}H{right}", class_="axis"))
         middle = (left + right) / 2
         if self._labels[0]:
@@ -303,11 +418,23 @@ class Chart:
             parts.append(mark("text", self._title, x=middle, y=15, class_="head"))
         return mark("g", inner=parts, transform=f"translate({x} {y})")
 
+    def _heights(self, room: float) -> list[tuple[float, str]]:
+        """Values and words of the axis upwards, for so many pixels."""
+        if self._rows is not None:
+            last = len(self._rows) - 1
+            step = max(1, math.ceil(11.0 * len(self._rows) / room))
+            return [(float(last - k), self._rows[k]) for k in range(0, last + 1, step)]
+        ticks = _log_ticks(*self.y) if "y" in self._log else []
+        if len(ticks) < 2:
+            ticks = nice_ticks(*self.y, most=max(2, int(room / 34)))
+        return [(value, f"{value:.10g}") for value in ticks]
+
     def _ticks(self, left: float, right: float, base: float) -> list[DrawnMark]:
         """Marks and words below the axis to the right."""
         if self._names is not None:
-            places = [(float(k), name) for k, name in enumerate(self._names)]
-        elif self._log:
+            step = max(1, math.ceil(11.0 * len(self._names) / (right - left)))
+            places = [(float(k), self._names[k]) for k in range(0, len(self._names), step)]
+        elif "x" in self._log:
             places = [(value, f"{value:.10g}") for value in _log_ticks(*self.x)]
         else:
             most = max(2, int((right - left) / 70))
@@ -344,26 +471,30 @@ def _about(ends: tuple[float, float], span: float) -> tuple[float, float]:
 
 
 def legend(entries: Sequence[tuple[str, str]], width: float) -> tuple[DrawnMark, float]:
-    """Colours with their words, in rows, and how high they are in pixels."""
+    """Colours, classes or such as #1a7a48, with their words, and how high their rows are."""
     parts, x, y = [], _LEFT, 12.0
     for colour, text in entries:
         need = 24 + len(text) * _LETTER
         if x > _LEFT and x + need > width:
             x, y = _LEFT, y + 18.0
-        parts.append(mark("rect", x=x, y=y - 9, width=11, height=11, class_=f"bar-{colour}"))
+        plain = colour.startswith("#")
+        own = _known(fill=colour if plain else "", class_="" if plain else f"bar-{colour}")
+        parts.append(mark("rect", x=x, y=y - 9, width=11, height=11, **own))
         parts.append(mark("text", text, x=x + 16, y=y, class_="entry"))
         x += need
     return mark("g", inner=parts), y + 8.0
 
 
-def colour_bar(low: float, high: float, label: str, width: float) -> tuple[DrawnMark, float]:
+def colour_bar(
+    low: float, high: float, label: str, width: float, scale: Array = LEVELS
+) -> tuple[DrawnMark, float]:
     """The colours from low to high with their numbers, and how high that is in pixels."""
     left, long = _LEFT, min(260.0, width - 2 * _LEFT)
     steps = 40
     step = long / steps
     parts = [
         mark("rect", x=left + k * step, y=4, width=step + 0.4, height=10,
-             fill=_level_colour((k + 0.5) / steps))
+             fill=shade((k + 0.5) / steps, scale))
         for k in range(steps)
     ]  # fmt: skip
     for value in nice_ticks(low, high, 5) if high > low else ():

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.report.figures import Picture, colour_scale, colours, new_figure, picture
+from tribrach.report.charts import TESTED, Chart, beside, colour_bar, shade
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import arcsec_cell, count_cell, mm_cell
 from tribrach.report.page import page
 from tribrach.report.tables import (
@@ -22,8 +23,6 @@ from tribrach.report.tables import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from tribrach.job.register import RegisteredFiles
     from tribrach.registration.clouds.graph import StationLoop
     from tribrach.registration.clouds.pair import CloudPair, PairFit
@@ -32,6 +31,8 @@ if TYPE_CHECKING:
 
 #: largest ratio of test to limit in the colours of the plan
 _WORST = 2.0
+#: colour of standing surfaces
+_WALLS = 168.0
 #: margin of a plan around stations and walls [share], and share of the walls beyond it on a side
 _MARGIN, _OUTER = 0.05, 0.05
 
@@ -161,58 +162,56 @@ def _plan(
     group: CloudGroup, registration: CloudRegistration, walls: Mapping[str, Array], number: int
 ) -> Picture:
     """Stations of a group in plan, with walls and the pairs between them."""
-    figure = new_figure(figsize=(9, 6.5), dpi=100, layout="constrained")
-    axes = figure.subplots()
-    seen: list[Array] = []
-    for name in group.stations:
-        placed = group.poses[name] @ walls.get(name, np.empty((0, 3)))
-        seen.append(placed[:, :2])
-        axes.plot(placed[:, 0], placed[:, 1], ".", color="#b8b8b8", markersize=1.2, zorder=1)
+    placed = [
+        (group.poses[name] @ walls.get(name, np.empty((0, 3))))[:, :2] for name in group.stations
+    ]
+    seen = np.concatenate(placed)
     at = {name: group.poses[name].translation[:2] for name in group.stations}
+    xy = np.array(list(at.values()))
+    # a few walls far away would make the stations small
+    low, high = np.quantile(np.concatenate([seen, xy]), [_OUTER, 1 - _OUTER], axis=0)
+    low, high = np.minimum(low, xy.min(axis=0)), np.maximum(high, xy.max(axis=0))
+    margin = _MARGIN * float((high - low).max()) + 1.0
+    chart = Chart(
+        (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin),
+        ("x [m]", "y [m]"), (900.0, 640.0), equal=True,
+    )  # fmt: skip
+    chart.spots(seen[:, 0], seen[:, 1], np.full((len(seen), 3), _WALLS))
     tests = _tests(registration)
     for edge in registration.consistency.used:
         if edge.ends <= set(at):
             test = tests.get(edge.ends)
             ratio = None if test is None else test.ratio
-            color = "#555555" if ratio is None else colours("RdYlGn_r")(min(ratio / _WORST, 1.0))
-            _line(axes, at[edge.first], at[edge.second], color, "-")
+            words = f"{edge.first} and {edge.second}: "
+            if ratio is None:
+                colour, words = "faint", words + "nothing controls it"
+            else:
+                colour = shade(min(ratio / _WORST, 1.0), TESTED)
+                words += f"test {ratio:.2f} times its limit"
+            _line(chart, at[edge.first], at[edge.second], colour, words)
     for edge in registration.consistency.dropped:
         if edge.ends <= set(at):
-            _line(axes, at[edge.first], at[edge.second], "#a3231c", ":")
-    xy = np.array(list(at.values()))
-    axes.plot(xy[:, 0], xy[:, 1], "^", color="#222222", markersize=7, zorder=3)
+            words = f"{edge.first} and {edge.second}: taken away, a loop does not close"
+            _line(chart, at[edge.first], at[edge.second], "bad", words, dashed=True)
     for name, place in at.items():
-        axes.annotate(
-            name,
-            tuple(place),
-            (3, 6),
-            textcoords="offset points",
-            fontsize=7,
-            rotation=40,
-            zorder=4,
-        )
-    # a few walls far away would make the stations small
-    low, high = np.quantile(np.concatenate([*seen, xy]), [_OUTER, 1 - _OUTER], axis=0)
-    low, high = np.minimum(low, xy.min(axis=0)), np.maximum(high, xy.max(axis=0))
-    margin = _MARGIN * (high - low).max() + 1.0
-    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    axes.set_xlim(low[0] - margin, high[0] + margin)
-    axes.set_ylim(low[1] - margin, high[1] + margin)
-    axes.ticklabel_format(useOffset=False)
-    scale = colour_scale(0, _WORST, "RdYlGn_r")
-    figure.colorbar(scale, ax=axes, label="test of the pair over its limit", shrink=0.8)
+        chart.place(float(place[0]), float(place[1]), name, "station")
     caption = (
         f"Stations in the frame of {group.stations[0]} and some of the standing surfaces that they "
         "saw. Lines are pairs, coloured by their test against the network (above 1: it "
-        "contradicts), grey where nothing controls them, dotted where a loop that does not close "
-        "took them away."
+        "contradicts), grey where nothing controls them, dashed where a loop that does not close "
+        "took them away; a line that is pointed at says its test."
     )
-    return picture(f"plan-{number + 1}", "Stations in plan", figure, caption)
+    scale = colour_bar(0.0, _WORST, "test of the pair over its limit", 900.0, TESTED)
+    title = "Stations in plan"
+    drawing = beside([[chart]], title, scale)
+    return Picture(f"plan-{number + 1}", title, drawing, caption, wide=True)
 
 
-def _line(axes: Axes, one: Array, two: Array, color: object, style: str) -> None:
+def _line(
+    chart: Chart, one: Array, two: Array, colour: str, words: str, *, dashed: bool = False
+) -> None:
     """A pair of stations."""
-    axes.plot([one[0], two[0]], [one[1], two[1]], style, color=color, linewidth=1.5, zorder=2)
+    chart.line((one[0], two[0]), (one[1], two[1]), colour, dashed=dashed, words=words)
 
 
 def _pairs(registration: CloudRegistration) -> ReportTable:

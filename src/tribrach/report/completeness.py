@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.charts import (
+    TESTED,
+    Chart,
+    Drawing,
+    beside,
+    colour_bar,
+    legend,
+    shade,
+)
+from tribrach.report.figures import Picture
 from tribrach.report.page import page
 from tribrach.report.tables import (
     Cell,
@@ -21,9 +30,6 @@ from tribrach.report.tables import (
 )
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
     from tribrach.comparison.completeness import Completeness, Gap
 
 __all__ = ["completeness_page", "completeness_text"]
@@ -31,7 +37,8 @@ __all__ = ["completeness_page", "completeness_text"]
 
 #: cells shown in a map, drawn at random from more
 _SHOWN = 60_000
-_COLOURS = ("#a3231c", "#e0a030", "#8fbc5a", "#1d6b3a")
+#: shares of the colours from well within to well beyond, by the number of stations
+_SHARES = np.array([1.0, 0.66, 0.33, 0.0])
 _LABELS = ("no station", "one station", "two stations", "three and more")
 
 
@@ -91,56 +98,55 @@ def _axes_of(completeness: Completeness, which: NDArray[np.int64]) -> tuple[Arra
     return xyz[:, :2], np.stack([along, xyz[:, 2]], axis=1), f"along {azimuth:.0f}° [m]"
 
 
-def _panels(
-    completeness: Completeness,
-) -> tuple[Figure, Axes, Axes, NDArray[np.int64], Array, Array]:
-    which = _chosen(len(completeness.seen))
+def _panels(completeness: Completeness, which: NDArray[np.int64], shares: Array) -> list[Chart]:
+    """Plan and view from the side of cells, coloured by shares; the largest lies on top."""
     plan, side, words = _axes_of(completeness, which)
-    figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
-    left, right = figure.subplots(1, 2)
     origin = np.round(plan.mean(axis=0), -1)
-    left.set(aspect="equal", xlabel=f"x - {origin[0]:.0f} m", ylabel=f"y - {origin[1]:.0f} m")
-    right.set(aspect="equal", xlabel=words, ylabel="height [m]")
-    return figure, left, right, which, plan - origin, side
+    labels = f"x - {origin[0]:.0f} m", f"y - {origin[1]:.0f} m"
+    panels = []
+    for (u, v), names in (((plan - origin).T, labels), (side.T, (words, "height [m]"))):
+        panel = Chart(_wide(u), _wide(v), names, (600.0, 460.0), equal=True)
+        panel.cloud(u, v, shares, TESTED)
+        panels.append(panel)
+    return panels
+
+
+def _wide(values: Array) -> tuple[float, float]:
+    """Ends of an axis with a little space beside the values."""
+    low, high = float(values.min()), float(values.max())
+    margin = 0.03 * (high - low) + 1e-6
+    return low - margin, high + margin
 
 
 def _map(completeness: Completeness) -> Picture:
     """Cells by the number of stations, those that lack most on top."""
-    figure, left, right, which, plan, side = _panels(completeness)
-    level = np.minimum(completeness.seen[which], 3)
-    for k in (3, 2, 1, 0):
-        cells = level == k
-        if cells.any():
-            style: dict[str, Any] = {"s": 1.5, "color": _COLOURS[k], "linewidths": 0}
-            left.scatter(*plan[cells].T, label=_LABELS[k], **style)
-            right.scatter(*side[cells].T, **style)
-    figure.legend(loc="outside lower center", ncols=4, frameon=False, markerscale=6)
+    which = _chosen(len(completeness.seen))
+    panels = _panels(completeness, which, _SHARES[np.minimum(completeness.seen[which], 3)])
+    entries = [(shade(float(s), TESTED), text) for s, text in zip(_SHARES, _LABELS, strict=True)]
+    title = "Seen by how many stations"
     caption = (
         f"{len(which):,} of {len(completeness.seen):,} cells in plan and from the side; what fewer "
         "stations see lies on top."
     )
-    return picture("seen", "Seen by how many stations", figure, caption)
+    drawing = beside([panels], title, legend(entries, 1200.0))
+    return Picture("seen", title, drawing, caption, wide=True)
 
 
 def _sigma_map(completeness: Completeness) -> Picture:
     """Sigma of the best station, the worst on top."""
-    figure, left, right, which, plan, side = _panels(completeness)
-    sigma = 1e3 * completeness.sigma[which]
-    order = np.argsort(np.nan_to_num(sigma, nan=-1.0))
-    order = order[np.isfinite(sigma[order])]
-    limit = 2e3 * (completeness.required or 0.0)
-    style: dict[str, Any] = {
-        "c": sigma[order],
-        "s": 1.5,
-        "linewidths": 0,
-        "cmap": "RdYlGn_r",
-        "vmax": limit,
-    }
-    shown = left.scatter(*plan[order].T, vmin=0.0, **style)
-    right.scatter(*side[order].T, vmin=0.0, **style)
-    figure.colorbar(shown, ax=[left, right], label="3D sigma [mm]", shrink=0.8)
-    caption = "Sigma of the best station in every cell; yellow is what is required."
-    return picture("sigma", "Required sigma", figure, caption)
+    which = _chosen(len(completeness.seen))
+    which = which[np.isfinite(completeness.sigma[which])]
+    top = 2e3 * (completeness.required or 0.0)
+    title = "Required sigma"
+    if not len(which):
+        return Picture("sigma", title, Drawing(600.0, 0.0, (), title), "No cell has a sigma.")
+    panels = _panels(completeness, which, 1e3 * completeness.sigma[which] / top)
+    scale = colour_bar(0.0, top, "3D sigma [mm]", 1200.0, TESTED)
+    caption = (
+        f"Sigma of the best station in every cell; yellow is the {top / 2:g} mm that are required, "
+        "red twice as much or more."
+    )
+    return Picture("sigma", title, beside([panels], title, scale), caption, wide=True)
 
 
 def _classes(completeness: Completeness) -> ReportTable:

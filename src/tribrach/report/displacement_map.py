@@ -14,7 +14,8 @@ from tribrach._types import Array
 from tribrach.epochs.comparison import Comparison, Displacement
 from tribrach.network.ellipsoids import plan_ellipses
 from tribrach.report.charts import Drawing, DrawnMark, mark
-from tribrach.report.map import MapFrame, length_words, place_labels, round_down
+from tribrach.report.labels import place_labels
+from tribrach.report.map import MapFrame, length_words, round_down
 
 __all__ = ["displacement_drawing"]
 

@@ -15,7 +15,8 @@ from tribrach.calibration.misalignment_search import Cause, Explanation
 from tribrach.calibration.target_distances import DistanceCheck
 from tribrach.calibration.two_face import SIGNATURES, ComponentTest, TwoFaceTest
 from tribrach.report.characters import anchor
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.charts import Chart, beside
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import number
 from tribrach.report.page import page
 from tribrach.report.schema.base import heading
@@ -455,29 +456,38 @@ def _pictures(check: FieldCheck) -> list[Picture]:
     if check.two_face is None:
         return []
     pairs = check.two_face.pairs
-    figure = new_figure(figsize=(10.5, 6.2), dpi=100, layout="constrained")
-    panels = figure.subplots(2, 3)
-    across = [np.degrees(pairs.polar[:, 2]), pairs.polar[:, 0]]
-    labels = ("zenith angle [°]", "range [m]")
+    across = [
+        ("zenith angle [°]", np.degrees(pairs.polar[:, 2])),
+        ("range [m]", pairs.polar[:, 0]),
+    ]
     sigma = np.sqrt(np.einsum("nii->ni", pairs.covariance))
-    for k, (name, factor, unit) in enumerate(
-        (("range", 1e3, "mm"), ("horizontal", 1 / SEC, "″"), ("zenith", 1 / SEC, "″"))
-    ):
-        for row, (x, label) in enumerate(zip(across, labels, strict=True)):
-            panel = panels[row][k]
-            panel.errorbar(
-                x,
-                pairs.half[:, k] * factor,
-                yerr=2 * sigma[:, k] * factor,
-                fmt="o",
-                color="#1d2327",
-                ecolor="#9aa4ad",
-                markersize=4,
-            )
-            panel.axhline(0, color="#4878a8", linewidth=0.8)
-            panel.set(xlabel=label, ylabel=f"{name} [{unit}]")
-    caption = "Half of front less back with twice its standard deviation."
-    return [picture("faces-chart", "Half differences of the faces", figure, caption)]
+    rows = []
+    for label, x in across:
+        panels = []
+        for k, (name, factor, unit) in enumerate(
+            (("range", 1e3, "mm"), ("horizontal", 1 / SEC, "″"), ("zenith", 1 / SEC, "″"))
+        ):
+            half, reach = pairs.half[:, k] * factor, 2 * sigma[:, k] * factor
+            most = 1.05 * float((np.abs(half) + reach).max())
+            margin = 0.04 * float(np.ptp(x)) + 1e-6
+            ends = float(x.min()) - margin, float(x.max()) + margin
+            panel = Chart(ends, (-most, most), (label, f"{name} [{unit}]"), (410.0, 260.0))
+            panel.line(ends, (0.0, 0.0), "s0")
+            for at, value, by in zip(x, half, reach, strict=True):
+                panel.line((at, at), (value - by, value + by), "faint")
+            words = [
+                f"{value:.2f} ± {by:.2f} {unit} (2 σ)"
+                for value, by in zip(half, reach, strict=True)
+            ]
+            panel.points(x, half, words)
+            panels.append(panel)
+        rows.append(panels)
+    title = "Half differences of the faces"
+    caption = (
+        "Half of front less back, with twice its standard deviation to both sides. An instrument "
+        "without errors of its faces has them scattered about zero."
+    )
+    return [Picture("faces-chart", title, beside(rows, title), caption, wide=True)]
 
 
 def check_document(check: FieldCheck) -> CheckDocument:

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from tribrach.observations.registry import kind_named
+from tribrach.report.chapters.adjustment import Marked, marked
 from tribrach.report.content import Control, Point, Report, StationRow
 from tribrach.report.names import spoken
 from tribrach.report.numbers import counted
@@ -18,6 +19,8 @@ __all__ = ["FrontPage", "Letterhead", "front_page", "letterhead"]
 #: lines of ``[facts]`` that have a place of their own in the head
 _HEAD = ("job", "client", "author", "logo")
 _AXES = ("E", "N", "U")
+#: marked observations that the verdict names, and those that the line below it names
+_IN_VERDICT, _IN_LINE = 2, 4
 
 
 @dataclass(frozen=True)
@@ -64,12 +67,14 @@ def letterhead(facts: Mapping[str, str], logo: str) -> tuple[Letterhead, tuple[s
 
 def front_page(content: Report) -> FrontPage:
     """What stands first."""
-    sort, verdict = _verdict(content)
+    found = marked(content)
+    sort, verdict = _verdict(content, found)
     shown = letterhead(dict(content.facts), "")[1]
     lines = [
         ("Measured", _measured(content)),
         ("Datum", content.datum.sentence),
         ("Fit", _fit(content)),
+        ("Marked", _marked(found)),
         ("Least certain", _worst(content)),
         ("Check points", _checks(content)),
         ("Clouds", _clouds(content)),
@@ -85,17 +90,45 @@ def front_page(content: Report) -> FrontPage:
     )
 
 
-def _verdict(content: Report) -> tuple[Literal["good", "look", "bad", "none"], str]:
+def _verdict(
+    content: Report, found: Marked
+) -> tuple[Literal["good", "look", "bad", "none"], str]:
     """How it ended, by the global test and by what was found besides."""
-    test, grave = content.summary.test, content.grave
-    things = f"{counted(grave, 'thing')} to look into before you sign"
+    test, todo = content.summary.test, _todo(content, found)
     if test.accepted is None:
         return "none", "Not checked: no redundancy"
     if not test.accepted:
-        return "bad", "Global test failed"
-    if grave:
-        return "look", f"Global test passed; {things}"
-    return "good", "Global test passed"
+        return "bad", f"Global test failed{todo if found.act else ''}"
+    return ("look" if todo else "good"), f"Global test passed{todo}"
+
+
+def _todo(content: Report, found: Marked) -> str:
+    """What is to be looked into, by name where observations are marked."""
+    grave = content.grave
+    if not found.act:
+        things = f"; {counted(grave, 'thing')} to look into before you sign"
+        return things if grave else ""
+    others = f" and at {counted(grave - 1, 'other thing')}" if grave > 1 else ""
+    return f"; before you sign look at {_some(found.names, _IN_VERDICT)}{others}"
+
+
+def _some(names: tuple[str, ...], most: int) -> str:
+    """The first names and how many more there are."""
+    shown, more = list(names[:most]), len(names) - most
+    if more > 0:
+        shown.append(f"{more} more")
+    return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))
+
+
+def _marked(found: Marked) -> str:
+    """Which observations are beyond their limits, and where they are seen."""
+    if not found.names:
+        return ""
+    chance = "" if found.act else "no more than chance makes in a network of this size; "
+    return (
+        f"{_some(found.names, _IN_LINE)} ({found.counted}): {chance}what to do about each stands "
+        "under Worst observations."
+    )
 
 
 def _measured(content: Report) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.charts import Chart, beside, legend
+from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
 from tribrach.report.page import page
@@ -23,8 +24,6 @@ from tribrach.report.tables import (
 from tribrach.units import SEC
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from tribrach.job.estimate_noise import NoiseEstimate
     from tribrach.scan.noise_law import By, LastingEffect, NoiseClass
 
@@ -355,43 +354,38 @@ def _picture(estimate: NoiseEstimate) -> Picture:
     straight = 1.0 if law is not None else observed.mean(observed.cosine)
     left = observed.variances - others
     sigma = 1e3 * np.sqrt(np.where(left > 0, left, np.nan)) * straight
-    figure = new_figure(figsize=(7.2, 4.2), dpi=100, layout="constrained")
-    panel = figure.subplots()
-    aside = ~fitted.kept
-    panel.plot(x[aside], sigma[aside], ".", color="#c9ced6", markersize=3, label="set aside")
     kept = fitted.kept
-    panel.plot(x[kept], sigma[kept], ".", color="#4878a8", markersize=3, label="smooth patches")
     if law is not None:
         grid = np.geomspace(law.low, law.high, 200)
         curve, what = law.sigma(grid), "law of the range's noise"
     else:
         grid = np.linspace(x[kept].min(), x[kept].max(), 200)
         curve, what = fitted.range + fitted.range_scale * grid, "law, seen straight"
-    panel.plot(grid, 1e3 * curve, "-", color="#c2571a", label=what)
-    _logarithmic(panel, "y")
-    if law is not None:
-        _logarithmic(panel, "x")
-    panel.set(
-        xlabel="range [m]" if law is None else "intensity, in the unit of the files",
-        ylabel="sigma of the range [mm]",
+    shown = np.isfinite(sigma) & (sigma > 0)
+    every = np.concatenate([sigma[shown], 1e3 * curve])
+    along_x = np.concatenate([x[shown], grid])
+    chart = Chart(
+        (float(along_x.min()), float(along_x.max())),
+        (float(every.min()) / 1.1, float(every.max()) * 1.1),
+        (
+            "range [m]" if law is None else "intensity, in the unit of the files",
+            "sigma of the range [mm]",
+        ),
+        (760.0, 420.0),
+        log="y" if law is None else "xy",
     )
-    panel.legend(fontsize=8, frameon=False)
+    entries = [("s0", "smooth patches"), ("s1", what)]
+    if (~kept & shown).any():
+        chart.dots(x[~kept & shown], sigma[~kept & shown], "s6")
+        entries.append(("s6", "set aside"))
+    chart.dots(x[kept & shown], sigma[kept & shown], "s0")
+    chart.line(grid, 1e3 * curve, "s1")
     caption = (
         "A dot is a patch, less what the noise of angles, the footprint and rounding add to it. "
         "Slanted patches, where these add most, scatter most."
     )
-    return picture("noise", "Noise of patches and the law", figure, caption)
-
-
-def _logarithmic(panel: Axes, axis: Literal["x", "y"]) -> None:
-    """A logarithmic axis with plain numbers at 1, 2 and 5."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
-
-    panel.set_xscale("log") if axis == "x" else panel.set_yscale("log")
-    scale = panel.xaxis if axis == "x" else panel.yaxis
-    scale.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    scale.set_major_formatter(StrMethodFormatter("{x:g}"))
-    scale.set_minor_formatter(NullFormatter())
+    title = "Noise of patches and the law"
+    return Picture("noise", title, beside([[chart]], title, legend(entries, 760.0)), caption)
 
 
 def _classes(estimate: NoiseEstimate) -> ReportTable:

@@ -1,23 +1,25 @@
 """The clouds in space on the first page: a still picture of what the workbench shows.
 
 A thin sample of the points is drawn from the south-west and from above, nearer points before those
-behind them, in the colours of their 3D sigma; over it stations, points of the network and their
-ellipsoids at the confidence, larger by a factor that the caption names. Parallel projection, so
-that lengths along one axis are alike everywhere.
+behind them, in the colours of their 3D sigma, without a ground of its own; over it stations, points
+of the network and their ellipsoids at the confidence, with the symbols of the plan, larger by a
+factor that the caption names. Parallel projection, so that lengths along one axis are alike
+everywhere.
 """
 
 from __future__ import annotations
 
 import base64
 import io
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.report.characters import visible
+from tribrach.report.charts import Drawing, DrawnMark, colour_bar, mark, shades, symbol
 from tribrach.report.figures import Picture
+from tribrach.report.labels import Item, place_labels
 from tribrach.statistics import chi2
 
 if TYPE_CHECKING:
@@ -35,20 +37,8 @@ _FROM, _ABOVE = 215.0, 28.0
 _OUTSIDE = 0.01
 #: the median ellipsoid is drawn this large [pixels]
 _SHOWN = 16.0
-#: names that are written at most
-_NAMES = 60
 #: shares of the points that lie below the ends of the colours
 _COLOURS = (0.05, 0.95)
-_BACK, _INK, _STATION = (255, 255, 255), (30, 34, 40), (20, 20, 24)
-_ROLES = {"control": (200, 40, 40), "check": (30, 120, 60), "free": (40, 70, 170)}
-#: viridis at its tenths
-_SCALE = np.array(
-    [
-        [68, 1, 84], [72, 36, 117], [65, 68, 135], [53, 95, 141], [42, 120, 142], [33, 145, 140],
-        [34, 168, 132], [68, 191, 112], [122, 209, 81], [189, 223, 38], [253, 231, 37],
-    ],
-    dtype=float,
-)  # fmt: skip
 
 
 def still_picture(content: Report) -> Picture | None:
@@ -68,19 +58,21 @@ def still_picture(content: Report) -> Picture | None:
     view = _View(sample[:, :3], _upright(placed))
     low, high = np.quantile(sample[:, 3], _COLOURS)
     image = _points(view, sample, low, high)
-    factor = _over(content, placed, view, image)
-    _legend(image, low, high)
-    out = io.BytesIO()
-    image.save(out, "WEBP", quality=60, method=4)
+    marks, factor = _over(content, placed, view)
+    scale, high_bar = colour_bar(1e3 * low, 1e3 * high, "3D sigma [mm]", _WIDTH)
+    below = mark("g", inner=[scale], transform=f"translate(0 {_HEIGHT + 8})")
     total = sum(product.summary.points for product in placed.products)
     caption = (
         f"{len(sample):,} of {total:,} points from the south-west and above, coloured by their 3D "
-        f"sigma; stations (triangles), points (control red, check green, others blue) with their "
-        f"{content.percent} ellipsoids, {factor:,.0f} times as large as they are."
+        f"sigma; stations and points as in the plan, with their {content.percent} ellipsoids, "
+        f"{factor:,.0f} times as large as they are."
     )
-    return Picture(
-        "still", "The clouds in space", base64.b64encode(out.getvalue()).decode("ascii"), caption
+    title = "The clouds in space"
+    ground = mark("rect", width=_WIDTH, height=_HEIGHT, class_="ground")
+    drawing = Drawing(
+        _WIDTH, _HEIGHT + 8 + high_bar, (ground, image, *marks, below), title, "still"
     )
+    return Picture("still", title, drawing, caption, wide=True)
 
 
 def _upright(placed: PlacedScans) -> Array:
@@ -133,19 +125,13 @@ class _View:
         return half
 
 
-def _colour(values: Array, low: float, high: float) -> Array:
-    """Colours (n, 3) of values (n,)."""
-    at = np.clip((values - low) / max(high - low, 1e-12), 0, 1) * (len(_SCALE) - 1)
-    steps = np.arange(len(_SCALE))
-    return np.stack([np.interp(at, steps, _SCALE[:, k]) for k in range(3)], axis=1)
-
-
-def _points(view: _View, sample: Array, low: float, high: float) -> Any:
-    """Points before a white ground, edges of what is nearer darkened."""
-    places, colours = view(sample[:, :3]), _colour(sample[:, 3], low, high)
+def _points(view: _View, sample: Array, low: float, high: float) -> DrawnMark:
+    """Points, edges of what is nearer darkened; between them nothing."""
+    places = view(sample[:, :3])
+    colours = shades(np.clip((sample[:, 3] - low) / max(high - low, 1e-12), 0, 1))
     corner = np.floor(places[:, :2] - _SPLAT / 2).astype(np.int64)
     order = np.argsort(places[:, 2], kind="stable")
-    pixels = np.full((_HEIGHT, _WIDTH, 3), _BACK, dtype=float)
+    pixels = np.zeros((_HEIGHT, _WIDTH, 3))
     depth = np.full((_HEIGHT, _WIDTH), -np.inf)
     for dx in range(_SPLAT):
         for dy in range(_SPLAT):
@@ -160,9 +146,19 @@ def _points(view: _View, sample: Array, low: float, high: float) -> Any:
             hit = hit[nearer]
             depth.ravel()[hit] = places[flat[hit], 2]
             pixels.reshape(-1, 3)[hit] = colours[flat[hit]]
-    images = import_module("PIL.Image")
+    from PIL import Image
+
     shade = _edges(depth, float(np.ptp(places[:, 2])))
-    return images.fromarray(np.clip(pixels * shade[:, :, None], 0, 255).astype(np.uint8))
+    colour = np.clip(pixels * shade[:, :, None], 0, 255)
+    drawn = np.where(np.isfinite(depth), 255.0, 0.0)[:, :, None]
+    picture = np.concatenate([colour, drawn], axis=2).astype(np.uint8)
+    out = io.BytesIO()
+    Image.fromarray(picture, "RGBA").save(out, "WEBP", quality=60, method=4)
+    data = base64.b64encode(out.getvalue()).decode("ascii")
+    return mark(
+        "image", width=_WIDTH, height=_HEIGHT, preserveAspectRatio="none",
+        href=f"data:image/webp;base64,{data}",
+    )  # fmt: skip
 
 
 def _edges(depth: Array, extent: float) -> Array:
@@ -177,11 +173,9 @@ def _edges(depth: Array, extent: float) -> Array:
     return dark
 
 
-def _over(content: Report, placed: PlacedScans, view: _View, image: Any) -> float:
-    """Draw stations, points and ellipsoids; by what ellipsoids are larger than they are."""
-    draw = import_module("PIL.ImageDraw").Draw(image)
-    font = import_module("PIL.ImageFont").load_default(13)
-    frame, names = placed.frame, []
+def _over(content: Report, placed: PlacedScans, view: _View) -> tuple[list[DrawnMark], float]:
+    """Stations, points and ellipsoids; by what ellipsoids are larger than they are."""
+    frame = placed.frame
     known = [p for p in content.points if None not in p.xyz]
     xyz = np.array([p.xyz for p in known], dtype=float).reshape(-1, 3)
     blocks = [np.array(p.covariance, dtype=float) for p in known]
@@ -193,43 +187,31 @@ def _over(content: Report, placed: PlacedScans, view: _View, image: Any) -> floa
     ]
     sizes = [float(np.linalg.norm(half, axis=1).max()) for half in halves]
     factor = _round(_SHOWN / max(float(np.median(sizes)), 1e-9)) if sizes else 1.0
-    circle = np.linspace(0, 2 * np.pi, 49)
-    round_about = np.stack([np.cos(circle), np.sin(circle)], axis=1)
     places = view(frame.from_work(xyz)) if len(xyz) else np.zeros((0, 3))
+    marks, names = [], list[Item]()
     for point, place, half in zip(known, places, halves, strict=True):
-        colour = _ROLES[point.role]
-        line = place[:2] + factor * round_about @ half
-        draw.line([tuple(p) for p in line.tolist()], fill=colour, width=2)
         x, y = place[:2].tolist()
-        draw.ellipse((x - 2, y - 2, x + 2, y + 2), fill=colour)
-        names.append((x, y, point.name, colour))
+        long, short = factor * np.linalg.norm(half, axis=1)
+        turn = math.degrees(math.atan2(half[0, 1], half[0, 0]))
+        marks.append(
+            mark("ellipse", rx=float(long), ry=float(short), class_="ellipse",
+                 transform=f"translate({x:.1f} {y:.1f}) rotate({turn:.1f})")
+        )  # fmt: skip
+        marks.append(symbol(x, y, point.name, point.role))
+        names.append((x, y, point.name, point.role, 0.5 * float(short)))
     for where in {p.station: p for p in placed.placements.values()}.values():
         at = where.delivered(frame).pose.translation
         x, y = view(at[None])[0, :2].tolist()
-        draw.polygon([(x, y - 7), (x - 6, y + 5), (x + 6, y + 5)], fill=_STATION, outline=_BACK)
-        names.insert(0, (x, y, where.station, _STATION))
-    for x, y, name, colour in names[:_NAMES]:
-        text = visible(name)[:24]
-        draw.text((x + 8, y - 14), text, colour, font, stroke_width=2, stroke_fill=_BACK)
-    return factor
+        marks.append(symbol(x, y, where.station, "station"))
+        names.append((x, y, where.station, "station", 0.0))
+    marks += [
+        mark("text", label.text, x=label.x, y=label.y, class_=f"label {label.sort}")
+        for label in place_labels(names, _WIDTH, _HEIGHT)
+    ]
+    return marks, factor
 
 
 def _round(value: float) -> float:
     """1, 2 or 5 times a power of ten, at least 1."""
     power = 10.0 ** np.floor(np.log10(max(value, 1.0)))
     return float(max(step * power for step in (1, 2, 5) if step * power <= max(value, 1.0)))
-
-
-def _legend(image: Any, low: float, high: float) -> None:
-    """The colours with their ends in millimetres, in the lower left corner."""
-    draw = import_module("PIL.ImageDraw").Draw(image)
-    font = import_module("PIL.ImageFont").load_default(13)
-    left, top, width = 14, _HEIGHT - 24, 180
-    for k, colour in enumerate(_colour(np.linspace(0, 1, width), 0.0, 1.0)):
-        draw.line((left + k, top, left + k, top + 10), fill=tuple(int(c) for c in colour))
-    words = {"lb": f"{1e3 * low:.1f}", "rb": f"{1e3 * high:.1f} mm"}
-    for anchor, text in words.items():
-        x = left if anchor[0] == "l" else left + width
-        draw.text((x, top - 3), text, _INK, font, anchor, stroke_width=2, stroke_fill=_BACK)
-    draw.text((left + width + 12, top + 10), "3D sigma", _INK, font, "lb",
-              stroke_width=2, stroke_fill=_BACK)  # fmt: skip

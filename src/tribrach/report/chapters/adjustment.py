@@ -32,7 +32,7 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "adjustment_warnings"]
+__all__ = ["SUBJECT", "Marked", "adjustment_warnings", "marked"]
 
 #: redundancy numbers below this are worth a sentence
 POOR = 0.1
@@ -160,6 +160,37 @@ def adjustment_warnings(head: Head) -> tuple[ReportWarning, ...]:
 
 
 _BY_KIND = "look for blunders first, then at the kinds whose ratio of sigma0 is far above one"
+
+
+@dataclass(frozen=True)
+class Marked:
+    """Observations that take part although their tests are beyond the limits, the worst first.
+
+    Attributes
+    ----------
+    names
+        Each once, in words.
+    counted
+        How many tests that are, and how many would be by chance.
+    act
+        True if they are more than chance.
+    """
+
+    names: tuple[str, ...]
+    counted: str
+    act: bool
+
+
+def marked(head: Head) -> Marked:
+    """What is marked among the observations of a report, but for what a warning has explained."""
+    seen = _Seen.of(head)
+    active = _rejected(seen.observations, "active")
+    parts = (active.column(name).tolist() for name in ("kind", "start", "end"))
+    names = dict.fromkeys(
+        f"{kind_named(kind).facts.title} {start}" + (f" to {end}" if end else "")
+        for kind, start, end in zip(*parts, strict=True)
+    )
+    return Marked(tuple(names), _counted(seen), bool(names) and seen.quality.chance.act)
 
 
 def _remarks(head: Head) -> tuple[str, ...]:

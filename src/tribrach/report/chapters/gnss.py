@@ -27,8 +27,9 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.facts import Reference
 from tribrach.report.baseline import baseline_facts, baseline_headline
 from tribrach.report.chapter import Chapter
+from tribrach.report.charts import PALETTE, Chart, Drawing, beside, legend
 from tribrach.report.content import Head
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.figures import Picture
 from tribrach.report.numbers import counted, fixed_cell, mm_cell
 from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.schema.baseline import SessionBaselinePart
@@ -43,22 +44,14 @@ from tribrach.report.tables import (
 from tribrach.report.warnings import Severity, warned
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from tribrach.gnss.loops import BaselineLoop
     from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "gnss_chapter"]
 
-#: of sessions on the map
-COLOURS = ("#4878a8", "#c2571a", "#5a8f4d", "#7d5ba6", "#a08020", "#3b8f8f", "#8a5a44", "#64707a")
-
-
-#: names of more points than this would cover the map
-MOST_NAMES = 60
-
-
+#: sessions in the legend of the map
 MOST_SESSIONS = 8
+_TITLE = "GNSS baselines"
 
 
 class LoopPart(DocumentPart):
@@ -103,42 +96,34 @@ def baseline_map(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) ->
         "Baselines in the plan of the work frame. Dashed: float ambiguities. Red: in a loop that "
         "fails its test."
     )
-    return picture("gnss-map", "GNSS baselines", partial(_drawn, plan, names, lines), caption)
+    return Picture("gnss-map", _TITLE, partial(_drawn, plan, names, lines), caption, wide=True)
 
 
-def _drawn(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) -> Figure:
-    """The figure of :func:`baseline_map`."""
-    figure = new_figure(figsize=(7.2, 6.4), dpi=100, layout="constrained")
-    panel = figure.subplots()
-    sessions = list(dict.fromkeys(line.session for line in lines))
-    told: set[str] = set()
-    for line in lines:
-        colour = COLOURS[sessions.index(line.session) % len(COLOURS)]
-        label = line.session if line.session and line.session not in told else None
-        if label is not None and len(told) >= MOST_SESSIONS:
-            label = None
-        told |= {line.session} if label else set()
-        panel.plot(
-            *plan[[line.start, line.end]].T,
-            color="#c0392b" if line.suspicious else colour,
-            linestyle="--" if line.floating else "-",
-            linewidth=2.0 if line.suspicious else 1.2,
-            label=label,
-        )
+def _drawn(plan: Array, names: Sequence[str], lines: Sequence[MapLine]) -> Drawing:
+    """The drawing of :func:`baseline_map`."""
     used = np.unique([k for line in lines for k in (line.start, line.end)])
-    panel.plot(*plan[used].T, "^", color="#1d2327", markersize=5)
-    if len(used) <= MOST_NAMES:
-        for k in used:
-            panel.annotate(
-                names[k], plan[k], xytext=(5, 4), textcoords="offset points", fontsize=8,
-                parse_math=False,
-            )  # fmt: skip
-    panel.set_aspect("equal", adjustable="datalim")
-    panel.set(xlabel="E [m]", ylabel="N [m]")
-    panel.margins(0.1)
-    if told:
-        panel.legend(loc="upper right", fontsize=8, frameon=False, title="session")
-    return figure
+    low, high = plan[used].min(axis=0), plan[used].max(axis=0)
+    margin = 0.1 * max(float((high - low).max()), 1.0)
+    chart = Chart(
+        (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin),
+        ("E [m]", "N [m]"), (900.0, 560.0), equal=True,
+    )  # fmt: skip
+    sessions = list(dict.fromkeys(line.session for line in lines))
+    for line in lines:
+        colour = f"s{sessions.index(line.session) % PALETTE}"
+        ends = plan[[line.start, line.end]]
+        words = f"{names[line.start]} to {names[line.end]}"
+        words += f", session {line.session}" if line.session else ""
+        words += ", float ambiguities" if line.floating else ""
+        words += ", in a loop that fails its test" if line.suspicious else ""
+        chart.line(
+            ends[:, 0], ends[:, 1], "bad" if line.suspicious else colour,
+            dashed=line.floating, words=words,
+        )  # fmt: skip
+    for k in used.tolist():
+        chart.place(float(plan[k, 0]), float(plan[k, 1]), names[k], "free")
+    entries = [(f"s{k % PALETTE}", f"session {name}") for k, name in enumerate(sessions) if name]
+    return beside([[chart]], _TITLE, legend(entries[:MOST_SESSIONS], 900.0))
 
 
 #: failing loops that are named one by one

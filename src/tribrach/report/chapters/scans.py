@@ -405,7 +405,7 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     ends = (1e3 * EDGES[used[0]] / 1.1, 1e3 * EDGES[used[-1] + 1] * 1.1) if len(used) else (1, 10)
     bars = Chart(
         ends, (0.0, 1.05 * max(float(counts.max()), 1.0)), ("3D sigma [mm]", "points"),
-        (540.0, 340.0), log=True,
+        (540.0, 340.0), log="x",
     )  # fmt: skip
     for k in used.tolist():
         left, right = 1e3 * EDGES[k], 1e3 * EDGES[k + 1]

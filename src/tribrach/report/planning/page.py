@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.content import Report
 from tribrach.report.environment import render_page
-from tribrach.report.figures import Picture, new_figure, picture
+from tribrach.report.figures import Picture
 from tribrach.report.map import network_map
 from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
@@ -82,22 +83,25 @@ def gain_map(
     unit
         Of the gains.
     """
-    figure = new_figure(figsize=(11, 5), dpi=110, layout="constrained")
-    left, right = figure.subplots(1, 2)
-    order = np.argsort(gains)
-    for panel, (a, b) in ((left, (0, 1)), (right, (0, 2))):
-        shown = panel.scatter(
-            places[order, a], places[order, b], c=gains[order], s=14, cmap="viridis", linewidths=0
-        )
-        panel.plot(stations[:, a], stations[:, b], "D", color="#a3231c", markersize=6)
-        panel.plot(
-            chosen_xyz[:, a], chosen_xyz[:, b], "o", mfc="none", mec="#a3231c", markersize=12
-        )
+    every = np.concatenate([places, chosen_xyz, stations])
+    low, high = every.min(axis=0), every.max(axis=0)
+    margin = 0.06 * float((high - low).max()) + 0.5
+    bottom, top = float(gains.min()), float(gains.max())
+    panels = []
+    for a, b in ((0, 1), (0, 2)):
+        ends = [(float(low[k]) - margin, float(high[k]) + margin) for k in (a, b)]
+        labels = ("E [m]", "N [m]" if b == 1 else "U [m]")
+        panel = Chart(ends[0], ends[1], labels, (600.0, 480.0), equal=True)
+        panel.cloud(places[:, a], places[:, b], (gains - bottom) / max(top - bottom, 1e-12))
+        for xyz in stations:
+            panel.place(float(xyz[a]), float(xyz[b]), "", "station")
         for name, xyz in zip(chosen, chosen_xyz, strict=True):
-            panel.annotate(name, (xyz[a], xyz[b]), xytext=(7, 7), textcoords="offset points")
-        panel.set(aspect="equal", xlabel="E [m]", ylabel="N [m]" if b == 1 else "U [m]")
-    figure.colorbar(shown, ax=[left, right], label=f"gain [{unit}]", shrink=0.8)
+            panel.place(float(xyz[a]), float(xyz[b]), name, "ring")
+        panels.append(panel)
     caption = (
-        "Places that were looked at, each alone; diamonds are stations, rings what is proposed."
+        "Places that were looked at, each alone, in plan and from the side; diamonds are stations, "
+        "rings what is proposed."
     )
-    return picture("gain", "What each place is worth", figure, caption)
+    title = "What each place is worth"
+    scale = colour_bar(bottom, top, f"gain [{unit}]", 1200.0)
+    return Picture("gain", title, beside([panels], title, scale), caption, wide=True)
