@@ -104,9 +104,9 @@ def test_a_sheet_that_a_law_contradicts_is_shown_where_it_is_worst(tmp_path: Pat
     assert found.verdict(bright) == "less than stated"
     middle = np.sqrt(bright.low * bright.high)
     assert found.law.sigma(middle) == pytest.approx(LAW.sigma(middle), rel=0.05)
-    assert "A departs most from what is stated at" in said(tmp_path)
+    assert "The noise of A departs most from what is stated at" in said(tmp_path)
     assert any("departs most" in warning for warning in report.warnings)
-    assert "What these scans show of A is a law" in said(tmp_path)
+    assert "What these scans show of A is a law of intensity" in said(tmp_path)
 
 
 def test_a_second_run_remembers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

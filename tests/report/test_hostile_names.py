@@ -131,7 +131,7 @@ def test_nothing_goes_round_the_escaping() -> None:
 def test_templates_are_no_templates_of_names() -> None:
     page = render_page(
         "page.html.j2", kind="k", title="{{7*7}}", sentences=["{% include 'x' %}"], pictures=[],
-        tables=[], footer="",
+        first=[], tables=[], footer="",
     )  # fmt: skip
     assert "49" not in page
     assert "{{7*7}}" in page

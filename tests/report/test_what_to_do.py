@@ -54,7 +54,7 @@ def test_more_than_chance_is_a_warning_that_says_what_to_do() -> None:
     assert warning.startswith("Suspicious observations take part: height difference A -> B (levels")
     assert "levels.csv:3" in warning
     assert "in fewer than 5 of 100 networks like this" in warning
-    assert "look into the field notes, or let --snoop decide" in warning
+    assert "look into the field notes, or let snooping decide (--snoop" in warning
     assert content.quality.chance.act
 
 

@@ -406,13 +406,17 @@ def _sentences(
     if floor is None or pitch is None:
         return [*notes, "no surface was found around the points: the sampling floor is not known"]
     if pitch.lattice <= _MOSTLY:
-        notes.append("the reference is no lattice here: its floor was measured on its points")
+        notes.append(
+            "the points of the reference are no lattice here; the sampling floor was measured on "
+            "the points themselves"
+        )
     if debiased is None:
         notes.append("the RMS is not above the sampling floor: nothing but sampling is left in it")
     elif debiased > _COARSE * min(pitch.across, pitch.up):
         notes.append(
             "the points scatter across the surface by more than a quarter of the pitch, so that "
-            "the nearest one is often nearer than the surface: the debiased RMS is too small"
+            "the nearest one is often nearer than the surface: the debiased RMS is too small, go "
+            "by the distances along normals (M3C2)"
         )
     if floor.mean + 2 * floor.std > limit:
         notes.append(

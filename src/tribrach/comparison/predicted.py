@@ -295,15 +295,19 @@ class OffsetTest:
 
     def sentence(self) -> str:
         """The test in words."""
-        how = "as large as"
+        how, cure = "as large as", ""
         if self.statistic > self.limit:
             how = "larger than"
+            cure = (
+                "; look at the sites with the largest ratio of offset and sigma, and for errors "
+                "of the scanners that the stations do not have"
+            )
         elif self.statistic < self.least:
             how = "smaller than"
         return (
             f"Taken together the offsets of {self.count} sites are {how} the joint covariance of "
-            f"the stations says: chi-square {self.statistic:.1f}, {self.least:.1f} to "
-            f"{self.limit:.1f} with 95 %"
+            f"the stations says: chi-square {self.statistic:.1f}, where {self.least:.1f} to "
+            f"{self.limit:.1f} is to be expected in 95 of 100 surveys{cure}"
         )
 
 

@@ -227,8 +227,10 @@ class Regression:
         if straight:
             names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in straight])
             limit = straight[0].limit
+            terms = "term of" if len(straight) == 1 else "terms of"
+            verb = "is" if len(straight) == 1 else "are"
             out.append(
-                f"The quadratic term of {names} is not significant (limit {limit:.2f} at "
+                f"The quadratic {terms} {names} {verb} not significant (limit {limit:.2f} at "
                 f"{100 * self.confidence:g} %); a straight line describes as much."
             )
         return [sentence[:1].upper() + sentence[1:] for sentence in out]

@@ -109,6 +109,6 @@ class RangeLaw:
     def words(self) -> str:
         """The law in words, for facts and reports."""
         return (
-            f"ranges {1e3 * self.a:.3g} mm I^{self.b:.3g} + {1e3 * self.c:.3g} mm for intensities "
-            f"I from {self.low:g} to {self.high:g}"
+            f"ranges {1e3 * self.a:.3g} mm · I^{self.b:.3g} + {1e3 * self.c:.3g} mm for "
+            f"intensities I from {self.low:.4g} to {self.high:.4g}"
         )

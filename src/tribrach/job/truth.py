@@ -426,10 +426,13 @@ def _cloud(item: Item, facts: dict[str, Any]) -> list[TruthRow]:
     scan: MeasuredScan = item.values[0]
     error = CloudError(**{**facts, "whole_bounds": tuple(facts["whole_bounds"])})
     low, high = error.whole_bounds
-    own = f"own noise: mean squared normalised error {error.noise:.3f} of {error.points} points"
+    own = (
+        f"own noise: mean squared error {error.noise:.3f} times what is stated, {error.points:,} "
+        "points"
+    )
     whole = (
-        f"whole: mean squared normalised error {error.whole:.3f}, {low:.2f} to {high:.2f} with the "
-        "common error of the station"
+        f"whole error: mean square {error.whole:.3f} times what is stated; {low:.2f} to "
+        f"{high:.2f} is to be expected, since the station's own error is common to all points"
     )
     return [
         TruthRow(what, scan.name, words, value, *limits, side=_side(value, *limits))
@@ -443,8 +446,8 @@ def _cloud(item: Item, facts: dict[str, Any]) -> list[TruthRow]:
 def _counted(b: Bookkeeping) -> TruthRow:
     """Targets of a station."""
     words = (
-        f"of {len(b.visible)} in clear sight {len(b.missed)} missed, {b.invented} invented, "
-        f"{len(b.misnamed)} misnamed"
+        f"of {len(b.visible)} in clear sight {len(b.missed) or 'none'} missed, "
+        f"{b.invented or 'none'} invented, {len(b.misnamed) or 'none'} misnamed"
     )
     missed = f": {', '.join(b.missed)}" if b.missed else ""
     return TruthRow("targets", b.station, words + missed, side="within" if b.clean else "wrong")

@@ -54,13 +54,13 @@ def unchecked_control(adjustment: Adjustment) -> list[str]:
             tail = _CHECKED if checks else "give a third control point, or a check point"
             out.append(
                 f"the control points {' and '.join(points)} are all that carries the plan: only "
-                "the distance between them is checked, an error across it or one that both share "
-                f"turns or shifts everything unseen; {tail}"
+                "the distance between them is checked, and an error across it, or one that both "
+                f"share, turns or shifts everything without showing in any residual; {tail}"
             )
     return out
 
 
-_CHECKED = "the check points are the only check, see what they say"
+_CHECKED = "only the check points would show it: look at their differences"
 
 
 def _unchecked(given: GivenCoordinates, chosen: Mask, noun: str, checks: bool) -> str:

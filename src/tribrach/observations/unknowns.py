@@ -156,7 +156,10 @@ class Layout:
         family, name, component = self.describe(column)
         if family == "scalar":
             return name
-        noun = {"pose": "station", "vector": "vector"}.get(family, family)
+        if family == "vector":
+            # its name says what it is: the common shift of a session, a lever arm
+            return f"{component} of {name}"
+        noun = {"pose": "station"}.get(family, family)
         return f"{component} of {noun} {name}"
 
 

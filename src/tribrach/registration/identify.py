@@ -268,8 +268,9 @@ class _Search:
         helped = f" and {_antennas(outcome.antennas)}" if outcome.antennas else ""
         self.say(
             f"{unit.name} {verb} placed by {len(matching.pairs)} of {whose} "
-            f"{len(unit.sighting.centers)} targets{helped}; they fit to {rms:.1f} times the sigmas "
-            "that the search allows for (root mean square)"
+            f"{len(unit.sighting.centers)} targets{helped}; before the adjustment they lie "
+            f"{rms:.1f} times as far from their points as the search for names expects (root mean "
+            "square; above 1 it would fit badly)"
         )
         return True
 
@@ -480,8 +481,9 @@ def _alone_sentences(names: Mapping[str, tuple[str, ...]]) -> list[str]:
     """Which stations see targets that nothing else saw."""
     alone = {station: own.count("") for station, own in names.items()}
     return [
-        f"{station}: {count} of {len(names[station])} targets are seen by no other station "
-        "and are no known points"
+        f"{station}: {count} of {len(names[station])} targets "
+        f"{'is' if count == 1 else 'are'} seen by no other station and "
+        f"{'is no known point' if count == 1 else 'are no known points'}"
         for station, count in alone.items()
         if count
     ]

@@ -92,14 +92,14 @@ def _estimability(calibration: SelfCalibration) -> list[str]:
     elif not calibration.estimability.open:
         out.append(f"All {len(calibration.parameters)} parameters can be separated.")
     else:
-        out += [f"Open: {words}." for words in calibration.estimability.open]
+        out += [f"Cannot be separated: {words}." for words in calibration.estimability.open]
     out += [f"{item.name}: {item.why}." for item in proposal.hardly]
     out += [f"{_upper(words)}." for words in remedy_sentences(proposal, calibration.remedies)]
     return out
 
 
 def _p(p: float) -> str:
-    return "p below 1e-16" if p < 1e-16 else f"p = {p:.2g}"
+    return "p below 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
 def _significance(calibration: SelfCalibration) -> list[str]:
@@ -109,10 +109,17 @@ def _significance(calibration: SelfCalibration) -> list[str]:
     count = len(calibration.parameters)
     if calibration.datums:
         words = "no parameter is" if len(weak) == count else f"{count - len(weak)} of {count} are"
-        out.append(f"{_upper(words)} significant" + (f"; not {', '.join(weak)}." if weak else "."))
-        out.append(f"All parameters together against zero: {_block(calibration.together)}.")
+        out.append(
+            f"{_upper(words)} significantly different from zero"
+            + (f"; {', '.join(weak)} {'is' if len(weak) == 1 else 'are'} not." if weak else ".")
+        )
+        out.append(f"Test of all parameters together against zero: {_block(calibration.together)}.")
     if calibration.gain is not None:
-        out.append(f"The gain over the adjustment without parameters: {_block(calibration.gain)}.")
+        verb = "are" if calibration.gain.p < _LEVEL else "are not significantly"
+        out.append(
+            f"With the parameters the residuals {verb} smaller than without them: "
+            f"{_block(calibration.gain)}."
+        )
     if calibration.datums and calibration.suggested and len(calibration.suggested) < count:
         out.append(f"Proposed set: {', '.join(calibration.suggested)}.")
     return out
@@ -124,7 +131,8 @@ def _block(test: BlockTest) -> str:
         what, statistic = f"F({test.freedom}, {test.redundancy})", test.statistic
     else:
         what, statistic = f"chi²({test.freedom})", test.freedom * test.statistic
-    return f"{what} = {statistic:.3g}, {_p(test.p)}"
+    digits = 0 if statistic >= 100 else 2
+    return f"{what} = {statistic:.{digits}f}, {_p(test.p)}"
 
 
 def _model(calibration: SelfCalibration) -> list[str]:
@@ -133,8 +141,8 @@ def _model(calibration: SelfCalibration) -> list[str]:
     out = [_missing(o) for o in missing[:6]]
     if calibration.omitted and not missing:
         out.append(
-            f"None of {len(calibration.omitted)} parameters that are no unknowns is called for by "
-            "the residuals."
+            f"The residuals call for none of the {len(calibration.omitted)} parameters that were "
+            "not estimated: the model is large enough."
         )
     if missing:
         out.append(
@@ -142,8 +150,10 @@ def _model(calibration: SelfCalibration) -> list[str]:
             "may be wrong."
         )
     if calibration.differ is not None:
-        verdict = "differ" if calibration.differ.p < 1e-3 else "do not differ"
-        out.append(f"The parameters of the stations {verdict}: {_block(calibration.differ)}.")
+        verdict = "differ" if calibration.differ.p < 1e-3 else "do not differ significantly"
+        out.append(
+            f"The parameters {verdict} from station to station: {_block(calibration.differ)}."
+        )
     return out
 
 
@@ -158,11 +168,11 @@ def _missing(o: Omitted) -> str:
 
 def _correlated(calibration: SelfCalibration) -> list[str]:
     c = calibration.correlations
-    counts = ", ".join(f"{c.above(limit)} above {limit:g}" for limit in LIMITS)
+    counts = ", ".join(f"{c.above(limit) or 'none'} above {limit:g}" for limit in LIMITS)
     out = [f"Correlations of parameters with each other and with orientations: {counts}."]
     if c.strongest_by_point.size:
         strongest = float(c.strongest_by_point.max())
-        out.append(f"The strongest correlation of a parameter with a point is {strongest:.3f}.")
+        out.append(f"The strongest correlation of a parameter with a point is {strongest:.2f}.")
     return out
 
 
@@ -174,10 +184,13 @@ def _datum(calibration: SelfCalibration) -> list[str]:
     ratios = np.concatenate([_ratio(d.parameters, own.parameters) for d in others])
     lengths = np.concatenate([_ratio(d.distances, own.distances) for d in others])
     names = " and ".join(d.datum for d in others)
+    begin = f"In {'another datum' if len(others) == 1 else 'other datums'} ({names})"
+    end = "those of coordinates and orientations belong to the datum and change with it."
+    if max(np.abs(np.concatenate([ratios, lengths]) - 1).max(initial=0.0), 0.0) < _SAME:
+        return [f"{begin} parameters and distances between points have the same sigmas; {end}"]
     return [
-        f"In other datums ({names}) the sigmas of the parameters are {_range(ratios)} times, those "
-        f"of distances between points {_range(lengths)} times as large; those of coordinates and "
-        "orientations belong to the datum."
+        f"{begin} the sigmas of the parameters are {_range(ratios)} times as large, those of "
+        f"distances between points {_range(lengths)} times; {end}"
     ]
 
 
@@ -190,9 +203,13 @@ def _range(values: Array) -> str:
     if len(values) == 0:
         return "1"
     low, high = float(values.min()), float(values.max())
-    return f"{low:.6f}" if high - low < 5e-7 else f"{low:.6f} to {high:.6f}"
+    return f"{low:.4f}" if high - low < _SAME else f"{low:.4f} to {high:.4f}"
 
 
+#: ratios of sigmas that are the same
+_SAME = 5e-5
+#: error probability of the test of residuals with and without the parameters
+_LEVEL = 0.05
 #: correlations from here on are written into their cells
 _WRITTEN = 0.7
 #: residuals drawn per panel; more are thinned out evenly
@@ -233,7 +250,7 @@ def _heat(
     rho: Array,
     rows: tuple[str, ...],
     columns: tuple[str, ...] | list[str],
-    caption: str = "Grey: held by the datum.",
+    caption: str = "Empty cells: held by the datum.",
 ) -> Picture | None:
     """A heat map; None if there is nothing in it."""
     if rho.size == 0:
@@ -307,7 +324,6 @@ def calibration_page(title: str, calibration: SelfCalibration, further: Sequence
         [*further, *calibration_sentences(calibration)],
         calibration_charts(calibration),
         [
-            _parameters(calibration),
             _left(calibration),
             _omitted(calibration),
             _pairs(calibration),
@@ -317,6 +333,7 @@ def calibration_page(title: str, calibration: SelfCalibration, further: Sequence
             _remedies(calibration),
         ],
         footer,
+        first=[_parameters(calibration)],
     )
 
 
@@ -365,9 +382,11 @@ def _omitted(calibration: SelfCalibration) -> ReportTable:
         (ColumnHead("w"), w_cell),
         (ColumnHead("limit"), lambda o: number_cell(o.limit, f"{o.limit:.2f}")),
     ]
-    note = "Each as the only further parameter, from the residuals. Red: they call for it."
+    note = (
+        "What the residuals say of each, as if it were the only one added. Red: they call for it."
+    )
     return build_table(
-        "omitted", "Parameters that are no unknowns", note, calibration.omitted, columns
+        "omitted", "Parameters that were not estimated", note, calibration.omitted, columns
     )
 
 

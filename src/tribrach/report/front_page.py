@@ -90,9 +90,7 @@ def front_page(content: Report) -> FrontPage:
     )
 
 
-def _verdict(
-    content: Report, found: Marked
-) -> tuple[Literal["good", "look", "bad", "none"], str]:
+def _verdict(content: Report, found: Marked) -> tuple[Literal["good", "look", "bad", "none"], str]:
     """How it ended, by the global test and by what was found besides."""
     test, todo = content.summary.test, _todo(content, found)
     if test.accepted is None:

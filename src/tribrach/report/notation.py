@@ -31,6 +31,8 @@ _ANGLE = re.compile(
     r"(°(?!\w| ?\d| C\b)| degrees?\b(?! of freedom| C\b)| arcsec\b| arc seconds?\b| m?gon\b)",
     re.ASCII,
 )
+#: a share without the space that it has elsewhere
+_PERCENT = re.compile(r"(?<=\d)%(?!\w)")
 #: the other circle: factor and unit
 _TURNED: dict[str, dict[str, tuple[float, str]]] = {
     "gon": {
@@ -80,7 +82,8 @@ class Notation:
         return f"{sign}{self._number(whole, fraction)}{percent or ''}"
 
     def words(self, text: str) -> str:
-        """A sentence with its numbers as they are to be written."""
+        """A sentence with its numbers as they are to be written; a space before every %."""
+        text = _PERCENT.sub(" %", text)
         if self.angle is not None:
             text = _ANGLE.sub(self._turned, text)
         return text if self.plain else _SENTENCE.sub(self._found, text)

@@ -18,14 +18,19 @@ def page(
     pictures: Sequence[Picture],
     tables: Sequence[ReportTable],
     footer: str = "",
+    first: Sequence[ReportTable] = (),
 ) -> str:
-    """HTML text that needs nothing but a browser; everything put into it is escaped."""
+    """HTML text that needs nothing but a browser; everything put into it is escaped.
+
+    Tables of ``first`` stand before the pictures.
+    """
     return render_page(
         "page.html.j2",
         kind=kind,
         title=title,
         sentences=sentences,
         pictures=pictures,
+        first=[table for table in first if table.rows],
         tables=[table for table in tables if table.rows],
         footer=footer,
     )

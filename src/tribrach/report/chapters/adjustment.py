@@ -229,6 +229,9 @@ def _rejected(observations: ObservedValues, state: str) -> ObservedValues:
     return chosen.chosen(np.argsort(-np.nan_to_num(printed_size(chosen)), kind="stable"))
 
 
+_SNOOP = ", or let snooping decide (--snoop, or snoop = true in the project)"
+
+
 def _suspects(seen: _Seen, snooped: bool) -> list[str]:
     """Suspicious observations that are more than chance, those held out apart."""
     out, chance, percent = [], seen.quality.chance, 100 * seen.quality.global_test.alpha
@@ -237,7 +240,7 @@ def _suspects(seen: _Seen, snooped: bool) -> list[str]:
         out.append(
             f"suspicious observations take part: {_named(active)} ({_counted(seen)}, and the "
             f"worst would be by chance in fewer than {percent:g} of 100 networks like this): look "
-            f"into the field notes{'' if snooped else ', or let --snoop decide'}"
+            f"into the field notes{'' if snooped else _SNOOP}"
         )
     if held_out:
         out.append(

@@ -123,7 +123,7 @@ def _stack(
     tops = np.cumsum(heights, axis=0)
     highest = _readable(tops[-1])
     panel = Chart(
-        (-0.5, len(rows) - 0.5), (0.0, highest * 1.08), ("", "variance [mm²]"), (620.0, 340.0),
+        (-0.5, len(rows) - 0.5), (0.0, highest * 1.08), ("", "variance [mm²]"), (450.0, 330.0),
         title, names=classes,
     )  # fmt: skip
     for k, name in enumerate(names):
@@ -157,6 +157,8 @@ def _largest(rows: Sequence[BudgetRow], classes: Sequence[str], known: bool) -> 
     if total <= 0:
         return ""
     order = np.argsort(values)[::-1][:3]
-    words = [f"{row.parts[k].name} {values[k] / total:.0%}" for k in order if values[k] > 0]
+    words = [
+        f"{row.parts[k].name} {values[k] / total:.0%}" for k in order if values[k] >= 0.005 * total
+    ]
     where = "along the normal" if known else "in all directions"
     return f"Largest parts {where} at {classes[at]}: {', '.join(words)}."

@@ -172,7 +172,7 @@ def _system(project: Project) -> str:
 def _mm(values: Array) -> str:
     """Three sigmas in words."""
     return ", ".join(
-        f"{1e3 * v:.3g} mm in {axis}" for v, axis in zip(values, ("E", "N", "U"), strict=True)
+        f"{1e3 * v:.2f} mm in {axis}" for v, axis in zip(values, ("E", "N", "U"), strict=True)
     )
 
 
@@ -200,8 +200,8 @@ def _words(
     edge = 1e3 * accuracy.turn * accuracy.radius
     out.append(
         f"as a whole the site may be turned by {_turn(accuracy.turn[2], style)} in azimuth, "
-        f"{edge[2]:.3g} mm at its edge in {accuracy.radius:.0f} m, and tilted by "
-        f"{_turn(float(np.hypot(*accuracy.turn[:2])), style)}, {np.hypot(*edge[:2]):.3g} mm in "
+        f"{edge[2]:.2f} mm at its edge, {accuracy.radius:.0f} m away, and tilted by "
+        f"{_turn(float(np.hypot(*accuracy.turn[:2])), style)}, {np.hypot(*edge[:2]):.2f} mm in "
         "height there"
     )
     return [*out, relative]

@@ -140,8 +140,8 @@ def _sentences(found: StatedNoise) -> list[str]:
         out.append(f"{_departs(found, by, one)}.")
     if found.law is not None and not found.lawful and (verdict != "as stated" or worst):
         out.append(
-            f"What these scans show of {found.instrument} is a law: {found.law.words}; tribrach "
-            "noise writes it as an instrument file."
+            f"What these scans show of {found.instrument} is a law of intensity: "
+            f"{found.law.words}; tribrach noise writes it as an instrument file."
         )
     if found.neighbours is not None:
         out.append(_neighbours(found.instrument, found.neighbours))
@@ -151,9 +151,10 @@ def _sentences(found: StatedNoise) -> list[str]:
 def _neighbours(instrument: str, seen: NeighbourNoise) -> str:
     """What neighbours share in the scans of an instrument, and what is stated of it."""
     stated = (
-        "No shared_share is stated: a mean counts points whose beams overlap as one."
+        "The project states nothing that they share (shared_share): a mean counts points whose "
+        "beams overlap as one."
         if seen.stated is None
-        else f"A shared_share of {seen.stated:.2f} is stated."
+        else f"The project states that they share {seen.stated:.2f} of the variance."
     )
     return f"Neighbours of {instrument}: {seen.words}. {stated}"
 
@@ -183,7 +184,8 @@ def _departs(found: StatedNoise, by: By, one: NoiseClass) -> str:
     """Where the scans contradict most, without the stop."""
     more = "more" if one.factor > 1 else "less"
     return (
-        f"{found.instrument} departs most from what is stated {_where(by, one)}, by {more} noise: "
+        f"The noise of {found.instrument} departs most from what is stated {_where(by, one)}, "
+        f"where it is {more}: "
         f"{_figures(found, one)}"
     )
 

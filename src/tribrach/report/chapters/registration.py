@@ -19,7 +19,7 @@ from tribrach.report.charts import Chart, beside
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import Style, percent_cell
+from tribrach.report.numbers import Style, counted, percent_cell
 from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -141,9 +141,14 @@ def _verdict(pair_edges: Sequence[Edge]) -> list[str]:
     """How many pairs agree with the network."""
     tested = [e for e in pair_edges if e.statistic is not None]
     bad = [e for e in tested if e.outlying]
+    verb = "has" if len(pair_edges) == 1 else "have"
+    shared = f"{counted(len(pair_edges), 'pair')} of stations {verb} observations in common"
+    if not tested:
+        return [f"{shared}; none of them is controlled by other observations"]
+    contradict = "contradicts" if len(bad) == 1 else "contradict"
     return [
-        f"{len(pair_edges)} pairs of stations have observations in common; of {len(tested)} that "
-        f"others control, {len(bad)} contradict the network at {100 * ALPHA:g} %"
+        f"{shared}; {len(bad) or 'none'} of {len(tested)} that others control {contradict} the "
+        f"network (tests at {100 * ALPHA:g} %)"
     ]
 
 

@@ -440,7 +440,7 @@ def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
     left = f"{1e3 * single:.0f}" if single > 0.01 else f"{1e3 * single:.2g}"
     sentences = [
         f"Precision budget: {stored}; a program that reads them as 32-bit "
-        f"floats without a shift would leave {left} mm."
+        f"floats without a shift would round them to {left} mm."
     ]
     extent = float(np.linalg.norm((high - low)[:2]))
     rigid = any(p.path.suffix == ".e57" for p in products)

@@ -667,8 +667,9 @@ def _first_reason(fit: SphereFit, seen: _Seen, noise: _Noise) -> str:
     most = np.exp(GATES.noise_sigmas * noise_doubt(int(fit.inliers.sum())) / 2)
     if fit.s0 > most:
         return (
-            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {fit.s0:.1f} times the "
-            f"noise of {1e3 * noise.range:.1f} mm, limit {most:.1f} times"
+            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {fit.s0:.1f} times what "
+            f"noise of {1e3 * noise.range:.1f} mm along the beam, its width and its incidence "
+            f"explain, limit {most:.1f} times"
         )
     if fit.rms > GATES.most_rms_share * fit.radius:
         share = 100 * fit.rms / fit.radius
