@@ -107,6 +107,19 @@ def test_a_second_run_compares_nothing_and_says_the_same(
     assert [p.drawing for p in one.pictures] == [p.drawing for p in other.pictures]
 
 
+def test_the_regression_has_the_unit_of_the_report(job: tuple[Path, Report]) -> None:
+    (one,) = job[1].job.comparisons
+    if one.regression is None:
+        pytest.skip("too few sites for a regression")
+    slopes = {}
+    for angle in ("deg", "gon"):
+        tables = {t.name.split("-")[0]: t for t in comparison_chapter(one, angle).tables}
+        assert f"incidence in {angle}" in tables["terms"].note
+        rows = [[cell.key for cell in row.cells] for row in tables["terms"].rows]
+        slopes[angle] = [row[3] for row in rows if row[2] == "incidence"]
+    np.testing.assert_allclose(slopes["gon"], 0.9 * np.array(slopes["deg"]), rtol=1e-9)
+
+
 def test_nothing_is_lost_in_the_record(job: tuple[Path, Report]) -> None:
     (chapter,) = job[1].job.comparisons
     sites, offsets = list(chapter.sites), chapter.offsets

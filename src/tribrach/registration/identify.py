@@ -270,7 +270,7 @@ class _Search:
             f"{unit.name} {verb} placed by {len(matching.pairs)} of {whose} "
             f"{len(unit.sighting.centers)} targets{helped}; before the adjustment they lie "
             f"{rms:.1f} times as far from their points as the search for names expects (root mean "
-            "square; above 1 it would fit badly)"
+            "square)"
         )
         return True
 

@@ -18,7 +18,7 @@ from tribrach.report.notation import PLAIN
 __all__ = ["PRINTED", "render_page"]
 
 #: rows of a table on paper; the rest is looked up where it can be searched
-PRINTED = 35
+PRINTED = 30
 
 
 @cache

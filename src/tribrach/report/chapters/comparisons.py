@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
+from tribrach._types import Array
+from tribrach.comparison.regression import Regression, regress
 from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import anchor
@@ -38,13 +40,16 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "deg") -> Chapter:
     """What a comparison came to; names of its tables and pictures end with those of both."""
     sentences = _sentences(one)
+    shown = _shown(one, angle)
     slug, title = anchor(f"{one.a}-{one.b}"), f"{spoken(one.a)} against {spoken(one.b)}"
     return Chapter(
         f"comparison-{slug}",
         f"Comparison between stations: {title}",
         tuple(sentences) or ("nothing",),
-        tuple(replace(p, name=f"{p.name}-{slug}", title=p.title) for p in _pictures(one)),
-        tuple(replace(t, name=f"{t.name}-{slug}", title=t.title) for t in _tables(one, angle)),
+        tuple(replace(p, name=f"{p.name}-{slug}", title=p.title) for p in _pictures(one, shown)),
+        tuple(
+            replace(t, name=f"{t.name}-{slug}", title=t.title) for t in _tables(one, shown, angle)
+        ),
         station_comparison(
             one.a, one.b, one.limit, one.sites, one.offsets, one.regression, sentences
         ),
@@ -58,18 +63,41 @@ def _sentences(one: StationComparison) -> list[str]:
     return sentences if one.regression is None else [*sentences, *one.regression.sentences()]
 
 
-def _tables(one: StationComparison, angle: Literal["gon", "deg"]) -> list[ReportTable]:
+class _Shown(NamedTuple):
+    """The regression with incidence in the unit of the report, its columns and their units."""
+
+    values: Mapping[str, Array]
+    regression: Regression
+    units: Mapping[str, str]
+
+
+def _shown(one: StationComparison, angle: Literal["gon", "deg"]) -> _Shown | None:
+    """The regression as the report shows it: coefficients have the unit of its angles."""
+    if one.regression is None:
+        return None
+    if angle == "deg":
+        return _Shown(one.values, one.regression, REGRESSION_UNITS)
+    values = {**one.values, "incidence": one.values["incidence"] / 0.9}
+    units = {**REGRESSION_UNITS, "incidence": "gon"}
+    causes = list(dict.fromkeys(r.x for r in one.regression.relations))
+    quantities = list(dict.fromkeys(r.y for r in one.regression.relations))
+    return _Shown(values, regress(values, causes, quantities, units), units)
+
+
+def _tables(
+    one: StationComparison, shown: _Shown | None, angle: Literal["gon", "deg"]
+) -> list[ReportTable]:
     tables = comparison_tables(one.sites, angle)
-    if one.regression is not None:
-        tables += regression_tables(one.regression, REGRESSION_UNITS)
+    if shown is not None:
+        tables += regression_tables(shown.regression, shown.units)
     return tables
 
 
-def _pictures(one: StationComparison) -> list[Picture]:
+def _pictures(one: StationComparison, shown: _Shown | None) -> list[Picture]:
     """Map, histogram, predicted against observed, curves of the regression."""
     pictures = comparison_pictures(one.sites, one.limit)
-    if one.regression is not None:
-        pictures += regression_pictures(one.values, REGRESSION_UNITS, one.regression)
+    if shown is not None:
+        pictures += regression_pictures(shown.values, shown.units, shown.regression)
     return pictures
 
 
