@@ -6,7 +6,9 @@
     python -m benchmarks --small --guard       small sizes; fails where a ratio has grown
 
 Each runs in a process of its own and is paired with its peer there; peers that are not installed
-are said (``pip install 'tribrach[peers]'``).
+are said (``pip install 'tribrach[peers]'``). With --write each is kept in build/benchmarks.jsonl
+and the page written after it, so that a run that ends early, or one by name, does not cost the
+others: the page has what was measured last of each, on this machine with these libraries.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from pathlib import Path
 from benchmarks.figures import ROOT, Figure, Growth, from_line, in_words
 from benchmarks.guard import grown
 from benchmarks.page import write_page
+from benchmarks.record import Machine, Watch, keep, kept
 
 #: modules of this folder that measure, in the order of the page
 NAMES = (
@@ -48,6 +51,10 @@ NAMES = (
 )
 
 
+#: what was measured with --write
+KEPT = ROOT / "build" / "benchmarks.jsonl"
+
+
 def main() -> int:
     """Run what the command line asks for; 1 where the guard found something."""
     asked = _arguments()
@@ -55,6 +62,7 @@ def main() -> int:
     failed = []
     for name in asked.names or NAMES:
         found[name] = []
+        watch = Watch()
         words = [sys.executable, "-m", f"benchmarks.{name}"]
         words += ["--small"] if asked.small else [str(size) for size in asked.sizes]
         with subprocess.Popen(words, cwd=ROOT, stdout=subprocess.PIPE, text=True) as child:
@@ -65,8 +73,13 @@ def main() -> int:
         if child.returncode:
             failed.append(name)
             print(f"{name} ended with status {child.returncode}", file=sys.stderr)
-    if asked.write is not None and not failed:
-        write_page(asked.write, found)
+        elif asked.write is not None:
+            where = Machine.here()
+            measured = kept(KEPT, where)
+            sizes = "small" if asked.small else " ".join(f"{s:g}" for s in asked.sizes) or "full"
+            measured[name] = watch.measured(name, sizes, found[name])
+            keep(KEPT, measured.values())
+            write_page(asked.write, where, measured, NAMES)
     told = grown(found) if asked.guard else []
     for sentence in told:
         print(sentence, file=sys.stderr)

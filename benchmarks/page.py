@@ -1,21 +1,13 @@
-"""The page of all ratios, with the machine and the versions that they were measured with."""
+"""The page of all ratios, and the machine, versions and load they were measured with."""
 
 from __future__ import annotations
 
-import datetime
 import os
-import platform
-from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.figures import Cost, Figure, Growth
-
-#: what the figures depend on
-PACKAGES = (
-    "tribrach", "numpy", "scipy", "numba", "laspy", "lazrs", "pye57",
-    "py4dgeo", "small_gicp", "gtsam", "open3d", "dask",
-)  # fmt: skip
+from benchmarks.record import Machine, Measured
 
 HEAD = """# Benchmarks
 
@@ -26,52 +18,92 @@ than one core. `python -m benchmarks --write` writes this page; what each progra
 its first lines, in the folder `benchmarks/`.
 
 """
+#: share of a processor that others may take of a machine that is called idle
+_IDLE = 0.1
 
 
-def write_page(file: Path, found: Mapping[str, Sequence[Figure | Growth]]) -> None:
-    """Write the page."""
-    every = [figure for figures in found.values() for figure in figures]
+def write_page(
+    file: Path, where: Machine, measured: Mapping[str, Measured], names: Iterable[str]
+) -> None:
+    """Write the page.
+
+    Parameters
+    ----------
+    file : Path
+        Of the page.
+    where : Machine
+        The machine and the versions that all of it was measured with.
+    measured : mapping
+        By the names of benchmarks.
+    names : iterable of str
+        All benchmarks, in the order of the page.
+    """
+    runs = [measured[name] for name in names if name in measured]
+    every = [figure for run in runs for figure in run.found]
     figures = [figure for figure in every if isinstance(figure, Figure)]
     growths = [growth for growth in every if isinstance(growth, Growth)]
-    parts = [HEAD, _machine(), "\n## Ratios\n\n", _table(_HEADS, [_row(f) for f in figures])]
+    parts = [HEAD, _machine(where, runs)]
+    parts += ["\n## Ratios\n\n", _table(_HEADS, [_row(f) for f in figures])]
     if growths:
         heads = ("what", "sizes", "seconds", "grows with")
         parts += ["\n## Growth\n\n", _table(heads, [_growth(g) for g in growths])]
     missing = sorted({f.peer for f in figures if f.theirs is None})
     if missing:
         parts.append(f"\nNot installed when this was measured: {', '.join(missing)}.\n")
-    file.write_text("".join(parts), encoding="utf-8", newline="\n")
+    parts += ["\n## Runs\n\n", _RUNS, _table(_RUN_HEADS, [_run(run) for run in runs])]
+    left = [f"`{name}`" for name in names if name not in measured]
+    if left:
+        parts.append(f"\nNot measured: {', '.join(left)}.\n")
+    part = file.with_name(f".{file.name}.part")
+    part.write_text("".join(parts), encoding="utf-8", newline="\n")
+    part.replace(file)
 
 
-def _machine() -> str:
+def _machine(where: Machine, runs: Sequence[Measured]) -> str:
+    dates = sorted(run.date for run in runs)
     lines = [
-        f"* Date: {datetime.datetime.now(datetime.UTC).date()}",
-        f"* Machine: {_processor()}, {os.cpu_count()} cores, {_memory()}",
-        f"* {platform.system()}, Python {platform.python_version()}",
-        "* " + ", ".join(f"{name} {told}" for name in PACKAGES if (told := _version(name))),
+        f"* Date: {' to '.join(dict.fromkeys((dates[0], dates[-1])))} UTC",
+        f"* Machine: {where.machine}",
+        f"* {where.system}",
+        f"* {where.packages}",
+        f"* {_idle(runs)}",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _processor() -> str:
-    told = Path("/proc/cpuinfo")
-    if told.exists():
-        for line in told.read_text(encoding="utf-8", errors="replace").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()
+def _idle(runs: Sequence[Measured]) -> str:
+    """A sentence on what else the machine did."""
+    others = [run.others for run in runs if run.others is not None]
+    if not others:
+        return "What else the machine did is not known."
+    least, most = min(others), max(others)
+    if most <= _IDLE:
+        return "The machine did nothing else."
+    return (
+        f"**The machine was not idle**: other programs kept {least:.2g} to {most:.2g} of its "
+        f"{os.cpu_count()} processors busy meanwhile, so that seconds are longer than they need "
+        "be, those of the clock most; ratios suffer less, as both sides ran under such load."
+    )
 
 
-def _memory() -> str:
-    size = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return f"{size / 2**30:.0f} GiB of memory"
+_RUNS = """One program after the other. *Load*: the load average when it began, which counts what
+ran before; *others*: how many processors other programs kept busy meanwhile. *Tree*: the commit
+that was measured, with + where files had changed.
+
+"""
+_RUN_HEADS = ("benchmark", "sizes", "ended (UTC)", "minutes", "load", "others", "tree")
 
 
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return ""
+def _run(run: Measured) -> tuple[str, ...]:
+    return (
+        f"`{run.name}`",
+        run.sizes,
+        run.date,
+        f"{run.seconds / 60:.1f}",
+        f"{run.load:.1f}",
+        "" if run.others is None else f"{run.others:.2f}",
+        run.tree,
+    )
 
 
 _HEADS = (

@@ -116,7 +116,8 @@ def _facts(
     adjustment: Adjustment, sources: list[str], facts: Mapping[str, str]
 ) -> tuple[tuple[str, str], ...]:
     """Lines of the head: what the caller gives, the reference system, the files."""
-    files = list(dict.fromkeys(spoken(s.rsplit(":", 1)[0]) for s in sources if s))
+    written = dict.fromkeys(s.rsplit(":", 1)[0] for s in sources if s)
+    files = list(dict.fromkeys(map(spoken, written)))
     lines = [*facts.items(), ("Reference system", _reference(adjustment))]
     if files:
         more = f" and {len(files) - 8} more" if len(files) > 8 else ""

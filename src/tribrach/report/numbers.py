@@ -24,6 +24,7 @@ __all__ = [
     "count_cell",
     "counted",
     "fixed_cell",
+    "matrices",
     "matrix",
     "mm_cell",
     "number",
@@ -31,6 +32,7 @@ __all__ = [
     "percent_cell",
     "sigmas",
     "triple",
+    "triples",
 ]
 
 
@@ -56,6 +58,20 @@ def triple(values: Array) -> tuple[float | None, float | None, float | None]:
 def matrix(values: Array) -> tuple[tuple[float | None, ...], ...]:
     """Rows of floats, None for NaN."""
     return tuple([numbers(row) for row in values.tolist()])
+
+
+def triples(values: Array) -> list[tuple[float | None, float | None, float | None]]:
+    """:func:`triple` of many (n, 3) at once."""
+    if not np.isfinite(values).all():
+        return [triple(row) for row in values]
+    return [(a, b, c) for a, b, c in (values + 0.0).tolist()]
+
+
+def matrices(values: Array) -> list[tuple[tuple[float | None, ...], ...]]:
+    """:func:`matrix` of many (n, r, c) at once."""
+    if not np.isfinite(values).all():
+        return [matrix(block) for block in values]
+    return [tuple([tuple(row) for row in block]) for block in (values + 0.0).tolist()]
 
 
 def sigmas(covariance: Array) -> Array:

@@ -21,7 +21,7 @@ from tribrach.report.content import (
     Point,
     ReportSettings,
 )
-from tribrach.report.numbers import matrix, sigmas, triple
+from tribrach.report.numbers import matrices, sigmas, triples
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -67,6 +67,10 @@ class Uncertainty:
         self._plan = plan_ellipses(covariances, self._factor[1])
         self._axes, self._directions = principal_axes(covariances, self._factor[2])
         self._sigma_u = np.sqrt(np.maximum(covariances[:, 2, 2], 0.0))
+        upward = self._directions[:, 0] * np.where(self._directions[:, 0, 2:] < 0, -1.0, 1.0)
+        e, n, u = upward.T
+        self._azimuth = np.arctan2(e, n) % (2 * np.pi)
+        self._elevation = np.arctan2(u, np.hypot(e, n))
 
     def ellipse(self, i: int) -> Ellipse | None:
         """Ellipse in plan; None if E or N is held."""
@@ -83,14 +87,11 @@ class Uncertainty:
         """Ellipsoid; None if a coordinate is held."""
         if not self._free[i].all():
             return None
-        long, (e, n, u) = (
-            self._axes[i],
-            self._directions[i, 0] * np.sign(self._directions[i, 0, 2] or 1.0),
-        )
+        long = self._axes[i]
         return Ellipsoid(
             (float(long[0]), float(long[1]), float(long[2])),
-            float(np.arctan2(e, n) % (2 * np.pi)),
-            float(np.arctan2(u, np.hypot(e, n))),
+            float(self._azimuth[i]),
+            float(self._elevation[i]),
         )
 
 
@@ -109,17 +110,18 @@ def points(
 ) -> tuple[Point, ...]:
     """All points; coordinates that the network does not have are None."""
     names = adjustment.layout.names["point"]
-    xyz = np.where(used_axes(adjustment), adjustment.state.points, np.nan)
-    sigma = sigmas(covariances[: len(names)]) if names else np.zeros((0, 3))
+    xyz = triples(np.where(used_axes(adjustment), adjustment.state.points, np.nan))
+    sigma = triples(sigmas(covariances[: len(names)]) if names else np.zeros((0, 3)))
+    covariance = matrices(covariances[: len(names)])
     roles = point_roles(adjustment)
     places = _places(adjustment, covariances)
     return tuple(
         Point(
             name=name,
             role=roles.get(name, "free"),
-            xyz=triple(xyz[i]),
-            sigma=triple(sigma[i]),
-            covariance=matrix(covariances[i]),
+            xyz=xyz[i],
+            sigma=sigma[i],
+            covariance=covariance[i],
             ellipse=uncertainty.ellipse(i),
             height_interval=uncertainty.height(i),
             ellipsoid=uncertainty.ellipsoid(i),
@@ -139,7 +141,7 @@ def _places(adjustment: Adjustment, covariances: Array) -> dict[str, list[Any]]:
     places: dict[str, list[Any]] = {
         "geodetic": [_three(row) for row in site.geodetic(x)],
         "ecef": [_three(row) for row in site.to_ecef(x)],
-        "ecef_covariance": [matrix(block) for block in turned],
+        "ecef_covariance": matrices(turned),
     }
     grid = adjustment.network.reference.grid
     if grid is not None:

@@ -12,7 +12,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import scalar_roles, unknown_references
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
-from tribrach.report.numbers import Style, matrix, numbers, sigmas
+from tribrach.report.numbers import Style, matrices, matrix, numbers, sigmas
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -58,16 +58,15 @@ def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
     names = adjustment.layout.names["scalar"]
     covariance = adjustment.family_covariances("scalar") * factor
     roles = scalar_roles(adjustment)
+    variances, own = matrices(covariance), sigmas(covariance)
     out = []
     for i, name in enumerate(names):
         unit, role, at = roles.get(i, ("1", "parameter", ""))
         value = float(adjustment.state.scalars[i])
         if role == "orientation":
             value = value % (2 * np.pi) % (2 * np.pi)  # the second brings 2 pi itself to 0
-        sigma = numbers(sigmas(covariance[i]))
-        out.append(
-            Unknown(name, "scalar", role, (value,), sigma, (unit,), matrix(covariance[i]), at)
-        )
+        sigma = numbers(own[i])
+        out.append(Unknown(name, "scalar", role, (value,), sigma, (unit,), variances[i], at))
     return out
 
 

@@ -49,6 +49,9 @@ ATTRIBUTES = {
     "cov-mat": "dim band",
 }
 
+#: the same as words
+_KNOWN = {tag: tuple(names.split()) for tag, names in ATTRIBUTES.items()}
+
 
 @dataclass(frozen=True)
 class Element:
@@ -63,9 +66,9 @@ class Element:
     refused: RefusalCollector = field(default_factory=RefusalCollector)
 
     def __post_init__(self) -> None:
-        if self.tag not in ATTRIBUTES:
+        known = _KNOWN.get(self.tag)
+        if known is None:
             return
-        known = ATTRIBUTES[self.tag].split()
         for name in self.node.attrib:
             if name not in known and not name.startswith("{"):
                 cure = f"use {', '.join(known)}" if known else "leave it out"
@@ -145,10 +148,13 @@ class Element:
         InputError
             It is empty, or not given and there is no default.
         """
-        value = self.node.get(name, default)
-        if value is None or (self.has(name) and not value.strip()):
+        given = self.node.get(name)
+        if given is None and default is not None:
+            return default.strip()
+        text = str(given or "").strip()
+        if not text:
             raise self.error(f"<{self.tag}> has no {name}", f"give {name}")
-        return str(value).strip()
+        return text
 
     def choice(self, name: str, values: Collection[str], default: str) -> str:
         """One of several words.
