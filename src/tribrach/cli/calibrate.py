@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.run_comparison import compare_runs
-from tribrach.cli.shell import Overwrite, claim, fail, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, fail, guarded, say, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibration_of, calibrations_of
@@ -42,7 +42,7 @@ def calibrate(
         bool, typer.Option("--estimable", help="Leave out what cannot be separated.")
     ] = False,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Calibrate scanners from targets that they saw from several stations."""
 

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.field_check import check_readings
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.check import (
@@ -54,7 +54,7 @@ def check(
         Path | None, typer.Option("--html", help="Write a page with charts.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Test a scanner in the field: both faces, distances between targets, repeated series."""
 

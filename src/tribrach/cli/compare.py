@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Scheduler, Workers, claim, guarded, shown, working
+from tribrach.cli.shell import Overwrite, Quiet, Scheduler, Workers, claim, guarded, shown, working
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
@@ -75,7 +75,7 @@ def compare(
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compare two clouds, on test sites or as a whole, with the sampling floor beside."""
 

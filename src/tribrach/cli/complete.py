@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.complete import complete_clouds
 from tribrach.report.completeness import completeness_page, completeness_text
@@ -31,7 +31,7 @@ def complete(
         Path | None, typer.Option("--html", help="Write a page with maps.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Say which surfaces no station, one or several saw, and where the sigma is not reached."""
 

@@ -10,7 +10,7 @@ import typer
 from tribrach import demo as demonstration
 from tribrach import pipeline
 from tribrach.cli.network import finish
-from tribrach.cli.shell import Overwrite, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, guarded, say, shown
 from tribrach.project import Project
 
 __all__ = ["demo"]
@@ -22,7 +22,7 @@ def demo(
         int, typer.Option(min=10_000, max=200_000_000, help="Points per station, about.")
     ] = demonstration.POINTS,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate a survey of two facades, run it, and compare everything with the truth."""
 

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded
 from tribrach.io.outputs import write_text
 from tribrach.io.result_file import read_result_file, result_path
 from tribrach.report.characters import visible
@@ -28,7 +28,7 @@ def diff(
     angle: Annotated[Literal["gon", "deg"], typer.Option(help="Unit of angles.")] = "gon",
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Say what differs between two results: what moved, sigmas, states of observations, edits."""
 

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded
 from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
 from tribrach.errors import InputError, UnknownName
@@ -95,7 +95,7 @@ def epochs(
         Path | None, typer.Option("--map", help="Write the map of the last epoch as SVG.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Say what has moved between epochs: which points, how far, how sure."""
 

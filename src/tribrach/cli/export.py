@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from tribrach.cli.network import project_of
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.exported import export as exported
@@ -40,7 +40,7 @@ def export(
         bool, typer.Option("--partial", help="Leave out what the format cannot hold.")
     ] = False,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write a network for another program; what its format cannot hold is named."""
 

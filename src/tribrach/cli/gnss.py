@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
@@ -66,7 +66,7 @@ def baseline(
         Path | None, typer.Option("--json", help="Write the result as JSON.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compute a static baseline from RINEX files."""
 

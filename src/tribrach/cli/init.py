@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text
 from tribrach.job.first_project import FirstProject, Wishes, compose, parse_target, sheet_of
@@ -50,7 +50,7 @@ def init(
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Ask nothing.")] = False,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write a project file for a folder: looks at scans, observations and lists, and asks."""
 

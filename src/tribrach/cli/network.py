@@ -24,14 +24,7 @@ from tribrach.cli.settings import (
     Vce,
     given,
 )
-from tribrach.cli.shell import (
-    Overwrite,
-    claim,
-    fail,
-    guarded,
-    say,
-    shown,
-)
+from tribrach.cli.shell import Overwrite, Quiet, claim, fail, guarded, say, shown
 from tribrach.io.outputs import Content, write_texts
 from tribrach.io.survey.formats import read_files
 from tribrach.network.observed_part import observed_part
@@ -70,7 +63,7 @@ def adjust(
         typer.Option("--epoch", help="Write coordinates and joint covariance for epochs."),
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Adjust a network from files of any known format, or a project without scans.
 

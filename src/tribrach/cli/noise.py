@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.instrument_sheets import find_sheet
@@ -49,7 +49,7 @@ def noise(
         Path | None, typer.Option("--html", help="Write a page with a plot.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Estimate the noise of a scanner from planes in its scans: a law for each point."""
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
@@ -29,7 +29,7 @@ def plan(
     ] = None,
     text_file: Annotated[Path | None, typer.Option("--text", help="Write it as text.")] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Predict precision and reliability, and propose targets, stations and sets."""
 

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.register import PlacedOutput, register_files, write_placed
@@ -77,7 +77,7 @@ def register(
         Path | None, typer.Option("--html", help="Write a page with plan, pairs and loops.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Register scans by their clouds; no targets, planes or approximate poses are needed."""
     lists = poses or []

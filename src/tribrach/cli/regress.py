@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
@@ -32,7 +32,7 @@ def regress(
         Path | None, typer.Option("--html", help="Write a page with plots.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fit differences of clouds against range and incidence, and say what that tells."""
 

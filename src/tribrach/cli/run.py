@@ -20,7 +20,7 @@ from tribrach.cli.settings import (
     given,
     with_options,
 )
-from tribrach.cli.shell import Overwrite, Scheduler, Workers, guarded, shown, working
+from tribrach.cli.shell import Overwrite, Quiet, Scheduler, Workers, guarded, shown, working
 from tribrach.errors import InputError
 from tribrach.project import Project
 
@@ -43,7 +43,7 @@ def run(
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check the project as check-project does.")
     ] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run a project: adjust, check, report.
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import TribrachError
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
@@ -85,7 +85,7 @@ def convert(
         float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
     ] = 0.1,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Write scans in another format, every field kept."""
 

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.point_list import read_point_list
@@ -81,7 +81,7 @@ def series(
         Path | None, typer.Option("--html", help="Write a page with charts.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Adjust all cycles of a monitored network: which points move, trends, jumps, alarms."""
 

@@ -23,6 +23,7 @@ from tribrach.tasks.engine import HERE, Engine
 
 __all__ = [
     "Overwrite",
+    "Quiet",
     "Scheduler",
     "Workers",
     "claim",
@@ -38,6 +39,9 @@ Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace files that this program did not write."),
 ]
+
+#: the option of every command that says something
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")]
 
 #: the options of every command whose work is done in tasks
 Workers = Annotated[

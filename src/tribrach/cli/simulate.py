@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, guarded, say, shown
 from tribrach.io.twins import write_twin
 from tribrach.simulate.twins import TWINS, build
 
@@ -22,7 +22,7 @@ def simulate(
     ] = 1_000_000,
     seed: Annotated[int, typer.Option(min=0, help="Another seed draws other errors.")] = 1,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Simulate a whole survey job: scans, observations, project file and its truth."""
 

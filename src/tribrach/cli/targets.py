@@ -8,7 +8,17 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, Scheduler, Workers, claim, guarded, say, shown, working
+from tribrach.cli.shell import (
+    Overwrite,
+    Quiet,
+    Scheduler,
+    Workers,
+    claim,
+    guarded,
+    say,
+    shown,
+    working,
+)
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
@@ -49,7 +59,7 @@ def targets(
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Find spheres, checkerboards and discs in whole scans; centres in their coordinates."""
 

@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, claim, guarded, say, shown
+from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
@@ -47,7 +47,7 @@ def fit(
         Path | None, typer.Option("--json", help="Write it as JSON, for transform apply.")
     ] = None,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Fit the transformation from A to B with the weights of both, and test it."""
 
@@ -89,7 +89,7 @@ def apply(
         float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
     ] = 0.1,
     overwrite: Overwrite = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")] = False,
+    quiet: Quiet = False,
 ) -> None:
     """Carry points or a cloud through a transformation, with their covariances."""
 
