@@ -95,7 +95,7 @@ def by_command(millions: float) -> Figure:
         files = [Path(name) / f"{letter}.laz" for letter in "ab"]
         for number, file in enumerate(files):
             write(file, int(millions * 1e6), number)
-        words = ["compare", *map(str, files), "--out", f"{name}/out", "--quiet"]
+        words = ["compare", *map(str, files), "--json", f"{name}/compared.json", "--quiet"]
         cost = whole_process([sys.executable, "-m", "tribrach", *words])
         decode = "import sys, laspy\nfor name in sys.argv[1:]:\n"
         decode += "    with laspy.open(name) as f:\n"

@@ -93,7 +93,11 @@ def write_scanner(
     turn = rng.uniform(0, 2 * np.pi, stations)
     _, near = cKDTree(place).query(stand, k=min(seen, targets))
     station, target = np.repeat(np.arange(stations), near.shape[1]), near.ravel()
-    e, n, u = (place[target] - stand[station]).T
+    chord = place[target] - stand[station]
+    # what stands at the scanner or above it is not seen
+    seen_well = np.hypot(chord[:, 0], chord[:, 1]) > np.maximum(0.5, 0.02 * np.abs(chord[:, 2]))
+    station, target = station[seen_well], target[seen_well]
+    e, n, u = chord[seen_well].T
     flat = np.hypot(e, n)
     noise = rng.normal(0, 1, (3, len(station)))
     distance = np.hypot(flat, u) + 0.002 * noise[0]
