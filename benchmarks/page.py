@@ -12,8 +12,8 @@ from benchmarks.record import Machine, Measured
 HEAD = """# Benchmarks
 
 Each row is one run: ours and a peer with the same data, one after the other. A peer is another
-program, or an operation that no method avoids. **The ratio is ours over the peer: below 1 ours takes
-less.** Ratios of the clock and of the processors' seconds differ where one of both uses more
+program, or an operation that no method avoids. **The ratio is ours over the peer: below 1 ours
+takes less.** Ratios of the clock and of the processors' seconds differ where one of both uses more
 than one core. `python -m benchmarks --write` writes this page; what each program does stands in
 its first lines, in the folder `benchmarks/`.
 
