@@ -178,6 +178,16 @@ def given_coordinates(adjustment: Adjustment) -> GivenCoordinates:
     GivenCoordinates
         Of more than 1,500 those that the residuals pull at most.
     """
+    # asked for wrong ones and for what is checked by nothing
+    return GivenCoordinates(
+        adjustment, *adjustment.once(given_coordinates, lambda: _looked_at(adjustment))
+    )
+
+
+def _looked_at(
+    adjustment: Adjustment,
+) -> tuple[tuple[GivenCoordinate, ...], sp.csc_array, Array, Array, Array]:
+    """Items, whitened columns, ``left``, pull and weight of those that are looked at."""
     items = [*_held(adjustment), *_weighted(adjustment)]
     columns = _columns(adjustment, items)
     weight = np.asarray(columns.multiply(columns).sum(axis=0)).ravel()
@@ -186,14 +196,8 @@ def given_coordinates(adjustment: Adjustment) -> GivenCoordinates:
     strength = np.abs(pull[touched]) / np.sqrt(weight[touched])
     chosen = np.sort(touched[np.argsort(-strength, kind="stable")[:_MOST]])
     columns, weight, pull = columns[:, chosen], weight[chosen], pull[chosen]
-    return GivenCoordinates(
-        adjustment,
-        tuple(items[k] for k in chosen),
-        columns,
-        _left(adjustment, columns),
-        pull,
-        weight,
-    )
+    left = _left(adjustment, columns)
+    return tuple(items[k] for k in chosen), columns, left, pull, weight
 
 
 def _held(adjustment: Adjustment) -> list[GivenCoordinate]:

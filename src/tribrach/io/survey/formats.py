@@ -9,10 +9,7 @@ from typing import Any
 
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
-from tribrach.io.gnss.files import vector_reader
 from tribrach.io.opened_files import contents
-from tribrach.io.survey.starnet import recognition as starnet
-from tribrach.io.totalstation.formats import recognised
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 
@@ -71,14 +68,9 @@ def format_of(path: Path) -> str:
             return "gnss"
         return "gama" if b"gama-local" in head else "dynaml"
     if suffix not in SUFFIXES:
-        # raw files of total stations and lists of vectors have any suffix, or none
-        if vector_reader(path) is not None:
-            return "gnss"
-        if recognised(path):
-            return "totalstation"
-        # data of STAR*NET may have any suffix as well
-        if starnet.recognised(path):
-            return "starnet"
+        shown = _by_content(path)
+        if shown is not None:
+            return shown
         if not contents(path, 4000).strip():
             raise InputError("the file is empty", file=path, cure="copy it again")
         raise InputError(
@@ -88,6 +80,20 @@ def format_of(path: Path) -> str:
             "files of total stations",
         )
     return SUFFIXES[suffix]
+
+
+def _by_content(path: Path) -> str | None:
+    """The format of a file whose suffix says nothing: raw files and lists may have any, or none."""
+    # loaded here: all these readers take longer to load than most networks to be read
+    from tribrach.io.gnss.files import vector_reader
+    from tribrach.io.survey.starnet import recognition as starnet
+    from tribrach.io.totalstation.formats import recognised
+
+    if vector_reader(path) is not None:
+        return "gnss"
+    if recognised(path):
+        return "totalstation"
+    return "starnet" if starnet.recognised(path) else None
 
 
 def read(
