@@ -81,8 +81,8 @@ def _idle(runs: Sequence[Measured]) -> str:
         return "The machine did nothing else."
     return (
         f"**The machine was not idle**: other programs kept {least:.2g} to {most:.2g} of its "
-        f"{os.cpu_count()} processors busy meanwhile, so that seconds are longer than they need "
-        "be, those of the clock most; ratios suffer less, as both sides ran under such load."
+        f"{os.cpu_count()} processors busy meanwhile. Seconds are longer than they need be, those "
+        "of the clock most, and ratios uncertain: both sides ran one after the other."
     )
 
 
