@@ -250,28 +250,6 @@ def test_fingers_turn_move_and_bring_nearer(browser: Any, seen: str) -> None:
     context.close()
 
 
-def test_a_run_is_stopped_from_the_page(page: Watched, project: Path) -> None:
-    with program("workbench", project) as address:
-        page.open(with_budget(address))
-        for record in (project.parent / "out" / ".tribrach").glob("cloud-*.json"):
-            record.unlink()
-        # it says what it does, and is stopped as soon as it can be: the run is a short one
-        page(
-            "(() => { const pressing = setInterval(() => {"
-            " const b = document.querySelector('.banner:has(progress) button');"
-            " if (b) { b.click(); clearInterval(pressing); window.pressed = true; } }, 10); })()"
-        )
-        page.page.click("button[title^='Run the project']")
-        until(lambda: page("window.pressed"), "the way to stop it")
-        until(lambda: "was stopped" in page.page.inner_text(".banners"), "the end")
-        until(lambda: not page("tribrach.session.running"), "the session")
-        assert page.page.locator(".banner progress").count() == 0
-        # and the next one goes through
-        with page.page.expect_event("load", timeout=240_000):
-            page.page.click("button[title^='Run the project']")
-        page.fine()
-
-
 def test_a_role_is_changed_and_changed_back(page: Watched, project: Path) -> None:
     with program("workbench", project) as address:
         page.open(with_budget(address))
