@@ -15,7 +15,7 @@ Metres and radians, in the axes of one frame; increments of poses are left.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -38,7 +38,7 @@ from tribrach.units import too_large
 if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
 
-__all__ = ["CloudPoints", "SharedPart", "angle_slopes", "checked_covariance", "slopes"]
+__all__ = ["CloudPoints", "GivenPart", "SharedPart", "angle_slopes", "checked_covariance", "slopes"]
 
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000
@@ -104,6 +104,37 @@ def angle_slopes(world: Array, placement: Placement) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+class GivenPart:
+    """What a result was told from outside, and how much of it is in what its points share.
+
+    Attributes
+    ----------
+    keys : tuple of str
+        What the m given values are: coordinates of control, parameters of a calibration file.
+        Results with the same keys were told the same.
+    covariance : array (m, m)
+        Of the given values, a priori.
+    cross : array (q, m)
+        Covariance of the rows of the shared part with them.
+
+    Raises
+    ------
+    InputError
+        Sizes that do not fit.
+    """
+
+    keys: tuple[str, ...]
+    covariance: Array
+    cross: Array
+
+    def __post_init__(self) -> None:
+        """Refuse matrices of other sizes."""
+        m = len(self.keys)
+        if self.covariance.shape != (m, m) or self.cross.shape[1:] != (m,):
+            raise InputError(f"the covariance of the given values has {m} rows and columns")
+
+
+@dataclass(frozen=True, eq=False)
 class SharedPart:
     """The joint covariance of everything that points of a result share.
 
@@ -119,6 +150,8 @@ class SharedPart:
         Whose poses the first rows are, six each.
     effects : tuple of str
         What the rows behind them are.
+    given : GivenPart or None
+        What other results may have been told too; None where that is not known.
 
     Raises
     ------
@@ -131,12 +164,15 @@ class SharedPart:
     covariance: Array
     stations: tuple[str, ...]
     effects: tuple[str, ...] = ()
+    given: GivenPart | None = None
 
     def __post_init__(self) -> None:
         """Refuse a matrix of another size."""
         count = _POSE * len(self.stations) + len(self.effects)
         if self.covariance.shape != (count, count):
             raise InputError(f"the joint covariance of the stations has {count} rows and columns")
+        if self.given is not None and len(self.given.cross) != count:
+            raise InputError(f"the covariance with the given values has {count} rows")
 
     @cached_property
     def identity(self) -> bytes:
@@ -206,6 +242,7 @@ class SharedPart:
         covariance: Array,
         stations: Sequence[str],
         effects: Sequence[str] = (),
+        given: GivenPart | None = None,
     ) -> SharedPart:
         """Put scans together with their joint covariance.
 
@@ -213,7 +250,7 @@ class SharedPart:
         ----------
         scans : mapping
             By name: station, pose, noise of single points, and the model of the effects.
-        columns, covariance, stations, effects
+        columns, covariance, stations, effects, given
             As the attributes.
         """
         joint = _symmetric(covariance)
@@ -221,7 +258,7 @@ class SharedPart:
             name: _placed(*scan, joint[np.ix_(columns[name], columns[name])])
             for name, scan in scans.items()
         }
-        return cls(placed, dict(columns), joint, tuple(stations), tuple(effects))
+        return cls(placed, dict(columns), joint, tuple(stations), tuple(effects), given)
 
     def delivered(self, frame: OutputFrame) -> SharedPart:
         """The same in the frame of the clouds: exact at each station, rigid around it.
@@ -242,6 +279,7 @@ class SharedPart:
             _symmetric(turn @ self.covariance @ turn.T),
             self.stations,
             self.effects,
+            None if self.given is None else replace(self.given, cross=turn @ self.given.cross),
         )
 
     def scan(self, name: str) -> Placement:

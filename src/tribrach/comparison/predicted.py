@@ -29,7 +29,15 @@ from tribrach.instruments.neighbours import overlap_share
 from tribrach.scan.normals import FLATTEST
 from tribrach.statistics import chi2
 
-__all__ = ["BAND", "OffsetTest", "Prediction", "compare_offsets", "predict", "with_random"]
+__all__ = [
+    "BAND",
+    "OffsetTest",
+    "Prediction",
+    "compare_offsets",
+    "multiplicity",
+    "predict",
+    "with_random",
+]
 
 
 #: observed over predicted is as predicted within these limits
@@ -227,7 +235,7 @@ def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Predictio
         return None
     one, two = result.first, result.second
     dof = [np.maximum(cloud.count[used] - 1, 0) for cloud in (one, two)]
-    shared = _multiplicity(result.core[used], result.normals.vectors[used], diameter)
+    shared = multiplicity(result.core[used], result.normals.vectors[used], diameter)
     core, normals = result.core[used], result.normals.vectors[used]
     row = stations.mean_row(core, normals)
     spatial = result.lod95_spatial[used]
@@ -248,7 +256,7 @@ def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Predictio
     )
 
 
-def _multiplicity(core: Array, normals: Array, diameter: float) -> float:
+def multiplicity(core: Array, normals: Array, diameter: float) -> float:
     """In how many cylinders each point is, on the average: mean sum of the shares in common.
 
     Two cylinders have the share of two discs in common, their axes so far apart as they are across

@@ -20,11 +20,12 @@ from tribrach.cloud.placement import Placement
 from tribrach.cloud.shared_part import SharedPart, angle_slopes, checked_covariance, slopes
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
+from tribrach.network.given_values import common_values, through_given
 
 if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
 
-__all__ = ["StationPair", "along_normals"]
+__all__ = ["StationPair", "along_normals", "joint_covariance"]
 
 
 #: points whose displacements are in memory at a time
@@ -62,6 +63,8 @@ class StationPair:
         of the effects of their scanners.
     sides : tuple of PairSide or None
         Both scans; None where nothing but their poses is known.
+    alike : tuple of str
+        Of two results, what both were given alike.
 
     Raises
     ------
@@ -73,6 +76,7 @@ class StationPair:
     second: Array
     covariance: Array
     sides: tuple[PairSide, PairSide] | None = None
+    alike: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what is no covariance."""
@@ -114,6 +118,35 @@ class StationPair:
         )
         places = scans[0].pose.translation, scans[1].pose.translation
         return cls(*places, shared.covariance[np.ix_(order, order)], (one, two))
+
+    @classmethod
+    def of_results(cls, one: SharedPart, first: str, two: SharedPart, second: str) -> StationPair:
+        """Two scans of two results: what both were given alike is counted once.
+
+        Parameters
+        ----------
+        one, two
+            What the points of either result share, in one frame.
+        first, second
+            Names of the scans, of the first result and of the second.
+
+        References
+        ----------
+        Method section 12.7.
+        """
+        sides, order, sizes = [], [], [len(one.covariance), len(two.covariance)]
+        for shared, name, begin in ((one, first, 0), (two, second, sizes[0])):
+            order.append(begin + shared.columns[name])
+            sides.append(shared.scan(name))
+        joint, alike = joint_covariance(one, two)
+        rows = np.concatenate([*(at[:6] for at in order), *(at[6:] for at in order)])
+        place = {int(row): k for k, row in enumerate(rows)}
+        pair = [
+            PairSide(side, np.array([place[int(row)] for row in at]))
+            for side, at in zip(sides, order, strict=True)
+        ]
+        here, there = (side.pose.translation for side in sides)
+        return cls(here, there, joint[np.ix_(rows, rows)], (pair[0], pair[1]), alike)
 
     @classmethod
     def from_adjustment(
@@ -203,6 +236,37 @@ class StationPair:
             for part in (np.maximum(moved, 0.0), np.minimum(moved, 0.0)):
                 total += float((part.mean(axis=0) ** 2).sum())
         return float(np.sqrt(total))
+
+
+def joint_covariance(one: SharedPart, two: SharedPart) -> tuple[Array, tuple[str, ...]]:
+    """The covariance of what the points of two results share, and what both were given alike.
+
+    Parameters
+    ----------
+    one, two
+        Both results, in one frame.
+
+    Returns
+    -------
+    covariance : array (q1 + q2, q1 + q2)
+        Rows of the first result, then of the second.
+    alike : tuple of str
+        Given values that both were told with one covariance; none where that is not known.
+
+    References
+    ----------
+    Method section 12.7.
+    """
+    n = len(one.covariance)
+    joint = np.zeros((n + len(two.covariance),) * 2)
+    joint[:n, :n], joint[n:, n:] = one.covariance, two.covariance
+    a, b = one.given, two.given
+    if a is None or b is None:
+        return joint, ()
+    i, j = common_values(a.keys, a.covariance, b.keys, b.covariance)
+    mixed = through_given(a.cross[:, i], b.cross[:, j], a.covariance[np.ix_(i, i)])
+    joint[:n, n:], joint[n:, :n] = mixed, mixed.T
+    return joint, tuple(a.keys[k] for k in i)
 
 
 def along_normals(points: Array, normals: Array, reference: Array) -> Array:

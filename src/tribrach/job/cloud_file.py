@@ -152,7 +152,8 @@ def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
 def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
     """The stations of two clouds with their joint covariance; None where one is not known.
 
-    Clouds of two runs share no covariance: they are taken as independent.
+    Clouds of two runs share what both were given alike, where the runs left it (method section
+    12.7); else they are taken as independent.
     """
     if first.placement is None or second.placement is None:
         return None
@@ -160,6 +161,12 @@ def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
     if one is not None and two is not None and one.path.resolve() == two.path.resolve():
         scans = one.of_cloud(first.path), two.of_cloud(second.path)
         return None if scans[0] is None or scans[1] is None else one.pair(scans[0], scans[1])
+    if one is not None and two is not None and one.shared is not None and two.shared is not None:
+        at = one.of_cloud(first.path), two.of_cloud(second.path)
+        if at[0] is not None and at[1] is not None:
+            names = at[0].scan, at[1].scan
+            if names[0] in one.shared.scans and names[1] in two.shared.scans:
+                return StationPair.of_results(one.shared, names[0], two.shared, names[1])
     return StationPair.independent(first.placement, second.placement)
 
 

@@ -7,16 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from tribrach._types import Array, Index
+from tribrach._types import Array
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import MOTIONS, Epoch, Space, difference
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.given_values import (
+    common_values,
+    given_rows,
+    through_given,
+    with_given,
+)
 from tribrach.network.network import Network
 from tribrach.network.roles import used_axes
 from tribrach.observations.base import Use
-from tribrach.observations.declaration import Role
 
 __all__ = [
     "ComparedEpochs",
@@ -233,65 +238,24 @@ def _in_frame(second: EpochInput, first: EpochInput) -> tuple[EpochInput, list[s
 def shared_covariance(first: Adjustment, second: Adjustment) -> tuple[Array | None, int]:
     """Covariance (3 n1, 3 n2) between the points of two networks by given values that both use.
 
-    ``C_12 = K_1 C_s K_2^T`` with ``K = Q A^T P`` of the values that were given alike (method
+    ``C_12 = cov(x_1, l_s) C_s^-1 cov(l_s, x_2)`` with the values that were given alike (method
     section 12.4), and how many these are; None without any.
     """
-    one, two = _given_rows(first), _given_rows(second)
-    shared = [key for key in one if key in two]
-    if not shared:
-        return None, 0
-    rows = [np.array([given[key] for key in shared]) for given in (one, two)]
-    gains, parts = [], []
-    for adjustment, chosen in zip((first, second), rows, strict=True):
+    crosses, parts, keys = [], [], []
+    for adjustment in (first, second):
+        given = given_rows(adjustment)
         columns = adjustment.layout.columns(
             "point", np.arange(adjustment.layout.count("point"))
         ).ravel()
-        right = adjustment.design.T @ adjustment.whitener[:, chosen].toarray()
-        solved = adjustment.cofactor.solve(np.asarray(right))
-        place = adjustment.reduced[columns]
-        gains.append(np.where((place >= 0)[:, None], solved[place], 0.0))
-        parts.append(_covariance_of(adjustment, chosen))
-    if not np.allclose(parts[0], parts[1], rtol=1e-6, atol=0):
-        # the same values with other covariances are not one and the same information
+        cross, part = with_given(adjustment, np.array(list(given.values()), int), columns)
+        crosses.append(cross)
+        parts.append(part)
+        keys.append(list(given))
+    i, j = common_values(keys[0], parts[0], keys[1], parts[1])
+    if not len(i):
         return None, 0
-    return gains[0] @ parts[0] @ gains[1].T, len(shared)
-
-
-def _given_rows(adjustment: Adjustment) -> dict[tuple[Any, ...], int]:
-    """Rows of given values by what they are: kind, ends, component, value and sigma."""
-    network, rows = adjustment.network, adjustment.rows
-    out: dict[tuple[Any, ...], int] = {}
-    for table, o in enumerate(network.observations):
-        if type(o).facts.role not in (Role.GIVEN, Role.PRIOR) or not (o.use == Use.ACTIVE).any():
-            continue
-        for row in np.flatnonzero(rows.table == table).tolist():
-            item, part = int(rows.item[row]), int(rows.row[row])
-            ident = network.ids[table][item].rsplit(":", 2)[0]
-            value = (
-                float(np.atleast_2d(o.values)[item, part])
-                if o.values.ndim > 1
-                else float(o.values[item])
-            )
-            out[(type(o).kind, ident, part, round(value, 9))] = row
-    return out
-
-
-def _covariance_of(adjustment: Adjustment, rows: Index) -> Array:
-    """Covariance of some of the observed values, from ``W C W^T = I``."""
-    w = adjustment.whitener
-    # everything that is correlated with these rows, so that the block can be inverted
-    linked = np.unique(rows)
-    while True:
-        touched = np.unique(w[:, linked].nonzero()[0])
-        wider = np.unique(w[touched].nonzero()[1])
-        if len(wider) == len(linked):
-            break
-        linked = np.union1d(linked, wider)
-    block = w[touched][:, linked].toarray()
-    covariance = np.linalg.inv(block.T @ block)
-    at = np.searchsorted(linked, rows)
-    out: Array = covariance[np.ix_(at, at)]
-    return out
+    shared = parts[0][np.ix_(i, i)]
+    return through_given(crosses[0][:, i], crosses[1][:, j], shared), len(i)
 
 
 def control_names(network: Network) -> tuple[str, ...]:

@@ -5,7 +5,8 @@ points of the scanner frame into the frame of the clouds; covariances (6, 6) are
 and left rotation increments [rad] about the axes of that frame. poses_covariance.npy holds the
 joint covariance of the n stations (6n rows, in the order of ``stations`` in poses.json) and of the
 effects that scanners have on all their points (in the order of ``effects``, where there are any):
-what two stations share cancels only with it.
+what two stations share cancels only with it. poses_given.npy has what these rows have to do with
+given values (in the order of ``given``), which other runs may have been given too.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.cloud.placement import Placement
-from tribrach.cloud.shared_part import SharedPart, checked_covariance
+from tribrach.cloud.shared_part import GivenPart, SharedPart, checked_covariance
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
@@ -31,7 +32,11 @@ from tribrach.instruments.common_errors import effects_model
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.io.arrays import joint_covariance_bytes, read_joint_covariance
+from tribrach.io.arrays import (
+    joint_covariance_bytes,
+    read_covariance_rows,
+    read_joint_covariance,
+)
 from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_file import read_json
 from tribrach.io.json_text import json_text
@@ -39,6 +44,7 @@ from tribrach.job.scans import StationScan
 from tribrach.units import LARGEST
 
 __all__ = [
+    "GIVEN",
     "JOINT",
     "MOST_STATIONS",
     "PLACED",
@@ -53,6 +59,11 @@ __all__ = [
 
 #: file of the joint covariance, beside the poses
 JOINT = "poses_covariance.npy"
+
+
+#: file of what the rows of the joint covariance have to do with given values: their covariance
+#: with these, and below it that of the given values
+GIVEN = "poses_given.npy"
 
 
 #: the fact of a cloud of one scan that says by which pose it was placed
@@ -146,6 +157,7 @@ def poses_json(
         "stations": station_order(scans),
         "effects": [] if shared is None else list(shared.effects),
         "joint_covariance": None if shared is None else JOINT,
+        "given": [] if shared is None or shared.given is None else list(shared.given.keys),
         "scans": rows,
     }
 
@@ -185,6 +197,9 @@ def pose_texts(
     }
     if shared is not None:
         texts[folder / JOINT] = joint_covariance_bytes(shared.covariance)
+        if shared.given is not None:
+            stacked = np.concatenate([shared.given.cross, shared.given.covariance])
+            texts[folder / GIVEN] = joint_covariance_bytes(stacked)
     return texts
 
 
@@ -260,12 +275,13 @@ def read_poses(path: Path) -> PoseFile:
         scans = tuple(_scan(path, row) for row in data["scans"])
         stations = tuple(str(name) for name in data.get("stations", ()))
         effects = tuple(str(name) for name in data.get("effects") or ())
+        given = tuple(str(key) for key in data.get("given") or ())
         models = [_model(path, row) for row in data["scans"]]
         joint = data.get("joint_covariance") is not None
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise InputError("this is no file of poses", file=path, cure=_CURE) from error
     known = joint and 0 < len(stations) <= MOST_STATIONS and len(effects) <= _MOST_EFFECTS
-    shared = _shared(path, scans, models, stations, effects) if known else None
+    shared = _shared(path, scans, models, stations, effects, given) if known else None
     return PoseFile(path, scans, stations, shared)
 
 
@@ -275,6 +291,7 @@ def _shared(
     models: Sequence[tuple[Correction, Index] | None],
     stations: tuple[str, ...],
     effects: tuple[str, ...],
+    given: tuple[str, ...],
 ) -> SharedPart:
     """What the scans of a file share, with the joint covariance beside it."""
     beside = path.parent / JOINT
@@ -302,7 +319,23 @@ def _shared(
             rows = np.concatenate([rows, further])
         columns[scan.scan] = rows
         placed[scan.scan] = where.station, where.pose, where.noise, correction
-    return SharedPart.assembled(placed, columns, covariance, stations, effects)
+    part = _given(path, given, count)
+    return SharedPart.assembled(placed, columns, covariance, stations, effects, part)
+
+
+def _given(path: Path, keys: tuple[str, ...], count: int) -> GivenPart | None:
+    """What the rows of the joint covariance have to do with given values, None without any."""
+    m = len(keys)
+    if not 0 < m <= _MOST_EFFECTS or len(set(keys)) != m:
+        return None
+    beside = path.parent / GIVEN
+    what = f"covariance of the stations with {m} given values"
+    stacked = read_covariance_rows(beside, count + m, m, what)
+    try:
+        checked_covariance(stacked[count:], m, "the given values")
+    except InputError as error:
+        raise InputError(error.what, file=beside, cure="run the project again") from error
+    return GivenPart(keys, stacked[count:], stacked[:count])
 
 
 def _model(path: Path, row: Mapping[str, Any]) -> tuple[Correction, Index] | None:

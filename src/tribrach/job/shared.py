@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.cloud.shared_part import SharedPart
+from tribrach.cloud.shared_part import GivenPart, SharedPart
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.common_errors import COMMON, RANGE_SCALE
 from tribrach.instruments.correction import Correction
@@ -22,11 +22,17 @@ from tribrach.io.calibration_file import Calibration
 from tribrach.job.scans import StationScan, calibration_of, known_correction
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.considered import Considered, influence_of
+from tribrach.network.given_values import given_rows, with_given
+from tribrach.observations.declaration import Role
 
 __all__ = ["joint_with_points", "shared_part"]
 
 #: no columns
 _NONE = np.zeros(0, dtype=np.int64)
+
+
+#: numbers that are kept of what given values have to do with the rest: 32 MB
+_MOST_GIVEN = 4_000_000
 
 
 #: an unknown of the network by its column, a parameter of a file, a common error
@@ -75,6 +81,7 @@ def shared_part(
         rows.covariance(scans, factor),
         rows.stations,
         rows.names,
+        rows.given(factor),
     )
 
 
@@ -193,6 +200,36 @@ class _Rows:
         out[np.ix_(at, errors)] = moved @ sizes
         out[np.ix_(errors, at)] = (moved @ sizes).T
         return out
+
+    def given(self, factor: float) -> GivenPart | None:
+        """What the rows have to do with control and with calibrations of files (section 12.4).
+
+        None where that would be a matrix of more than :data:`_MOST_GIVEN` numbers. Scales of
+        ranges and refraction are those of an instrument on its day: no other run shares them.
+        """
+        adjustment, count = self.adjustment, len(self.order)
+        control = given_rows(adjustment, (Role.GIVEN,))
+        size = len(control) + sum(len(known.values) for known in self.files.values())
+        if not size or (count + size) * size > _MOST_GIVEN:
+            return None
+        poses = [adjustment.columns(name) for name in self.stations]
+        own = np.concatenate([_NONE, *poses, np.array(list(self.unknowns), dtype=np.int64)])
+        n, m = len(own), len(control)
+        covariance, cross = np.zeros((size, size)), np.zeros((count, size))
+        at = np.array(list(control.values()), dtype=np.int64)
+        moved, covariance[:m, :m] = with_given(adjustment, at, own)
+        # of covariances a posteriori: the root, since both results are scaled
+        cross[:n, :m] = np.sqrt(factor) * moved
+        keys = list(control)
+        for known in self.files.values():
+            k = len(known.values)
+            covariance[m : m + k, m : m + k] = known.covariance
+            cross[n : n + k, m : m + k] = known.covariance
+            named = zip(known.parameters, known.values.tolist(), strict=True)
+            whose = f"calibration {known.model} {known.instrument} {known.serial}"
+            keys += [f"{whose} {name} {value:.15g}" for name, value in named]
+            n, m = n + k, m + k
+        return GivenPart(tuple(keys), covariance, cross)
 
 
 def _stations_with(effect: str, owner: str, scans: Sequence[StationScan]) -> set[str]:

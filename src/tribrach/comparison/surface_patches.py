@@ -1,0 +1,301 @@
+"""A compared surface in patches, which of them keep their places among each other, which go along.
+
+Each patch has the normal equations of a rigid motion about one place, ``N q = b`` with
+``Omega = c - b^T N^+ b`` left (method section 12.9), so that patches are put together by adding. A
+motion q of several explains a patch if ``(q - q_p)^T N_p (q - q_p)`` is below its limit. Metres;
+turns are scaled by one length.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tribrach._types import Array, Index, Mask
+from tribrach.comparison.rigid_motion import UNSEEN, Distances
+from tribrach.comparison.station_pair import along_normals
+from tribrach.statistics import chi2
+
+__all__ = ["Patches", "moving_parts", "patches_of", "stable_patches"]
+
+#: sides of patches over the width of cylinders; distances that a patch needs
+_SIDE, _FEWEST = 3.0, 5
+#: a patch is explained by a motion below the first, and not above the second [probability]
+_EXPLAINED, _BEYOND = 0.99, 0.999
+#: scatter on a patch beyond this is no rigid motion [probability]
+_RIGID = 0.999
+#: samples of three patches, and their seed: the result of one input is always the same
+_SAMPLES, _SEED = 400, 20
+#: patches that moved, at most, so that neighbours are put together in seconds
+MOST_MOVED = 4000
+#: steps from a patch to half of its neighbours
+_FORWARD = [
+    (i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Patches p of a surface.
+
+    Attributes
+    ----------
+    of : array (m,)
+        Patch of each distance, -1 where there are too few for one.
+    cells : array (p, 3)
+        Cells of the grid.
+    normal : array (p, 6, 6)
+        N of each.
+    right : array (p, 6)
+        b of each.
+    square : array (p,)
+        c of each.
+    count : array (p,)
+        Distances of each.
+    """
+
+    of: Index
+    cells: Index
+    normal: Array
+    right: Array
+    square: Array
+    count: Index
+
+    def __len__(self) -> int:
+        return len(self.count)
+
+    @cached_property
+    def inverse(self) -> tuple[Array, Index]:
+        """``N^+`` (p, 6, 6) and the ranks (p,)."""
+        return _inverse(self.normal)
+
+    @cached_property
+    def own(self) -> Array:
+        """The motion of each (p, 6)."""
+        out: Array = np.einsum("pij,pj->pi", self.inverse[0], self.right)
+        return out
+
+    @cached_property
+    def left(self) -> Array:
+        """``Omega`` (p,) of each."""
+        out: Array = np.maximum(self.square - (self.right * self.own).sum(axis=1), 0.0)
+        return out
+
+    @cached_property
+    def dof(self) -> Index:
+        """Redundancy (p,) of each."""
+        return self.count - self.inverse[1]
+
+    @cached_property
+    def factor(self) -> float:
+        """How much more distances scatter within patches than stated, one at least."""
+        good = self.dof > 0
+        if not good.any():
+            return 1.0
+        return max(1.0, float(np.median(self.left[good] / chi2.ppf(0.5, self.dof[good]))))
+
+    @cached_property
+    def rigid(self) -> Mask:
+        """Which patches (p,) one motion explains."""
+        flags: Mask = self.left <= self.factor * chi2.ppf(_RIGID, np.maximum(self.dof, 1))
+        return flags
+
+    def misfit(self, motion: Array) -> Array:
+        """What a motion (6,) for all leaves beyond that of each (p,)."""
+        off = motion - self.own
+        out: Array = np.einsum("pi,pij,pj->p", off, self.normal, off)
+        return out
+
+    def within(self, motion: Array, probability: float) -> Mask:
+        """Which patches (p,) a motion explains."""
+        limit = self.factor * chi2.ppf(probability, np.maximum(self.inverse[1], 1))
+        flags: Mask = self.misfit(motion) <= limit
+        return flags
+
+    def together(self, rows: Index | Mask) -> Array:
+        """The motion (6,) of some of them."""
+        inverse, _ = _inverse(self.normal[rows].sum(axis=0)[None])
+        out: Array = inverse[0] @ self.right[rows].sum(axis=0)
+        return out
+
+
+def patches_of(distances: Distances, cylinder: float) -> Patches:
+    """Cut a surface into cells of a grid, each three cylinders wide.
+
+    Parameters
+    ----------
+    distances
+        Of the later cloud from the earlier one.
+    cylinder
+        Width of the cylinders [m].
+    """
+    side = _SIDE * cylinder
+    origin = distances.core.min(axis=0) if len(distances) else np.zeros(3)
+    cells = np.floor((distances.core - origin) / side).astype(np.int64)
+    # distances of one cell on both sides of an edge, and of two sites, are apart
+    keys = np.column_stack([distances.site, cells])
+    known, at, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    at = at.reshape(-1)
+    enough = count >= _FEWEST
+    number = np.where(enough, np.cumsum(enough) - 1, -1)
+    of = number[at]
+    p = int(enough.sum())
+    middle = distances.core.mean(axis=0) if len(distances) else np.zeros(3)
+    rows = along_normals(distances.core, distances.normals, middle)
+    lever = float(np.sqrt(((distances.core - middle) ** 2).sum(axis=1).mean())) or 1.0
+    rows[:, 3:] /= lever
+    rows /= distances.sigma[:, None]
+    seen = distances.values / distances.sigma
+    normal, right, square = np.zeros((p, 6, 6)), np.zeros((p, 6)), np.zeros(p)
+    used = of >= 0
+    np.add.at(normal, of[used], rows[used, :, None] * rows[used, None, :])
+    np.add.at(right, of[used], rows[used] * seen[used, None])
+    np.add.at(square, of[used], seen[used] ** 2)
+    return Patches(of, known[enough][:, 1:], normal, right, square, count[enough])
+
+
+def stable_patches(patches: Patches) -> Mask | None:
+    """The patches that most of the surface agrees with in one rigid motion, whatever it is.
+
+    Nothing is assumed of the registration, and nothing of which motion it is but that it is that of
+    more than half of the patches that can be compared.
+
+    Parameters
+    ----------
+    patches
+        Of the whole surface.
+
+    Returns
+    -------
+    array of bool (p,) or None
+        None where no motion explains more than half.
+
+    References
+    ----------
+    Method section 12.9.
+    """
+    rigid = np.flatnonzero(patches.rigid)
+    if len(rigid) < 3:
+        return None
+    rng = np.random.default_rng(_SEED)
+    area = patches.count.astype(float)
+    best, most = None, -1.0
+    for _ in range(_SAMPLES):
+        motion = patches.together(rng.choice(rigid, 3, replace=False))
+        inside = patches.within(motion, _EXPLAINED) & patches.rigid
+        if area[inside].sum() > most:
+            best, most = inside, float(area[inside].sum())
+    assert best is not None
+    for _ in range(20):
+        if not best.any():
+            return None
+        again = patches.within(patches.together(best), _EXPLAINED) & patches.rigid
+        if (again == best).all():
+            break
+        best = again
+    return best if area[best].sum() > 0.5 * area.sum() else None
+
+
+def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
+    """Patches that do not go with the stable ones, put together where they move alike.
+
+    Neighbours are one part as long as one motion explains both; those that agree best come first.
+
+    Parameters
+    ----------
+    patches
+        Of the whole surface.
+    stable : array of bool (p,)
+        Those that keep their places.
+
+    Returns
+    -------
+    list of array
+        Patches of each part, the largest part first; of those that no single motion explains none
+        is in any.
+
+    References
+    ----------
+    Method section 12.9.
+    """
+    motion = patches.together(stable)
+    moved = ~stable & patches.rigid & ~patches.within(motion, _BEYOND)
+    rows = np.flatnonzero(moved)[:MOST_MOVED]
+    sums = {int(k): (patches.normal[k], patches.right[k], float(patches.square[k])) for k in rows}
+    left = {k: _left(*part)[0] for k, part in sums.items()}
+    rank = {k: _left(*part)[1] for k, part in sums.items()}
+    members = {k: [k] for k in sums}
+    near = _neighbours(patches.cells, rows)
+    limit = patches.factor
+
+    def cost(i: int, j: int) -> float:
+        """How much worse one motion is than two, over its limit."""
+        both = tuple(a + b for a, b in zip(sums[i], sums[j], strict=True))
+        after, together = _left(*both)
+        dof = max(rank[i] + rank[j] - together, 1)
+        more = (after - left[i] - left[j]) / limit
+        return float(more / chi2.ppf(_BEYOND, dof))
+
+    # how often each was put together: an entry of another time is not of these parts any more
+    version = dict.fromkeys(sums, 0)
+    queue = [(cost(i, j), i, j, 0, 0) for i in near for j in near[i] if i < j]
+    heapq.heapify(queue)
+    while queue:
+        worse, i, j, of_i, of_j = heapq.heappop(queue)
+        if worse > 1:
+            break
+        if version.get(i) != of_i or version.get(j) != of_j:
+            continue
+        sums[i] = (sums[i][0] + sums[j][0], sums[i][1] + sums[j][1], sums[i][2] + sums[j][2])
+        left[i], rank[i] = _left(*sums[i])
+        members[i] += members.pop(j)
+        near[i] = (near[i] | near[j]) - {i, j}
+        for other in near.pop(j):
+            near[other].discard(j)
+            if other != i:
+                near[other].add(i)
+        for table in (sums, version):
+            del table[j]
+        version[i] += 1
+        for other in near[i]:
+            first, second = min(i, other), max(i, other)
+            entry = (cost(first, second), first, second, version[first], version[second])
+            heapq.heappush(queue, entry)
+    parts = [np.array(sorted(some)) for some in members.values()]
+    return sorted(parts, key=lambda some: (-int(patches.count[some].sum()), int(some[0])))
+
+
+def _neighbours(cells: Index, rows: Index) -> dict[int, set[int]]:
+    """Which of some patches touch."""
+    at: dict[tuple[int, ...], list[int]] = {}
+    for k in rows.tolist():
+        at.setdefault(tuple(cells[k].tolist()), []).append(k)
+    near: dict[int, set[int]] = {int(k): set() for k in rows}
+    for place, here in at.items():
+        for i in here:
+            near[i] |= {j for j in here if j != i}
+        for step in _FORWARD:
+            there = at.get(tuple(a + b for a, b in zip(place, step, strict=True)), ())
+            for i in here:
+                for j in there:
+                    near[i].add(j)
+                    near[j].add(i)
+    return near
+
+
+def _inverse(normal: Array) -> tuple[Array, Index]:
+    """Inverses (p, 6, 6) of normal matrices in the directions that are seen, and their ranks."""
+    values, vectors = np.linalg.eigh(normal)
+    seen = values > UNSEEN**2 * values[:, -1:]
+    inverted = np.where(seen, 1 / np.where(seen, values, 1.0), 0.0)
+    out: Array = np.einsum("pik,pk,pjk->pij", vectors, inverted, vectors)
+    return out, seen.sum(axis=1)
+
+
+def _left(normal: Array, right: Array, square: float) -> tuple[float, int]:
+    """``Omega`` and rank of one part."""
+    inverse, rank = _inverse(normal[None])
+    return max(square - float(right @ inverse[0] @ right), 0.0), int(rank[0])
