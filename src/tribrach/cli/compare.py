@@ -17,15 +17,17 @@ from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
 from tribrach.io.outputs import write_texts
 from tribrach.io.site_table import read_sites
-from tribrach.job.cloud_file import open_cloud, station_pair
+from tribrach.job.cloud_file import one_run, open_cloud, station_pair
 from tribrach.job.compare import LIMIT, Method, compare_clouds, offset_test
 from tribrach.job.distance_cloud import DistanceCloud
+from tribrach.job.motions import MotionCollector
 from tribrach.report.characters import visible
 from tribrach.report.comparison import (
     comparison_page,
     comparison_sentences,
     comparison_tables,
 )
+from tribrach.report.motions import motions_part, motions_sentences, motions_tables
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.comparison import comparison_document
 
@@ -72,6 +74,13 @@ def compare(
             help="Write distances with sigma and level of detection as a cloud (.laz, .ply).",
         ),
     ] = None,
+    what_moved: Annotated[
+        bool,
+        typer.Option(
+            "--moved",
+            help="Say what moved from B to A as rigid parts, what is stable, what cannot be told.",
+        ),
+    ] = False,
     workers: Workers = None,
     scheduler: Scheduler = None,
     overwrite: Overwrite = False,
@@ -87,10 +96,12 @@ def compare(
         one, two = open_cloud(a, poses), open_cloud(b, poses)
         pair = station_pair(two, one)
         with ExitStack() as stack:
-            sink = None
+            sink, moving = None, None
             if distances_file is not None:
                 _predictable(pair, a, method)
                 sink = stack.enter_context(DistanceCloud(distances_file, one, two))
+            if what_moved:
+                moving = MotionCollector(_predictable(pair, a, method), sink)
             progress = stack.enter_context(shown(quiet))
             engine = stack.enter_context(working(workers, scheduler))
             result = compare_clouds(
@@ -100,24 +111,37 @@ def compare(
                 method=method,
                 limit=limit_m,
                 stations=pair,
-                distances=sink,
+                distances=sink if moving is None else moving,
                 engine=engine,
                 progress=progress,
             )
+            motions = None
+            if moving is not None:
+                one_result = one_run(one, two)
+                motions = moving.motions(
+                    two, result, sites, one_result=one_result, progress=progress
+                )
         offsets = offset_test(result, pair)
         texts = {}
         if json_file is not None:
-            document = comparison_document(a.name, b.name, limit_m, result, offsets)
+            part = None if motions is None else motions_part(motions)
+            document = comparison_document(a.name, b.name, limit_m, result, offsets, part)
             texts[json_file] = document_text(document)
         if html_file is not None:
-            texts[html_file] = comparison_page(a.name, b.name, limit_m, result, offsets)
+            texts[html_file] = comparison_page(a.name, b.name, limit_m, result, offsets, motions)
         if alignment_file is not None:
             texts[alignment_file] = _alignment(pair, a)
         write_texts(texts)
         if quiet:
             return
         console = Console()
-        for table in comparison_tables(result):
+        tables = comparison_tables(result)
+        if motions is not None:
+            # the question that was asked comes first
+            for sentence in motions_sentences(motions):
+                console.print(visible(sentence), markup=False)
+            tables = [*motions_tables(motions), *tables]
+        for table in tables:
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
         beams = [f"{sentence}." for cloud in (one, two) for sentence in cloud.sentences]

@@ -27,6 +27,7 @@ from tribrach.scan.scan import Chunk, Scan
 __all__ = [
     "CloudFile",
     "cloud_points",
+    "one_run",
     "open_cloud",
     "refuse_other_frames",
     "stated_light",
@@ -158,7 +159,7 @@ def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
     if first.placement is None or second.placement is None:
         return None
     one, two = first.poses, second.poses
-    if one is not None and two is not None and one.path.resolve() == two.path.resolve():
+    if one is not None and two is not None and one_run(first, second):
         scans = one.of_cloud(first.path), two.of_cloud(second.path)
         return None if scans[0] is None or scans[1] is None else one.pair(scans[0], scans[1])
     if one is not None and two is not None and one.shared is not None and two.shared is not None:
@@ -168,6 +169,12 @@ def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:
             if names[0] in one.shared.scans and names[1] in two.shared.scans:
                 return StationPair.of_results(one.shared, names[0], two.shared, names[1])
     return StationPair.independent(first.placement, second.placement)
+
+
+def one_run(first: CloudFile, second: CloudFile) -> bool:
+    """Were both clouds placed by one file of poses?"""
+    one, two = first.poses, second.poses
+    return one is not None and two is not None and one.path.resolve() == two.path.resolve()
 
 
 def cloud_points(

@@ -14,6 +14,7 @@ from tribrach.comparison.results import SiteResult
 from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
+from tribrach.report.motions import motions_sentences, motions_tables
 from tribrach.report.numbers import Style, count_cell, fixed_cell, percent_cell
 from tribrach.report.page import page
 from tribrach.report.tables import (
@@ -27,6 +28,7 @@ from tribrach.report.tables import (
 
 if TYPE_CHECKING:
     from tribrach.comparison.c2c import C2C
+    from tribrach.job.motions import CloudMotions
 
 __all__ = [
     "comparison_page",
@@ -143,16 +145,21 @@ def comparison_page(
     limit: float,
     sites: Sequence[SiteResult],
     offsets: OffsetTest | None = None,
+    motions: CloudMotions | None = None,
 ) -> str:
     """The whole comparison as one HTML file."""
     figures = comparison_pictures(sites, limit)
     sentences = comparison_sentences(sites, offsets)
+    tables = comparison_tables(sites)
+    if motions is not None:
+        sentences = [*motions_sentences(motions), *sentences]
+        tables = [*motions_tables(motions), *tables]
     return page(
         "Comparison of clouds",
         f"{a} against {b}",
         sentences or ["Every site has enough points, and its figures are above sampling."],
         figures,
-        comparison_tables(sites),
+        tables,
         f"A: {a}; B, the reference: {b}; limit {1e3 * limit:g} mm. Nearest-neighbour distances "
         "are no accuracy: read them beside their floor.",
     )

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tribrach.comparison.predicted_classes import predicted_classes
 from tribrach.report.schema.base import Document, DocumentPart, Number, heading
+from tribrach.report.schema.motions import MotionsPart
 
 if TYPE_CHECKING:
     from tribrach.comparison.c2c import C2C
@@ -256,6 +257,9 @@ class _Compared(DocumentPart):
 class ComparisonDocument(_Compared, Document):
     """What ``tribrach compare --json`` writes."""
 
+    motions: MotionsPart | None
+    """What moved, where it was asked for."""
+
 
 class StationComparisonPart(_Compared):
     """A comparison between stations of a job."""
@@ -266,7 +270,12 @@ class StationComparisonPart(_Compared):
 
 
 def comparison_document(
-    a: str, b: str, limit: float, sites: Sequence[SiteResult], offsets: OffsetTest | None = None
+    a: str,
+    b: str,
+    limit: float,
+    sites: Sequence[SiteResult],
+    offsets: OffsetTest | None = None,
+    motions: MotionsPart | None = None,
 ) -> ComparisonDocument:
     """A whole comparison.
 
@@ -280,8 +289,10 @@ def comparison_document(
         What each site says.
     offsets
         All sites together.
+    motions
+        What moved, where it was asked for.
     """
-    compared = _compared(a, b, limit, sites, offsets)
+    compared = _compared(a, b, limit, sites, offsets) | {"motions": motions}
     return ComparisonDocument.model_validate(heading(SCHEMA) | compared)
 
 

@@ -1,0 +1,360 @@
+"""What moved between two clouds: stable area, parts that moved as bodies, and what cannot be told.
+
+Everything is from the distances along normals of one comparison, with the joint covariance of both
+stations (method sections 9.3, 12.8 and 12.9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from tribrach._types import Array, Index, Mask, Progress
+from tribrach.comparison.cloud_parts import plain
+from tribrach.comparison.core_points import core_points
+from tribrach.comparison.m3c2_ep import M3C2EP
+from tribrach.comparison.not_compared import COMPARED, NotCompared, areas_without, reasons_of
+from tribrach.comparison.results import SiteResult
+from tribrach.comparison.rigid_motion import (
+    Distances,
+    PartMotion,
+    distances_of,
+    part_motion,
+    relative_motion,
+)
+from tribrach.comparison.sites import ComparisonSite
+from tribrach.comparison.station_pair import StationPair
+from tribrach.comparison.surface_patches import Patches, moving_parts, patches_of, stable_patches
+from tribrach.job.cloud_file import CloudFile
+from tribrach.statistics import chi2
+
+__all__ = ["CloudMotions", "MotionCollector", "MovedPart", "StableArea", "Verdict"]
+
+#: of all tests, and the power that detectable motions are stated for
+CONFIDENCE, POWER = 0.95, 0.8
+#: patches that a part needs: a single one is an edge more often than a part
+_PATCHES = 2
+#: a site whose distances scatter more about one motion did not move as one body [probability]
+_ONE_BODY = 0.999
+
+Verdict = Literal["moved", "no motion found", "not one body", "too few distances"]
+
+
+@dataclass(frozen=True, eq=False)
+class MovedPart:
+    """A part, and how it moved.
+
+    Attributes
+    ----------
+    name
+        Of a site, or a number.
+    verdict
+        What can be said.
+    area
+        Of the surface that it was compared on, about [m^2].
+    motion
+        Against the control of both clouds; None with too few distances.
+    relative
+        Against the stable area; None without one, or where it does not show it.
+    limit
+        Of the statistic of the motion.
+    detectable
+        Shift outwards that would have been found with 80 % [m].
+    """
+
+    name: str
+    verdict: Verdict
+    area: float
+    motion: PartMotion | None = None
+    relative: PartMotion | None = None
+    limit: float | None = None
+    detectable: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class StableArea:
+    """The surface that keeps its places, and the registration on it.
+
+    Attributes
+    ----------
+    patches, share
+        Their number, and their share of the surface in patches.
+    area
+        About [m^2].
+    motion
+        Of it against the control of both clouds: what the registration is wrong by.
+    limit
+        Of its statistic.
+    detectable
+        Error of the registration along its mean normal that would have been found with 80 % [m].
+    """
+
+    patches: int
+    share: float
+    area: float
+    motion: PartMotion
+    limit: float
+    detectable: float
+
+    @property
+    def agrees(self) -> bool:
+        """Is the registration as good as its covariance says?"""
+        return self.motion.statistic <= self.limit
+
+
+@dataclass(frozen=True, eq=False)
+class CloudMotions:
+    """What moved between two clouds.
+
+    Attributes
+    ----------
+    named
+        True if the parts are sites that were given, else they were found.
+    parts
+        Sites in their order; of parts that were found the largest first.
+    stable
+        None where no more than half of the surface agrees in one motion.
+    patches
+        Number of patches of the surface.
+    loose
+        Share of the surface in patches that neither keep their places nor are in a part.
+    factor
+        Variance factor of the points, one at least.
+    surface
+        What was compared, and what was not.
+    alike
+        Given values that both clouds were placed by.
+    one_result
+        True if both are of one run.
+    """
+
+    named: bool
+    parts: tuple[MovedPart, ...]
+    stable: StableArea | None
+    patches: int
+    loose: float
+    factor: float
+    surface: NotCompared
+    alike: tuple[str, ...] = ()
+    one_result: bool = False
+
+
+@dataclass
+class MotionCollector:
+    """Keeps the distances of a comparison, and says what moved when it is done.
+
+    Attributes
+    ----------
+    pair
+        The stations of the earlier cloud B and of the later one A.
+    further
+        Takes each site's distances too.
+    """
+
+    pair: StationPair
+    further: Callable[[int, M3C2EP], None] | None = None
+    found: list[tuple[int, M3C2EP]] = field(default_factory=list)
+
+    def __call__(self, number: int, distances: M3C2EP) -> None:
+        """Take the distances of a site."""
+        self.found.append((number, distances))
+        if self.further is not None:
+            self.further(number, distances)
+
+    def motions(
+        self,
+        earlier: CloudFile,
+        results: Sequence[SiteResult],
+        sites: Sequence[ComparisonSite],
+        *,
+        one_result: bool = False,
+        progress: Progress = lambda what, done, total: None,
+    ) -> CloudMotions:
+        """What moved.
+
+        Parameters
+        ----------
+        earlier
+            The cloud B, for surface that only it has.
+        results
+            Of the comparison.
+        sites
+            Where it was made; the whole of both clouds without any.
+        one_result
+            Are both clouds of one run?
+        progress
+            Told of points read.
+        """
+        cells, whole, reasons = [], [], []
+        for number, found in self.found:
+            figures = results[number].m3c2
+            assert figures is not None
+            why = reasons_of(found, self.pair)
+            cells.append(figures.cylinder)
+            reasons.append(why)
+            rows = why == COMPARED
+            whole.append(distances_of(found, self.pair, figures.cylinder, rows, number))
+        cell = float(np.median(cells)) if cells else 0.1
+        distances = _joined(whole, self.pair)
+        places = np.concatenate([np.empty((0, 3)), *(found.core for _, found in self.found)])
+        only_b = _only(earlier, places, sites, cell, progress)
+        surface = areas_without(places, np.concatenate([_EMPTY, *reasons]), cell, only_b)
+        patches = patches_of(distances, cell)
+        stable = stable_patches(patches)
+        area = _stable_area(distances, patches, stable, cell)
+        parts = (
+            _sites(distances, patches, area, sites, cell)
+            if sites
+            else _found(distances, patches, stable, area, cell)
+        )
+        settled = 0 if area is None or stable is None else int(patches.count[stable].sum())
+        in_parts = sum(p.motion.kept.size for p in parts if p.motion is not None)
+        whole_count = max(int(patches.count.sum()), 1)
+        return CloudMotions(
+            named=bool(sites),
+            parts=tuple(parts),
+            stable=area,
+            patches=len(patches),
+            loose=0.0 if sites else max(1 - (settled + in_parts) / whole_count, 0.0),
+            factor=patches.factor,
+            surface=surface,
+            alike=self.pair.alike,
+            one_result=one_result,
+        )
+
+
+_EMPTY: Index = np.zeros(0, dtype=np.int64)
+
+
+def _joined(several: Sequence[Distances], pair: StationPair) -> Distances:
+    """All distances in one."""
+    return Distances(
+        np.concatenate([np.empty((0, 3)), *(d.core for d in several)]),
+        np.concatenate([np.empty((0, 3)), *(d.normals for d in several)]),
+        np.concatenate([np.empty(0), *(d.values for d in several)]),
+        np.concatenate([np.empty(0), *(d.sigma for d in several)]),
+        np.concatenate([_EMPTY, *(d.site for d in several)]),
+        pair,
+    )
+
+
+def _only(
+    earlier: CloudFile,
+    places: Array,
+    sites: Sequence[ComparisonSite],
+    cell: float,
+    progress: Progress,
+) -> Array:
+    """Places (k, 3) of the earlier cloud that the later one has nothing near."""
+    done = 0
+
+    def chunks() -> Iterator[Array]:
+        nonlocal done
+        for chunk in earlier.stream():
+            done += len(chunk)
+            progress(f"surface of {earlier.path.name}", done, earlier.records)
+            if sites:
+                inside = np.any([site.inside(chunk) for site in sites], axis=0)
+                chunk = chunk[inside]
+            if len(chunk):
+                yield chunk
+
+    if not len(places):
+        return np.empty((0, 3))
+    there = core_points(plain(chunks), cell, origin=places[0])
+    near, _ = cKDTree(places).query(there, distance_upper_bound=2 * cell)
+    out: Array = there[~np.isfinite(near)]
+    return out
+
+
+def _stable_area(
+    distances: Distances, patches: Patches, stable: Mask | None, cell: float
+) -> StableArea | None:
+    """The registration on the patches that keep their places."""
+    if stable is None:
+        return None
+    rows = np.isin(patches.of, np.flatnonzero(stable))
+    motion = part_motion(distances.some(rows), patches.factor)
+    if motion is None:
+        return None
+    alpha = 1 - CONFIDENCE
+    count = patches.count
+    return StableArea(
+        patches=int(stable.sum()),
+        share=float(count[stable].sum() / count.sum()),
+        area=cell**2 * int(count[stable].sum()),
+        motion=motion,
+        limit=motion.limit(alpha),
+        detectable=motion.detectable(alpha, POWER),
+    )
+
+
+def _sites(
+    distances: Distances,
+    patches: Patches,
+    stable: StableArea | None,
+    sites: Sequence[ComparisonSite],
+    cell: float,
+) -> list[MovedPart]:
+    """Each site as one body."""
+    out = []
+    for number, site in enumerate(sites):
+        rows = distances.site == number
+        motion = None if stable is None else stable.motion
+        some = distances.some(rows)
+        out.append(_part(site.name, some, patches.factor, motion, 1 - CONFIDENCE, cell))
+    return out
+
+
+def _found(
+    distances: Distances,
+    patches: Patches,
+    stable: Mask | None,
+    area: StableArea | None,
+    cell: float,
+) -> list[MovedPart]:
+    """Parts that were found beside the stable area; their tests are of the largest of many."""
+    if stable is None or area is None:
+        return []
+    alpha = 1 - CONFIDENCE ** (1 / max(len(patches), 1))
+    out: list[MovedPart] = []
+    for members in moving_parts(patches, stable):
+        if len(members) < _PATCHES:
+            continue
+        some = distances.some(np.isin(patches.of, members))
+        name = f"{len(out) + 1}"
+        out.append(_part(name, some, patches.factor, area.motion, alpha, cell))
+    return out
+
+
+def _part(
+    name: str,
+    some: Distances,
+    factor: float,
+    stable: PartMotion | None,
+    alpha: float,
+    cell: float,
+) -> MovedPart:
+    """One part, by its test."""
+    area = cell**2 * len(some)
+    motion = part_motion(some, factor)
+    if motion is None:
+        return MovedPart(name, "too few distances", area)
+    limit = motion.limit(alpha)
+    bends = motion.misfit > factor * float(chi2.ppf(_ONE_BODY, motion.dof))
+    bends |= motion.left_out > 0.2 * len(some)
+    verdict: Verdict = "moved" if motion.statistic > limit else "no motion found"
+    relative = None if stable is None else relative_motion(some, motion, stable)
+    return MovedPart(
+        name=name,
+        verdict="not one body" if bends else verdict,
+        area=area,
+        motion=motion,
+        relative=relative,
+        limit=limit,
+        detectable=motion.detectable(alpha, POWER),
+    )
