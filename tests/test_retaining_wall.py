@@ -1,14 +1,17 @@
 """The retaining wall from scans to motions: both campaigns against their truth, and each other."""
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import laspy
 import numpy as np
 import pytest
+from scipy import stats
 from typer.testing import CliRunner
 
+from tests.retaining_walls import campaigns, judged, moved_panels
 from tribrach.cli import app
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
@@ -182,7 +185,7 @@ def test_distances_of_campaigns_are_the_motions_of_the_panels(
 def test_sigmas_of_distances_are_made_of_points_and_both_registrations(
     folder: Path, distances: laspy.LasData
 ) -> None:
-    """The part of the stations from the covariances of both runs, term by term."""
+    """The part of the stations from the files of both runs; the control that they share once."""
     parts = np.hypot(distances.sigma_points, distances.sigma_stations)
     assert np.asarray(distances.sigma) == pytest.approx(parts, rel=1e-5)
     assert np.asarray(distances.lod95) == pytest.approx(1.96 * parts, rel=1e-4)
@@ -190,16 +193,83 @@ def test_sigmas_of_distances_are_made_of_points_and_both_registrations(
     assert (beyond == np.asarray(distances.significant)).all()
     xyz = np.column_stack([distances.x, distances.y, distances.z])
     normal = np.column_stack([distances.nx, distances.ny, distances.nz])
-    variance = np.zeros(len(xyz))
+    rows, alone, with_given = [], np.zeros(len(xyz)), []
     for cloud in clouds(folder):
-        (at,) = [row for row in read(cloud.parent / "poses.json")["scans"] if row["scan"] == "S2"]
+        poses = read(cloud.parent / "poses.json")
+        (at,) = [row for row in poses["scans"] if row["scan"] == "S2"]
+        first = 6 * poses["stations"].index("S2")
+        stacked = np.load(cloud.parent / "poses_given.npy")
+        m = len(poses["given"])
+        # three pillars with three coordinates
+        assert m == 9
+        with_given.append((stacked[first : first + 6], stacked[-m:]))
         place, covariance = np.array(at["world_from_scanner"])[:3, 3], np.array(at["covariance"])
-        for k, (x, n) in enumerate(zip(xyz, normal, strict=True)):
-            row = n @ np.hstack([np.eye(3), -skew(x - place)])
-            variance[k] += row @ covariance @ row
+        row = np.array(
+            [n @ np.hstack([np.eye(3), -skew(x - place)]) for x, n in zip(xyz, normal, strict=True)]
+        )
+        rows.append(row)
+        alone += np.einsum("ni,ij,nj->n", row, covariance, row)
+    (one, known), (two, same) = with_given
+    assert known == pytest.approx(same, rel=1e-9, abs=1e-15)
+    assert known == pytest.approx(0.0005**2 * np.eye(9), abs=1e-15)
+    mixed = np.einsum("ni,ij,nj->n", rows[0], one @ np.linalg.inv(known) @ two.T, rows[1])
     # coordinates are rounded on disk
-    assert np.asarray(distances.sigma_stations) == pytest.approx(np.sqrt(variance), rel=1e-3)
+    expected = np.sqrt(alone - 2 * mixed)
+    assert np.asarray(distances.sigma_stations) == pytest.approx(expected, rel=1e-3)
+    # both campaigns stand near each other before the same pillars
+    assert (expected < 0.95 * np.sqrt(alone)).all()
     assert (np.minimum(distances.points_a, distances.points_b) >= 5).all()
+
+
+def test_what_moved_in_words_and_numbers(folder: Path, distances: laspy.LasData) -> None:
+    """Panels as sites; the whole wall by itself is in the slow test with more points."""
+    out, page = folder / "moved.json", folder / "moved.html"
+    more = ["--sites", folder / "panels.csv", "--method", "m3c2", "--moved"]
+    said = done("compare", *clouds(folder), *more, "--json", out, "--html", page)
+    found = read(out)["motions"]
+    assert found["sites"]
+    assert len(found["given_alike"]) == 9
+    # three of six panels stand still, which is no more than half
+    assert found["stable"] is None
+    assert "No stable area" in " ".join(said.split())
+    parts = {part["name"]: part for part in found["parts"]}
+    assert list(parts) == list(PANELS)
+    assert {parts[name]["verdict"] for name in ("P2", "P4")} == {"moved"}
+    for name in PANELS:
+        one = judged(folder, parts[name])
+        assert one is None or np.abs(one.off).max() < 4.5, name
+    assert "moved" in page.read_text()
+    shares = [reason["share"] for reason in found["not_compared"]]
+    assert sum(shares) + found["compared"]["share"] == pytest.approx(1.0)
+    assert "counted once" in found["sentences"][-1]
+
+
+@pytest.mark.slow
+def test_motions_of_twenty_walls_are_within_their_covariances(tmp_path: Path) -> None:
+    """Shift, tilt and turn of six panels in 20 seeds: 360 intervals of 95 %, and what stands still.
+
+    All panels of a seed share both registrations, which are most of the error of a shift: of 18
+    figures of a seed about nine are independent, so that the share has a standard error of 1.6 %.
+    Their joint chi-square counts each once.
+    """
+    found = []
+    for seed in range(1, 21):
+        where = tmp_path / f"{seed}"
+        campaigns(where, seed, 60_000)
+        found.append(moved_panels(where))
+        shutil.rmtree(where)
+    inside = np.concatenate([np.abs(one.off).ravel() < 1.96 for one in found])
+    assert 0.92 <= inside.mean() <= 0.98
+    low, high = stats.chi2.ppf([0.005, 0.995], sum(one.dof for one in found))
+    assert low < sum(one.statistic for one in found) < high
+    false = sum(one.still_called_moved for one in found)
+    assert false <= stats.binom.ppf(0.99, 3 * len(found), 0.05)
+    assert all(one.moved_called_moved for one in found)
+    # by themselves: the panels that moved (the western two go as one), and no part anywhere else
+    assert sum(one.parts_elsewhere for one in found) <= stats.binom.ppf(0.99, len(found), 0.05)
+    assert all(one.parts_on_moved >= {"P2", "P4"} for one in found)
+    failed = sum(one.registration_fails for one in found)
+    assert failed <= stats.binom.ppf(0.99, len(found), 0.05)
 
 
 def refused(*words: object) -> str:

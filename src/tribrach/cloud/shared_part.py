@@ -33,17 +33,29 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.network.given_values import given_rows, with_given
+from tribrach.observations.declaration import Role
 from tribrach.units import too_large
 
 if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
 
-__all__ = ["CloudPoints", "GivenPart", "SharedPart", "angle_slopes", "checked_covariance", "slopes"]
+__all__ = [
+    "MOST_GIVEN",
+    "CloudPoints",
+    "GivenPart",
+    "SharedPart",
+    "angle_slopes",
+    "checked_covariance",
+    "slopes",
+]
 
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000
 #: a covariance may have eigenvalues below zero by this share of its largest
 _ROUNDING = 1e-9
+#: numbers that are kept of what given values have to do with the rest: 32 MB
+MOST_GIVEN = 4_000_000
 #: unknowns of a pose
 _POSE = 6
 
@@ -232,7 +244,12 @@ class SharedPart:
             own = noise if isinstance(noise, ScanNoise) or noise is None else noise.get(name)
             pose = Pose(state.pose_r[number], state.pose_t[number])
             scans[name] = Placement(name, pose, joint[np.ix_(at[name], at[name])], own)
-        return cls(scans, at, joint, names)
+        given, part = given_rows(adjustment, (Role.GIVEN,)), None
+        if (len(columns) + len(given)) * len(given) <= MOST_GIVEN:
+            rows_of = np.array(list(given.values()), dtype=np.int64)
+            cross, known = with_given(adjustment, rows_of, columns)
+            part = GivenPart(tuple(given), known, np.sqrt(factor) * cross)
+        return cls(scans, at, joint, names, (), part)
 
     @classmethod
     def assembled(

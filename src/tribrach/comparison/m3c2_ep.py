@@ -208,6 +208,8 @@ class WeightedPositions:
         What the covariances of the points foretell of the spread on a plane [m].
     covariance : array (m, 3, 3)
         Of the mean, all points independent [m^2].
+    place : array (m, 3)
+        Weighted mean of the points [m]; beside the core point where a cylinder is not full.
     """
 
     count: Index
@@ -215,6 +217,7 @@ class WeightedPositions:
     spread: Array
     expected: Array
     covariance: Array
+    place: Array
 
 
 def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
@@ -237,7 +240,7 @@ def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
     InputError
         A part of the cloud has no covariances.
     """
-    sums = np.zeros((len(cylinders.core), 10))
+    sums = np.zeros((len(cylinders.core), 13))
     for part in centred(cloud, cylinders.origin, *cylinders.box):
         if part.random is None:
             raise InputError(
@@ -258,21 +261,22 @@ def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
             sums,
             least=256,
         )
-    return _concluded(sums)
+    return _concluded(sums, cylinders.core + cylinders.origin)
 
 
-def _concluded(sums: Array) -> WeightedPositions:
-    """Figures from counts, sums of weights and the rest."""
+def _concluded(sums: Array, core: Array) -> WeightedPositions:
+    """Figures from counts, sums of weights and the rest; core (m, 3) [m]."""
     n, weight, first, second = sums[:, :4].T
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = first / weight
         variance = np.maximum(second / weight - mean**2, 0.0) * n / (n - 1)
-        flat = sums[:, 4:] / weight[:, None] ** 2
+        flat = sums[:, 4:10] / weight[:, None] ** 2
+        place = core + sums[:, 10:] / weight[:, None]
         # sum w (n^T C n) / sum w, and every w (n^T C n) is one
         expected = np.sqrt(n / weight)
     covariance = flat[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
     spread = np.sqrt(np.where(n > 1, variance, np.nan))
-    return WeightedPositions(n.astype(np.int64), mean, spread, expected, covariance)
+    return WeightedPositions(n.astype(np.int64), mean, spread, expected, covariance, place)
 
 
 @njit(cache=True, nogil=True)
@@ -300,3 +304,6 @@ def _add(first, last, core, normal, radius, depth, cells, random, order, sums): 
                 out[3] += w * d * d
                 for e in range(6):
                     out[4 + e] += w * w * s[e]
+                out[10] += w * x
+                out[11] += w * y
+                out[12] += w * z

@@ -23,18 +23,18 @@ __all__ = ["REASONS", "NotCompared", "Reason", "Where", "areas_without", "reason
 
 #: why a place is not compared, in the order in which it is asked
 REASONS = (
-    "no surface in B",
+    "hardly a point of B",
     "too few points",
     "too oblique",
     "edge or rough",
-    "no surface in A",
+    "no point of A near",
 )
 #: a place that is compared
 COMPARED = -1
 #: seen at more than this from the normal by either scanner [rad]
 STEEPEST = float(np.radians(75.0))
 #: points that scatter by more than so many of their sigmas are of an edge, a plant, two surfaces
-ROUGH = 3.0
+ROUGH = 2.0
 #: places within so many cells of each other lie together; places that are listed for a reason
 _TOGETHER, _LISTED = 1.8, 5
 

@@ -60,7 +60,7 @@ class Distances:
     Attributes
     ----------
     core, normals : array (m, 3)
-        Places [m] and unit normals.
+        Where they hold [m], and unit normals.
     values, sigma : array (m,)
         Distances and their sigmas from points alone, neighbours in common included [m].
     site : array (m,)
@@ -126,10 +126,12 @@ def distances_of(
         Number of their site.
     """
     core, normals = found.core[rows], found.normals.vectors[rows]
+    # where the points of the later cloud are: at borders they lie to one side of the axis
+    places = found.second.place[rows]
     shared = multiplicity(core, normals, diameter) if len(core) else 1.0
     sigma = np.sqrt(max(shared, 1.0)) * found.sigma_random[rows]
     number: Index = np.full(len(core), site, dtype=np.int64)
-    return Distances(core, normals, found.distance[rows], sigma, number, pair)
+    return Distances(places, normals, found.distance[rows], sigma, number, pair)
 
 
 @dataclass(frozen=True, eq=False)

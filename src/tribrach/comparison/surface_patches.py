@@ -17,6 +17,7 @@ import numpy as np
 from tribrach._types import Array, Index, Mask
 from tribrach.comparison.rigid_motion import UNSEEN, Distances
 from tribrach.comparison.station_pair import along_normals
+from tribrach.geometry.rotation import skew
 from tribrach.statistics import chi2
 
 __all__ = ["Patches", "moving_parts", "patches_of", "stable_patches"]
@@ -55,6 +56,10 @@ class Patches:
         c of each.
     count : array (p,)
         Distances of each.
+    moments : array (p, 5)
+        Number, sum and sum of squares of the places of each from the common one [m].
+    lever
+        Length that turns are scaled by [m].
     """
 
     of: Index
@@ -63,6 +68,8 @@ class Patches:
     right: Array
     square: Array
     count: Index
+    moments: Array
+    lever: float
 
     def __len__(self) -> int:
         return len(self.count)
@@ -70,7 +77,7 @@ class Patches:
     @cached_property
     def inverse(self) -> tuple[Array, Index]:
         """``N^+`` (p, 6, 6) and the ranks (p,)."""
-        return _inverse(self.normal)
+        return _inverse(self.normal, self.moments, self.lever)
 
     @cached_property
     def own(self) -> Array:
@@ -117,7 +124,8 @@ class Patches:
 
     def together(self, rows: Index | Mask) -> Array:
         """The motion (6,) of some of them."""
-        inverse, _ = _inverse(self.normal[rows].sum(axis=0)[None])
+        total = self.normal[rows].sum(axis=0), self.moments[rows].sum(axis=0)
+        inverse, _ = _inverse(total[0][None], total[1][None], self.lever)
         out: Array = inverse[0] @ self.right[rows].sum(axis=0)
         return out
 
@@ -154,7 +162,11 @@ def patches_of(distances: Distances, cylinder: float) -> Patches:
     np.add.at(normal, of[used], rows[used, :, None] * rows[used, None, :])
     np.add.at(right, of[used], rows[used] * seen[used, None])
     np.add.at(square, of[used], seen[used] ** 2)
-    return Patches(of, known[enough][:, 1:], normal, right, square, count[enough])
+    moments, arm = np.zeros((p, 5)), distances.core[used] - middle
+    each = np.column_stack([np.ones(len(arm)), arm, (arm**2).sum(axis=1)])
+    np.add.at(moments, of[used], each)
+    cells_of = known[enough][:, 1:]
+    return Patches(of, cells_of, normal, right, square, count[enough], moments, lever)
 
 
 def stable_patches(patches: Patches) -> Mask | None:
@@ -224,17 +236,19 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
     motion = patches.together(stable)
     moved = ~stable & patches.rigid & ~patches.within(motion, _BEYOND)
     rows = np.flatnonzero(moved)[:MOST_MOVED]
-    sums = {int(k): (patches.normal[k], patches.right[k], float(patches.square[k])) for k in rows}
-    left = {k: _left(*part)[0] for k, part in sums.items()}
-    rank = {k: _left(*part)[1] for k, part in sums.items()}
+    n, b, c, m = patches.normal, patches.right, patches.square, patches.moments
+    sums = {int(k): (n[k], b[k], float(c[k]), m[k]) for k in rows}
+    lever = patches.lever
+    left = {k: _left(*part, lever)[0] for k, part in sums.items()}
+    rank = {k: _left(*part, lever)[1] for k, part in sums.items()}
     members = {k: [k] for k in sums}
     near = _neighbours(patches.cells, rows)
     limit = patches.factor
 
     def cost(i: int, j: int) -> float:
         """How much worse one motion is than two, over its limit."""
-        both = tuple(a + b for a, b in zip(sums[i], sums[j], strict=True))
-        after, together = _left(*both)
+        a, b = sums[i], sums[j]
+        after, together = _left(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], lever)
         dof = max(rank[i] + rank[j] - together, 1)
         more = (after - left[i] - left[j]) / limit
         return float(more / chi2.ppf(_BEYOND, dof))
@@ -249,8 +263,9 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
             break
         if version.get(i) != of_i or version.get(j) != of_j:
             continue
-        sums[i] = (sums[i][0] + sums[j][0], sums[i][1] + sums[j][1], sums[i][2] + sums[j][2])
-        left[i], rank[i] = _left(*sums[i])
+        a, b = sums[i], sums[j]
+        sums[i] = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
+        left[i], rank[i] = _left(*sums[i], lever)
         members[i] += members.pop(j)
         near[i] = (near[i] | near[j]) - {i, j}
         for other in near.pop(j):
@@ -286,16 +301,31 @@ def _neighbours(cells: Index, rows: Index) -> dict[int, set[int]]:
     return near
 
 
-def _inverse(normal: Array) -> tuple[Array, Index]:
-    """Inverses (p, 6, 6) of normal matrices in the directions that are seen, and their ranks."""
-    values, vectors = np.linalg.eigh(normal)
+def _inverse(normal: Array, moments: Array, lever: float) -> tuple[Array, Index]:
+    """Inverses (p, 6, 6) of normal matrices in the directions that are seen, and their ranks.
+
+    What a patch shows is asked about its own middle and by its own extent: far from the common
+    place all of its motions look like one shift.
+    """
+    count = np.maximum(moments[:, 0], 1.0)
+    middle = moments[:, 1:4] / count[:, None]
+    own = np.sqrt(np.maximum(moments[:, 4] / count - (middle**2).sum(axis=1), 1e-12))
+    carry = np.zeros((len(normal), 6, 6))
+    carry[:, :3, :3] = np.eye(3)
+    carry[:, :3, 3:] = skew(middle) / own[:, None, None]
+    carry[:, 3:, 3:] = (lever / own)[:, None, None] * np.eye(3)
+    local = carry.transpose(0, 2, 1) @ normal @ carry
+    values, vectors = np.linalg.eigh((local + local.transpose(0, 2, 1)) / 2)
     seen = values > UNSEEN**2 * values[:, -1:]
     inverted = np.where(seen, 1 / np.where(seen, values, 1.0), 0.0)
-    out: Array = np.einsum("pik,pk,pjk->pij", vectors, inverted, vectors)
+    inside = np.einsum("pik,pk,pjk->pij", vectors, inverted, vectors)
+    out: Array = carry @ inside @ carry.transpose(0, 2, 1)
     return out, seen.sum(axis=1)
 
 
-def _left(normal: Array, right: Array, square: float) -> tuple[float, int]:
+def _left(
+    normal: Array, right: Array, square: float, moments: Array, lever: float
+) -> tuple[float, int]:
     """``Omega`` and rank of one part."""
-    inverse, rank = _inverse(normal[None])
+    inverse, rank = _inverse(normal[None], moments[None], lever)
     return max(square - float(right @ inverse[0] @ right), 0.0), int(rank[0])

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.cloud.shared_part import GivenPart, SharedPart
+from tribrach.cloud.shared_part import MOST_GIVEN, GivenPart, SharedPart
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.common_errors import COMMON, RANGE_SCALE
 from tribrach.instruments.correction import Correction
@@ -29,10 +29,6 @@ __all__ = ["joint_with_points", "shared_part"]
 
 #: no columns
 _NONE = np.zeros(0, dtype=np.int64)
-
-
-#: numbers that are kept of what given values have to do with the rest: 32 MB
-_MOST_GIVEN = 4_000_000
 
 
 #: an unknown of the network by its column, a parameter of a file, a common error
@@ -204,13 +200,13 @@ class _Rows:
     def given(self, factor: float) -> GivenPart | None:
         """What the rows have to do with control and with calibrations of files (section 12.4).
 
-        None where that would be a matrix of more than :data:`_MOST_GIVEN` numbers. Scales of
+        None where that would be a matrix of more than :data:`MOST_GIVEN` numbers. Scales of
         ranges and refraction are those of an instrument on its day: no other run shares them.
         """
         adjustment, count = self.adjustment, len(self.order)
         control = given_rows(adjustment, (Role.GIVEN,))
         size = len(control) + sum(len(known.values) for known in self.files.values())
-        if not size or (count + size) * size > _MOST_GIVEN:
+        if not size or (count + size) * size > MOST_GIVEN:
             return None
         poses = [adjustment.columns(name) for name in self.stations]
         own = np.concatenate([_NONE, *poses, np.array(list(self.unknowns), dtype=np.int64)])

@@ -154,36 +154,52 @@ def _moved(part: MovedPart, what: str, angle: Angle) -> str:
             "average."
         )
     more = ""
-    if part.relative is not None:
-        more = f"; against the stable area {_with(part.relative, 0)} mm"
+    if part.relative is not None and part.relative.seen[0]:
+        more = f"; along its normal {_with(part.relative, 0)} mm against the stable area"
     return f"{head} moved {figures} (95 %; {test}{more})."
 
 
 def _figures(motion: PartMotion, angle: Angle) -> list[str]:
-    """Shift, tilt and turn, those that are seen."""
-    normal, out = motion.normal, []
-    lies = abs(normal[2]) > _LYING
+    """Shift, tilt and turn, those that are seen; which way only where that is sure with 95 %."""
+    lies = abs(motion.normal[2]) > _LYING
+    # of a floor seen from below up is inwards
+    down = lies and motion.normal[2] < 0
+    ends = {
+        3: ("tilted", "tilt", "north end up" if lies else "upper end outwards"),
+        4: ("turned", "turn", "east end up" if lies else "right end outwards"),
+    }
+    others = {"up": "down", "outwards": "inwards"}
+    out = []
     if motion.seen[0]:
         sign = 1.0 if motion.values[0] >= 0 else -1.0
-        out.append(f"{_with(motion, 0, sign)} mm {_towards(sign * normal, angle)}")
-    ends = ("north end up", "east end up") if lies else ("upper end outwards", "right end outwards")
-    others = ("north end down", "east end down") if lies else (
-        "upper end inwards",
-        "right end inwards",
-    )  # fmt: skip
-    # the component up of a floor is along its normal
-    flip = -1.0 if lies and normal[2] < 0 else 1.0
-    for k, word, end, other in zip((3, 4), ("tilted", "turned"), ends, others, strict=True):
+        if _sure(motion, 0):
+            way = _towards(sign * motion.normal, angle)
+            out.append(f"{_with(motion, 0, sign)} mm {way}")
+        else:
+            out.append(f"along its normal {_with(motion, 0)} mm")
+    for k, (done, noun, end) in ends.items():
+        if not motion.seen[k]:
+            continue
+        if not _sure(motion, k):
+            out.append(f"no {noun} is sure ({_with(motion, k, 1.0, 2)} mm/m)")
+            continue
+        positive = (motion.values[k] >= 0) != down
+        last = end.rsplit(" ", 1)[1]
+        words = end if positive else end.replace(last, others[last])
+        sign = 1.0 if motion.values[k] >= 0 else -1.0
+        out.append(f"{done} {_with(motion, k, sign, 2)} mm/m, {words}")
+    for k, word in ((1, "east" if lies else "to its right"), (2, "north" if lies else "upwards")):
         if motion.seen[k]:
-            way = flip * motion.values[k] >= 0
-            sign = 1.0 if motion.values[k] >= 0 else -1.0
-            out.append(f"{word} {_with(motion, k, sign, 2)} mm/m, {end if way else other}")
-    for k, word in ((1, "to its right"), (2, "up" if not lies else "north")):
-        if motion.seen[k]:
-            out.append(f"{_with(motion, k)} mm {word if not lies or k == 2 else 'east'}")
+            out.append(f"{_with(motion, k)} mm {word}")
     if motion.seen[5]:
-        out.append(f"turned {_with(motion, 5, 1.0, 2)} mm/m about its normal")
+        out.append(f"{_with(motion, 5, 1.0, 2)} mm/m about its normal")
     return out
+
+
+def _sure(motion: PartMotion, k: int) -> bool:
+    """Is the sign of a component sure with 95 %?"""
+    sigma = float(np.sqrt(max(motion.covariance[k, k], 0.0)))
+    return abs(float(motion.values[k])) > _NORMAL_95 * sigma
 
 
 def _towards(direction: Array, angle: Angle) -> str:
