@@ -247,8 +247,10 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
 
     def cost(i: int, j: int) -> float:
         """How much worse one motion is than two, over its limit."""
-        a, b = sums[i], sums[j]
-        after, together = _left(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], lever)
+        one, two = sums[i], sums[j]
+        after, together = _left(
+            one[0] + two[0], one[1] + two[1], one[2] + two[2], one[3] + two[3], lever
+        )
         dof = max(rank[i] + rank[j] - together, 1)
         more = (after - left[i] - left[j]) / limit
         return float(more / chi2.ppf(_BEYOND, dof))
@@ -263,8 +265,8 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
             break
         if version.get(i) != of_i or version.get(j) != of_j:
             continue
-        a, b = sums[i], sums[j]
-        sums[i] = a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3]
+        one, two = sums[i], sums[j]
+        sums[i] = one[0] + two[0], one[1] + two[1], one[2] + two[2], one[3] + two[3]
         left[i], rank[i] = _left(*sums[i], lever)
         members[i] += members.pop(j)
         near[i] = (near[i] | near[j]) - {i, j}
