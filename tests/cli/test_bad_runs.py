@@ -124,6 +124,7 @@ def test_two_scans_of_one_name_in_one_file(tmp_path: Path) -> None:
         "poses.csv",
         "poses.json",
         "poses_covariance.npy",
+        "poses_given.npy",
     }
     for scan in read_scans(tmp_path / "out" / "clouds" / "both.e57"):
         assert scan.pose is not None

@@ -329,6 +329,9 @@ def _given(path: Path, keys: tuple[str, ...], count: int) -> GivenPart | None:
     if not 0 < m <= _MOST_EFFECTS or len(set(keys)) != m:
         return None
     beside = path.parent / GIVEN
+    if not beside.is_file():
+        # poses that were copied without it: what other runs were given too is not known
+        return None
     what = f"covariance of the stations with {m} given values"
     stacked = read_covariance_rows(beside, count + m, m, what)
     try:

@@ -22,7 +22,7 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
 from tribrach.job.clouds import write_clouds
 from tribrach.job.grouping import groups
-from tribrach.job.poses import JOINT, pose_texts
+from tribrach.job.poses import GIVEN, JOINT, pose_texts
 from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
@@ -73,7 +73,7 @@ class PlacedOutput:
             A result would take the place of a file that is read or that this program did not
             write; an E57 file of several scans.
         """
-        for name in ("poses.csv", "poses.json", JOINT):
+        for name in ("poses.csv", "poses.json", JOINT, GIVEN):
             refuse_loss(self.folder / name)
         if self.clouds is None:
             return
