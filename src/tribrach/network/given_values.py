@@ -11,14 +11,16 @@ which is exact to first order if nothing else is common to both (method section 
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import Role
+
+if TYPE_CHECKING:
+    from tribrach.network.adjustment import Adjustment
 
 __all__ = ["common_values", "given_rows", "through_given", "with_given"]
 
