@@ -124,8 +124,8 @@ def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
     page = names[1].read_text()
     assert page.count("<figure") == 4
     own = page.split('id="within"')[1].split("</figure>")[0]
-    names = [p["name"] for p in data["parameters"]]
-    assert all(f"{a}, {b}: " in own for a in names for b in names)
+    shown = [p["name"] for p in data["parameters"]]
+    assert all(f"{a}, {b}: " in own for a in shown for b in shown)
     for words in ("Correlations of the parameters with orientations", "Parameters in other datums"):
         assert words in page
     saved = read_calibration(names[2])

@@ -8,7 +8,7 @@ from tests.comparison.two_stations import ORIGIN, PLACES, joint_covariance, pair
 from tribrach.comparison.not_compared import REASONS, areas_without
 from tribrach.comparison.rigid_motion import (
     COMPONENTS,
-    Distances,
+    PlaceDistances,
     components,
     face_axes,
     part_motion,
@@ -38,29 +38,29 @@ def ground() -> tuple[Array, Array]:
 
 def observed(
     surface: tuple[Array, Array], moved: Array, rng: np.random.Generator, error: Array | None = None
-) -> Distances:
+) -> PlaceDistances:
     """Distances with the motion (6,) of the whole about the origin, noise, and station errors."""
     core, normals = surface
     true = along_normals(core, normals, ORIGIN) @ moved
-    found = Distances(
+    found = PlaceDistances(
         core, normals, true, np.full(len(core), NOISE), np.zeros(len(core), np.int64), pair()
     )
     drawn = true + NOISE * rng.normal(size=len(core))
     if error is not None:
         drawn = drawn + found.by_stations @ error
-    return Distances(core, normals, drawn, found.sigma, found.site, found.pair)
+    return PlaceDistances(core, normals, drawn, found.sigma, found.site, found.pair)
 
 
-def joined(*several: Distances) -> Distances:
+def joined(*several: PlaceDistances) -> PlaceDistances:
     columns = ("core", "normals", "values", "sigma", "site")
     arrays = (np.concatenate([getattr(d, name) for d in several]) for name in columns)
-    return Distances(*arrays, pair=several[0].pair)
+    return PlaceDistances(*arrays, pair=several[0].pair)
 
 
 def test_a_wall_that_tilts_about_its_foot() -> None:
     """2 mm/m towards the south: 4 mm at the middle of a wall of 4 m, its upper end outwards."""
     core, normals = wall(0, 6)
-    exact = Distances(
+    exact = PlaceDistances(
         core,
         normals,
         0.002 * (core[:, 2] - ORIGIN[2]),

@@ -29,8 +29,8 @@ from tribrach.statistics import MAD_TO_SIGMA, chi2
 
 __all__ = [
     "COMPONENTS",
-    "Distances",
     "PartMotion",
+    "PlaceDistances",
     "distances_of",
     "part_motion",
 ]
@@ -54,7 +54,7 @@ COMPONENTS = ("out", "right", "up", "tilt", "turn", "spin")
 
 
 @dataclass(frozen=True, eq=False)
-class Distances:
+class PlaceDistances:
     """Distances of a later cloud from an earlier one at m places.
 
     Attributes
@@ -79,9 +79,9 @@ class Distances:
     def __len__(self) -> int:
         return len(self.values)
 
-    def some(self, rows: Index | Mask) -> Distances:
+    def some(self, rows: Index | Mask) -> PlaceDistances:
         """Those of some rows or flags."""
-        return Distances(
+        return PlaceDistances(
             self.core[rows],
             self.normals[rows],
             self.values[rows],
@@ -109,8 +109,8 @@ class Distances:
 
 def distances_of(
     found: M3C2EP, pair: StationPair, diameter: float, rows: Mask, site: int = 0
-) -> Distances:
-    """Distances with propagated uncertainty as observations of motions.
+) -> PlaceDistances:
+    """PlaceDistances with propagated uncertainty as observations of motions.
 
     Parameters
     ----------
@@ -131,7 +131,7 @@ def distances_of(
     shared = multiplicity(core, normals, diameter) if len(core) else 1.0
     sigma = np.sqrt(max(shared, 1.0)) * found.sigma_random[rows]
     number: Index = np.full(len(core), site, dtype=np.int64)
-    return Distances(places, normals, found.distance[rows], sigma, number, pair)
+    return PlaceDistances(places, normals, found.distance[rows], sigma, number, pair)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +143,7 @@ class PartMotion:
     middle, normal : array (3,)
         Its middle [m] and mean normal.
     kept : array of bool (m,)
-        Distances that go along with each other; the others are not used.
+        PlaceDistances that go along with each other; the others are not used.
     misfit, dof
         ``v^T W v`` of those used, and redundancy.
     values : array (6,)
@@ -186,12 +186,12 @@ class PartMotion:
 
     @property
     def count(self) -> int:
-        """Distances used."""
+        """PlaceDistances used."""
         return int(self.kept.sum())
 
     @property
     def left_out(self) -> int:
-        """Distances that did not fit with them."""
+        """PlaceDistances that did not fit with them."""
         return int((~self.kept).sum())
 
     @cached_property
@@ -204,13 +204,13 @@ class PartMotion:
         """Motions that are seen."""
         return len(self.parameters)
 
-    def columns(self, part: Distances) -> Array:
+    def columns(self, part: PlaceDistances) -> Array:
         """What the scaled components do (m, 6) to distances."""
         rows = components(part.core, part.normals, self.middle, face_axes(self.normal))
         out: Array = rows * _scale(self.lever)
         return out
 
-    def moves(self, part: Distances) -> Array:
+    def moves(self, part: PlaceDistances) -> Array:
         """What the motions that are seen do (m, r) to distances."""
         out: Array = self.columns(part) @ self.basis
         return out
@@ -265,7 +265,7 @@ def components(core: Array, normals: Array, middle: Array, axes: Array) -> Array
     return moves
 
 
-def part_motion(part: Distances, factor: float = 1.0) -> PartMotion | None:
+def part_motion(part: PlaceDistances, factor: float = 1.0) -> PartMotion | None:
     """The motion of a part, robust against distances that are not on it.
 
     Parameters
@@ -289,7 +289,7 @@ def part_motion(part: Distances, factor: float = 1.0) -> PartMotion | None:
     return None if kept is None or found is None else replace(found, kept=kept)
 
 
-def _kept(part: Distances, factor: float) -> Mask | None:
+def _kept(part: PlaceDistances, factor: float) -> Mask | None:
     """Which distances (m,) go along with the others; None if too few do."""
     kept = np.ones(len(part), dtype=bool)
     for _ in range(10):
@@ -307,7 +307,9 @@ def _kept(part: Distances, factor: float) -> Mask | None:
     return kept
 
 
-def relative_motion(part: Distances, motion: PartMotion, stable: PartMotion) -> PartMotion | None:
+def relative_motion(
+    part: PlaceDistances, motion: PartMotion, stable: PartMotion
+) -> PartMotion | None:
     """The motion of a part against another one that is taken as not moved.
 
     What the stations do to both alike cancels. The other part and this one have no distance in
@@ -352,7 +354,7 @@ def relative_motion(part: Distances, motion: PartMotion, stable: PartMotion) -> 
     )
 
 
-def _fitted(part: Distances, factor: float) -> PartMotion | None:
+def _fitted(part: PlaceDistances, factor: float) -> PartMotion | None:
     """Least squares of one part."""
     if len(part) < FEWEST:
         return None

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from tribrach._types import Array, Index, Mask
-from tribrach.comparison.rigid_motion import UNSEEN, Distances
+from tribrach.comparison.rigid_motion import UNSEEN, PlaceDistances
 from tribrach.comparison.station_pair import along_normals
 from tribrach.geometry.rotation import skew
 from tribrach.statistics import chi2
@@ -130,7 +130,7 @@ class Patches:
         return out
 
 
-def patches_of(distances: Distances, cylinder: float) -> Patches:
+def patches_of(distances: PlaceDistances, cylinder: float) -> Patches:
     """Cut a surface into cells of a grid, each three cylinders wide.
 
     Parameters

@@ -20,8 +20,8 @@ from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.not_compared import COMPARED, NotCompared, areas_without, reasons_of
 from tribrach.comparison.results import SiteResult
 from tribrach.comparison.rigid_motion import (
-    Distances,
     PartMotion,
+    PlaceDistances,
     distances_of,
     part_motion,
     relative_motion,
@@ -230,9 +230,9 @@ class MotionCollector:
 _EMPTY: Index = np.zeros(0, dtype=np.int64)
 
 
-def _joined(several: Sequence[Distances], pair: StationPair) -> Distances:
+def _joined(several: Sequence[PlaceDistances], pair: StationPair) -> PlaceDistances:
     """All distances in one."""
-    return Distances(
+    return PlaceDistances(
         np.concatenate([np.empty((0, 3)), *(d.core for d in several)]),
         np.concatenate([np.empty((0, 3)), *(d.normals for d in several)]),
         np.concatenate([np.empty(0), *(d.values for d in several)]),
@@ -272,7 +272,7 @@ def _only(
 
 
 def _stable_area(
-    distances: Distances, patches: Patches, stable: Mask | None, cell: float
+    distances: PlaceDistances, patches: Patches, stable: Mask | None, cell: float
 ) -> StableArea | None:
     """The registration on the patches that keep their places."""
     if stable is None:
@@ -294,7 +294,7 @@ def _stable_area(
 
 
 def _sites(
-    distances: Distances,
+    distances: PlaceDistances,
     patches: Patches,
     stable: StableArea | None,
     sites: Sequence[ComparisonSite],
@@ -311,7 +311,7 @@ def _sites(
 
 
 def _found(
-    distances: Distances,
+    distances: PlaceDistances,
     patches: Patches,
     stable: Mask | None,
     area: StableArea | None,
@@ -333,7 +333,7 @@ def _found(
 
 def _part(
     name: str,
-    some: Distances,
+    some: PlaceDistances,
     factor: float,
     stable: PartMotion | None,
     alpha: float,

@@ -115,9 +115,9 @@ def _significance(calibration: SelfCalibration) -> list[str]:
         )
         out.append(f"Test of all parameters together against zero: {_block(calibration.together)}.")
     if calibration.gain is not None:
-        verb = "are" if calibration.gain.p < _LEVEL else "are not significantly"
+        verb = "fit better" if calibration.gain.p < _LEVEL else "fit not significantly better"
         out.append(
-            f"With the parameters the residuals {verb} smaller than without them: "
+            f"The observations {verb} with the parameters than without them: "
             f"{_block(calibration.gain)}."
         )
     if calibration.datums and calibration.suggested and len(calibration.suggested) < count:

@@ -336,7 +336,7 @@ class LasScan(Scan):
                 values |= _unpacked(array[name], packed[name])
             elif name not in _COORDINATES:
                 kind = np.float32 if name == "intensity" else array[name].dtype
-                column = np.empty(len(points), dtype=kind)
+                column = np.empty(array[name].shape, dtype=kind)  # of arrays too
                 values[_RENAMED.get(name, name)] = column
                 copies.append((array[name], column))
 

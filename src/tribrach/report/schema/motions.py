@@ -70,7 +70,7 @@ class StablePart(DocumentPart):
     detectable: Number
 
 
-class PlacePart(DocumentPart):
+class UncomparedPlacePart(DocumentPart):
     """Cells that lie together: middle, extent [m] and area [m^2]."""
 
     middle: tuple[float, float, float]
@@ -78,13 +78,13 @@ class PlacePart(DocumentPart):
     area: float
 
 
-class ReasonPart(DocumentPart):
+class UncomparedPart(DocumentPart):
     """Surface that is not compared for one reason."""
 
     words: str
     area: float
     share: float
-    places: list[PlacePart]
+    places: list[UncomparedPlacePart]
 
 
 class ComparedPart(DocumentPart):
@@ -107,7 +107,7 @@ class MotionsPart(DocumentPart):
     factor: float
     """Variance factor of the points, one at least."""
     compared: ComparedPart
-    not_compared: list[ReasonPart]
+    not_compared: list[UncomparedPart]
     given_alike: list[str]
     """Given values that both registrations rest on."""
     one_result: bool
