@@ -141,7 +141,7 @@ def _model(calibration: SelfCalibration) -> list[str]:
     out = [_missing(o) for o in missing[:6]]
     if calibration.omitted and not missing:
         out.append(
-            f"The residuals call for none of the {len(calibration.omitted)} parameters that were "
+            f"No test calls for any of the {len(calibration.omitted)} parameters that were "
             "not estimated: the model is large enough."
         )
     if missing:
