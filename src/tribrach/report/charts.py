@@ -63,6 +63,10 @@ TESTED = np.array(
 )  # fmt: skip
 #: cells of a table of numbers that are drawn one by one, each with what it says
 _MOST_CELLS = 1500
+#: more points than these are drawn small
+_MANY_SPOTS = 2000
+#: cells nearer than this share to an end of the colours have white numbers
+_STRONG = 0.12
 
 
 @dataclass(frozen=True)
@@ -335,11 +339,14 @@ class Chart:
         picture = np.zeros((rows, columns, 4), dtype=np.uint8)
         column = (x - self.x[0]) / (self.x[1] - self.x[0]) * (columns - 1)
         row = (self.y[1] - y) / (self.y[1] - self.y[0]) * (rows - 1)
-        inside = (column >= 0) & (column < columns - 2) & (row >= 0) & (row < rows - 2)
+        # few points would hardly be seen as small as many have to be
+        side = 3 if len(x) > _MANY_SPOTS else 9
+        column, row = column - side // 2, row - side // 2
+        inside = (column >= 0) & (column <= columns - side) & (row >= 0) & (row <= rows - side)
         column, row = column[inside].astype(int), row[inside].astype(int)
         colour = np.round(colours[inside]).astype(np.uint8)
-        for right_by in range(3):
-            for down_by in range(3):
+        for right_by in range(side):
+            for down_by in range(side):
                 picture[row + down_by, column + right_by, :3] = colour
                 picture[row + down_by, column + right_by, 3] = 255
         self._image(picture, "")
@@ -371,7 +378,9 @@ class Chart:
             )
             if abs(value) >= digits and wide >= 26:
                 right, base = x + across / 2, y + down / 2 + 4
-                self._marks.append(mark("text", f"{value:.2f}", x=right, y=base, class_="on-cell"))
+                strong = min(float(share[i, j]), 1 - float(share[i, j])) < _STRONG
+                sort = "on-cell strong" if strong else "on-cell"
+                self._marks.append(mark("text", f"{value:.2f}", x=right, y=base, class_=sort))
 
     def _image(self, picture: NDArray[np.uint8], sort: str) -> None:
         """Pixels (rows, columns, 4) over the whole panel, below all other marks."""

@@ -68,7 +68,7 @@ def displacement_drawing(comparison: Comparison, factor: float) -> Drawing | Non
         *_bar(16, frame.height + 22, bar * frame.scale, length_words(bar), "bar"),
         *_bar(frame.width / 2 - 80, frame.height + 22, small * size, words, "bar fine"),
         mark("path", d=f"M{frame.width - 26} 16l6 22l-6 -5l-6 5z", class_="north"),
-        mark("text", text="N", x=frame.width - 30, y=52, class_="north"),
+        mark("text", text="N", x=frame.width - 26, y=52, class_="north"),
     ]
     return Drawing(
         frame.width, frame.height + 44, tuple(marks), "Plan of the displacements", "displacements"

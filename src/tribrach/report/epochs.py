@@ -202,7 +202,11 @@ def _untold(c: Comparison, d: Displacement, angle: Angle) -> str:
 
 def _still(c: Comparison) -> list[Finding]:
     """Points whose test passed, and what it would have seen."""
-    still = [d for d in c.displacements if d.answer == "not moved"]
+    every = [d for d in c.displacements if d.answer == "not moved"]
+    still = sorted(every, key=lambda d: not d.reference)
+    others = _moved_references(c)
+    left = f"the reference points without {_listed(others)}" if others else "all reference points"
+    together = f"the test of {left}"
     percent = f"{100 * c.settings.power:g} %"
     if len(still) > _NAMED:
         sizes = np.array([d.detectable for d in still])
@@ -216,7 +220,7 @@ def _still(c: Comparison) -> list[Finding]:
         Finding(
             f"{d.name} shows no displacement"
             + (
-                " in the test of all reference points"
+                f" in {together}"
                 if d.reference and c.search is not None
                 else f" (test {d.statistic:.1f}, limit {d.limit:.1f})"
             )

@@ -8,6 +8,8 @@ from typing import Literal
 
 import numpy as np
 
+from tribrach.epochs.comparison import Comparison
+from tribrach.epochs.systematics import Answer
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapters.adjustment import Marked, marked
 from tribrach.report.content import Control, Point, Report, StationRow
@@ -77,6 +79,7 @@ def front_page(content: Report) -> FrontPage:
         ("Marked", _marked(found)),
         ("Least certain", _worst(content)),
         ("Check points", _checks(content)),
+        *(("What moved", _moved(one.comparison)) for one in content.job.epochs),
         ("Clouds", _clouds(content)),
         ("Standard deviations", content.sigma_origin),
         *((name, value) for name, value in content.facts if name not in shown),
@@ -220,6 +223,24 @@ def _rms(checks: list[Control], k: int) -> float | None:
     values = [c.difference[k] for c in checks]
     known = [v for v in values if v is not None]
     return 1e3 * float(np.sqrt(np.mean(np.square(known)))) if known else None
+
+
+def _moved(comparison: Comparison) -> str:
+    """What the tests say of the points since an earlier epoch."""
+    names: dict[Answer, list[str]] = {"moved": [], "not moved": [], "cannot tell": []}
+    for one in comparison.displacements:
+        names[one.answer].append(one.name)
+    parts = []
+    if names["moved"]:
+        parts.append(f"{_some(tuple(names['moved']), _IN_LINE)} moved")
+    if names["not moved"]:
+        some = counted(len(names["not moved"]), "point")
+        parts.append(
+            f"{some} {'shows' if len(names['not moved']) == 1 else 'show'} no displacement"
+        )
+    if names["cannot tell"]:
+        parts.append(f"of {counted(len(names['cannot tell']), 'point')} it cannot be told")
+    return f"Since {comparison.difference.labels[0]}: {', '.join(parts)}."
 
 
 def _clouds(content: Report) -> str:

@@ -153,17 +153,17 @@ def counted(n: int, noun: str) -> str:
 
 def fixed_cell(value: float | None, digits: int, mark: str = "") -> Cell:
     """A number with fixed digits as a cell; empty if there is none."""
-    return number_cell(value, "" if value is None else f"{value:.{digits}f}", mark)
+    return number_cell(value, "" if value is None else _fixed(value, digits), mark)
 
 
 def mm_cell(value: float | None, digits: int = 2) -> Cell:
     """A length [m] as a cell in millimetres, which sorts by metres."""
-    return number_cell(value, "" if value is None else f"{1e3 * value:.{digits}f}")
+    return number_cell(value, "" if value is None else _fixed(1e3 * value, digits))
 
 
 def arcsec_cell(value: float, digits: int = 1) -> Cell:
     """A small angle [rad] as a cell in arc seconds, which sorts by radians."""
-    return number_cell(value, f"{value / SEC:.{digits}f}")
+    return number_cell(value, _fixed(value / SEC, digits))
 
 
 def percent_cell(share: float | None, digits: int = 1) -> Cell:

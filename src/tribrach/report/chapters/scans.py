@@ -247,7 +247,8 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         verdict = (
             f"All {len(placed.truth)} comparisons with the truth are as stated."
             if not bad
-            else f"{bad} of {len(placed.truth)} comparisons with the truth are not as stated."
+            else f"{bad} of {len(placed.truth)} comparisons with the truth "
+            f"{'is' if bad == 1 else 'are'} not as stated."
         )
         yield Chapter(
             "against-truth",
