@@ -332,8 +332,9 @@ def epochs_file(path: Path) -> Path:
     comparison = {
         "first": "spring", "second": "autumn", "axes": ["E", "N", "U"], "confidence": 0.95,
         "power": 0.8, "covariances": "prior", "dof": 20, "motions": [], "systematic": [0, 0, 0],
-        "stable": ["T1"], "held": [], "whole": test, "references": None, "precision": None,
-        "common": [], "only_first": [], "only_second": [], "sentences": ["TOP <b>moved</b>."],
+        "stable": ["T1"], "held": [], "own": [None, None], "whole": test, "references": None,
+        "precision": None, "common": [], "only_first": [], "only_second": [],
+        "sentences": ["TOP <b>moved</b>."],
         "points": {
             "TOP": point([12, 9, 8.5], [0.012, 0, 0.004], "moved", False),
             "T1": point([-15, 4, 1.2], [0.0002, 0.0001, 0], "not moved", True),

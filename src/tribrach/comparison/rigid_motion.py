@@ -110,7 +110,7 @@ class PlaceDistances:
 def distances_of(
     found: M3C2EP, pair: StationPair, diameter: float, rows: Mask, site: int = 0
 ) -> PlaceDistances:
-    """PlaceDistances with propagated uncertainty as observations of motions.
+    """Distances with propagated uncertainty as observations of motions.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class PartMotion:
     middle, normal : array (3,)
         Its middle [m] and mean normal.
     kept : array of bool (m,)
-        PlaceDistances that go along with each other; the others are not used.
+        Distances that go along with each other; the others are not used.
     misfit, dof
         ``v^T W v`` of those used, and redundancy.
     values : array (6,)
@@ -186,12 +186,12 @@ class PartMotion:
 
     @property
     def count(self) -> int:
-        """PlaceDistances used."""
+        """Distances used."""
         return int(self.kept.sum())
 
     @property
     def left_out(self) -> int:
-        """PlaceDistances that did not fit with them."""
+        """Distances that did not fit with them."""
         return int((~self.kept).sum())
 
     @cached_property

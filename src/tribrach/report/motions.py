@@ -133,7 +133,7 @@ def _parts(motions: CloudMotions, angle: Angle) -> list[str]:
     hidden = [p for p in told if p.motion is not None and not p.motion.seen.all()]
     if hidden:
         out.append(
-            "PlaceDistances along normals do not show how a flat part moves within its own face "
+            "Distances along normals do not show how a flat part moves within its own face "
             "(to the side, upwards, about its normal): such motions are not excluded."
         )
     return out
