@@ -22,9 +22,13 @@ from tribrach.report.characters import visible
 from tribrach.tasks.engine import HERE, Engine
 
 __all__ = [
+    "NoBrowser",
     "Overwrite",
+    "PagePort",
     "Quiet",
     "Scheduler",
+    "ShownClouds",
+    "ShownEpochs",
     "Workers",
     "claim",
     "fail",
@@ -38,6 +42,25 @@ __all__ = [
 Overwrite = Annotated[
     bool,
     typer.Option("--overwrite", help="Replace files that this program did not write."),
+]
+
+#: the options of every command that opens the page of a project or of results
+ShownClouds = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--cloud",
+        help="Show this cloud too, in the frame of the others: distances of tribrach compare.",
+    ),
+]
+ShownEpochs = Annotated[
+    Path | None,
+    typer.Option(help="Draw the displacements that tribrach epochs wrote with --json."),
+]
+PagePort = Annotated[
+    int, typer.Option(min=0, max=65535, help="Port of this machine; a free one if 0.")
+]
+NoBrowser = Annotated[
+    bool, typer.Option("--no-browser", help="Print the address and open no browser.")
 ]
 
 #: the option of every command that says something

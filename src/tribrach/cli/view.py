@@ -7,7 +7,16 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, guarded, say, shown
+from tribrach.cli.shell import (
+    NoBrowser,
+    Overwrite,
+    PagePort,
+    ShownClouds,
+    ShownEpochs,
+    guarded,
+    say,
+    shown,
+)
 
 __all__ = ["view"]
 
@@ -20,23 +29,10 @@ def view(
             "--export", help="Write the page and its data into this folder for any web server."
         ),
     ] = None,
-    clouds: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--cloud",
-            help="Show this cloud too, in the frame of the others: distances of tribrach compare.",
-        ),
-    ] = None,
-    epochs: Annotated[
-        Path | None,
-        typer.Option(help="Draw the displacements that tribrach epochs wrote with --json."),
-    ] = None,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port of this machine; a free one if 0.")
-    ] = 0,
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address and open no browser.")
-    ] = False,
+    clouds: ShownClouds = None,
+    epochs: ShownEpochs = None,
+    port: PagePort = 0,
+    no_browser: NoBrowser = False,
     overwrite: Overwrite = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the address alone.")] = False,
 ) -> None:

@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import guarded, say, shown
+from tribrach.cli.shell import (
+    NoBrowser,
+    PagePort,
+    ShownClouds,
+    ShownEpochs,
+    guarded,
+    say,
+    shown,
+)
 from tribrach.io.keeping import keeping
 
 __all__ = ["workbench"]
@@ -15,23 +23,10 @@ __all__ = ["workbench"]
 
 def workbench(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
-    clouds: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--cloud",
-            help="Show this cloud too, in the frame of the others: distances of tribrach compare.",
-        ),
-    ] = None,
-    epochs: Annotated[
-        Path | None,
-        typer.Option(help="Draw the displacements that tribrach epochs wrote with --json."),
-    ] = None,
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="Port of this machine; a free one if 0.")
-    ] = 0,
-    no_browser: Annotated[
-        bool, typer.Option("--no-browser", help="Print the address and open no browser.")
-    ] = False,
+    clouds: ShownClouds = None,
+    epochs: ShownEpochs = None,
+    port: PagePort = 0,
+    no_browser: NoBrowser = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print the address alone.")] = False,
 ) -> None:
     """Work on a project in the browser: switch observations off, see at once what moves."""
