@@ -45,6 +45,8 @@ class Limits:
         Memory over what was there before.
     patience
         Time [s] after which a worker is ended.
+    start
+        The same for its start, in which it loads and compiles what the reader needs.
     reserve
         Addresses [bytes] that a worker may take besides those it has, so that a reader without
         bounds takes itself down and not the machine.
@@ -53,6 +55,7 @@ class Limits:
     cpu: float = 2.0
     megabytes: float = 300.0
     patience: float = 15.0
+    start: float = 600.0
     reserve: int = 6 << 30
 
 
@@ -196,13 +199,14 @@ def _messages(
             except EOFError:
                 return
             continue
-        _, begun = _NOTE.unpack_from(note)
+        at, begun = _NOTE.unpack_from(note)
         if begun != since:
             since, spent = begun, _cpu(child)
         # on a busy machine a worker may wait for long; one that waits for nothing never ends
         waited = time.monotonic() - begun
         busy = _cpu(child) - spent > limits.cpu
-        if waited > limits.patience * (1 if busy else 10):
+        patience = limits.start if at < 0 else limits.patience * (1 if busy else 10)
+        if waited > patience:
             yield None
             return
 
