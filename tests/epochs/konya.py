@@ -2,9 +2,10 @@
 
 Six reference stations and an object point, OBJ1, on two days. Solutions of the Bernese software
 in SINEX, and the report of DefAn-for-GNSS-networks, at github.com/bbilgen/DefAn-for-GNSS-networks
-(sample data and sample output reports); the method is that of Bilgen, B., Inal, C. (2022): An open-source software for geodetic deformation analysis in
-GNSS networks, Earth Science Informatics 15. Coordinates as in the report, to 0.01 mm;
-covariances as in both SINEX files, cut to eight digits.
+(sample data and sample output reports); the method is that of Bilgen, B., Inal, C. (2022): An
+open-source software for geodetic deformation analysis in GNSS networks, Earth Science Informatics
+15. Coordinates as in the report, to 0.01 mm; covariances as in both SINEX files, cut to eight
+digits.
 """
 
 import numpy as np
