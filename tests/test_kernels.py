@@ -1,7 +1,9 @@
 """Compiled loops are numba's from their first call on, and no moment earlier."""
 
+import os
 import subprocess
 import sys
+from pathlib import Path
 from threading import Thread, get_ident
 
 import numba
@@ -10,7 +12,7 @@ import pytest
 
 from tribrach import kernels
 from tribrach._types import Array
-from tribrach.kernels import Kernel, njit, prange
+from tribrach.kernels import Kernel, njit
 
 
 @njit(cache=True)
@@ -22,7 +24,7 @@ def _square(x):
 def _sum_of_squares(values):
     """A kernel that calls another, and itself for the first half."""
     total = 0.0
-    for n in prange(len(values)):
+    for n in range(len(values)):
         total += _square(values[n])
     return total
 
@@ -46,7 +48,6 @@ def test_a_kernel_says_what_it_is() -> None:
     assert kernel.options == {"cache": True}
     assert _factorial.__module__ == __name__
     assert kernel.py_func(3) == 3
-    assert list(kernels.prange(1, 7, 3)) == [1, 4]
 
 
 def test_threads_that_call_first_at_the_same_time_get_the_same() -> None:
@@ -71,6 +72,48 @@ def test_modules_with_kernels_load_without_numba() -> None:
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert out.stdout.strip() == "False"
+
+
+_STORED = """
+import sys
+import numpy as np
+from tribrach.kernels import njit
+
+@njit(cache=True)
+def sums(matrix, vector):
+    out = np.zeros(len(matrix))  # memory of its own, and the products of another library
+    out += np.dot(matrix, vector)
+    return out, out.sum()
+
+@njit(cache=True)
+def outer(matrix, vector):
+    return sums(matrix, vector)[1] + 1.0
+
+values, total = sums(np.eye(3) * 2, np.arange(3.0))
+assert values.tolist() == [0.0, 2.0, 4.0] and total == 6.0
+print("numba.np.polynomial.polynomial_core" in sys.modules)
+# compiled after one that was loaded, for the process that finds none stored
+assert outer(np.eye(3), np.arange(3.0)) == 4.0
+assert sums(np.eye(3, dtype=np.float32), np.arange(3.0, dtype=np.float32))[1] == 3.0
+if len(sys.argv) > 1:
+    assert outer(np.eye(3, dtype=np.float32), np.arange(3.0, dtype=np.float32)) == 4.0
+"""
+
+
+def test_a_stored_kernel_is_loaded_without_the_compiler(tmp_path: Path) -> None:
+    """The one that compiles needs it, and one that has to compile after loading gets it."""
+    script = tmp_path / "stored.py"
+    script.write_text(_STORED)
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "kernels")}
+
+    def compiler_loaded(*words: str) -> str:
+        command = [sys.executable, str(script), *words]
+        out = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+        return out.stdout.strip()
+
+    assert compiler_loaded() == "True"
+    assert compiler_loaded() == "False"
+    assert compiler_loaded("another type") == "False"
 
 
 @njit(nogil=True)

@@ -1,13 +1,15 @@
 """Loops that are compiled: declared as for numba, which is loaded when the first of them is called.
 
 Loading numba takes as long as loading numpy and all sparse matrices, and a network of ten
-observations or a list of commands calls no such loop. Kernels are declared with :func:`njit` and
-:data:`prange` of this module; both are those of numba from the first call on, in every kernel that
-it calls as well.
+observations or a list of commands calls no such loop. Kernels are declared with :func:`njit` of
+this module; it is that of numba from the first call on, in every kernel that it calls as well.
 
 What can be shared among processors is a loop over a range ``(first, last)`` of its rounds, which
 :func:`in_threads` calls in several threads: numba's own parallel loops take twice as long to
-compile. They are left where chunks of another size would change last digits.
+compile.
+
+A kernel that was compiled by an earlier process is loaded without what numba needs to compile,
+which takes ten times as long to load as the kernel: see :func:`_without_compiler`.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from threading import RLock
 from types import CodeType
 from typing import Any
 
-__all__ = ["Kernel", "in_threads", "njit", "prange"]
+__all__ = ["Kernel", "in_threads", "njit"]
 
 #: parts of the rounds for each thread: the threads end together, though rounds differ
 _PARTS = 8
@@ -56,20 +58,19 @@ class Kernel:
     def declared(self) -> Any:
         """The dispatcher of numba, which compiles for the types that it is called with.
 
-        Names of kernels and ``prange`` in the function mean those of numba from here on, as numba
-        looks them up when it compiles.
+        Names of kernels in the function mean those of numba from here on, as numba looks them up
+        when it compiles.
         """
         with _DECLARING:
             if self._dispatcher is None:
                 numba = import_module("numba")
                 dispatcher = numba.njit(**self.options)(self.py_func)
                 _keep_if_possible(dispatcher)
+                _without_compiler(dispatcher, numba.version_info[:2])
                 names = self.py_func.__globals__
                 for name in _names(self.py_func.__code__):
                     meant = names.get(name)
-                    if meant is prange:
-                        names[name] = numba.prange
-                    elif isinstance(meant, Kernel) and meant is not self:
+                    if isinstance(meant, Kernel) and meant is not self:
                         names[name] = meant.declared()
                     elif meant is self:
                         names[name] = dispatcher
@@ -92,6 +93,31 @@ def _keep_if_possible(dispatcher: Any) -> None:
     dispatcher._cache.save_overload = saved
 
 
+#: versions of numba in which loading was read and tried
+_LOADED_ALONE = ((0, 68),)
+
+
+def _without_compiler(dispatcher: Any, version: tuple[int, int]) -> None:
+    """Let a kernel that is stored be loaded without the tables that only compiling needs.
+
+    Before numba looks for a stored kernel it loads all that it knows of types and functions, some
+    250 modules, and has it ready for what may have to be compiled; what is compiled asks for it
+    again by itself. Machine code only needs the symbols that it calls: those of the interpreter are
+    there as soon as numba is, and those of memory are added here. Symbols of hashes are not, and no
+    kernel has sets or dictionaries.
+    """
+    cache = dispatcher._cache
+    if version not in _LOADED_ALONE or not hasattr(cache, "_load_overload"):
+        return
+
+    def loaded(signature: Any, context: Any) -> Any:
+        import_module("numba.core.runtime").rtsys.initialize(context)
+        with cache._guard_against_spurious_io_errors():
+            return cache._load_overload(signature, context)
+
+    cache.load_overload = loaded
+
+
 def _names(code: CodeType) -> set[str]:
     """Global names that a function uses, also within its comprehensions."""
     inner = (const for const in code.co_consts if isinstance(const, CodeType))
@@ -112,22 +138,6 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
         What makes a :class:`Kernel` of a function.
     """
     return lambda function: Kernel(function, options)
-
-
-def prange(*limits: int) -> range:
-    """``range`` whose rounds are shared among processors: in a kernel that of numba.
-
-    Parameters
-    ----------
-    *limits
-        As for ``range``.
-
-    Returns
-    -------
-    range
-        What uncompiled code goes through, one round after the other.
-    """
-    return range(*limits)
 
 
 def in_threads(kernel: Callable[..., None], rounds: int, *args: Any, least: int = 4096) -> None:

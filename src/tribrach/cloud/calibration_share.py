@@ -11,7 +11,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.cloud.placement import Placement
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = ["share_of"]
 
@@ -49,15 +49,16 @@ def share_of(xyz: Array, placement: Placement) -> Array:
     for first in range(0, len(xyz), _BLOCK):
         part = slice(first, first + _BLOCK)
         by_polar, columns = share.correction.factors(xyz[part])
-        _add_up(by_polar, columns, xyz[part] @ turn.T, turn, half, cross, out[part])
+        arm = xyz[part] @ turn.T
+        in_threads(_add_up, len(arm), by_polar, columns, arm, turn, half, cross, out[part])
     return out
 
 
-@njit(cache=True, fastmath=True, parallel=True)
-def _add_up(by_polar, columns, arm, turn, half, cross, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, fastmath=True, nogil=True)
+def _add_up(first, last, by_polar, columns, arm, turn, half, cross, out):  # type: ignore[no-untyped-def]
     """``A B^T + B A^T``: ``B = R by_polar columns``, ``A = B half + [I | -[arm]x] cross``."""
     k = columns.shape[2]
-    for n in prange(len(columns)):
+    for n in range(first, last):
         b = np.zeros((3, k))
         a = np.empty((3, k))
         for i in range(3):

@@ -13,7 +13,7 @@ import numpy as np
 from tribrach._types import Array, Single
 from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.placement import Placement
-from tribrach.kernels import njit, prange
+from tribrach.kernels import in_threads, njit
 
 __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
 
@@ -52,7 +52,9 @@ def place_with_sigmas(
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")
     world, sigma = np.empty_like(xyz), np.empty(xyz.shape, dtype=np.float32)
-    _place(
+    in_threads(
+        _place,
+        len(xyz),
         np.ascontiguousarray(xyz),
         np.ascontiguousarray(placement.pose.rotation),
         placement.pose.translation,
@@ -111,7 +113,9 @@ def covariances(
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")
     out = np.empty((len(xyz), 6))
-    _covariances(
+    in_threads(
+        _covariances,
+        len(xyz),
         np.ascontiguousarray(xyz),
         np.ascontiguousarray(placement.pose.rotation),
         np.ascontiguousarray(placement.covariance),
@@ -180,10 +184,10 @@ def _station(i, j, p, c):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, fastmath=True, parallel=True)
-def _place(xyz, r, t, c, noise, lawful, cosine, world, sigma):  # type: ignore[no-untyped-def]
+@njit(cache=True, fastmath=True, nogil=True)
+def _place(first, last, xyz, r, t, c, noise, lawful, cosine, world, sigma):  # type: ignore[no-untyped-def]
     """World coordinates and the roots of the diagonal of ``C_X``."""
-    for k in prange(len(xyz)):
+    for k in range(first, last):
         x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
         by_law = lawful[k] if len(lawful) else -1.0
         slant = cosine[k] if len(cosine) else 1.0
@@ -203,10 +207,10 @@ def _place(xyz, r, t, c, noise, lawful, cosine, world, sigma):  # type: ignore[n
             sigma[k, i] = np.sqrt(variance)
 
 
-@njit(cache=True, fastmath=True, parallel=True)
-def _covariances(xyz, r, c, noise, lawful, cosine, out):  # type: ignore[no-untyped-def]
+@njit(cache=True, fastmath=True, nogil=True)
+def _covariances(first, last, xyz, r, c, noise, lawful, cosine, out):  # type: ignore[no-untyped-def]
     """All six elements of ``C_X``."""
-    for k in prange(len(xyz)):
+    for k in range(first, last):
         x, y, z = xyz[k, 0], xyz[k, 1], xyz[k, 2]
         by_law = lawful[k] if len(lawful) else -1.0
         slant = cosine[k] if len(cosine) else 1.0
