@@ -1,17 +1,18 @@
-"""Looks at reports as their readers do: ``python docs/report_screens.py OUT [NAME=PAGE ...]``.
+"""Looks at reports as readers do: ``python docs/report_screens.py OUT [NAME ... | NAME=PAGE ...]``.
 
 Every page is taken at 1400 and at 390 pixels, bright and dark, its first screen and the whole of
 it with everything unfolded, and printed to PDF. Without pages it simulates the surveys of the
-tutorials with few points, runs them as the tutorials say, and looks at what they leave. Chromium
-must be installed; with pdftoppm (poppler-utils) there is a sheet of the printed pages. What it
-prints: the number of pages on paper, how full the emptiest one but the last is, and pages wider
-than their screen.
+tutorials with few points, runs them and the other commands as the tutorials say, or those that are
+named, and looks at what they leave; what they leave stays in OUT/runs. Chromium must be installed;
+with pdftoppm (poppler-utils) there are the printed pages, and a sheet of them. What it prints: the
+number of pages on paper, how full the emptiest one but the last is, pages wider than their screen,
+and first screens without a verdict.
 """
 
+import re
 import shutil
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,7 @@ from playwright.sync_api import sync_playwright
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from tests.workbench.browsing import FLAGS, executable  # noqa: E402
+from tests.workbench.browsing import executable  # noqa: E402
 
 #: name, width and height in pixels, colours
 VIEWS = (("1400", 1400, 900, "light"), ("dark", 1400, 900, "dark"), ("390", 390, 844, "light"))
@@ -30,15 +31,48 @@ VIEWS = (("1400", 1400, 900, "light"), ("dark", 1400, 900, "dark"), ("390", 390,
 SLICE = 1800
 FEW = "60000"
 REFERENCES = [word for k in range(1, 6) for word in ("--reference", f"R{k}")]
-#: commands of the tutorials, and the pages that they leave
+#: commands of the tutorials in their order, and the page that each group leaves
 TUTORIALS: dict[str, tuple[list[list[str]], str]] = {
-    "demo": ([["demo", "--out", "demo", "--points", "100000"]], "demo/out/report.html"),
-    "courtyard": (
+    "calibration": (
         [
-            ["simulate", "sphere-courtyard", "--out", "courtyard", "--points", FEW],
-            ["run", "courtyard/sphere-courtyard.toml"],
+            ["simulate", "newcastle-lab-ceiling", "--out", "lab", "--points", FEW],
+            ["calibrate", "lab/calibrate.toml", "--html", "lab/calibration.html"],
         ],
-        "courtyard/out/report.html",
+        "lab/calibration.html",
+    ),
+    "check": (
+        [
+            ["check", "lab/polar.csv", "--range-mm", "1.2", "--angle-arcsec", "8", "--lengths",
+             "lab/control.csv", "--html", "lab/check.html"],
+        ],
+        "lab/check.html",
+    ),
+    "check-project": (
+        [["check", "lab/newcastle-lab-ceiling.toml", "--html", "lab/check-project.html"]],
+        "lab/check-project.html",
+    ),
+    "plan": ([["plan", "plan/hall.toml", "--html", "plan/plan.html"]], "plan/plan.html"),
+    "demo": ([["demo", "--out", "demo", "--points", "100000"]], "demo/out/report.html"),
+    "noise": (
+        [
+            ["noise", *(f"demo/scans/S{k}.laz" for k in (1, 2)), "--sheet", "Topcon GTL-1000",
+             "--html", "demo/noise.html"],
+        ],
+        "demo/noise.html",
+    ),
+    "register": (
+        [
+            ["register", *(f"demo/scans/S{k}.laz" for k in (1, 2, 3, 4)), "--html",
+             "demo/registered.html"],
+        ],
+        "demo/registered.html",
+    ),
+    "complete": (
+        [
+            ["complete", *(f"demo/out/clouds/S{k}_S{k}.laz" for k in (1, 2, 3, 4)), "--sigma-mm",
+             "5", "--html", "demo/complete.html"],
+        ],
+        "demo/complete.html",
     ),
     "hanoi": (
         [
@@ -47,12 +81,28 @@ TUTORIALS: dict[str, tuple[list[list[str]], str]] = {
         ],
         "hanoi/out/report.html",
     ),
-    "calibration": (
+    "compare": (
         [
-            ["simulate", "newcastle-lab-ceiling", "--out", "lab", "--points", FEW],
-            ["calibrate", "lab/calibrate.toml", "--html", "lab/calibration.html"],
+            ["compare", "hanoi/out/clouds/S3_S3-sites.laz", "hanoi/out/clouds/S4_S4-sites.laz",
+             "--sites", "hanoi/sites.csv", "--json", "hanoi/table.json", "--html",
+             "hanoi/table.html"],
         ],
-        "lab/calibration.html",
+        "hanoi/table.html",
+    ),
+    "regress": (
+        [["regress", "hanoi/table.json", "--html", "hanoi/regression.html"]],
+        "hanoi/regression.html",
+    ),
+    "adjust": (
+        [["adjust", "hanoi/traverse.gsi", "--html", "hanoi/traverse.html"]],
+        "hanoi/traverse.html",
+    ),
+    "courtyard": (
+        [
+            ["simulate", "sphere-courtyard", "--out", "courtyard", "--points", FEW],
+            ["run", "courtyard/sphere-courtyard.toml"],
+        ],
+        "courtyard/out/report.html",
     ),
     "antennas": (
         [
@@ -76,13 +126,32 @@ TUTORIALS: dict[str, tuple[list[list[str]], str]] = {
         ],
         "wall/moved.html",
     ),
+    "moved": (
+        [
+            ["compare", "wall/out/epoch2/clouds/S2.laz", "wall/out/epoch1/clouds/S2.laz",
+             "--method", "m3c2", "--moved", "--html", "wall/compared.html"],
+        ],
+        "wall/compared.html",
+    ),
 }  # fmt: skip
 
 
-def made(folder: Path) -> dict[str, Path]:
-    """The pages of all tutorials, run in a folder."""
+def written_out(folder: Path) -> None:
+    """The files that the page on planning shows."""
+    text = (ROOT / "docs/planning.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"```(?:toml|csv)\n(.*?)```", text, re.DOTALL)
+    folder.mkdir(exist_ok=True)
+    for name, block in zip(("hall.toml", "targets.csv", "stations.csv"), blocks, strict=False):
+        (folder / name).write_text(block, encoding="utf-8")
+
+
+def made(folder: Path, names: list[str]) -> dict[str, Path]:
+    """The pages of the tutorials that are named, of all if none is, run in a folder."""
     pages = {}
-    for name, (commands, page) in TUTORIALS.items():
+    folder.mkdir(exist_ok=True)
+    written_out(folder / "plan")
+    for name in names or TUTORIALS:
+        commands, page = TUTORIALS[name]
         for words in commands:
             print("tribrach", *words, flush=True)
             call = [sys.executable, "-m", "tribrach", *words]
@@ -103,6 +172,9 @@ def screens(browser: Any, name: str, page_file: Path, out: Path) -> None:
         wide = page.evaluate("document.documentElement.scrollWidth")
         if wide > width:
             print(f"{name}: {wide} pixels wide on a screen of {width}")
+        box = page.locator("#summary .verdict").bounding_box()
+        if box is None or box["y"] + box["height"] > height:
+            print(f"{name}: no verdict on the first screen of {width} by {height}")
         page.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
         page.evaluate("document.querySelectorAll('.up').forEach((one) => one.remove())")
         high = page.evaluate("document.documentElement.scrollHeight")
@@ -122,7 +194,7 @@ def printed(browser: Any, name: str, page_file: Path, out: Path) -> None:
     page.close()
     if shutil.which("pdftoppm") is None:
         return
-    call = ["pdftoppm", "-r", "45", "-png", str(out / f"{name}.pdf"), str(out / f"{name}-page")]
+    call = ["pdftoppm", "-r", "70", "-png", str(out / f"{name}.pdf"), str(out / f"{name}-page")]
     subprocess.run(call, check=True)
     files = sorted(out.glob(f"{name}-page-*.png"))
     pages = [Image.open(file).convert("RGB") for file in files]
@@ -151,15 +223,16 @@ def main() -> None:
         sys.exit(__doc__)
     out = Path(sys.argv[1])
     out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        named = [word.split("=", 1) for word in sys.argv[2:]]
-        pages = {name: Path(file) for name, file in named} or made(Path(folder))
-        with sync_playwright() as playwright:
-            browser = playwright.chromium.launch(executable_path=executable(), args=FLAGS)
-            for name, file in pages.items():
-                screens(browser, name, file, out)
-                printed(browser, name, file, out)
-            browser.close()
+    words = sys.argv[2:]
+    pages = {name: Path(file) for name, file in (w.split("=", 1) for w in words if "=" in w)}
+    if len(pages) < max(1, len(words)):
+        pages |= made(out / "runs", [word for word in words if "=" not in word])
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=executable(), args=["--no-sandbox"])
+        for name, file in pages.items():
+            screens(browser, name, file, out)
+            printed(browser, name, file, out)
+        browser.close()
 
 
 if __name__ == "__main__":

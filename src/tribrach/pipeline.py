@@ -51,6 +51,7 @@ from tribrach.network.roles import datum_sentence
 from tribrach.network.survey import Survey
 from tribrach.progress import watched
 from tribrach.project import Project
+from tribrach.project.sections import OutputSection
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
 from tribrach.report.found_targets import FOLDER, LIST, write_found
@@ -81,6 +82,8 @@ __all__ = [
 
 #: coordinates of a run with their joint covariance, where they are wanted
 _EPOCH = "epoch.json"
+#: folder of results where the project names none
+_RESULTS = OutputSection().folder
 
 #: what every run leaves, by name
 _REPORTS: dict[str, Callable[[Report], Content]] = {
@@ -177,7 +180,8 @@ def epoch_from_files(
     datum
         Of networks: ``free``, so that control can be tested, or ``control`` as given.
     label
-        What the epoch is called; the name of its first file if not given.
+        What the epoch is called; the name of its first file if not given, or of the folder where
+        a run has left it.
 
     Raises
     ------
@@ -187,7 +191,7 @@ def epoch_from_files(
         The network cannot be adjusted.
     """
     paths = [Path(file) for file in files]
-    label = label or paths[0].stem
+    label = label or _label(paths[0])
     stored = read_epoch(paths)
     if stored is not None:
         return EpochInput(
@@ -261,15 +265,23 @@ def compare_epoch_files(
 
 
 def _labels(files: Sequence[Path]) -> list[str]:
-    """Names of files without their suffix; with their folder where that is not enough."""
+    """Names of epochs by their files; with more of the path where that is not enough."""
     for name in (
-        [f.stem for f in files],
+        [_label(f) for f in files],
         [f.name for f in files],
         [f"{f.resolve().parent.name}/{f.name}" for f in files],
     ):
         if len(set(name)) == len(name):
             return name
     return [f"{k + 1}: {f.name}" for k, f in enumerate(files)]
+
+
+def _label(file: Path) -> str:
+    """The name of a file without its suffix; of what a run has left, that of the folder."""
+    if file.name != _EPOCH:
+        return file.stem
+    folder = file.resolve().parent
+    return (folder.parent if folder.name == _RESULTS else folder).name or file.stem
 
 
 def epoch_text(adjustment: Adjustment, label: str) -> str:

@@ -106,7 +106,7 @@ def test_figures_page_json_and_file(tmp_path: Path, cartesian: bool) -> None:
     names = [tmp_path / name for name in ("c.json", "c.html", "scanner.toml")]
     code, text = call(path, "--json", names[0], "--html", names[1], "--out", names[2])
     assert code == 0, text
-    assert "5 of 5 are significantly different from zero" in text
+    assert "All 5 parameters are significantly different from zero" in text
     data = json.loads(names[0].read_text())
     # the text gives chi-square itself, the data that over its degrees of freedom
     together = data["tests"]["together"]

@@ -306,7 +306,7 @@ def test_long_tables_say_where_they_end_and_the_standard_is_explained_once(tmp_p
     table = tmp_path / "t.csv"
     table.write_text(polar_table(readings(rng, targets=targets, stations=places)))
     words = " ".join(RUN.invoke(app, ["check", str(table), *SIGMAS]).output.split())
-    assert words.count("The first 40 of 45 are shown; all are in the JSON.") == 3
+    assert words.count("40 of 45 rows are shown") == 3
     assert words.count("Distance statistics with the formulas of ISO 17123-9") == 1
     assert words.count("The same from") == 2
     assert "all stations share it" in words

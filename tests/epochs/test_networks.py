@@ -189,6 +189,27 @@ def test_a_project_against_an_earlier_epoch(tmp_path: Path) -> None:
     assert set(again.epoch.names) == set(HEIGHTS)
 
 
+def test_an_epoch_that_a_run_left_is_named_after_its_folder(tmp_path: Path) -> None:
+    """All of them are called epoch.json; a name that somebody chose stays."""
+    a = written(tmp_path, "a.csv", {}, 1)
+    chosen = tmp_path / "zero.json"
+    result = CliRunner().invoke(app, ["adjust", str(a), "--datum", "free", "--epoch", str(chosen)])
+    assert result.exit_code == 0, result.output
+    files = [tmp_path / name for name in ("2024/out/epoch.json", "out/spring/epoch.json")]
+    for file in files:
+        file.parent.mkdir(parents=True)
+        file.write_text(chosen.read_text())
+    for file, label in zip([*files, chosen], ["2024", "spring", "zero"], strict=True):
+        assert epoch_from_files([file]).epoch.label == label
+    (compared,) = compare_epoch_files([[file] for file in files], EpochSettings())
+    assert compared.comparison.difference.labels == ("2024", "spring")
+    # two of one name are told apart by their paths
+    (tmp_path / "2024/epoch.json").write_text(chosen.read_text())
+    both = [[files[0]], [tmp_path / "2024/epoch.json"]]
+    (compared,) = compare_epoch_files(both, EpochSettings())
+    assert compared.comparison.difference.labels == ("out/epoch.json", "2024/epoch.json")
+
+
 def test_a_project_names_an_epoch_that_is_not_there(tmp_path: Path) -> None:
     written(tmp_path, "b.csv", {}, 2)
     project = tmp_path / "now.toml"

@@ -16,6 +16,8 @@ from tribrach.cli import app
 from tribrach.report import text
 from tribrach.report.characters import visible
 from tribrach.report.environment import render_page
+from tribrach.report.findings import Finding
+from tribrach.report.page import FrontPage
 
 SOURCE = Path(tribrach.__file__).parent
 TEMPLATES = sorted((SOURCE / "report" / "templates").glob("*.j2"))
@@ -130,8 +132,9 @@ def test_nothing_goes_round_the_escaping() -> None:
 
 def test_templates_are_no_templates_of_names() -> None:
     page = render_page(
-        "page.html.j2", kind="k", title="{{7*7}}", sentences=["{% include 'x' %}"], pictures=[],
-        first=[], tables=[], footer="",
+        "page.html.j2", kind="k", title="{{7*7}}", running="", map=None, pictures=[], first=[],
+        front=FrontPage("none", "{{7*7}}", ""), findings=[Finding("{% include 'x' %}")], tables=[],
+        footer="",
     )  # fmt: skip
     assert "49" not in page
     assert "{{7*7}}" in page

@@ -159,7 +159,10 @@ def test_a_warning_is_in_the_unit_of_the_report() -> None:
     content = scanner_content()
     said = replace(content, warnings=("The targets lie within 56° and turn by 2.9 arcsec.",))
     (shown,) = page(said).xpath("//section[@id='warnings']//li")
-    assert shown.text_content() == "The targets lie within 62 gon and turn by 0.90 mgon."
+    # a number and its unit stay on one line of a page
+    with_units = shown.text_content().replace("\N{NO-BREAK SPACE}", " ")
+    assert with_units == "The targets lie within 62 gon and turn by 0.90 mgon."
+    assert shown.text_content().count("\N{NO-BREAK SPACE}") == 2
     assert "within 62 gon and turn by 0.90 mgon" in text.render(said)
     settings = replace(content.settings, angle="deg")
     assert "within 56° and turn by 2.9 arcsec" in text.render(replace(said, settings=settings))

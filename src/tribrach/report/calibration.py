@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,8 +17,8 @@ from tribrach.instruments.calibration import meaning_of, unit_of
 from tribrach.network.quality import global_test
 from tribrach.report.charts import SIGNED, Chart, beside, colour_bar, legend
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import count_cell, matrix, number, numbers
-from tribrach.report.page import page
+from tribrach.report.numbers import count_cell, counted, matrix, number, numbers
+from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.calibration import SCHEMA, CalibrationDocument
 from tribrach.report.tables import (
@@ -108,11 +108,7 @@ def _significance(calibration: SelfCalibration) -> list[str]:
     weak = [p.name for p in calibration.parameters if not p.significant]
     count = len(calibration.parameters)
     if calibration.datums:
-        words = "no parameter is" if len(weak) == count else f"{count - len(weak)} of {count} are"
-        out.append(
-            f"{_upper(words)} significantly different from zero"
-            + (f"; {', '.join(weak)} {'is' if len(weak) == 1 else 'are'} not." if weak else ".")
-        )
+        out.append(_different(weak, count))
         out.append(f"Test of all parameters together against zero: {_block(calibration.together)}.")
     if calibration.gain is not None:
         verb = "fit better" if calibration.gain.p < _LEVEL else "fit not significantly better"
@@ -123,6 +119,21 @@ def _significance(calibration: SelfCalibration) -> list[str]:
     if calibration.datums and calibration.suggested and len(calibration.suggested) < count:
         out.append(f"Proposed set: {', '.join(calibration.suggested)}.")
     return out
+
+
+def _different(weak: Sequence[str], count: int) -> str:
+    """Which parameters are different from zero, each by itself."""
+    differ = "significantly different from zero"
+    if not weak:
+        every = "The parameter is" if count == 1 else f"All {count} parameters are"
+        return f"{every} {differ}."
+    if len(weak) == count:
+        return f"No parameter is {differ}."
+    verb = "is" if count - len(weak) == 1 else "are"
+    return (
+        f"{count - len(weak)} of {count} parameters {verb} {differ}; {', '.join(weak)} "
+        f"{'is' if len(weak) == 1 else 'are'} not."
+    )
 
 
 def _block(test: BlockTest) -> str:
@@ -150,7 +161,8 @@ def _model(calibration: SelfCalibration) -> list[str]:
             "may be wrong."
         )
     if calibration.differ is not None:
-        verdict = "differ" if calibration.differ.p < 1e-3 else "do not differ significantly"
+        differ = _stations_differ(calibration)
+        verdict = "differ" if differ else "do not differ significantly"
         out.append(
             f"The parameters {verdict} from station to station: {_block(calibration.differ)}."
         )
@@ -210,6 +222,8 @@ def _range(values: Array) -> str:
 _SAME = 5e-5
 #: error probability of the test of residuals with and without the parameters
 _LEVEL = 0.05
+#: error probability of the test of stations against each other
+_DIFFER = 1e-3
 #: correlations from here on are written into their cells
 _WRITTEN = 0.7
 #: residuals drawn per panel; more are thinned out evenly
@@ -223,7 +237,12 @@ def calibration_charts(calibration: SelfCalibration) -> list[Picture]:
     axes = [f"{station} {name}" for station in c.stations for name in _COMPONENTS]
     pictures = [
         _heat(
-            "within", "Correlations of the parameters with each other", c.within, c.names, c.names
+            "within",
+            "Correlations of the parameters with each other",
+            c.within,
+            c.names,
+            c.names,
+            "",
         ),
         _heat(
             "orientations",
@@ -321,6 +340,7 @@ def calibration_page(title: str, calibration: SelfCalibration, further: Sequence
     return page(
         "Self-calibration",
         title,
+        _front(calibration),
         [*further, *calibration_sentences(calibration)],
         calibration_charts(calibration),
         [
@@ -335,6 +355,37 @@ def calibration_page(title: str, calibration: SelfCalibration, further: Sequence
         footer,
         first=[_parameters(calibration)],
     )
+
+
+def _front(calibration: SelfCalibration) -> FrontPage:
+    """Whether the parameters can be used, and what one signs."""
+    test = global_test(calibration.adjustment)
+    count = len(calibration.parameters)
+    missing = sum(o.missing for o in calibration.omitted)
+    todo = [
+        f"{counted(missing, 'parameter')} that {'was' if missing == 1 else 'were'} not estimated "
+        f"{'is' if missing == 1 else 'are'} called for"
+        if missing
+        else "",
+        "the parameters differ from station to station" if _stations_differ(calibration) else "",
+    ]
+    asked = "".join(f"; {words}" for words in todo if words)
+    sort: Literal["good", "look", "bad", "none"] = "none" if asked else "good"
+    begin = f"{counted(count, 'parameter')} determined, global test passed"
+    if test.passed is None:
+        sort, begin = "none", f"{counted(count, 'parameter')} determined, not checked"
+    elif not test.passed:
+        sort, begin = "bad", "Global test failed"
+    signed = (
+        f"{counted(count, 'calibration parameter')} with {'its' if count == 1 else 'their'} "
+        "sigmas, in the datum stated below."
+    )
+    return FrontPage(sort, begin + asked, f"{_upper(test.sentence())}.", signed=signed)
+
+
+def _stations_differ(calibration: SelfCalibration) -> bool:
+    """True if a test says that the stations have not the same parameters."""
+    return calibration.differ is not None and calibration.differ.p < _DIFFER
 
 
 def _small(value: float, unit: str, mark: str = "") -> Cell:

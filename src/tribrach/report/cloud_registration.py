@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.report.charts import TESTED, Chart, beside, colour_bar, shade
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import arcsec_cell, count_cell, mm_cell
-from tribrach.report.page import page
+from tribrach.report.numbers import arcsec_cell, count_cell, counted, mm_cell
+from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -54,10 +54,11 @@ def cloud_registration_page(files: RegisteredFiles) -> str:
     joined = [group for group in registration.groups if group.adjustment is not None]
     pictures = [_plan(group, registration, files.walls, k) for k, group in enumerate(joined)]
     pairs, *rest = cloud_registration_tables(registration)
-    sentences = [_head(registration), *(_sentence(text) for text in files.sentences)]
+    sentences = [_sentence(text) for text in files.sentences]
     return page(
         "Registration of clouds",
         f"{len(files.scans)} scans registered by their clouds",
+        _front(registration),
         sentences,
         pictures,
         [*rest, _verdicts(registration), pairs, _refused(registration), _files(files)],
@@ -75,6 +76,35 @@ def _head(registration: CloudRegistration) -> str:
     words += f"({scans * (scans - 1) // 2} pairs are possible); "
     words += f"{sum(loop.closes for loop in loops)} of {len(loops)} loops close; "
     return words + f"{len(registration.groups[0].stations)} of {scans} scans hang together."
+
+
+def _front(registration: CloudRegistration) -> FrontPage:
+    """Whether all scans hang together and the loops close."""
+    first, *_ = registration.groups[0].stations
+    largest = len(registration.groups[0].stations)
+    scans = sum(len(group.stations) for group in registration.groups)
+    loops = registration.consistency.loops
+    closed = sum(loop.closes for loop in loops)
+    outlying = sum(edge.outlying for group in registration.groups for edge in group.edges)
+    every = "Both scans" if scans == 2 else f"All {scans} scans"
+    words = [f"{every if largest == scans else f'{largest} of {scans} scans'} hang together"]
+    if loops:
+        verb = "closes" if closed == 1 else "close"
+        words.append(f"{closed} of {counted(len(loops), 'loop')} {verb}")
+    elif largest > 1:
+        words.append("nothing controls it: there is no loop")
+    if outlying:
+        verb = "contradicts" if outlying == 1 else "contradict"
+        words.append(f"{counted(outlying, 'pair')} {verb} the network")
+    whole = largest == scans and loops and closed == len(loops) and not outlying
+    sort: Literal["good", "bad", "none"] = "good" if whole else "none" if largest > 1 else "bad"
+    signed = f"Poses of {largest} scans with their covariances, in the frame of {first}."
+    return FrontPage(
+        sort,
+        ", ".join(words),
+        _head(registration),
+        signed=signed if largest > 1 else "",
+    )
 
 
 def _sentence(text: str) -> str:

@@ -14,9 +14,9 @@ from tribrach.comparison.results import SiteResult
 from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
-from tribrach.report.motions import motions_sentences, motions_tables
+from tribrach.report.motions import motions_front, motions_sentences, motions_tables
 from tribrach.report.numbers import Style, count_cell, fixed_cell, percent_cell
-from tribrach.report.page import page
+from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -157,12 +157,35 @@ def comparison_page(
     return page(
         "Comparison of clouds",
         f"{a} against {b}",
+        _front(sites, offsets) if motions is None else motions_front(motions),
         sentences or ["Every site has enough points, and its figures are above sampling."],
         figures,
         tables,
         f"A: {a}; B, the reference: {b}; limit {1e3 * limit:g} mm. Nearest-neighbour distances "
         "are no accuracy: read them beside their floor.",
     )
+
+
+def _front(sites: Sequence[SiteResult], offsets: OffsetTest | None) -> FrontPage:
+    """Whether the clouds differ by what was predicted."""
+    known = [s.prediction for s in sites if s.prediction is not None]
+    enough = [p for p in known if p.enough]
+    if not known:
+        sentence = "The stations are not known with their covariance: nothing was predicted."
+        return FrontPage("none", "Measured, not judged", sentence)
+    good = all(p.noise_agrees for p in enough)
+    if offsets is not None and offsets.statistic > offsets.limit:
+        sort, verdict = "bad", "Farther apart than predicted"
+    elif not good:
+        sort, verdict = "bad", "Scatter not as predicted"
+    elif offsets is not None and not offsets.agrees:
+        sort, verdict = "none", "Nearer than predicted"
+    elif enough:
+        sort, verdict = "good", "As predicted"
+    else:
+        sort, verdict = "none", "Too few points to judge the scatter"
+    sentence = f"{offsets.sentence()}." if offsets is not None else ""
+    return FrontPage(sort, verdict, sentence)
 
 
 def comparison_pictures(sites: Sequence[SiteResult], limit: float) -> list[Picture]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from tribrach.report.charts import (
     shade,
 )
 from tribrach.report.figures import Picture
-from tribrach.report.page import page
+from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -59,12 +59,30 @@ def completeness_page(title: str, completeness: Completeness) -> str:
     return page(
         "Completeness",
         title,
+        _front(completeness),
         completeness.sentences(),
         pictures,
         [_classes(completeness), _stations(completeness), *_gap_tables(completeness)],
         f"Cells of {completeness.size:g} m; a station sees a cell if it has points in it or in one "
         "that shares a face with it.",
     )
+
+
+def _front(completeness: Completeness) -> FrontPage:
+    """How much was seen, or is as exact as required."""
+    n = max(1, len(completeness.seen))
+    missed = completeness.classes["no station"] / n
+    single = completeness.classes["one station"] / n
+    verdict = f"{1 - missed:.1%} of the model seen" if completeness.modelled else ""
+    sentence = f"{single:.1%} by one station only."
+    sort: Literal["good", "none"] = "none"
+    if completeness.required is not None:
+        sigmas = completeness.sigmas
+        share = sigmas["reached"] / max(1, sum(sigmas.values()))
+        reached = f"the required sigma is reached on {share:.1%} of what is seen"
+        verdict = f"{verdict}; {reached}" if verdict else f"{reached[:1].upper()}{reached[1:]}"
+        sort = "good" if share == 1 and not missed else "none"
+    return FrontPage(sort, verdict or f"{1 - single:.1%} seen by two stations or more", sentence)
 
 
 def _sorts(completeness: Completeness) -> list[tuple[str, Sequence[Gap]]]:

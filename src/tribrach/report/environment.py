@@ -6,6 +6,7 @@ What is put into them is escaped and every character of it is seen; what is miss
 from __future__ import annotations
 
 import datetime
+import re
 from functools import cache
 from importlib.metadata import version
 from typing import Any
@@ -19,6 +20,8 @@ __all__ = ["PRINTED", "render_page"]
 
 #: rows of a table on paper; the rest is looked up where it can be searched
 PRINTED = 30
+#: the space between a number and its unit
+_UNITS = re.compile(r"(?<=\d) (?=(?:%|mm|m|km|ppm|m?gon)(?![\w/]))")
 
 
 @cache
@@ -35,9 +38,12 @@ def _environment() -> Environment:
 
 
 def _seen(value: Any) -> Any:
-    """What is put in, without characters that do something; what is escaped already stays so."""
+    """What is put in, without characters that do something; what is escaped already stays so.
+
+    A number and its unit stay on one line.
+    """
     if isinstance(value, str) and not hasattr(value, "__html__"):
-        return visible(value)
+        return _UNITS.sub("\N{NO-BREAK SPACE}", visible(value))
     return value
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from tribrach.epochs.comparison import Comparison, Displacement
 from tribrach.epochs.congruence import CongruenceTest
+from tribrach.epochs.systematics import Answer
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
 from tribrach.network.quality import GlobalTest
@@ -20,8 +21,9 @@ from tribrach.report.displacement_map import displacement_drawing
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
-from tribrach.report.numbers import fixed_cell, mm_cell, number
-from tribrach.report.page import page
+from tribrach.report.names import some_of
+from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
+from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 from tribrach.units import format_angle
@@ -34,12 +36,15 @@ __all__ = [
     "epochs_pictures",
     "epochs_svg",
     "epochs_tables",
+    "moved_sentence",
 ]
 
 Angle = Literal["gon", "deg"]
 
 #: points with a sentence of their own, of each verdict
 _NAMED = 12
+#: points that moved that a line of a front page names
+_IN_LINE = 4
 _MARKS = {"moved": "bad", "not moved": "", "cannot tell": ""}
 
 
@@ -403,18 +408,71 @@ def epochs_svg(compared: ComparedEpochs) -> str | None:
 
 def epochs_page(compared: Sequence[ComparedEpochs], angle: Angle = "gon") -> str:
     """All comparisons on one page."""
-    sentences, pictures, tables = [], [], []
+    findings, pictures, tables = [], [], []
     for k, one in enumerate(compared):
         labels = one.comparison.difference.labels
         head = f"{labels[0]} to {labels[1]}: " if len(compared) > 1 else ""
-        sentences += [f"{head}{s}" for s in words(epochs_findings(one, angle))]
+        findings += [
+            replace(f, words=f"{head}{f.words}") if head else f for f in epochs_findings(one, angle)
+        ]
         pictures += [
             replace(p, name=f"{p.name}-{k}", title=f"{head}{p.title}") for p in epochs_pictures(one)
         ]
         tables += [replace(t, name=f"{t.name}-{k}") for t in epochs_tables(one, angle)]
     every = [one.comparison.difference.labels for one in compared]
     title = f"{every[0][0]} to {_listed([two for _, two in every])}"
-    return page("Comparison of epochs", title, sentences, pictures, tables)
+    front = _front([one.comparison for one in compared])
+    return page("Comparison of epochs", title, front, findings, pictures, tables)
+
+
+def _front(comparisons: Sequence[Comparison]) -> FrontPage:
+    """What moved in any of the comparisons, and what one signs."""
+    moved = list(dict.fromkeys(name for c in comparisons for name in c.moved))
+    open_ = [c for c in comparisons if c.search is not None and not c.search.resolved]
+    failed = [
+        label
+        for c in comparisons
+        for label, test in zip(c.difference.labels, c.own, strict=True)
+        if test.passed is False
+    ]
+    sort: Literal["good", "look", "bad", "none"] = "none"
+    untold = any(d.answer == "cannot tell" for c in comparisons for d in c.displacements)
+    if len(open_) == len(comparisons):
+        sort, verdict = "bad", "What moved cannot be told"
+    elif moved:
+        verdict = f"{some_of(moved, _IN_LINE)} moved"
+    elif untold:
+        verdict = "No displacement is sure"
+    else:
+        sort, verdict = "good", "No displacement found"
+    if failed:
+        sort = "bad"
+        verdict += f"; {_listed(list(dict.fromkeys(failed)))} by itself fails its global test"
+    stable = comparisons[0].stable
+    signed = (
+        f"Displacements with their tests and with what would have been seen, in the datum of "
+        f"{_listed(stable)}."
+        if len(comparisons) == 1
+        else "Displacements with their tests and with what would have been seen, each in its datum."
+    )
+    return FrontPage(sort, verdict, " ".join(moved_sentence(c) for c in comparisons), signed=signed)
+
+
+def moved_sentence(comparison: Comparison) -> str:
+    """What the tests say of the points since an earlier epoch."""
+    names: dict[Answer, list[str]] = {"moved": [], "not moved": [], "cannot tell": []}
+    for one in comparison.displacements:
+        names[one.answer].append(one.name)
+    parts = []
+    if names["moved"]:
+        parts.append(f"{some_of(names['moved'], _IN_LINE)} moved")
+    if names["not moved"]:
+        still = counted(len(names["not moved"]), "point")
+        verb = "shows" if len(names["not moved"]) == 1 else "show"
+        parts.append(f"{still} {verb} no displacement")
+    if names["cannot tell"]:
+        parts.append(f"of {counted(len(names['cannot tell']), 'point')} it cannot be told")
+    return f"Since {comparison.difference.labels[0]}: {', '.join(parts)}."
 
 
 def epochs_part(compared: ComparedEpochs, angle: Angle = "gon") -> EpochComparisonPart:

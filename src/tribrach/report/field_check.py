@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,11 +14,13 @@ from tribrach.calibration.known_lengths import LengthCheck
 from tribrach.calibration.misalignment_search import Cause, Explanation
 from tribrach.calibration.target_distances import DistanceCheck
 from tribrach.calibration.two_face import SIGNATURES, ComponentTest, TwoFaceTest
+from tribrach.instruments.calibration import meaning_of
 from tribrach.report.characters import anchor
 from tribrach.report.charts import Chart, beside
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import number
-from tribrach.report.page import page
+from tribrach.report.findings import Finding, words
+from tribrach.report.numbers import counted, number
+from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.check import SCHEMA, CheckDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
@@ -37,17 +39,29 @@ _SHARE_FOUND = 0.842
 
 def check_sentences(check: FieldCheck) -> list[str]:
     """The verdict first, then what each test says, with its limits."""
-    failures = check.failures
-    verdict = (
-        "The scanner passes: every test is within its limit."
-        if not failures
-        else f"The scanner does not pass: {'; '.join(failures)}."
+    begin = [f"{_verdict(check)}: {_because(check)}.", _error_probability(check)]
+    return [*begin, *words(_tested(check))]
+
+
+def _verdict(check: FieldCheck) -> str:
+    return "The scanner does not pass" if check.failures else "The scanner passes"
+
+
+def _because(check: FieldCheck) -> str:
+    """Why, in words that go on after a colon."""
+    return "; ".join(check.failures) or "every test is within its limit"
+
+
+def _error_probability(check: FieldCheck) -> str:
+    return (
+        "A scanner that is as precise as stated and has no misalignments fails with at most "
+        f"{check.alpha:.1%}; each test has {check.alpha_each:.2%}."
     )
-    out = [
-        verdict,
-        f"A scanner that is as precise as stated and has no misalignments fails with at most "
-        f"{check.alpha:.1%}; each test has {check.alpha_each:.2%}.",
-    ]
+
+
+def _tested(check: FieldCheck) -> list[Finding]:
+    """What each test says, with its limits; what is beyond them warns."""
+    out: list[Finding] = []
     if check.two_face is not None:
         out += _two_face_words(check.two_face)
     for one in check.distances:
@@ -59,7 +73,7 @@ def check_sentences(check: FieldCheck) -> list[str]:
     if check.repeated is not None:
         out += _series_words(check.repeated)
     out += _changes(check)
-    return [*out, *(f"{note[:1].upper()}{note[1:]}." for note in check.notes)]
+    return [*out, *(Finding(f"{note[:1].upper()}{note[1:]}.") for note in check.notes)]
 
 
 def _amount(name: str, value: float) -> str:
@@ -79,22 +93,22 @@ def _component_words(test: ComponentTest) -> str:
     )
 
 
-def _two_face_words(test: TwoFaceTest) -> list[str]:
-    out = [_component_words(component) for component in test.components]
+def _two_face_words(test: TwoFaceTest) -> list[Finding]:
+    out = [Finding(_component_words(one), not one.passed) for one in test.components]
     return out + _explained(test.explanation, "the faces")
 
 
-def _explained(explanation: Explanation, what: str) -> list[str]:
+def _explained(explanation: Explanation, what: str) -> list[Finding]:
     if not explanation.causes:
-        return [
-            f"No single misalignment is significant in {what} (|t| > {explanation.t_limit:.2f})."
-        ]
-    out = [_cause_words(cause, what) for cause in explanation.causes]
+        limit = f"|t| > {explanation.t_limit:.2f}"
+        return [Finding(f"No single misalignment is significant in {what} ({limit}).")]
+    out = [Finding(_cause_words(cause, what), True) for cause in explanation.causes]
     if not explanation.fits:
-        out.append(
+        text = (
             f"What these leave of {what} is still more than noise ({explanation.after:.1f} against "
             f"{explanation.limit:.1f}): another error, or a misread target."
         )
+        out.append(Finding(text, True))
     return out
 
 
@@ -109,19 +123,19 @@ def _cause_words(cause: Cause, what: str) -> str:
     )
 
 
-def _distance_words(test: DistanceCheck) -> list[str]:
+def _distance_words(test: DistanceCheck) -> list[Finding]:
     a, b = test.stations
     worst = int(np.argmax(np.abs(test.difference) / test.limit))
     verdict = "within" if test.passed else "beyond"
-    out = [
+    compared = (
         f"Distances from {a} and {b}{_of_series(test.scans)}: the weighted sum of squares of the "
         f"{len(test.pairs)} differences, {test.statistic:.1f}, is {verdict} the limit "
         f"{test.critical:.1f} (chi-square, {test.dof} degrees of freedom); the largest beside its "
         f"limit is {test.pairs[worst][0]} to {test.pairs[worst][1]}, "
         f"{test.difference[worst] * 1e3:.2f} mm against ± {test.limit[worst] * 1e3:.2f} mm."
-    ]
+    )
     least = _FOUND * test.sigma_zero
-    out.append(
+    zero = (
         f"Range zero from these distances: {test.zero * 1e3:.2f} ± {test.sigma_zero * 1e3:.2f} mm "
         f"(t = {test.zero / test.sigma_zero:.1f}, {_zero_words(test)}); "
         f"one of {least * 1e3:.1f} mm would be found with 80 %."
@@ -129,9 +143,11 @@ def _distance_words(test: DistanceCheck) -> list[str]:
         else "These stations do not show a range zero: set up one between the targets and one "
         "outside on their line."
     )
+    out = [Finding(compared, not test.passed), Finding(zero)]
     targets = len({name for pair in test.pairs for name in pair})
     if targets < test.in_common:
-        out.append(f"{targets} of {test.in_common} common targets were compared, evenly chosen.")
+        chosen = f"{targets} of {test.in_common} common targets were compared, evenly chosen."
+        out.append(Finding(chosen))
     if not test.passed:
         out += _explained(test.explanation, "the distances")
     return out
@@ -151,7 +167,7 @@ def _of_series(scans: tuple[int, int]) -> str:
     return f" (means of {count} series)"
 
 
-def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[str]:
+def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[Finding]:
     a, b = test.stations
     formulas = "Distance statistics with the formulas of ISO 17123-9"
     name = (
@@ -162,113 +178,126 @@ def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[str]:
     largest = int(np.argmax(np.abs(test.difference)))
     if again:
         # what the numbers mean and how they depart from the standard is said with the first pair
-        out = [
+        text = (
             f"The same from {a} and {b}, {test.targets} targets: {test.beyond} of "
             f"{len(test.difference)} differences beyond ± {test.difference_limit * 1e3:.2f} mm "
-            f"(u_T = {test.u_stated * 1e3:.2f} mm), {test.expected_beyond:.2f} on average; the "
+            f"(u_T = {test.u_stated * 1e3:.2f} mm), {test.expected_beyond:.3g} on average; the "
             f"largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
             f"{test.difference[largest] * 1e3:.2f} mm."
-        ]
+        )
+        out = [Finding(text)]
         return out if test.repeated is None else out + _uncertainty_words(test.repeated, test)
-    out = [
+    text = (
         f"{name}: {test.beyond} of {len(test.difference)} differences Δ of {a} less {b} are beyond "
         f"± {test.difference_limit * 1e3:.2f} mm, the limit of {1 - test.alpha_standard:.0%} for "
         f"each by itself with u_T = {test.u_stated * 1e3:.2f} mm (root mean square of the stated "
-        f"precision); of a scanner as precise as stated {test.expected_beyond:.2f} are on average. "
+        f"precision); of a scanner as precise as stated {test.expected_beyond:.3g} are on average. "
         f"The largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
         f"{test.difference[largest] * 1e3:.2f} mm."
-    ]
+    )
+    out = [Finding(text)]
     if test.repeated is not None:
         out += _uncertainty_words(test.repeated, test)
     return out
 
 
-def _uncertainty_words(shown: DistanceUncertainty, test: DistanceStatistics) -> list[str]:
+def _uncertainty_words(shown: DistanceUncertainty, test: DistanceStatistics) -> list[Finding]:
     a, b = test.stations
     verdict = "within" if shown.passed else "beyond"
     agree = "agree" if shown.ratio.passed else "do not agree"
     scans = sum(test.scans)
-    return [
+    repeated = (
         f"u_ISO-TLS = {shown.u * 1e3:.2f} mm: root mean square of the residuals of "
         f"{scans * len(test.difference)} distances of {scans} scans against their means, over √2 "
         f"(ν = {shown.dof}); stated are {test.u_stated * 1e3:.2f} mm. It is {verdict} the limit "
         f"{shown.limit * 1e3:.2f} mm of correlated distances. The limit of the standard, which "
         f"takes distances for independent, is {shown.standard_limit * 1e3:.2f} mm (chi-square): "
         f"{'kept' if shown.u <= shown.standard_limit else 'not kept'}; a scanner as precise as "
-        f"stated exceeds it with {shown.standard_rate:.1%}.",
+        f"stated exceeds it with {shown.standard_rate:.1%}."
+    )
+    within = (
         f"Root mean square within the series of {a} {shown.within[0] * 1e3:.2f} mm, of {b} "
         f"{shown.within[1] * 1e3:.2f} mm; beside what is stated for each they {agree} (F "
         f"{shown.ratio.ratio:.2f}, limits {shown.ratio.lower:.2f} to {shown.ratio.upper:.2f} with "
-        f"{1 - test.alpha_standard:.0%}).",
-    ]
+        f"{1 - test.alpha_standard:.0%})."
+    )
+    return [Finding(repeated, not shown.passed), Finding(within, not shown.ratio.passed)]
 
 
-def _length_words(test: LengthCheck) -> list[str]:
+def _length_words(test: LengthCheck) -> list[Finding]:
     worst = int(np.argmax(np.abs(test.difference) / test.limit))
     verdict = "within" if test.statistic <= test.critical else "beyond"
     beside = " beside a range zero" if test.with_zero else ""
     found = "is not significant" if test.scale_passed else "is significant"
     a, b = test.pairs[worst]
     least = (test.t_limit + _SHARE_FOUND) * test.sigma_scale
-    out = [
+    compared = (
         f"Known lengths: the weighted sum of squares of {len(test.difference)} measured less known "
         f"distances, {test.statistic:.1f}, is {verdict} the limit {test.critical:.1f} (chi-square, "
         f"{test.dof} degrees of freedom); the largest beside its limit is {a} to {b} from "
         f"{test.stations[worst]}, {test.difference[worst] * 1e3:.2f} mm against ± "
-        f"{test.limit[worst] * 1e3:.2f} mm.",
+        f"{test.limit[worst] * 1e3:.2f} mm."
+    )
+    scale = (
         f"Scale of the range{beside}: {test.scale * 1e6:.1f} ± {test.sigma_scale * 1e6:.1f} ppm "
         f"{found} (limit of |t| {test.t_limit:.2f}); one of {least * 1e6:.0f} "
-        "ppm would be found with 80 %.",
+        "ppm would be found with 80 %."
+    )
+    out = [
+        Finding(compared, test.statistic > test.critical),
+        Finding(scale, not test.scale_passed),
     ]
     if test.with_zero:
         t = test.zero / test.sigma_zero
-        out.append(
+        text = (
             f"Range zero beside this scale: {test.zero * 1e3:.2f} ± {test.sigma_zero * 1e3:.2f} mm "
             f"(t = {t:.1f}) {'is' if abs(t) > test.t_limit else 'is not'} significant."
         )
+        out.append(Finding(text, abs(t) > test.t_limit))
     if test.statistic > test.critical:
         both = "Scale and range zero" if test.with_zero else "A scale"
-        out.append(
-            f"{both} leave {test.after:.1f} of the sum of squares, "
-            + (
-                f"within {test.after_limit:.1f}: they explain it."
-                if test.after <= test.after_limit
-                else f"beyond {test.after_limit:.1f}: another error, of the scanner or of the "
-                "known lengths."
-            )
+        text = f"{both} leave {test.after:.1f} of the sum of squares, " + (
+            f"within {test.after_limit:.1f}: they explain it."
+            if test.after <= test.after_limit
+            else f"beyond {test.after_limit:.1f}: another error, of the scanner or of the "
+            "known lengths."
         )
+        out.append(Finding(text))
     return out
 
 
-def _series_words(test: SeriesCheck) -> list[str]:
+def _series_words(test: SeriesCheck) -> list[Finding]:
     verdict = "within" if test.passed else "beyond"
-    out = [
+    text = (
         f"Series: experimental standard deviation of a coordinate {test.s * 1e3:.2f} mm, root of "
         f"the sum of squares of all residuals over their redundancy {test.dof}, from {test.scans} "
         f"scans of {test.targets} targets; stated are {test.sigma * 1e3:.2f} mm (root mean "
         f"square). With the stated precision the weighted sum of squares, {test.statistic:.1f}, is "
-        f"{verdict} the limit {test.critical:.1f} (chi-square).",
-    ]
+        f"{verdict} the limit {test.critical:.1f} (chi-square)."
+    )
+    out = [Finding(text, not test.passed)]
     if test.stations is not None:
         f = test.stations
-        out.append(
+        text = (
             f"The stations differ {f.ratio:.2f} times as much as their own series do (ratio of the "
             "variances), "
             + ("within" if f.passed else "beyond")
             + f" the limit {f.upper:.2f} (F, {f.dof[0]:.0f} and {f.dof[1]:.0f})"
             + ("." if f.passed else ": errors that depend on where the scanner stands.")
         )
+        out.append(Finding(text, not f.passed))
     if test.series < 3 or test.targets < 4:
-        out.append("A full check takes three series of four targets from two stations.")
+        full = "A full check takes three series of four targets from two stations."
+        out.append(Finding(full))
     return out
 
 
-def _changes(check: FieldCheck) -> list[str]:
+def _changes(check: FieldCheck) -> list[Finding]:
     """What differs from an earlier check, of coordinates and of distances."""
     before = check.earlier
     if before is None:
         return []
-    out = []
+    out: list[Finding] = []
     if check.change is not None and check.repeated is not None:
         out.append(
             _change_words(
@@ -287,13 +316,14 @@ def _changes(check: FieldCheck) -> list[str]:
     return out
 
 
-def _change_words(what: str, test: FTest, now: float, before: float, title: str) -> str:
-    words = "no significant change" if test.passed else "a significant change"
-    return (
-        f"Against {title}, {what}: {now * 1e3:.2f} mm after {before * 1e3:.2f} mm is {words} (F "
+def _change_words(what: str, test: FTest, now: float, before: float, title: str) -> Finding:
+    verdict = "no significant change" if test.passed else "a significant change"
+    text = (
+        f"Against {title}, {what}: {now * 1e3:.2f} mm after {before * 1e3:.2f} mm is {verdict} (F "
         f"{test.ratio:.2f}, limits {test.lower:.2f} to {test.upper:.2f} of {test.dof[0]:.1f} and "
         f"{test.dof[1]:.1f} degrees of freedom)."
     )
+    return Finding(text, not test.passed)
 
 
 #: what was implemented, and from where
@@ -321,11 +351,29 @@ def check_page(check: FieldCheck) -> str:
     return page(
         "Field check of a scanner",
         check.title,
-        check_sentences(check),
+        _front(check),
+        _tested(check),
         _pictures(check),
         _tables(check),
         SOURCES,
     )
+
+
+def _front(check: FieldCheck) -> FrontPage:
+    """The verdict, what it rests on, and what one signs."""
+    because = _because(check)
+    if check.failures:
+        because = f"beyond {'its limit' if len(check.failures) == 1 else 'their limits'}: {because}"
+    targets = counted(len(check.targets), "target")
+    stations = counted(len(check.stations), "station")
+    series = counted(len(check.series), "series", "series")
+    lines = (
+        ("Measured", f"{check.readings} readings of {targets} from {stations} in {series}."),
+        ("Error probability", _error_probability(check)),
+    )
+    signed = "The outcome of these tests, with the precision and the limits stated here."
+    sort: Literal["good", "bad"] = "bad" if check.failures else "good"
+    return FrontPage(sort, _verdict(check), f"{because[:1].upper()}{because[1:]}.", lines, signed)
 
 
 def _tables(check: FieldCheck) -> list[ReportTable]:
@@ -344,7 +392,7 @@ def _components(test: TwoFaceTest) -> ReportTable:
         ),
         (ColumnHead("test value"), lambda c: number_cell(c.statistic, f"{c.statistic:.1f}")),
         (ColumnHead("limit"), lambda c: number_cell(c.limit, f"{c.limit:.1f}")),
-        (ColumnHead("p"), lambda c: number_cell(c.p, f"{c.p:.2g}")),
+        (ColumnHead("p"), lambda c: number_cell(c.p, f"{c.p:.2g}" if c.p >= 1e-4 else "< 0.0001")),
         (
             ColumnHead("", numeric=False),
             lambda c: text_cell("passed" if c.passed else "failed", "good" if c.passed else "bad"),
@@ -359,6 +407,7 @@ def _found(test: TwoFaceTest) -> ReportTable:
     rows = list(zip(SIGNATURES, test.detectable, strict=True))
     columns = [
         (ColumnHead("Parameter", numeric=False), lambda r: text_cell(r[0])),
+        (ColumnHead("What it is", numeric=False), lambda r: text_cell(meaning_of(r[0]))),
         (
             ColumnHead("is found from"),
             lambda r: number_cell(
@@ -408,16 +457,11 @@ def _distances(test: DistanceCheck, of_standard: DistanceStatistics) -> ReportTa
         f"{a} less {b}, the largest beside its limit first. The limits hold together with "
         f"{1 - test.alpha:.2%} or more (Šidák); the verdict is that of the chi-square over all. "
         f"The limit of the standard is for each difference alone, with "
-        f"{1 - of_standard.alpha_standard:.0%}.{_cut(len(rows))}"
+        f"{1 - of_standard.alpha_standard:.0%}."
     )
     name = anchor(f"distances-{a}-{b}")
     title = f"Distances from {a} and {b}{_of_series(test.scans)}"
     return build_table(name, title, note, rows, columns, most=_SHOWN)
-
-
-def _cut(count: int) -> str:
-    """Says that a table ends before its rows do."""
-    return f" The first {_SHOWN} of {count} are shown; all are in the JSON." * (count > _SHOWN)
 
 
 def _lengths(test: LengthCheck) -> ReportTable:
@@ -447,7 +491,7 @@ def _lengths(test: LengthCheck) -> ReportTable:
     note = (
         "Mean over the series of a station less the known length, the largest beside its limit "
         f"first. The limits hold together with {1 - test.alpha:.2%} or more (Šidák); the verdict "
-        f"is that of the chi-square over all, and of the scale.{_cut(len(rows))}"
+        f"is that of the chi-square over all, and of the scale."
     )
     return build_table("lengths", "Known lengths", note, rows, columns, most=_SHOWN)
 

@@ -8,15 +8,15 @@ from typing import Literal
 
 import numpy as np
 
-from tribrach.epochs.comparison import Comparison
-from tribrach.epochs.systematics import Answer
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapters.adjustment import Marked, marked
 from tribrach.report.content import Control, Point, Report, StationRow
-from tribrach.report.names import spoken
+from tribrach.report.epochs import moved_sentence
+from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
+from tribrach.report.page import FrontPage
 
-__all__ = ["FrontPage", "Letterhead", "front_page", "letterhead"]
+__all__ = ["Letterhead", "front_page", "letterhead"]
 
 #: lines of ``[facts]`` that have a place of their own in the head
 _HEAD = ("job", "client", "author", "logo")
@@ -33,30 +33,6 @@ class Letterhead:
     client: str
     author: str
     logo: str
-
-
-@dataclass(frozen=True)
-class FrontPage:
-    """The first page.
-
-    Attributes
-    ----------
-    sort
-        ``good`` where the global test passes without a grave warning, ``look`` where something is
-        to be looked into, ``bad`` where the global test fails, ``none`` without redundancy.
-    verdict, sentence
-        In some words, and why.
-    lines
-        Headings with what there is to know.
-    signed
-        What a signature is given for.
-    """
-
-    sort: Literal["good", "look", "bad", "none"]
-    verdict: str
-    sentence: str
-    lines: tuple[tuple[str, str], ...]
-    signed: str
 
 
 def letterhead(facts: Mapping[str, str], logo: str) -> tuple[Letterhead, tuple[str, ...]]:
@@ -79,7 +55,7 @@ def front_page(content: Report) -> FrontPage:
         ("Marked", _marked(found)),
         ("Least certain", _worst(content)),
         ("Check points", _checks(content)),
-        *(("What moved", _moved(one.comparison)) for one in content.job.epochs),
+        *(("What moved", moved_sentence(one.comparison)) for one in content.job.epochs),
         ("Clouds", _clouds(content)),
         ("Standard deviations", content.sigma_origin),
         *((name, value) for name, value in content.facts if name not in shown),
@@ -110,15 +86,7 @@ def _todo(content: Report, found: Marked) -> str:
         things = f"; {counted(grave, 'thing')} to look into before you sign"
         return things if grave else ""
     others = f" and at {counted(grave - 1, 'other thing')}" if grave > 1 else ""
-    return f"; before you sign look at {_some(found.names, _IN_VERDICT)}{others}"
-
-
-def _some(names: tuple[str, ...], most: int) -> str:
-    """The first names and how many more there are."""
-    shown, more = list(names[:most]), len(names) - most
-    if more > 0:
-        shown.append(f"{more} more")
-    return " and ".join(filter(None, [", ".join(shown[:-1]), shown[-1]]))
+    return f"; before you sign look at {some_of(found.names, _IN_VERDICT)}{others}"
 
 
 def _marked(found: Marked) -> str:
@@ -127,7 +95,7 @@ def _marked(found: Marked) -> str:
         return ""
     chance = "" if found.act else "no more than chance makes in a network of this size; "
     return (
-        f"{_some(found.names, _IN_LINE)} ({found.counted}): {chance}what to do about each stands "
+        f"{some_of(found.names, _IN_LINE)} ({found.counted}): {chance}what to do about each stands "
         "under Worst observations."
     )
 
@@ -225,24 +193,6 @@ def _rms(checks: list[Control], k: int) -> float | None:
     return 1e3 * float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
-def _moved(comparison: Comparison) -> str:
-    """What the tests say of the points since an earlier epoch."""
-    names: dict[Answer, list[str]] = {"moved": [], "not moved": [], "cannot tell": []}
-    for one in comparison.displacements:
-        names[one.answer].append(one.name)
-    parts = []
-    if names["moved"]:
-        parts.append(f"{_some(tuple(names['moved']), _IN_LINE)} moved")
-    if names["not moved"]:
-        some = counted(len(names["not moved"]), "point")
-        parts.append(
-            f"{some} {'shows' if len(names['not moved']) == 1 else 'show'} no displacement"
-        )
-    if names["cannot tell"]:
-        parts.append(f"of {counted(len(names['cannot tell']), 'point')} it cannot be told")
-    return f"Since {comparison.difference.labels[0]}: {', '.join(parts)}."
-
-
 def _clouds(content: Report) -> str:
     """How many clouds, how exact their points."""
     placed = content.job.placed
@@ -274,6 +224,7 @@ def _signed(content: Report) -> str:
         )
         if n
     ]
-    return (
+    what = (
         f"Coordinates and sigmas of {', '.join(parts)}" if parts else "The figures of this report"
     )
+    return f"{what}, in the datum and with the standard deviations stated here."

@@ -11,6 +11,7 @@ from tribrach.report.front_page import front_page, letterhead
 from tribrach.report.histogram import histogram
 from tribrach.report.map import network_map
 from tribrach.report.notation import notation_of
+from tribrach.report.page import running
 from tribrach.report.still_picture import still_picture
 from tribrach.report.tables import ROW_LIMIT, ReportTable
 
@@ -35,9 +36,10 @@ def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
         content=content,
         front=front_page(content),
         head=head,
-        running=_running(
+        running=running(
             " · ".join(text for text in (head.job, content.title, head.client) if text),
-            f"Tribrach {content.version} · {content.date}",
+            content.version,
+            content.date,
         ),
         summary=content.summary,
         still=still_picture(content),
@@ -55,13 +57,3 @@ def _shown(chapter: Chapter, row_limit: int) -> _Shown:
     """The chapter with the first rows of its tables, those with rows."""
     tables = tuple(table.first(row_limit) for table in chapter.tables)
     return _Shown(chapter, tuple(table for table in tables if table.rows))
-
-
-def _running(left: str, right: str) -> str:
-    """The words on top of every printed page, for the style of the page."""
-    return f'--top-left: "{_css_text(left)}"; --top-right: "{_css_text(right)}"'
-
-
-def _css_text(text: str) -> str:
-    """A text between quotes in a style sheet: all but letters and digits by their numbers."""
-    return "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in text)

@@ -11,12 +11,14 @@ from tribrach._types import Array
 from tribrach.comparison.not_compared import NotCompared, Where
 from tribrach.comparison.rigid_motion import COMPONENTS, PartMotion
 from tribrach.job.motions import CloudMotions, MovedPart, StableArea
+from tribrach.report.names import some_of
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell, number, percent_cell
+from tribrach.report.page import FrontPage
 from tribrach.report.schema.motions import MotionsPart
 from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
 from tribrach.units import format_angle
 
-__all__ = ["motions_part", "motions_sentences", "motions_tables"]
+__all__ = ["motions_front", "motions_part", "motions_sentences", "motions_tables"]
 
 Angle = Literal["gon", "deg"]
 
@@ -24,6 +26,8 @@ Angle = Literal["gon", "deg"]
 _NORMAL_95 = 1.96
 #: parts and places with a sentence of their own
 _NAMED, _PLACES = 12, 3
+#: parts that the verdict names
+_IN_VERDICT = 4
 #: a face whose normal is as near to the vertical lies [cosine]
 _LYING = 0.9
 
@@ -39,6 +43,27 @@ _SURFACE_NOTE = (
     "Cells of the surface as wide as the cylinders; areas are about right on faces along the axes "
     "and too large by up to two thirds on slanted ones."
 )
+
+
+def motions_front(motions: CloudMotions) -> FrontPage:
+    """Which parts moved, and what one signs."""
+    noun = "Site" if motions.named else "Part"
+    moved = [p.name for p in motions.parts if p.verdict in ("moved", "not one body")]
+    stable = motions.stable
+    signed = (
+        "The motions stated here with their intervals, of what could be compared and of nothing "
+        "else."
+    )
+    if stable is None:
+        verdict, sentence = "No stable area", _stable(motions)[0]
+        return FrontPage("bad", verdict, sentence, signed=signed)
+    share = f"{100 * motions.surface.share:.0f} % of the surface of both clouds could be compared"
+    registered = "passes" if stable.agrees else "fails"
+    sentence = f"{share}; the registration {registered} its test on the stable area."
+    if moved:
+        verdict = f"{noun}{'' if len(moved) == 1 else 's'} {some_of(moved, _IN_VERDICT)} moved"
+        return FrontPage("none", verdict, sentence, signed=signed)
+    return FrontPage("good" if stable.agrees else "bad", "No motion found", sentence, signed=signed)
 
 
 def motions_sentences(motions: CloudMotions, angle: Angle = "gon") -> list[str]:

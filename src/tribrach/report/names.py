@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-__all__ = ["spoken"]
+from collections.abc import Sequence
+
+__all__ = ["some_of", "spoken"]
 
 
 def spoken(name: str) -> str:
@@ -16,3 +18,11 @@ def spoken(name: str) -> str:
     if not station or rest == scan or rest[:1] not in tuple("-_. ") or len(rest) < 2:
         return name
     return f"{station}, {rest[1:]}"
+
+
+def some_of(names: Sequence[str], most: int) -> str:
+    """The first names and how many more there are: A; A and B; A, B and 3 more."""
+    shown, more = list(names[:most]), len(names) - most
+    if more > 0:
+        shown.append(f"{more} more")
+    return " and ".join(filter(None, [", ".join(shown[:-1]), *shown[-1:]]))

@@ -11,8 +11,8 @@ import numpy as np
 from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
-from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
-from tribrach.report.page import page
+from tribrach.report.numbers import count_cell, counted, fixed_cell, mm_cell
+from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -251,9 +251,7 @@ def _left(estimate: NoiseEstimate) -> Iterable[Finding]:
             )
     if estimate.stated is None:
         return
-    smooth = fitted.smooth
-    stated = smooth.stated(estimate.stated)
-    factor = float(np.sqrt((smooth.residual**2 / stated).sum() / smooth.redundancy.sum()))
+    factor = _against_stated(estimate)
     verdict = (
         "more than stated"
         if factor > _APART
@@ -335,11 +333,41 @@ def noise_page(estimate: NoiseEstimate) -> str:
     return page(
         "Noise of a scanner by its scans",
         title + (" and more" if len(estimate.scans) > 6 else ""),
-        noise_sentences(estimate),
+        _front(estimate),
+        noise_findings(estimate),
         [_picture(estimate)],
         [_classes(estimate), _figures(estimate), _scans(estimate)],
         "Patches are fitted by planes; what they lose of the degrees of freedom is counted.",
     )
+
+
+def _front(estimate: NoiseEstimate) -> FrontPage:
+    """Whether these are figures of the scanner, and how they are beside what is stated."""
+    if estimate.doubts:
+        return FrontPage(
+            "none", "An upper bound", "Surfaces or shared errors are in these figures, see below."
+        )
+    if estimate.stated is None:
+        fitted = estimate.fitted
+        rests = (
+            f"{counted(fitted.patches, 'smooth planar patch', 'smooth planar patches')} with "
+            f"{fitted.points:,} points; no data sheet or project is given to compare them with."
+        )
+        return FrontPage("none", "Noise of the scanner by its scans", rests)
+    factor = _against_stated(estimate)
+    sentence = f"Noise seen is {factor:.2f} times that of {estimate.stated_by}."
+    if factor > _APART:
+        return FrontPage("bad", "More noise than stated", sentence)
+    words = "As precise as stated" if factor >= 1 / _APART else "Less noise than stated"
+    return FrontPage("good", words, sentence)
+
+
+def _against_stated(estimate: NoiseEstimate) -> float:
+    """Noise seen over noise stated."""
+    smooth = estimate.fitted.smooth
+    assert estimate.stated is not None
+    stated = smooth.stated(estimate.stated)
+    return float(np.sqrt((smooth.residual**2 / stated).sum() / smooth.redundancy.sum()))
 
 
 def _picture(estimate: NoiseEstimate) -> Picture:

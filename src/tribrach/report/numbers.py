@@ -146,9 +146,9 @@ def _fixed(value: float, digits: int) -> str:
     return text.lstrip("-") if float(text) == 0 else text
 
 
-def counted(n: int, noun: str) -> str:
-    """A number of things in words: 1 loop, 2 loops."""
-    return f"{n} {noun}" if n == 1 else f"{n} {noun}s"
+def counted(n: int, noun: str, plural: str = "") -> str:
+    """A number of things in words: 1 loop, 2 loops; 1 patch, 2 patches."""
+    return f"{n} {noun}" if n == 1 else f"{n} {plural or f'{noun}s'}"
 
 
 def fixed_cell(value: float | None, digits: int, mark: str = "") -> Cell:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.comparison.regression import ALIKE
 from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import fixed_cell
-from tribrach.report.page import page
+from tribrach.report.numbers import counted, fixed_cell
+from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
     ColumnHead,
@@ -55,11 +56,22 @@ def regression_page(
     return page(
         "Regression on range and incidence",
         title,
+        _front(regression),
         regression.sentences(),
         regression_pictures(values, units, regression),
         regression_tables(regression, units),
         "Ordinary least squares; all rows have the same weight.",
     )
+
+
+def _front(regression: Regression) -> FrontPage:
+    """How many relations are curved, and whether the causes can be told apart."""
+    bent = sum(r.curved for r in regression.relations)
+    alike = any(abs(c.value) > ALIKE for c in regression.correlations)
+    verdict = f"{bent or 'None'} of {counted(len(regression.relations), 'relation')} curved"
+    if alike:
+        verdict += "; the causes cannot be told apart"
+    return FrontPage("none", verdict, f"{regression.n} rows, tests at {regression.confidence:.0%}.")
 
 
 def regression_pictures(

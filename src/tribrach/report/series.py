@@ -21,8 +21,9 @@ from tribrach.report.charts import Chart, beside
 from tribrach.report.epochs import direction_words
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
+from tribrach.report.names import some_of
 from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
-from tribrach.report.page import page
+from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.epochs import SeriesDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
@@ -31,6 +32,8 @@ __all__ = ["alarm_lines", "series_document", "series_findings", "series_page", "
 
 #: points with charts and sentences
 _DRAWN, _NAMED = 12, 12
+#: references that the verdict names
+_IN_VERDICT = 4
 #: alarms are more than chance if chance has as many this seldom
 _OFTEN = 0.01
 #: a wander that is not worth a word [m]
@@ -226,8 +229,33 @@ def series_page(found: Series, points: Sequence[PointSeries], title: str) -> str
     """The whole series as one HTML file, with charts of the points that did most."""
     ordered = sorted(points, key=lambda p: -_size(p))[:_DRAWN]
     pictures = [_chart(p, found, k) for k, p in enumerate(ordered)]
-    sentences = words(series_findings(found, points))
-    return page("Series", title, sentences, pictures, series_tables(found, points))
+    findings = series_findings(found, points)
+    return page(
+        "Series", title, _front(found, points), findings, pictures, series_tables(found, points)
+    )
+
+
+def _front(found: Series, points: Sequence[PointSeries]) -> FrontPage:
+    """Which references moved, which points drift or jump."""
+    solved = [c for c in found.cycles if not c.reason]
+    references = list(dict.fromkeys(name for c in solved for name in c.moved))
+    drifting = [p.name for p in points if any(fit and (fit.trend or fit.jumps) for fit in p.fits)]
+    parts = []
+    if references:
+        noun = "Reference point" if len(references) == 1 else "Reference points"
+        parts.append(f"{noun} {some_of(references, _IN_VERDICT)} moved")
+    if drifting:
+        what = counted(len(drifting), "point")
+        parts.append(
+            f"{what} with a trend or a jump"
+            if parts
+            else f"{what} moved: a trend or a jump is real"
+        )
+    verdict = "; ".join(parts) or "No movement found"
+    sentence = f"{len(solved)} of {counted(len(found.cycles), 'cycle')} solved."
+    return FrontPage(
+        "none" if parts or len(solved) < len(found.cycles) else "good", verdict, sentence
+    )
 
 
 def _size(p: PointSeries) -> float:

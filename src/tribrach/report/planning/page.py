@@ -10,9 +10,9 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.content import Report
-from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
-from tribrach.report.map import network_map
+from tribrach.report.findings import Finding
+from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
 
@@ -21,29 +21,37 @@ __all__ = ["PlanPage", "gain_map", "plan_page", "plan_text"]
 
 @dataclass(frozen=True)
 class PlanPage:
-    """What is said about a plan: findings, tables, the network for its map, further pictures."""
+    """What is said about a plan: findings, tables, network for the map, verdict, pictures."""
 
     title: str
     sentences: tuple[str, ...]
     warnings: tuple[str, ...]
     tables: tuple[ReportTable, ...]
     network: Report
+    front: FrontPage
     pictures: tuple[Picture, ...] = ()
 
 
-def plan_page(page: PlanPage) -> str:
+def plan_page(plan: PlanPage) -> str:
     """The plan as one HTML file that needs nothing but a browser."""
-    return render_page(
-        "planning.html.j2",
-        page=page,
-        map=network_map(page.network),
-        percent=page.network.percent,
-        posterior=False,
-        tables=[table for table in page.tables if table.rows],
+    findings = [
+        *(Finding(words, True) for words in plan.warnings),
+        *(Finding(words) for words in plan.sentences),
+    ]
+    return page(
+        "Plan of a network",
+        plan.title,
+        plan.front,
+        findings,
+        plan.pictures,
+        plan.tables,
+        "All standard deviations are predicted from those of the observations; nothing was "
+        "measured.",
+        network=plan.network,
     )
 
 
-def plan_text(page: PlanPage, *, brief: bool = False) -> str:
+def plan_text(plan: PlanPage, *, brief: bool = False) -> str:
     """The plan to print.
 
     Parameters
@@ -52,11 +60,11 @@ def plan_text(page: PlanPage, *, brief: bool = False) -> str:
         True to leave out the single sights.
     """
     rule = "=" * WIDTH
-    parts = [f"{page.title}\n{rule}"]
-    parts.append("\n".join(wrapped(f"- {sentence}") for sentence in page.sentences))
-    if page.warnings:
-        parts.append("\n".join(wrapped(f"! {sentence}") for sentence in page.warnings))
-    for table in page.tables:
+    parts = [f"{plan.title}\n{rule}"]
+    parts.append("\n".join(wrapped(f"- {sentence}") for sentence in plan.sentences))
+    if plan.warnings:
+        parts.append("\n".join(wrapped(f"! {sentence}") for sentence in plan.warnings))
+    for table in plan.tables:
         if table.rows and not (brief and table.name == "sights"):
             parts.append(table_text(table))
     return "\n\n".join(parts) + "\n"

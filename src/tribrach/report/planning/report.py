@@ -13,6 +13,7 @@ from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
 from tribrach.report.figures import Picture
 from tribrach.report.numbers import number, numbers
+from tribrach.report.page import FrontPage
 from tribrach.report.planning.page import PlanPage, gain_map
 from tribrach.report.planning.sights import sights_of
 from tribrach.report.planning.tables import (
@@ -50,8 +51,22 @@ def plan_report(plan: DesignResult) -> PlanPage:
         plan.warnings,
         plan_tables(plan, sights),
         content,
+        _front(plan),
         tuple(_pictures(plan)),
     )
+
+
+def _front(plan: DesignResult) -> FrontPage:
+    """Whether the plan does what it has to."""
+    kind = plan.criterion.kind
+    words = criterion_words(plan, kind)
+    value = shown(kind, plan.after.value(kind))
+    if plan.required is None:
+        return FrontPage("none", "Predicted", f"The {words} is {value}; no requirement is stated.")
+    required = shown(kind, plan.required)
+    verdict = "The requirement is reached" if plan.reached else "The requirement is not reached"
+    sentence = f"The {words} is {value} where {required} is required."
+    return FrontPage("good" if plan.reached else "bad", verdict, sentence)
 
 
 def _sentences(plan: DesignResult) -> list[str]:

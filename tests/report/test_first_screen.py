@@ -1,0 +1,101 @@
+"""Every page begins with a verdict and its contents; what it comes to is said by a test."""
+
+import re
+
+import numpy as np
+import pytest
+from lxml import html as parser
+
+from tests.instruments.field_surveys import readings
+from tests.report.hostile import harmless
+from tests.report.pages import PAGES
+from tribrach.calibration.field_check import check_readings
+from tribrach.epochs.comparison import Settings, compare
+from tribrach.epochs.differences import Epoch, difference
+from tribrach.job.epochs import ComparedEpochs
+from tribrach.report.epochs import epochs_page
+from tribrach.report.field_check import check_page
+from tribrach.report.findings import Finding
+from tribrach.report.names import some_of
+from tribrach.report.page import FrontPage, page
+
+WRITTEN = [name for name in PAGES if not name.endswith("_svg")]
+
+
+def front(text: str) -> tuple[str, str, str]:
+    """Sort of the first section, its verdict, and all its words."""
+    (section,) = parser.document_fromstring(text).xpath("//section[@id='summary']")
+    (verdict,) = section.xpath(".//p[@class='verdict']/b")
+    return section.get("class").split()[-1], verdict.text_content(), section.text_content()
+
+
+@pytest.mark.parametrize("which", WRITTEN)
+def test_a_page_begins_with_its_verdict_and_its_contents(which: str) -> None:
+    tree = parser.document_fromstring(PAGES[which](harmless))
+    assert tree.xpath("//main/*[1]/@id") == ["summary"]
+    assert tree.xpath("//section[@id='summary']//p[@class='verdict']/b/text()")
+    # contents come before everything else, and lead to what is there
+    assert tree.xpath("//body/*[@id][position() <= 2]/@id") == ["top", "contents"]
+    links = [a.get("href").removeprefix("#") for a in tree.xpath("//nav[@id='contents']/a")]
+    assert set(links) <= set(tree.xpath("//@id"))
+    assert len(links) == len(set(links)) >= 3
+    sort = tree.xpath("//section[@id='summary']/@class")[0].split()[-1]
+    assert sort in ("good", "look", "bad", "none")
+    # nothing is said twice on the first screen
+    said = [
+        element.text_content().strip()
+        for element in tree.xpath("//section[@id='summary']//li | //p[@class='verdict']/span")
+    ]
+    assert len(said) == len(set(said))
+    # printed pages say whose they are
+    assert "--top-left" in tree.get("style")
+
+
+def test_what_the_verdict_says_is_not_said_again_and_warnings_are_marked() -> None:
+    findings = ["All is well.", Finding("Look at A.", True), "B is as it should be."]
+    text = page("Kind", "Title", FrontPage("good", "Well", "All is well."), findings, [], [])
+    items = parser.document_fromstring(text).xpath("//ul[@class='findings']/li")
+    assert [one.text for one in items] == ["Look at A.", "B is as it should be."]
+    assert [one.get("class") for one in items] == ["warns", None]
+    assert "To sign" not in text
+    signed = page("Kind", "Title", FrontPage("good", "Well", "", (), "These figures."), [], [], [])
+    assert re.search(r"To sign</b>These figures\.", signed)
+
+
+def test_a_scanner_that_passes_and_one_that_does_not() -> None:
+    measured = readings(np.random.default_rng(3))
+    sort, verdict, words = front(check_page(check_readings(measured, "yard")))
+    assert (sort, verdict) == ("good", "The scanner passes")
+    assert "To sign" in words
+    # a range zero of 20 mm: the distances from inside and outside no longer agree
+    wrong = readings(np.random.default_rng(3), {"x10": 0.02})
+    sort, verdict, words = front(check_page(check_readings(wrong, "yard")))
+    assert (sort, verdict) == ("bad", "The scanner does not pass")
+    assert "distances from inside and outside" in words
+
+
+def two_epochs(shift: float) -> str:
+    """Five points with sigmas of 1 mm, the last of which is somewhere else the second time."""
+    xyz = np.array([[0.0, 0, 0], [80, 0, 1], [80, 60, 2], [0, 60, 1], [40, 90, 0]])
+    one = Epoch("spring", ("A", "B", "C", "D", "P"), xyz, 1e-6 * np.eye(15))
+    two = Epoch(
+        "autumn", one.names, xyz + np.outer([0, 0, 0, 0, 1], [shift, 0, 0]), 1e-6 * np.eye(15)
+    )
+    settings = Settings(references=("A", "B", "C", "D"))
+    found = compare(difference(one, two, space="plan"), settings)
+    return epochs_page([ComparedEpochs(found, ())])
+
+
+def test_what_moved_stands_first() -> None:
+    sort, verdict, words = front(two_epochs(0.05))
+    assert (sort, verdict) == ("none", "P moved")
+    assert "in the datum of A, B, C and D" in words
+    sort, verdict, _ = front(two_epochs(0.0))
+    assert (sort, verdict) == ("good", "No displacement found")
+
+
+def test_some_names_and_how_many_more() -> None:
+    assert some_of(["A"], 2) == "A"
+    assert some_of(["A", "B"], 2) == "A and B"
+    assert some_of(["A", "B", "C", "D"], 2) == "A, B and 2 more"
+    assert some_of([], 2) == ""
