@@ -69,7 +69,7 @@ TUTORIALS: dict[str, tuple[list[list[str]], str]] = {
     ),
     "complete": (
         [
-            ["complete", *(f"demo/out/clouds/S{k}_S{k}.laz" for k in (1, 2, 3, 4)), "--sigma-mm",
+            ["complete", *(f"demo/out/clouds/S{k}.laz" for k in (1, 2, 3, 4)), "--sigma-mm",
              "5", "--html", "demo/complete.html"],
         ],
         "demo/complete.html",

@@ -1,6 +1,8 @@
 """Every page begins with a verdict and its contents; what it comes to is said by a test."""
 
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,15 +10,17 @@ from lxml import html as parser
 
 from tests.instruments.field_surveys import readings
 from tests.report.hostile import harmless
-from tests.report.pages import PAGES
+from tests.report.pages import PAGES, sites_of
 from tribrach.calibration.field_check import check_readings
+from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.job.epochs import ComparedEpochs
-from tribrach.report.epochs import epochs_page
+from tribrach.report.comparison import comparison_sentences
+from tribrach.report.epochs import direction_words, epochs_page
 from tribrach.report.field_check import check_page
 from tribrach.report.findings import Finding
-from tribrach.report.names import some_of
+from tribrach.report.names import some_of, told_apart
 from tribrach.report.page import FrontPage, page
 
 WRITTEN = [name for name in PAGES if not name.endswith("_svg")]
@@ -92,6 +96,36 @@ def test_what_moved_stands_first() -> None:
     assert "in the datum of A, B, C and D" in words
     sort, verdict, _ = front(two_epochs(0.0))
     assert (sort, verdict) == ("good", "No displacement found")
+
+
+def test_files_are_told_apart_by_as_much_of_their_paths_as_it_takes() -> None:
+    one, two = Path("/a/epoch1/clouds/S2.laz"), Path("/a/epoch2/clouds/S2.laz")
+    assert told_apart(one, two) == ("epoch1/clouds/S2.laz", "epoch2/clouds/S2.laz")
+    assert told_apart(one, two.with_name("S3.laz")) == ("S2.laz", "S3.laz")
+    assert told_apart(one, one) == ("S2.laz", "S2.laz")
+
+
+def test_what_does_not_go_up_or_down_is_not_said_to() -> None:
+    assert direction_words([0.0, 0.003, -0.00004], (0, 1, 2)).endswith("0.0 mm in height")
+    assert direction_words([0.0, 0.003, -0.00006], (0, 1, 2)).endswith("0.1 mm down")
+
+
+def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_moved() -> None:
+    # observed is twice what was predicted, and 5 mm apart
+    noise, scatter = (1e-3, 1e-3), (2e-3, 2e-3)
+    predicted = Prediction(
+        noise, scatter, (9000, 9000), 1e-3, 5e-3, 1e-4, (), 4e-3, 5e-3, None, 0.5
+    )
+    sites = [replace(site, prediction=predicted) for site in sites_of(harmless)]
+    offsets = OffsetTest(len(sites), 99.0, 1.0, 5.0)
+    still = comparison_sentences(sites, offsets)
+    moved = comparison_sentences(sites, offsets, moved=True)
+    assert any("larger than the joint covariance" in words for words in still)
+    assert not any("joint covariance" in words for words in moved)
+    assert set(moved) <= set(still)
+    assert any("few points" in words for words in moved)
+    one = OffsetTest(1, 99.0, 1.0, 5.0).sentence()
+    assert one.startswith("The offset of the site is larger than")
 
 
 def test_some_names_and_how_many_more() -> None:

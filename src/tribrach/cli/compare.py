@@ -28,6 +28,7 @@ from tribrach.report.comparison import (
     comparison_tables,
 )
 from tribrach.report.motions import motions_part, motions_sentences, motions_tables
+from tribrach.report.names import told_apart
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.comparison import comparison_document
 
@@ -128,7 +129,8 @@ def compare(
             document = comparison_document(a.name, b.name, limit_m, result, offsets, part)
             texts[json_file] = document_text(document)
         if html_file is not None:
-            texts[html_file] = comparison_page(a.name, b.name, limit_m, result, offsets, motions)
+            names = told_apart(a, b)
+            texts[html_file] = comparison_page(*names, limit_m, result, offsets, motions)
         if alignment_file is not None:
             texts[alignment_file] = _alignment(pair, a)
         write_texts(texts)
@@ -145,7 +147,8 @@ def compare(
             fitting = table if console.width >= _WIDE else table.narrow()
             console.print(printed(fitting, console.width))
         beams = [f"{sentence}." for cloud in (one, two) for sentence in cloud.sentences]
-        for sentence in (*beams, *comparison_sentences(result, offsets)):
+        notes = comparison_sentences(result, offsets, moved=motions is not None)
+        for sentence in (*beams, *notes):
             console.print(visible(f"! {sentence}"), markup=False)
 
     guarded(work)

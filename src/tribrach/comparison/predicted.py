@@ -304,6 +304,9 @@ class OffsetTest:
     def sentence(self) -> str:
         """The test in words."""
         how, cure = "as large as", ""
+        taken = f"Taken together the offsets of {self.count} sites are"
+        if self.count == 1:
+            taken = "The offset of the site is"
         if self.statistic > self.limit:
             how = "larger than"
             cure = (
@@ -313,7 +316,7 @@ class OffsetTest:
         elif self.statistic < self.least:
             how = "smaller than"
         return (
-            f"Taken together the offsets of {self.count} sites are {how} the joint covariance of "
+            f"{taken} {how} the joint covariance of "
             f"the stations says: chi-square {self.statistic:.1f}, where {self.least:.1f} to "
             f"{self.limit:.1f} is to be expected in 95 of 100 surveys{cure}"
         )

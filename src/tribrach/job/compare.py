@@ -18,7 +18,7 @@ from tribrach.comparison.footprints import beam_areas, shared_share
 from tribrach.comparison.m3c2 import M3C2Settings
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.predicted import OffsetTest, Prediction, compare_offsets, predict
-from tribrach.comparison.results import M3C2Figures, SiteResult
+from tribrach.comparison.results import WHOLE, M3C2Figures, SiteResult
 from tribrach.comparison.sites import ComparisonSite, cut, seen_from
 from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.streams import Stream
@@ -39,10 +39,6 @@ Distances = Callable[[int, M3C2EP], None]
 
 #: distances beyond are no differences of one surface [m]
 LIMIT = 0.2
-
-
-#: the whole of both clouds, where no sites are given
-_ALL = "all"
 
 
 #: cylinders are this wide over the root of the area per point: 28 points, more than twenty
@@ -118,7 +114,7 @@ def _pairs(
 ) -> Iterator[_Pair]:
     """The points of every site; each cloud is read once for all sites."""
     if not sites:
-        yield _Pair(_ALL, a.lit, b.lit, None)
+        yield _Pair(WHOLE, a.lit, b.lit, None)
         return
     with scratch_folder() as scratch:
         spools = []

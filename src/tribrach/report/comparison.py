@@ -10,12 +10,12 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
-from tribrach.comparison.results import SiteResult
+from tribrach.comparison.results import WHOLE, SiteResult
 from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
 from tribrach.report.motions import motions_front, motions_sentences, motions_tables
-from tribrach.report.numbers import Style, count_cell, fixed_cell, percent_cell
+from tribrach.report.numbers import Style, count_cell, counted, fixed_cell, percent_cell
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
@@ -78,6 +78,8 @@ _CLASSES_NOTE = (
     "distance between the clouds, which their stations and what neighbours have in common leave "
     "however many points there are, and the distances observed, root mean squares over the sites."
 )
+#: name of a picture
+_PREDICTED = "predicted-observed"
 #: bins of the histogram
 _BINS = 100
 #: points on the map, all sites together: more of them hide each other and take seconds to draw
@@ -91,9 +93,12 @@ def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> l
 
 
 def comparison_sentences(
-    sites: Sequence[SiteResult], offsets: OffsetTest | None = None
+    sites: Sequence[SiteResult], offsets: OffsetTest | None = None, *, moved: bool = False
 ) -> list[str]:
-    """What predictions came to, and what is to be known of single sites."""
+    """What predictions came to, and what is to be known of single sites.
+
+    Predictions are for a surface that stood still; with ``moved`` what moved is told elsewhere.
+    """
     sites_of_note: dict[str, list[str]] = {}
     for site in sites:
         notes = () if site.c2c is None else site.c2c.sentences
@@ -101,13 +106,15 @@ def comparison_sentences(
         for note in notes:
             sites_of_note.setdefault(note.rstrip("."), []).append(site.name)
     return [
-        *prediction_sentences(sites, offsets),
+        *(() if moved else prediction_sentences(sites, offsets)),
         *(f"{_sites_named(names)}: {note}." for note, names in sites_of_note.items()),
     ]
 
 
 def _sites_named(names: Sequence[str]) -> str:
-    """Site 3; Sites 3 and 4."""
+    """Site 3; Sites 3 and 4; the clouds, where they are compared as a whole."""
+    if list(names) == [WHOLE]:
+        return "The clouds"
     if len(names) == 1:
         return f"Site {names[0]}"
     return f"Sites {', '.join(names[:-1])} and {names[-1]}"
@@ -127,8 +134,8 @@ def prediction_sentences(
         ratios = [p.noise_ratio for _, p in enough]
         sentences.append(
             f"The scatter of single points (standard deviation) is as predicted within 10 % on "
-            f"{good} of {len(enough)} sites with enough points (observed over predicted "
-            f"{min(ratios):.2f} to {max(ratios):.2f})."
+            f"{good} of {counted(len(enough), 'site')} with enough points (observed over predicted "
+            f"{_span(ratios)})."
         )
     few = [name for name, p in known if not p.enough]
     if few:
@@ -137,6 +144,12 @@ def prediction_sentences(
         sentences.append(f"{offsets.sentence()}.")
     sentences += [f"Site {name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
     return sentences
+
+
+def _span(values: Sequence[float]) -> str:
+    """1.02, or 0.98 to 1.02."""
+    low, high = f"{min(values):.2f}", f"{max(values):.2f}"
+    return low if low == high else f"{low} to {high}"
 
 
 def comparison_page(
@@ -149,9 +162,10 @@ def comparison_page(
 ) -> str:
     """The whole comparison as one HTML file."""
     figures = comparison_pictures(sites, limit)
-    sentences = comparison_sentences(sites, offsets)
+    sentences = comparison_sentences(sites, offsets, moved=motions is not None)
     tables = comparison_tables(sites)
     if motions is not None:
+        figures = [one for one in figures if one.name != _PREDICTED]
         sentences = [*motions_sentences(motions), *sentences]
         tables = [*motions_tables(motions), *tables]
     return page(
@@ -339,7 +353,7 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
     chart.points(predicted, observed, words)
     caption = "Along the normal, single points of both clouds; the band is 10 % to both sides."
     title = "Predicted against observed"
-    return Picture("predicted-observed", title, beside([[chart]], title), caption)
+    return Picture(_PREDICTED, title, beside([[chart]], title), caption)
 
 
 def _at(path: str) -> Callable[[SiteResult], float | None]:

@@ -20,8 +20,10 @@ __all__ = ["PRINTED", "render_page"]
 
 #: rows of a table on paper; the rest is looked up where it can be searched
 PRINTED = 30
-#: the space between a number and its unit
-_UNITS = re.compile(r"(?<=\d) (?=(?:%|mm|m|km|ppm|m?gon)(?![\w/]))")
+#: the space between a number and its unit, or before and after what it may be wrong by
+_UNITS = re.compile(
+    r"(?<=\d) (?=(?:%|mm/m|mm|m²|m|km|ppm|m?gon)(?![\w/])|± ?\d)|(?<=±) (?=\d)|(?<==) (?=-?\d)"
+)
 
 
 @cache

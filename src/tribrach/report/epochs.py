@@ -59,7 +59,9 @@ def direction_words(vector: Sequence[float], axes: Sequence[int], angle: Angle =
         length = 1e3 * float(np.hypot(by[0], by[1]))
         parts.append(f"{length:.1f} mm towards {text}{' ' if angle == 'gon' else ''}{unit}")
     if 2 in by:
-        parts.append(f"{1e3 * abs(by[2]):.1f} mm {'down' if by[2] < 0 else 'up'}")
+        size = f"{1e3 * abs(by[2]):.1f}"
+        way = "in height" if float(size) == 0 else "down" if by[2] < 0 else "up"
+        parts.append(f"{size} mm {way}")
     return ", ".join(parts)
 
 
@@ -395,7 +397,7 @@ def epochs_pictures(compared: ComparedEpochs) -> list[Picture]:
         f"Triangles are reference points. Red moved, amber cannot be told, grey shows no "
         f"displacement. Ellipses hold with {100 * c.settings.confidence:g} %."
     )
-    return [Picture("displacement-map", "Displacements", drawing, caption, wide=True)]
+    return [Picture("displacement-map", "Map of the displacements", drawing, caption, wide=True)]
 
 
 def epochs_svg(compared: ComparedEpochs) -> str | None:
@@ -455,16 +457,21 @@ def _front(comparisons: Sequence[Comparison]) -> FrontPage:
         if len(comparisons) == 1
         else "Displacements with their tests and with what would have been seen, each in its datum."
     )
-    return FrontPage(sort, verdict, " ".join(moved_sentence(c) for c in comparisons), signed=signed)
+    if len(comparisons) == 1:
+        # those that moved are in the verdict
+        sentence = moved_sentence(comparisons[0], but_those_that_moved=bool(moved))
+    else:
+        sentence = " ".join(map(moved_sentence, comparisons))
+    return FrontPage(sort, verdict, sentence, signed=signed)
 
 
-def moved_sentence(comparison: Comparison) -> str:
+def moved_sentence(comparison: Comparison, *, but_those_that_moved: bool = False) -> str:
     """What the tests say of the points since an earlier epoch."""
     names: dict[Answer, list[str]] = {"moved": [], "not moved": [], "cannot tell": []}
     for one in comparison.displacements:
         names[one.answer].append(one.name)
     parts = []
-    if names["moved"]:
+    if names["moved"] and not but_those_that_moved:
         parts.append(f"{some_of(names['moved'], _IN_LINE)} moved")
     if names["not moved"]:
         still = counted(len(names["not moved"]), "point")
@@ -472,7 +479,8 @@ def moved_sentence(comparison: Comparison) -> str:
         parts.append(f"{still} {verb} no displacement")
     if names["cannot tell"]:
         parts.append(f"of {counted(len(names['cannot tell']), 'point')} it cannot be told")
-    return f"Since {comparison.difference.labels[0]}: {', '.join(parts)}."
+    said = ", ".join(parts) or "no other points are compared"
+    return f"Since {comparison.difference.labels[0]}: {said}."
 
 
 def epochs_part(compared: ComparedEpochs, angle: Angle = "gon") -> EpochComparisonPart:

@@ -26,6 +26,8 @@ Angle = Literal["gon", "deg"]
 _NORMAL_95 = 1.96
 #: parts and places with a sentence of their own
 _NAMED, _PLACES = 12, 3
+#: a smaller place is not worth a word [m^2]
+_SPECK = 0.5
 #: parts that the verdict names
 _IN_VERDICT = 4
 #: a face whose normal is as near to the vertical lies [cosine]
@@ -243,7 +245,8 @@ def _surface(surface: NotCompared) -> list[str]:
         f"{surface.compared:.0f} m²) could be compared."
     ]
     for reason in surface.reasons:
-        where = "; ".join(_where(place) for place in reason.places[:_PLACES])
+        places = [place for place in reason.places[:_PLACES] if place.area >= _SPECK]
+        where = "; ".join(map(_where, places or reason.places[:1]))
         out.append(
             f"Not compared, {reason.words}: {100 * reason.share:.0f} % (about {reason.area:.0f} "
             f"m²), most of it at {where}."

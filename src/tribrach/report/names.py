@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
-__all__ = ["some_of", "spoken"]
+__all__ = ["some_of", "spoken", "told_apart"]
 
 
 def spoken(name: str) -> str:
@@ -26,3 +27,11 @@ def some_of(names: Sequence[str], most: int) -> str:
     if more > 0:
         shown.append(f"{more} more")
     return " and ".join(filter(None, [", ".join(shown[:-1]), *shown[-1:]]))
+
+
+def told_apart(one: Path, two: Path) -> tuple[str, str]:
+    """Two files by name, with as many of their folders as it takes to tell them apart."""
+    a, b = one.resolve().parts, two.resolve().parts
+    most = max(len(a), len(b))
+    shown = next((k for k in range(1, most) if a[-k:] != b[-k:]), 1)
+    return "/".join(a[-shown:]), "/".join(b[-shown:])
