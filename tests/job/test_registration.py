@@ -105,6 +105,38 @@ def quiet(*_):
     """No progress."""
 
 
+#: of the inner faces of the yard: normal, coordinate along it, spans of the others; what rises
+#: above a lower wall goes on behind it, so that its span is open
+FACES = (
+    ((0, -1, 0), 10, {0: (-15, 15), 2: (0, 8)}),
+    ((0, 1, 0), -8, {0: (-15, 15), 2: (0, 6)}),
+    ((1, 0, 0), -15, {2: (0, 7)}),
+    ((-1, 0, 0), 15, {2: (0, 5)}),
+)
+
+
+def drawn_on_faces(planes, station, true):
+    """What a viewer draws of every wall is its face, to a cell of the patches that were seen."""
+    turn = np.array(true["world_from_scanner"]) @ np.linalg.inv(station["world_from_scanner"])
+    found = 0
+    for plane in planes.values():
+        axes, half = np.array(plane["axes"]), np.array(plane["half"])
+        normal = turn[:3, :3] @ np.cross(*axes)
+        signs = np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+        corners = np.array(plane["centre"]) + (signs * half) @ axes
+        places = corners @ turn[:3, :3].T + turn[:3, 3]
+        for way, at, spans in FACES:
+            if np.dot(way, normal) < 0.999:
+                continue
+            found += 1
+            assert axes[1][2] > 0.999
+            assert places @ np.abs(way) == pytest.approx(np.full(4, at), abs=0.03)
+            for axis, (low, high) in spans.items():
+                assert places[:, axis].min() == pytest.approx(low, abs=0.9)
+                assert places[:, axis].max() == pytest.approx(high, abs=0.9)
+    assert found == len(FACES)
+
+
 def test_a_yard_is_registered_by_planes_alone(tmp_path):
     """From scans to the report; poses relative to each other as exact as stated."""
     project = Project.load(write(tmp_path, yard(), POSES))
@@ -121,6 +153,8 @@ def test_a_yard_is_registered_by_planes_alone(tmp_path):
     assert "Pairs of stations" in (tmp_path / "out" / "report.html").read_text()
     _, adjustment = solved(project, tmp_path / "out")
     truth = json.loads((tmp_path / "truth" / "truth.json").read_text())["stations"]
+    beside = json.loads((tmp_path / "out" / "workbench.json").read_text())
+    drawn_on_faces(beside["planes"], result["stations"]["S1"], truth["S1"])
     errors, covariance = relative(adjustment, truth, "S1")
     least, most = chi2.ppf([0.005, 0.995], errors.size)
     assert least < statistic(errors, covariance) < most

@@ -16,6 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import uvicorn
+
+from tribrach.workbench.guard import Guard
+from tribrach.workbench.server import application, bound_socket
+from tribrach.workbench.service import Service
+from tribrach.workbench.session import Session
 
 #: software drawing, so that it is the same everywhere; no sandbox for who is root in a container
 FLAGS = [
@@ -128,6 +134,28 @@ def program(*arguments: str | Path) -> Iterator[str]:
             process.send_signal(signal.SIGINT)
             process.stdout.read()
     assert process.returncode in (0, -signal.SIGINT)
+
+
+@contextlib.contextmanager
+def served(project: Path) -> Iterator[str]:
+    """The address of a session in this process, whose parts a test may hold back."""
+    session = Session.open(project, author="AB")
+    service = Service(session.folder, session)
+    with bound_socket(0) as listening:
+        guard = Guard(application(service), listening.getsockname()[1])
+        server = uvicorn.Server(
+            uvicorn.Config(guard, log_level="error", ws="none", timeout_graceful_shutdown=1)
+        )
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
+        thread.start()
+        try:
+            until(lambda: server.started, "the server")
+            yield guard.address
+        finally:
+            # who listens to events is told that it is over
+            service.stop()
+            server.should_exit = True
+            thread.join(PATIENCE)
 
 
 class _Plain(http.server.SimpleHTTPRequestHandler):

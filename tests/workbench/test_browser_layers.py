@@ -18,14 +18,15 @@ from tests.workbench.browsing import (
     decide,
     folder_server,
     program,
+    served,
     settled_tests,
     until,
     where,
     with_budget,
 )
 from tests.workbench.twins import COLOURS, KINDS, of_kind
+from tribrach import pipeline
 from tribrach.errors import InputError
-from tribrach.pipeline import run
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.epochs import EpochsDocument
 from tribrach.workbench.relative import relative
@@ -250,6 +251,115 @@ def test_fingers_turn_move_and_bring_nearer(browser: Any, seen: str) -> None:
     context.close()
 
 
+@pytest.mark.parametrize("written", [False, True])
+def test_a_run_is_stopped_from_the_page(
+    page: Watched, project: Path, monkeypatch: pytest.MonkeyPatch, written: bool
+) -> None:
+    true_run, told = pipeline.run, []
+
+    def held(project: Any, folder: Path, progress: Any) -> Any:
+        """A run that goes no further than where it is held until it is stopped."""
+
+        def waits(what: str, done: int, total: int | None) -> None:
+            told.append(what)
+            progress(what, done, total)
+            # the first cloud is in its place once the second is begun
+            if what in ("before anything", "S2"):
+                until(lambda: progress(what, done, total), "somebody who stops it")
+
+        if not written:
+            waits("before anything", 0, None)
+        return true_run(project, folder, waits)
+
+    with served(project) as address:
+        page.open(with_budget(address))
+        settled_tests(page, 1)
+        for record in (project.parent / "out" / ".tribrach").glob("cloud-*.json"):
+            record.unlink()
+        monkeypatch.setattr(pipeline, "run", held)
+        page.page.click("button[title^='Run the project']")
+        button = page.page.locator(".banner:has(progress) button")
+        until(lambda: told and button.count(), "the way to stop it")
+        assert page("tribrach.session.running")
+        button.click()
+        until(lambda: "was stopped" in page.page.inner_text("body"), "the end")
+        until(lambda: not page("tribrach.session.running"), "the session")
+        assert page.page.locator(".banner progress").count() == 0
+        # where something was written the clouds are those of the folder, and it is said
+        assert ("of two runs" in page.page.inner_text(".banners")) is written
+        page.settle()
+        # and the next one goes through
+        monkeypatch.setattr(pipeline, "run", true_run)
+        with page.page.expect_event("load", timeout=240_000):
+            page.page.click("button[title^='Run the project']")
+        until(lambda: page("!!(window.tribrach && tribrach.ready)"), "the page after the run")
+        page.settle()
+        assert "of two runs" not in page.page.inner_text("body")
+        page.fine()
+
+
+def test_two_states_are_compared_and_their_moves_drawn(page: Watched, project: Path) -> None:
+    with served(project) as address:
+        page.open(with_budget(address))
+        settled_tests(page, 1)
+        summaries = [page("tribrach.summary")]
+        row = page("tribrach.rowsShown")[0]
+        page.page.locator(".rows .row").nth(0).locator("button.use").click()
+        decide(page, "off")
+        settled_tests(page, 2)
+        summaries.append(page("tribrach.summary"))
+        moved = {p["name"]: p["moved"] for p in page("tribrach.points")}
+        page.page.click("button[title^='Undo']")
+        settled_tests(page, 3)
+        assert page("tribrach.counts.moves") == 0
+        page.page.click("#tab-changes")
+        page.page.select_option("select[aria-label='First state']", "1")
+        page.page.select_option("select[aria-label='Second state']", "2")
+        page.page.click("#panel button:text-is('Compare')")
+        until(lambda: page.page.locator("#panel .sides").count(), "the comparison")
+        said = page.page.inner_text("#panel")
+        assert "state 2, 1 edit" in said
+        for side in summaries:
+            assert f"{side['posterior']:.4f}" in said
+        # the arrows are those between the two states, though the network is as it was
+        far = {name for name, m in moved.items() if np.linalg.norm(m) > 5e-6}
+        assert page("tribrach.counts.moves") >= len(far) > 0
+        name, most = max(moved.items(), key=lambda m: float(np.linalg.norm(m[1])))
+        assert f"{1000 * np.linalg.norm(most):.2f}" in page.page.inner_text(
+            f"#panel tr:has(td:text-is('{name}'))"
+        )
+        assert "active → off" in said
+        assert row["words"] in said
+        assert "state 1, no edits to state 2" in page.page.inner_text(".legend")
+        page.page.click("#panel button:text-is('End')")
+        until(lambda: page("tribrach.counts.moves") == 0, "the end of the comparison")
+        page.fine()
+
+
+def test_a_project_that_was_never_run_says_so(page: Watched, project: Path) -> None:
+    shutil.rmtree(project.parent / "out")
+    with program("workbench", project) as address:
+        page.open(with_budget(address), settled=False)
+        said = page.page.inner_text(".banners")
+        assert "was not run to its end" in said
+        assert "press Run" in said
+        assert "was not run to its end" in page.page.inner_text("aside.left")
+        # the network is there: stations, points, ellipsoids and sights
+        counts = page("tribrach.counts")
+        assert counts["marks"] == 8
+        assert counts["ellipsoids"] == 8
+        assert counts["rays"] > 8
+        assert page("tribrach.share()") > 0.005
+        page.page.click("#tab-changes")
+        assert "since the project was opened" in page.page.inner_text("#panel").lower()
+        with page.page.expect_event("load", timeout=240_000):
+            page.page.click("button[title^='Run the project']")
+        until(lambda: page("!!(window.tribrach && tribrach.ready)"), "the page after the run")
+        page.settle()
+        assert page.page.locator(".banner").count() == 0
+        page.fine()
+
+
 def test_a_role_is_changed_and_changed_back(page: Watched, project: Path) -> None:
     with program("workbench", project) as address:
         page.open(with_budget(address))
@@ -289,7 +399,7 @@ def test_a_role_is_changed_and_changed_back(page: Watched, project: Path) -> Non
         page.fine()
     # the program with the same file says the same
     shutil.copy(project.parent / "kept.toml", project.parent / "edits.toml")
-    result = run(project).adjustment
+    result = pipeline.run(project).adjustment
     assert f"{result.sigma0_posterior:.9f}" == f"{after['posterior']:.9f}"
     assert result.points["T1"].xyz == pytest.approx(point["xyz"], abs=1e-9)
 

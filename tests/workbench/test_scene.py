@@ -16,6 +16,7 @@ from tribrach.workbench.clouds import (
     SceneCloudFile,
     cloud_parts,
     convert_clouds,
+    lacking_clouds,
     convert_further,
     written_clouds,
 )
@@ -203,6 +204,21 @@ def test_only_files_of_the_folder_of_clouds_are_given(tmp_path: Path) -> None:
     names = ["../secret.laz", "/etc/passwd", "..", "", "link.laz", "gone.laz", "a.laz"]
     result = {"scans": {"clouds": [{"file": name} for name in names]}}
     assert written_clouds(result, tmp_path) == [place / "a.laz"]
+
+
+def test_clouds_that_are_gone_are_said_with_what_to_do(tmp_path: Path) -> None:
+    (tmp_path / "clouds").mkdir()
+    files = [{"file": name} for name in ("S1.laz", "S2.laz", "S3.laz")]
+    result = {"scans": {"clouds": files}}
+    assert lacking_clouds(result, tmp_path).startswith("S1.laz and 2 more are not in clouds")
+    (tmp_path / "clouds" / "S1.laz").write_bytes(b"LASF")
+    (tmp_path / "clouds" / "S3.laz").write_bytes(b"LASF")
+    said = lacking_clouds(result, tmp_path)
+    assert said.startswith("S2.laz is not in clouds")
+    assert "run the project again" in said
+    (tmp_path / "clouds" / "S2.laz").write_bytes(b"LASF")
+    assert lacking_clouds(result, tmp_path) == ""
+    assert lacking_clouds({"scans": None}, tmp_path) == ""
 
 
 def test_a_result_of_an_older_run_is_drawn_without_what_it_lacks(

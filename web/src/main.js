@@ -405,12 +405,12 @@ function follow() {
         .map((edge) => ({ edge, from: places.get(edge.first), to: places.get(edge.second), outlying: Boolean(edge.outlying) })),
     );
     const p = s.scene.value.planes;
-    viewer.network.setPlanes((p?.name ?? []).map((name, i) => ({ name, normal: p.normal[i], centre: p.centre[i], extent: p.extent[i] })).filter((plane) => plane.centre));
+    viewer.network.setPlanes((p?.name ?? []).map((name, i) => ({ name, normal: p.normal[i], centre: p.centre[i], extent: p.extent[i], axes: p.axes?.[i], half: p.half?.[i] })).filter((plane) => plane.centre));
     viewer.network.show(s.on);
     viewer.draw();
   });
   effect(() => {
-    viewer.network.setMoves(s.moves.value.map((p) => ({ from: p.xyz.map((x, k) => x - p.moved[k]), moved: p.moved })), s.moveTimes.value || s.autoMove.value, s.MOVED);
+    viewer.network.setMoves(s.drawnMoves.value.map((p) => ({ from: p.xyz.map((x, k) => x - p.moved[k]), moved: p.moved })), s.moveTimes.value || s.autoMove.value, s.MOVED);
     viewer.network.show(s.on);
     viewer.draw();
   });
@@ -702,6 +702,9 @@ async function begin() {
   s.stale.value = false;
   app.textContent = '';
   render(html`<${App} />`, app);
+  const said = sessionStorage.getItem(SAID);
+  if (said) s.say(said, 'error');
+  sessionStorage.removeItem(SAID);
   const program = await api.get('api/views').then((views) => {
     s.savedViews.value = views ?? {};
     return true;
@@ -722,6 +725,12 @@ async function begin() {
     progress: (body) => (s.progress.value = body),
     failed: (body) => {
       s.progress.value = null;
+      if (body.reload) {
+        // clouds that are drawn are not those in the folder any more; the sentence is said when they are
+        sessionStorage.setItem(SAID, body.sentence);
+        location.reload();
+        return;
+      }
       s.refresh();
       s.say(body.sentence ?? 'It failed.', 'error');
     },
@@ -733,7 +742,10 @@ async function begin() {
   const source = api.events(news, (up) => {
     s.alive.value = up;
     // what was told before anybody listened
-    if (up) viewer?.clouds.again();
+    if (up) {
+      viewer?.clouds.again();
+      caughtUp();
+    }
     if (up && ((s.scene.value.pending ?? []).length || !s.scene.value.clouds.length)) replaceClouds();
   });
   source.addEventListener('stopped', () => {
@@ -741,6 +753,25 @@ async function begin() {
     s.ended.value = true;
   });
 }
+
+/** What the session says now: news that came while nobody listened are not told again. */
+async function caughtUp() {
+  const before = s.session.value;
+  if (!before) return;
+  await s.refresh().catch(() => null);
+  const live = s.session.value;
+  if (before.running && !live.running) location.reload();
+  if (live.adjusted && live.revision > before.revision) s.took(live.adjusted);
+  if (live.tested?.revision === live.revision) {
+    batch(() => {
+      s.tested.value = live.tested;
+      s.stale.value = false;
+    });
+  }
+}
+
+/** What a page has to say once it has been loaded again. */
+const SAID = 'tribrach said';
 
 /** Clouds that became ready are added; what is drawn stays. */
 async function replaceClouds() {

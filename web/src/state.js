@@ -20,6 +20,8 @@ export const alive = signal(true);
 /** The program has said that it ends: nothing can be asked of it any more. */
 export const ended = signal(false);
 export const notices = signal([]);
+/** Whether what lacks was read. */
+export const understood = signal(false);
 export const stale = signal(false);
 export const savedViews = signal({});
 /** Whether views can be kept by name: not in a static folder. */
@@ -175,6 +177,9 @@ export const stationNames = computed(() => distinct([...(observations.value.from
 /** Metres from which on something is said to have moved: below it nothing is seen in a table. */
 export const MOVED = 5e-6;
 
+/** What moves are counted from, as the end of a sentence. */
+export const since = computed(() => (session.value?.ran === false ? 'since the project was opened' : 'against the last run'));
+
 /** What moved against the run that the page shows, largest first. */
 export const moves = computed(() => {
   if (!adjusted.value) return [];
@@ -184,8 +189,27 @@ export const moves = computed(() => {
     .sort((a, b) => b.long - a.long);
 });
 
+/** What the picture draws: the moves between two states that are compared, else those against the run. */
+export const drawnMoves = computed(() => {
+  const both = comparing.value;
+  if (!both) return moves.value;
+  return [...both.points, ...both.stations]
+    .filter((p) => p.moved && p.moved.every((x) => x !== null))
+    .map((p) => ({ name: p.name, moved: p.moved, xyz: p.xyz ?? p.world_from_scanner.slice(0, 3).map((row) => row[3]), long: length(p.moved) }))
+    .sort((p, q) => q.long - p.long);
+});
+
+/** What a state of the session is called. @param {string} state */
+export function stateName(state) {
+  const live = session.value;
+  if (state === 'run') return live?.ran === false ? 'project as opened' : 'last run';
+  const n = live?.decisions?.[state];
+  const edits = n === undefined ? '' : n === 0 ? ', no edits' : n === 1 ? ', 1 edit' : `, ${n} edits`;
+  return `state ${state}${edits}${state === String(live?.revision) ? ' (now)' : ''}`;
+}
+
 export const autoMove = computed(() => {
-  const largest = moves.value[0]?.long ?? 0;
+  const largest = drawnMoves.value[0]?.long ?? 0;
   const size = extent.value;
   return largest > MOVED ? Math.max(1, roundDown((0.24 * size) / largest)) : 1;
 });

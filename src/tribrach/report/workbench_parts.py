@@ -17,6 +17,7 @@ from tribrach._types import Array
 from tribrach.geodesy.local_map import StoredMap
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
+from tribrach.geometry.rectangle import held_rectangle
 from tribrach.io.arrays import joint_covariance_bytes
 from tribrach.job.budget import station_shares
 from tribrach.job.grouping import file_name
@@ -164,7 +165,10 @@ def _box(content: Report, placed: PlacedScans) -> tuple[Array, Array]:
 
 
 def _planes(content: Report, registered: Registered) -> dict[str, Any]:
-    """Where planes of the network were seen: around the centres of their patches."""
+    """Where planes of the network were seen: rectangles that hold the cells of their patches.
+
+    A cell is a twentieth of a patch wide, so that an edge is known to half of that.
+    """
     ties = registered.ties
     if ties is None:
         return {}
@@ -174,19 +178,25 @@ def _planes(content: Report, registered: Registered) -> dict[str, Any]:
     out: dict[str, Any] = {}
     for surface in range(len(ties.normal)):
         name = f"plane {surface + 1}"
-        centres, sizes = [], []
+        if name not in layout.names["plane"]:
+            continue
+        places = []
         for k in np.flatnonzero(ties.surface == surface):
             station, number = ties.station[k], int(ties.number[k])
             if station not in layout.names["pose"]:
                 continue
             at = layout.index("pose", station)
-            local = sets[station].center[number]
-            centres.append(state.pose_r[at] @ local + state.pose_t[at])
-            sizes.append(np.sqrt(sets[station].area[number] / np.pi))
-        if centres and name in layout.names["plane"]:
-            centre = np.mean(centres, axis=0)
-            away = np.linalg.norm(np.array(centres) - centre, axis=1)
-            out[name] = {"centre": centre.tolist(), "extent": float((away + sizes).max())}
+            seen, turn, shift = sets[station], state.pose_r[at], state.pose_t[at]
+            places.append(np.vstack([seen.center[number], seen.samples[number]]) @ turn.T + shift)
+        if places:
+            normal = state.plane_n[layout.index("plane", name)]
+            centre, axes, half = held_rectangle(normal, np.concatenate(places))
+            out[name] = {
+                "centre": centre.tolist(),
+                "extent": float(np.hypot(*half)),
+                "axes": axes.tolist(),
+                "half": half.tolist(),
+            }
     return out
 
 

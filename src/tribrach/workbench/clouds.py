@@ -31,6 +31,7 @@ __all__ = [
     "cloud_parts",
     "convert_clouds",
     "convert_further",
+    "lacking_clouds",
     "written_clouds",
 ]
 
@@ -98,6 +99,26 @@ def written_clouds(result: Mapping[str, Any], folder: Path) -> list[Path]:
     files = [str(cloud["file"]) for cloud in (result.get("scans") or {}).get("clouds", [])]
     paths = [place / name for name in dict.fromkeys(files) if name not in ("", ".", "..")]
     return [p for p in paths if p.parent == place and p.is_file() and not p.is_symlink()]
+
+
+def lacking_clouds(result: Mapping[str, Any], folder: Path) -> str:
+    """Say which clouds of a result cannot be shown and what to do; "" where none is lacking.
+
+    Parameters
+    ----------
+    result : mapping
+        Keys of ``result.json``.
+    folder : Path
+        Folder of the results.
+    """
+    files = {str(cloud["file"]) for cloud in (result.get("scans") or {}).get("clouds", [])}
+    gone = sorted(files - {path.name for path in written_clouds(result, folder)})
+    if not gone:
+        return ""
+    others = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
+    verb = "are" if others else "is"
+    where = f"not in {CLOUDS} any more"
+    return f"{gone[0]}{others} {verb} {where}: run the project again to show it all."
 
 
 def convert_clouds(

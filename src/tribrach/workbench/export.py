@@ -25,6 +25,7 @@ from tribrach.workbench.clouds import (
     cloud_parts,
     convert_clouds,
     convert_further,
+    lacking_clouds,
     written_clouds,
 )
 from tribrach.workbench.epochs import read_epochs
@@ -125,6 +126,7 @@ def export_page(
         parts = cloud_parts(clouds, beside.pose_file, upright=beside.frame.kind != "ecef")
         displaced = [] if epochs is None else read_epochs(epochs)
         scene = scene_of(result, beside, parts, epochs=displaced)
+        scene = scene.model_copy(update={"lacking": lacking_clouds(result, folder)})
         texts: dict[Path, str | bytes] = {}
         joint = named_joint(PointSources(beside, {}, {}))
         if joint is not None:

@@ -123,6 +123,13 @@ class SceneFrame:
         there = self.from_work(at[None])[0]
         return turned, float(turned @ there), None if centre is None else there
 
+    def of_directions(self, directions: Array, at: Array) -> Array:
+        """Directions (n, 3) of the work frame at a place of it, in this frame."""
+        if self.kind == "work" or self.from_work is None:
+            return directions
+        turned: Array = directions @ self.from_work.rotation(at[None])[0].T
+        return turned
+
     def of_adjusted(self, adjusted: Mapping[str, Any]) -> dict[str, Any]:
         """What an adjustment of a session moved, in this frame.
 

@@ -251,7 +251,8 @@ def _rays(observations: Columns) -> Columns:
 
 def _planes(planes: Mapping[str, Any], beside: ResultFolder) -> Columns:
     """Planes in the frame of the clouds, with the place where they were seen."""
-    out: Columns = {key: [] for key in ("name", "normal", "offset", "centre", "extent")}
+    keys = ("name", "normal", "offset", "centre", "extent", "axes", "half")
+    out: Columns = {key: [] for key in keys}
     for name, plane in planes.items():
         seen = beside.planes.get(name)
         centre = None if seen is None else np.array(seen["centre"])
@@ -263,6 +264,11 @@ def _planes(planes: Mapping[str, Any], beside: ResultFolder) -> Columns:
         out["offset"].append(offset)
         out["centre"].append(None if there is None else there.tolist())
         out["extent"].append(None if seen is None else seen["extent"])
+        sides = None if seen is None or centre is None else seen.get("axes")
+        out["axes"].append(
+            None if sides is None else beside.frame.of_directions(np.array(sides), centre).tolist()
+        )
+        out["half"].append(None if sides is None else seen["half"])
     return out
 
 

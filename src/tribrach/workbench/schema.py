@@ -104,6 +104,10 @@ class ScenePlanes(DocumentPart):
     centre: list[Triple | None]
     extent: list[Finite]
     """Radius about the centre."""
+    axes: list[Matrix | None] = Field(default_factory=list)
+    """2 x 3: unit vectors along the sides of the rectangle that holds the plane."""
+    half: list[tuple[float, float] | None] = Field(default_factory=list)
+    """Half the widths of that rectangle."""
 
 
 class SceneTargets(DocumentPart):
@@ -233,6 +237,8 @@ class SceneDocument(Document):
     clouds: list[SceneCloud]
     pending: list[str] = Field(default_factory=list)
     """Clouds that are being converted."""
+    lacking: str = ""
+    """What cannot be shown, and what to do about it; empty where nothing lacks."""
     epochs: list[SceneEpochs] = Field(default_factory=list)
     joint: SceneJoint | None = None
     """In a static folder, for the sigmas of distances."""

@@ -21,7 +21,7 @@ from tribrach.io.keeping import keeping, looking
 from tribrach.report.schema.base import document_text
 from tribrach.workbench.epochs import read_epochs
 from tribrach.workbench.further import further_names
-from tribrach.workbench.result_folder import ResultFolder, read_result
+from tribrach.workbench.result_folder import CLOUDS, RESULT, ResultFolder, read_result
 from tribrach.workbench.scene import decided_targets, scene_of
 from tribrach.workbench.schema import SceneDocument
 from tribrach.workbench.views import VIEWS, keep_view, read_views
@@ -96,6 +96,8 @@ class Service:
         self._lock = threading.RLock()
         self._listeners: list[Listener] = []
         self._stop, self._converting = threading.Event(), threading.Event()
+        self._giving: threading.Thread | None = None
+        self._unread = ""
         self._running: threading.Event | None = None
         self._threads: list[threading.Thread] = []
         self._load()
@@ -124,8 +126,9 @@ class Service:
         try:
             last = read_result(folder)
             beside = ResultFolder.beside(folder)
-        except InputError:
+        except InputError as error:
             last, beside = {}, ResultFolder()
+            self._unread = str(error) if (folder / RESULT).is_file() else ""
         further = ("scans", "registration", "comparisons")
         kept = {key: last[key] for key in further if key in last}
         result = {**kept, **now}
@@ -144,8 +147,24 @@ class Service:
                 scene = scene_of(
                     self._result, self.beside, parts, session=live, epochs=self._epochs
                 )
-                self._scene = scene.model_copy(update={"pending": list(self._pending)})
+                told = {"pending": list(self._pending), "lacking": self._lacking()}
+                self._scene = scene.model_copy(update=told)
             return self._scene
+
+    def _lacking(self) -> str:
+        """What of the scans cannot be shown, and what to do."""
+        from tribrach.workbench.clouds import lacking_clouds
+
+        if self.session is not None and self.beside.folder is None:
+            if not self.session.project.scans:
+                return ""
+            if self._unread:
+                return f"The last run cannot be shown ({self._unread}): press Run to make it anew."
+            return (
+                "This project was not run to its end yet, so there are no clouds to show: press "
+                "Run to write them. What is shown of the network is adjusted."
+            )
+        return lacking_clouds(self._result, self.folder)
 
     @property
     def scene_text(self) -> bytes:
@@ -195,7 +214,7 @@ class Service:
     def start(self) -> None:
         """Begin to give out clouds, those that have to be converted after the others."""
         # what reads and writes clouds takes its time to load, and the page comes first
-        self._begin(self._give_clouds)
+        self._give()
 
     def stop(self) -> None:
         """End what is going on; nothing half-written remains."""
@@ -207,18 +226,27 @@ class Service:
         for thread in self._threads:
             thread.join(_PATIENCE)
 
-    def _begin(self, work: Callable[..., None], *values: Any) -> None:
+    def _begin(self, work: Callable[..., None], *values: Any) -> threading.Thread:
         """Do something in a thread of its own."""
         thread = threading.Thread(target=work, args=values, daemon=True, name=work.__name__)
         self._threads = [*(t for t in self._threads if t.is_alive()), thread]
         thread.start()
+        return thread
+
+    def _give(self) -> None:
+        """Give out clouds in a thread of its own, until it is stopped."""
+        if self.stopped:
+            return
+        # made here, so that what was begun a moment ago can be stopped too
+        self._converting = threading.Event()
+        self._giving = self._begin(self._give_clouds, self._converting)
 
     @property
     def stopped(self) -> bool:
         """Whether the end has come."""
         return self._stop.is_set()
 
-    def _give_clouds(self) -> None:
+    def _give_clouds(self, stop: threading.Event) -> None:
         from tribrach.workbench.clouds import (
             cloud_parts,
             convert_clouds,
@@ -230,9 +258,13 @@ class Service:
             result, beside = self._result, self.beside
         folder = self.folder if beside.folder is None else beside.folder
         paths = sorted(written_clouds(result, folder), key=lambda path: path.stat().st_size)
-        stop = self._converting = threading.Event()
+        works = [(path, partial(convert_further, path, name)) for path, name in self._further]
+        works += [(path, partial(convert_clouds, [path])) for path in paths]
         with self._lock:
-            self._pending = [path.name for path in (*(p for p, _ in self._further), *paths)]
+            # what was given before it was stopped is not given again
+            given = {cloud.source for cloud in self._clouds.values()}
+            works = [work for work in works if work[0].name not in given]
+            self._pending = [path.name for path, _ in works]
             self.changed()
 
         def ready(cloud: SceneCloudFile) -> None:
@@ -247,8 +279,6 @@ class Service:
             self.tell("clouds", {})
 
         progress = self._progress(stop)
-        works = [(path, partial(convert_further, path, name)) for path, name in self._further]
-        works += [(path, partial(convert_clouds, [path])) for path in paths]
         for path, convert in works:
             try:
                 convert(self._copies, progress, ready)
@@ -265,7 +295,7 @@ class Service:
         """Tells listeners how far something is, and ends it when it is stopped."""
 
         def progress(what: str, done: int, total: int | None) -> None:
-            if stop.is_set():
+            if stop.is_set() or self.stopped:
                 raise Cancelled("it was stopped")
             self.tell("progress", {"what": what, "done": done, "total": total})
 
@@ -275,7 +305,9 @@ class Service:
         """The state of the session."""
         state = dict(self._worked_on().state())
         state["adjusted"] = self.beside.frame.of_adjusted(state["adjusted"])
-        return {**state, "running": self._running is not None}
+        running = self._running
+        stopping = running is not None and running.is_set()
+        return {**state, "running": running is not None, "stopping": stopping}
 
     def what_if(self, observation: str) -> Any:
         """What switching an observation off would do, from the factor at hand."""
@@ -384,24 +416,43 @@ class Service:
         assert self.session is not None
         # what is converted meanwhile is of the old clouds, and one work at a time writes there
         self._converting.set()
-        for thread in self._threads:
-            if thread.name == self._give_clouds.__name__:
-                thread.join()
+        if self._giving is not None:
+            self._giving.join()
+        before, failed = _stamps(self.folder / CLOUDS), ""
+        fault: Exception | None = None
         try:
             pipeline.run(self.session.project, self.folder, self._progress(stop))
         except Cancelled:
-            self.tell("failed", {"sentence": "The run was stopped; what it had made is kept."})
-            return
+            failed = "The run was stopped; what it had made is kept for the next one."
         except (TribrachError, OSError) as error:
-            self.tell("failed", {"sentence": str(error)})
+            failed = str(error)
+        except Exception as error:
+            # a fault of the program itself: who waits for the end must hear of it all the same
+            failed, fault = f"The run ended by a fault of the program: {error!r}", error
+        # before anybody is told, because who is told asks at once how it is now
+        self._running = None
+        if failed:
+            self._failed(failed, _stamps(self.folder / CLOUDS) != before)
+            if fault is not None:
+                raise fault
             return
-        finally:
-            self._running = None
         with looking():
             self.session.ran()
         self._load()
         self.tell("ran", {})
-        self._give_clouds()
+        self._give()
+
+    def _failed(self, sentence: str, written: bool) -> None:
+        """Tell of a run that came to no end; go on with what it leaves.
+
+        written : it had begun to write poses and clouds, so that they may be of two runs now.
+        """
+        if written:
+            sentence += " The folder may hold poses and clouds of two runs now: run again."
+            with suppress(InputError):
+                self._load()
+        self.tell("failed", {"sentence": sentence, "reload": written})
+        self._give()
 
     def cancel(self, given: Mapping[str, Any]) -> Any:
         """Stop a run; what it has made so far is kept for the next one."""
@@ -478,6 +529,14 @@ def _places(
         for name, place, block in zip(names, xyz, covariance, strict=True)
         if place is not None and None not in place and block is not None
     }
+
+
+def _stamps(folder: Path) -> dict[str, tuple[int, int]]:
+    """Size and date of every file of a folder, by which one sees that something was written."""
+    if not folder.is_dir():
+        return {}
+    found = {path.name: path.stat() for path in folder.iterdir()}
+    return {name: (status.st_size, status.st_mtime_ns) for name, status in found.items()}
 
 
 def _saved(session: Session) -> Path:

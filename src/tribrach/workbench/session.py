@@ -173,6 +173,7 @@ class Session:
         self._at = 0
         self._saved = job.edits.model_dump()
         self._snapshots: dict[int, Snapshot] = {}
+        self._decisions: dict[int, int] = {}
         self._tested: dict[str, Any] | None = None
         self._told: tuple[_State, Report] | None = None
         self._state = self._adjusted(1, job.edits, None)
@@ -250,8 +251,9 @@ class Session:
         -------
         dict
             ``revision``, ``edits`` with their numbers, ``undo``, ``redo`` and ``saved`` (booleans),
-            ``states`` (revisions that can be compared, and ``run``), ``adjusted``, and ``tested``
-            (None until the tests are there).
+            ``states`` (revisions that can be compared, and ``run``), ``decisions`` (how many
+            each of them has), ``ran`` (whether there is a run that moves are counted from),
+            ``adjusted``, and ``tested`` (None until the tests are there).
         """
         with self._lock:
             state, tested = self._state, self._tested
@@ -262,6 +264,8 @@ class Session:
                 "redo": self._at < len(self._history) - 1,
                 "saved": state.edits.model_dump() == self._saved,
                 "states": ["run", *(str(revision) for revision in self._snapshots)],
+                "decisions": {str(k): self._decisions[k] for k in self._snapshots},
+                "ran": self._run is not None,
                 "adjusted": self._as_adjusted(state, 0.0),
                 "tested": tested,
             }
@@ -530,6 +534,10 @@ class Session:
         results = JobResults(self.project, self._job.sessions, registered=registered)
         content = report(state.solving.solved, self.settings, self.project.facts, results)
         self._told = state, content
+        with self._lock:
+            snap = self._snapshots.get(state.revision)
+            if snap is not None and not snap.tests:
+                self._snapshots[state.revision] = with_tests(snap, content.observations)
         return content
 
     def _step(self, revision: int, by: int, otherwise: str) -> dict[str, Any]:
@@ -560,8 +568,10 @@ class Session:
         self._snapshots[state.revision] = snapshot(
             state.adjustment, self.settings.posterior, self.settings.confidence
         )
+        self._decisions[state.revision] = len(_listed(state.edits))
         while len(self._snapshots) > KEPT:
-            del self._snapshots[min(self._snapshots)]
+            oldest = min(self._snapshots)
+            del self._snapshots[oldest], self._decisions[oldest]
 
     def _as_adjusted(self, state: _State, seconds: float) -> dict[str, Any]:
         """A state as plain values."""

@@ -235,7 +235,10 @@ export class NetworkView {
     fill(this.edgeGhosts, places, colours);
   }
 
-  /** @param {{normal: number[], centre: number[], extent: number}[]} planes in the work frame; extent is a radius */
+  /**
+   * @param {{normal: number[], centre: number[], extent: number, axes?: number[][] | null, half?: number[] | null}[]} planes in the frame
+   *   of the clouds: rectangles along their axes; without them squares of the extent, which is a radius
+   */
   setPlanes(planes) {
     this.planes.clear();
     const places = [];
@@ -243,9 +246,13 @@ export class NetworkView {
     for (const plane of planes) {
       const n = new THREE.Vector3(...this.toAxes(plane.normal)).normalize();
       const flat = Math.abs(n.z) > 0.99 ? new THREE.Vector3(0, 1, 0) : new THREE.Vector3(0, 0, 1);
-      const u = flat.clone().cross(n).normalize();
-      const v = n.clone().cross(u);
-      const [a, b] = [plane.extent || 1, plane.extent || 1];
+      let u = flat.clone().cross(n).normalize();
+      let v = n.clone().cross(u);
+      let [a, b] = [plane.extent || 1, plane.extent || 1];
+      if (plane.axes && plane.half) {
+        [u, v] = plane.axes.map((axis) => new THREE.Vector3(...this.toAxes(axis)));
+        [a, b] = plane.half;
+      }
       const at = new THREE.Vector3(...this.toDrawing(plane.centre));
       const corners = [[-a, -b], [a, -b], [a, b], [-a, b]].map(([s, t]) => at.clone().addScaledVector(u, s).addScaledVector(v, t));
       for (let i = 0; i < 4; i++) {

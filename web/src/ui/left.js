@@ -38,7 +38,7 @@ function Layers() {
     rays: scene.rays?.from?.length ?? 0,
     edges: scene.edges?.length ?? 0,
     planes: scene.planes?.name?.length ?? 0,
-    moves: s.moves.value.filter((move) => move.long > s.MOVED).length,
+    moves: s.drawnMoves.value.filter((move) => move.long > s.MOVED).length,
     epochs: s.displaced.value.length,
     rejected: (scene.rejected?.scan?.length ?? 0) + s.turnedDown.value.length,
     comparisons: (scene.comparisons ?? []).reduce((sum, c) => sum + (c.sites ?? []).filter((site) => site.xyz).length, 0),
@@ -65,7 +65,7 @@ function Scans({ colours }) {
     <div class="scans">${clouds.map(item)}</div>
     ${further.length > 0 && html`<p class="muted small sub">Given besides</p>${further.map(item)}`}
     ${(scene.pending ?? []).map((name) => html`<p class="muted small" key=${name}>${name}: is being prepared</p>`)}
-    ${!clouds.length && !further.length && !(scene.pending ?? []).length && html`<p class="muted small">This result has no clouds.</p>`}`;
+    ${!clouds.length && !further.length && !(scene.pending ?? []).length && html`<p class="muted small">${scene.lacking || 'This result has no clouds.'}</p>`}`;
 }
 
 export const TITLES = {

@@ -41,13 +41,13 @@ export function Legend({ colours }) {
     <div class="legend-keys">
       ${s.on('points') && roles.map((role) => html`<span key=${role}><svg viewBox="0 0 14 14" class="mark"><path d=${SHAPES[ROLES[role].symbol]} fill=${ROLES[role].colour} /></svg>${ROLES[role].title}</span>`)}
       ${s.on('stations') && html`<span><svg viewBox="0 0 14 14" class="mark"><path d=${SHAPES.square} fill=${ROLES.station.colour} /></svg>station</span>`}
-      ${rays && html`<span title="largest |w| of the observations between two places"><i class="line quiet"></i>|w| small</span><span><i class="line warm"></i>2 to 3</span><span><i class="line bad"></i>suspicious</span>`}
+      ${rays && html`<span title="largest |w| of the observations between two places"><i class="line quiet"></i>|w| below 2</span><span><i class="line warm"></i>2 to 3</span><span><i class="line bad"></i>suspicious</span>`}
     </div>
     <div class="legend-notes">
       ${s.on('ellipsoids') && html`<span>Ellipsoids of ${Math.round((scene.confidence ?? 0.95) * 1000) / 10} %, drawn <b>${count(s.ellipsoidTimes.value || s.autoEllipsoid.value)} times</b></span>`}
       ${s.on('epochs') && s.displaced.value.length > 0 && html`<span class="legend-keys">${Object.entries(VERDICTS).filter(([verdict]) => s.displaced.value.some((p) => p.verdict === verdict)).map(([verdict, how]) => html`<span key=${verdict}><i class="line" style=${{ borderColor: how.colour }}></i>${verdict}</span>`)}</span>
         <span>displacements, drawn <b>${count(s.epochTimes.value)} times</b></span>`}
-      ${s.on('moves') && s.moves.value.some((m) => m.long > s.MOVED) && html`<span class="moves-note"><i class="line move"></i>moves, drawn <b>${count(s.moveTimes.value || s.autoMove.value)} times</b></span>`}
+      ${s.on('moves') && s.drawnMoves.value.some((m) => m.long > s.MOVED) && html`<span class="moves-note"><i class="line move"></i><span>moves${s.comparing.value ? ` from ${s.stateName(s.comparing.value.a)} to ${s.stateName(s.comparing.value.b)}` : ''}, drawn <b>${count(s.moveTimes.value || s.autoMove.value)} times</b></span></span>`}
     </div>
   </div>`;
 }

@@ -128,37 +128,63 @@ function Epochs({ does }) {
         <td class="number">${plain(p.test)} (${plain(p.limit)})</td><td class="number">${millimetres(p.detectable)}</td><td>${p.verdict}</td></tr>`)}</tbody></table>`;
 }
 
-function Compare() {
+/** Two states side by side: what the network says of itself, what moves, what the tests say. */
+function Compare({ does }) {
   const live = s.session.value;
   const states = ['run', ...(live.states ?? []).filter((x) => x !== 'run').map(String)];
-  if (!states.includes(String(live.revision))) states.push(String(live.revision));
   const [a, setA] = useState('run');
-  const [b, setB] = useState(String(live.revision));
-  const answer = s.comparing.value;
+  const [b, setB] = useState('');
+  const now = String(live.revision);
+  const both = s.comparing.value;
   const go = async () => {
+    const pair = { a, b: b || now };
     try {
-      s.comparing.value = await api.get('api/compare', { a, b });
+      s.comparing.value = { ...(await api.get('api/compare', pair)), ...pair };
+      s.toggle('moves', true);
     } catch (error) {
       s.say(error.message, 'error');
     }
   };
-  const name = (x) => (x === 'run' ? 'last run' : x === String(live.revision) ? `state ${x} (now)` : `state ${x}`);
-  const pick = (value, set, title) => html`<select aria-label=${title} value=${value} onChange=${(e) => set(e.currentTarget.value)}>${states.map((x) => html`<option key=${x} value=${x} selected=${value === x}>${name(x)}</option>`)}</select>`;
-  const moved = [...(answer?.points ?? []), ...(answer?.stations ?? [])].sort((p, q) => (q.moved_length ?? 0) - (p.moved_length ?? 0));
-  return html`<h3>Compare two states</h3><div class="filters">${pick(a, setA, 'First state')} with ${pick(b, setB, 'Second state')}<button type="button" class="button" onClick=${go}>Compare</button></div>
-    ${answer && html`<p class="small">σ₀ ${plain(answer.sigma0?.a?.posterior, 3)} → ${plain(answer.sigma0?.b?.posterior, 3)}, dof ${answer.sigma0?.a?.dof ?? '–'} → ${answer.sigma0?.b?.dof ?? '–'}, largest move ${answer.largest?.name ? `${answer.largest.name} ${millimetres(answer.largest.moved)} mm` : 'none'}</p>
-      <table class="plain-table"><thead><tr><th>Name</th><th class="number">moved [mm]</th><th class="number">σ before [mm]</th><th class="number">σ after [mm]</th></tr></thead>
-      <tbody>${moved.slice(0, 300).map((p) => html`<tr key=${p.name}><td>${p.name}</td><td class="number">${millimetres(p.moved_length ?? (p.moved ? length(p.moved) : null))}</td>
+  const pick = (value, set, title) => html`<select class="state" aria-label=${title} value=${value} onChange=${(e) => set(e.currentTarget.value)}>${states.map((x) => html`<option key=${x} value=${x} selected=${value === x}>${s.stateName(x)}</option>`)}</select>`;
+  return html`<h3>Compare two states</h3>
+    <div class="filters">${pick(a, setA, 'First state')} with ${pick(b || now, setB, 'Second state')}<button type="button" class="button" onClick=${go}>Compare</button>
+      ${both && html`<button type="button" class="button plain" onClick=${() => (s.comparing.value = null)}>End</button>`}</div>
+    ${both && html`<${Compared} both=${both} does=${does} />`}`;
+}
+
+function Compared({ both, does }) {
+  const names = [s.stateName(both.a), s.stateName(both.b)];
+  const sides = [both.sigma0?.a ?? {}, both.sigma0?.b ?? {}];
+  const limits = (side) => {
+    const test = side.global_test;
+    return test?.accepted === null || test?.accepted === undefined ? 'no redundancy' : `${test.accepted ? 'accepted' : 'rejected'}: ${plain(test.statistic, 1)} in ${plain(test.lower, 1)} to ${plain(test.upper, 1)}`;
+  };
+  const moved = [...(both.points ?? []), ...(both.stations ?? [])].filter((p) => p.moved).sort((p, q) => (q.moved_length ?? 0) - (p.moved_length ?? 0));
+  const alone = [...(both.points ?? []), ...(both.stations ?? [])].filter((p) => !p.moved).map((p) => p.name);
+  return html`<table class="plain-table sides"><thead><tr><th></th>${names.map((name, k) => html`<th key=${k}>${name}</th>`)}</tr></thead><tbody>
+      <tr><td>σ₀ a posteriori</td>${sides.map((side, k) => html`<td key=${k}>${plain(side.posterior, 4)}</td>`)}</tr>
+      <tr><td>degrees of freedom</td>${sides.map((side, k) => html`<td key=${k}>${side.dof ?? '–'}</td>`)}</tr>
+      <tr><td>global test</td>${sides.map((side, k) => html`<td key=${k}>${limits(side)}</td>`)}</tr></tbody></table>
+    <p class="small">${both.largest?.moved > s.MOVED ? html`Largest move: <b>${both.largest.name}</b>, ${millimetres(both.largest.moved)} mm. The picture draws the moves from the first state to the second.` : 'No point and no station moves by more than 0.005 mm.'}${alone.length ? ` Only in the second state: ${alone.join(', ')}.` : ''}</p>
+    <table class="plain-table"><thead><tr><th>Name</th>${axes().map((x) => html`<th class="number" key=${x}>Δ${x} [mm]</th>`)}<th class="number">moved [mm]</th><th class="number" title="root of the trace of the covariance">σ first [mm]</th><th class="number">σ second [mm]</th></tr></thead>
+      <tbody>${moved.slice(0, 300).map((p) => html`<tr key=${p.name} onDblClick=${() => does.visit(p.name)}><td>${p.name}</td>${p.moved.map((x, k) => html`<td class="number" key=${k}>${millimetres(x)}</td>`)}<td class="number"><b>${millimetres(p.moved_length)}</b></td>
         <td class="number">${millimetres(total(p.before))}</td><td class="number">${millimetres(total(p.covariance))}</td></tr>`)}</tbody></table>
-      <${Tests} columns=${answer.observations} tested=${answer.tested} />`}`;
+    <${Tests} columns=${both.observations} tested=${both.tested} />`;
 }
 
 /** Observations whose use or test value differs most between two states. */
 function Tests({ columns, tested }) {
-  if (!columns?.id?.length || !tested?.a || !tested?.b) return html`<p class="muted small">Tests are compared where both states were tested.</p>`;
+  if (!columns?.id?.length || !tested?.a || !tested?.b) return html`<p class="muted small">The tests of ${!tested?.a && !tested?.b ? 'these states' : tested?.a ? 'the second state' : 'the first state'} were not computed, because another change came first; test values are not compared.</p>`;
+  const o = s.observations.value;
+  const rows = new Map(o.id.map((id, i) => [`${id} ${o.component[i]}`, i]));
+  const named = (i) => {
+    const row = rows.get(`${columns.id[i]} ${columns.component[i]}`);
+    return row === undefined ? `${columns.id[i]} ${columns.component[i]}` : `${label(o, row)}, ${kindOf(o, row)}`;
+  };
   const gap = (i) => (columns.state_a[i] !== columns.state_b[i] ? 1e6 : 0) + Math.abs((columns.w_b[i] ?? 0) - (columns.w_a[i] ?? 0));
   const list = [...columns.id.keys()].filter((i) => gap(i) > 0.005).sort((i, j) => gap(j) - gap(i)).slice(0, 20);
-  return html`<table class="plain-table"><thead><tr><th>Observation</th><th>use</th><th class="number">w before</th><th class="number">w after</th></tr></thead><tbody>${list.map((i) => html`<tr key=${i}><td>${columns.id[i]} ${columns.component[i]}</td><td>${columns.state_a[i] === columns.state_b[i] ? columns.state_b[i] : `${columns.state_a[i]} → ${columns.state_b[i]}`}</td><td class="number">${plain(columns.w_a[i])}</td><td class="number">${plain(columns.w_b[i])}</td></tr>`)}</tbody></table>`;
+  if (!list.length) return html`<p class="muted small">No test value differs by more than 0.005.</p>`;
+  return html`<p class="small">Test values that differ most:</p><table class="plain-table"><thead><tr><th>Observation</th><th>use</th><th class="number">w first</th><th class="number">w second</th></tr></thead><tbody>${list.map((i) => html`<tr key=${i}><td title=${columns.id[i]}>${named(i)}</td><td>${columns.state_a[i] === columns.state_b[i] ? columns.state_b[i] : `${columns.state_a[i] ?? 'not there'} → ${columns.state_b[i] ?? 'not there'}`}</td><td class="number">${plain(columns.w_a[i])}</td><td class="number">${plain(columns.w_b[i])}</td></tr>`)}</tbody></table>`;
 }
 
 const total = (m) => (Array.isArray(m) ? Math.sqrt(Math.max(0, m[0][0] + m[1][1] + m[2][2])) : typeof m === 'number' ? m : null);
@@ -173,13 +199,13 @@ export function Changes({ does }) {
     <ol class="edits">${list.map((edit, i) => html`<li key=${i}><div><b>${what(edit)}</b><br />${edit.reason}<br /><span class="muted small" title=${edit.observation ?? ''}>${[edit.by, edit.at?.replace?.('T', ' ')].filter(Boolean).join(', ')}</span></div>
       ${edit.observation && html`<button type="button" class="button plain tiny" onClick=${() => does.select({ type: 'row', id: edit.observation }, { tab: 'observations' })}>Show</button>`}</li>`)}</ol>
     <${Epochs} does=${does} />
-    ${live && html`<h3>What moves against the last run</h3>
+    ${live && html`<h3>What moves ${s.since.value}</h3>
       ${!moves.length ? html`<p class="muted">Nothing has moved.</p>` : html`<p class="small">Largest: <b>${moves[0].name}</b>, ${millimetres(moves[0].long)} mm. <a href="tables/moves.csv" download>CSV</a> <a href="tables/moves.json" target="_blank" rel="noopener">JSON</a></p>
       <table class="plain-table"><thead><tr><th>Name</th>${axes().map((x) => html`<th class="number" key=${x}>Δ${x} [mm]</th>`)}<th class="number">moved [mm]</th><th class="number" title="root of the trace of the covariance">σ before [mm]</th><th class="number">σ now [mm]</th></tr></thead>
         <tbody>${moves.slice(0, 500).map((p) => html`<tr key=${p.name} onClick=${() => does.select({ type: p.role === 'station' ? 'station' : 'point', name: p.name }, { stay: true })} onDblClick=${() => does.visit(p.name)}>
           <td><button type="button" class="name"><${Mark} role=${p.role} />${p.name}</button></td>${p.moved.map((x, k) => html`<td class="number" key=${k}>${millimetres(x)}</td>`)}<td class="number"><b>${millimetres(p.long)}</b></td>
           <td class="number">${millimetres(total(p.before))}</td><td class="number">${millimetres(total(p.covariance))}</td></tr>`)}</tbody></table>`}
-      <${Compare} />`}
+      <${Compare} does=${does} />`}
   </div>`;
 }
 
@@ -239,7 +265,7 @@ function NamedPoint({ name, type, does }) {
       ${s.session.value && type === 'point' && html`<button type="button" class="button" onClick=${() => (s.dialog.value = { type: 'role', name })}>Role …</button>`}</p>
     <h3>Coordinates</h3>
     ${(p.words ?? []).some(([, words]) => words) ? html`<dl class="facts wide">${p.words.filter(([, words]) => words).map(([frame, words]) => html`<dt key=${frame}>${frame}</dt><dd>${[words].flat().join(', ')}</dd>`)}</dl>` : html`<p>${(p.xyz ?? []).map((x) => metres(x)).join(', ')} m</p>`}
-    ${p.moved && length(p.moved) > s.MOVED && html`<p class="small">Now ${p.xyz.map((x) => metres(x)).join(', ')} m: moved ${millimetres(length(p.moved))} mm against the last run.</p>`}
+    ${p.moved && length(p.moved) > s.MOVED && html`<p class="small">Now ${p.xyz.map((x) => metres(x)).join(', ')} m: moved ${millimetres(length(p.moved))} mm ${s.since.value}.</p>`}
     <h3>Uncertainty</h3><${SigmaRows} covariance=${p.covariance} />
     ${p.full && html`<p class="small muted">σ of the rotations: ${[3, 4, 5].map((k) => smallWords(Math.sqrt(Math.max(0, p.full[k][k])), 'rad', s.scene.value.angle)).join(', ')}</p>`}
     ${found.length > 0 && html`<h3>Seen in ${found.length} ${found.length === 1 ? 'scan' : 'scans'}</h3>${found.map((i) => html`<${TargetCard} key=${i} at=${i} />`)}`}

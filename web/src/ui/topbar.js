@@ -47,7 +47,7 @@ export function TopBar({ does }) {
           <${Icon} name="save" /><span>${live.saved ? 'Saved' : 'Save'}</span>
         </button>
         ${running
-          ? html`<button type="button" class="tool" title="Stop the run" onClick=${does.cancel}><${Icon} name="stop" /><span>Cancel</span></button>`
+          ? html`<button type="button" class="tool" title="Stop the run" disabled=${live.stopping} onClick=${does.cancel}><${Icon} name="stop" /><span>${live.stopping ? 'Stopping' : 'Cancel'}</span></button>`
           : html`<button type="button" class="tool primary" title="Run the project: new clouds with new sigmas" disabled=${busy} onClick=${does.run}><${Icon} name="run" /><span>Run</span></button>`}`}
       <button type="button" class="tool" title="Copy a link to this view" onClick=${does.link}><${Icon} name="link" /><span class="sr">Copy link</span></button>
       <button type="button" class="tool" title=${s.theme.value === 'dark' ? 'Light theme' : 'Dark theme'} onClick=${() => (s.theme.value = s.theme.value === 'dark' ? 'light' : 'dark')}>
@@ -74,6 +74,7 @@ function Gone() {
 
 export function Banners({ does }) {
   const out = [];
+  const lacks = s.scene.value.lacking;
   if (s.defect.value) {
     out.push(html`<div class="banner bad" role="alert" key="defect">
       <div>${s.defect.value.map((sentence) => html`<p>${sentence}</p>`)}<p>The network stays as it was before.</p></div>
@@ -82,12 +83,16 @@ export function Banners({ does }) {
   }
   if (s.progress.value) {
     const p = s.progress.value;
+    const stopping = s.session.value?.stopping;
     out.push(html`<div class="banner" role="status" key="progress">
-      <div><p>${!s.session.value?.running ? 'Preparing clouds: ' : ''}${p.what ?? 'Running'}${p.total ? `, ${count(p.done ?? 0)} of ${count(p.total)}` : ''}</p>
+      <div><p>${stopping ? 'Stopping, at the next place where it can: ' : !s.session.value?.running ? 'Preparing clouds: ' : ''}${p.what ?? 'Running'}${p.total ? `, ${count(p.done ?? 0)} of ${count(p.total)}` : ''}</p>
         <progress max=${p.total || undefined} value=${p.total ? p.done ?? 0 : undefined}></progress></div>
-      ${s.session.value?.running && html`<button type="button" class="button" onClick=${does.cancel}>Cancel</button>`}
+      ${s.session.value?.running && html`<button type="button" class="button" disabled=${stopping} onClick=${does.cancel}>${stopping ? 'Stopping …' : 'Cancel'}</button>`}
     </div>`);
-  } else if (s.session.value && s.moves.value.some((move) => move.long > s.MOVED)) {
+  } else if (lacks && !s.understood.value) {
+    out.push(html`<div class="banner quiet" role="status" key="lacking"><p>${lacks}</p>
+      <button type="button" class="button plain" aria-label="Close" onClick=${() => (s.understood.value = true)}><${Icon} name="close" /></button></div>`);
+  } else if (s.session.value?.ran && s.moves.value.some((move) => move.long > s.MOVED)) {
     out.push(html`<div class="banner quiet" key="moved">
       <p>Positions moved, sigmas of the last run. <span class="muted">Run writes the clouds anew.</span></p>
     </div>`);

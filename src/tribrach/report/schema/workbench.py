@@ -51,7 +51,12 @@ class SeenPlanePart(DocumentPart):
 
     centre: tuple[float, float, float]
     extent: float
-    """Radius about the centre."""
+    """Radius about the centre that holds it."""
+    axes: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
+    """Unit vectors along the sides of the rectangle that holds it; results of earlier versions
+    have none."""
+    half: tuple[float, float] | None = None
+    """Half the widths of that rectangle along its axes."""
 
 
 class JointPart(DocumentPart):
