@@ -16,8 +16,8 @@ from tribrach.workbench.clouds import (
     SceneCloudFile,
     cloud_parts,
     convert_clouds,
-    lacking_clouds,
     convert_further,
+    lacking_clouds,
     written_clouds,
 )
 from tribrach.workbench.further import further_names
