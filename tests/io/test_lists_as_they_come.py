@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -157,6 +158,16 @@ def book(folder: Path, sheets: dict[str, list[list[object]]], name: str = "list.
     return path
 
 
+def with_part(path: Path, name: str, changed: Callable[[bytes], bytes]) -> None:
+    """Change a part of a packed file, or add it."""
+    with zipfile.ZipFile(path) as packed:
+        parts = {part: packed.read(part) for part in packed.namelist()}
+    parts[name] = changed(parts.get(name, b""))
+    with zipfile.ZipFile(path, "w") as packed:
+        for part, data in parts.items():
+            packed.writestr(part, data)
+
+
 def test_spreadsheets(tmp_path: Path) -> None:
     head = ["Punkt", "Rechtswert", "Hochwert", "Höhe"]
     numbers = book(tmp_path, {"Tabelle1": [head, *map(list, POINTS)], "Tabelle2": []})
@@ -196,14 +207,19 @@ def test_leading_zeros_that_a_format_shows_are_kept(tmp_path: Path) -> None:
 )
 def test_no_entity_is_read(tmp_path: Path, xml: bytes) -> None:
     path = book(tmp_path, {"a": [["Nr", "E", "N"], ["A", 1, 2]]})
-    with zipfile.ZipFile(path) as packed:
-        parts = {name: packed.read(name) for name in packed.namelist()}
-    parts["xl/sharedStrings.xml"] = xml
-    with zipfile.ZipFile(path, "w") as packed:
-        for name, data in parts.items():
-            packed.writestr(name, data)
+    with_part(path, "xl/sharedStrings.xml", lambda _: xml)
     with pytest.raises(InputError, match="document type or an encoding"):
         read_table(path)
+
+
+def test_a_damaged_style_is_refused_and_nothing_else_is_said(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = book(tmp_path, {"a": [["Nr", "E", "N"], ["A", 1, 2]]})
+    with_part(path, "xl/styles.xml", lambda xml: xml.replace(b"<xf ", b"xf ", 1))
+    with pytest.raises(InputError, match="the spreadsheet cannot be read"):
+        read_table(path)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_what_unpacks_without_end_is_refused(tmp_path: Path) -> None:

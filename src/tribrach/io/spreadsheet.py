@@ -11,6 +11,7 @@ import io
 import re
 import warnings
 import zipfile
+from contextlib import redirect_stdout
 from datetime import date, datetime, time
 from importlib import import_module
 from pathlib import Path
@@ -104,7 +105,8 @@ def _opened(path: Path, data: bytes, *, values: bool) -> Any:
             cure="install tribrach[xlsx], or save the sheet as CSV",
         ) from None
     try:
-        with warnings.catch_warnings():
+        # a style that the file does not hold is printed by the library before it is an error
+        with warnings.catch_warnings(), redirect_stdout(io.StringIO()):
             warnings.simplefilter("ignore")
             return openpyxl.load_workbook(
                 io.BytesIO(data), read_only=True, data_only=values, keep_links=False
