@@ -13,6 +13,7 @@ from pathlib import Path
 
 from lxml import etree
 from lxml import html as parser
+from PIL import Image
 
 PICTURES = Path(__file__).parent / "pictures"
 STYLE = Path(__file__).parents[1] / "src/tribrach/report/templates/report.css.j2"
@@ -36,7 +37,9 @@ def style() -> str:
     assert light is not None
     drawn = "sheet|ellipse|arrow|suspect|sight|axis|line|ring|label|north|bar|curve|tick"
     symbols = "control|check|station|free"
-    rules = re.findall(rf"(?m)^\.(?:{drawn})[ ,{{.-].*$|^g\.(?:{symbols}).*$", text)
+    rules = re.findall(
+        rf"(?m)^\.(?:{drawn})[ ,{{.-].*$|^g\.(?:{symbols}).*$|^circle\.ring.*$", text
+    )
     font = "text { font-family: system-ui, sans-serif; }"
     return "\n".join([light.group(), font, *rules])
 
@@ -70,6 +73,8 @@ def first_screen(report: Path, target: Path) -> None:
                 f"--user-data-dir={folder}", "--window-size=1400,900",
                 f"--screenshot={target}", report.resolve().as_uri()]  # fmt: skip
         subprocess.run(call, check=True, capture_output=True)
+    # as many colours as the eye tells apart in it, a third of the bytes
+    Image.open(target).convert("RGB").quantize(256).save(target, optimize=True)
 
 
 def main(results: Path) -> None:

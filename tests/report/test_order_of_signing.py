@@ -168,6 +168,13 @@ def test_a_warning_is_in_the_unit_of_the_report() -> None:
     assert "within 56° and turn by 2.9 arcsec" in text.render(replace(said, settings=settings))
 
 
+def test_a_zero_in_a_table_has_no_sign() -> None:
+    shown = [
+        number_cell(-1e-9, text).text for text in ("-0.0000", "-0", "-0.00 mm", "-0.001", "-1")
+    ]
+    assert shown == ["0.0000", "0", "0.00 mm", "-0.001", "-1"]
+
+
 def test_numbers_of_cells() -> None:
     notation = Notation(",", ".")
     assert notation.cell("-412345.6789") == "-412.345,6789"

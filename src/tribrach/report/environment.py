@@ -25,6 +25,9 @@ _UNITS = re.compile(
     r"(?<=\d) (?=(?:%|mm/m|mm|m²|m|km|ppm|m?gon)(?![\w/])|± ?\d)|(?<=±) (?=\d)|(?<==) (?=-?\d)"
 )
 
+#: from one end of a sight to the other, on one line
+_TO = "\N{NO-BREAK SPACE}\N{RIGHTWARDS ARROW} "
+
 
 @cache
 def _environment() -> Environment:
@@ -42,10 +45,10 @@ def _environment() -> Environment:
 def _seen(value: Any) -> Any:
     """What is put in, without characters that do something; what is escaped already stays so.
 
-    A number and its unit stay on one line.
+    A number and its unit stay on one line, and arrows are such.
     """
     if isinstance(value, str) and not hasattr(value, "__html__"):
-        return _UNITS.sub("\N{NO-BREAK SPACE}", visible(value))
+        return _UNITS.sub("\N{NO-BREAK SPACE}", visible(value).replace(" -> ", _TO))
     return value
 
 

@@ -249,8 +249,12 @@ def _left(estimate: NoiseEstimate) -> Iterable[Finding]:
                 "sigmas of the law.",
                 True,
             )
-    if estimate.stated is None:
-        return
+    if estimate.stated is not None:
+        yield _beside_stated(estimate)
+
+
+def _beside_stated(estimate: NoiseEstimate) -> Finding:
+    """Noise seen beside what is stated."""
     factor = _against_stated(estimate)
     verdict = (
         "more than stated"
@@ -262,7 +266,7 @@ def _left(estimate: NoiseEstimate) -> Iterable[Finding]:
     if factor > _APART and estimate.doubts:
         verdict += ", for which surfaces may be the reason"
     apart = not 1 / _APART <= factor <= _APART
-    yield Finding(
+    return Finding(
         f"Noise seen is {factor:.2f} times that of {estimate.stated_by}: {verdict}.", apart
     )
 
@@ -354,8 +358,7 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
             f"{fitted.points:,} points; no data sheet or project is given to compare them with."
         )
         return FrontPage("none", "Noise of the scanner by its scans", rests)
-    factor = _against_stated(estimate)
-    sentence = f"Noise seen is {factor:.2f} times that of {estimate.stated_by}."
+    factor, sentence = _against_stated(estimate), _beside_stated(estimate).words
     if factor > _APART:
         return FrontPage("bad", "More noise than stated", sentence)
     words = "As precise as stated" if factor >= 1 / _APART else "Less noise than stated"

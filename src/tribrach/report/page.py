@@ -81,7 +81,7 @@ def page(
             f"{kind} · {title}", version("tribrach"), datetime.date.today().isoformat()
         ),
         front=front,
-        findings=[one for one in told if one.words not in (front.sentence, front.verdict)],
+        findings=[one for one in told if one.words not in (front.sentence, f"{front.verdict}.")],
         map=None if network is None else network_map(network),
         percent="" if network is None else network.percent,
         posterior=False,

@@ -28,6 +28,8 @@ Item = TypeVar("Item")
 
 #: rows of a table in text and HTML; nobody reads more, and the JSON result has all
 ROW_LIMIT = 1000
+#: a zero with a sign, alone or before a unit
+_ZERO = re.compile(r"^-(0(?:\.0*)?)(?![\d.])")
 
 
 @dataclass(frozen=True)
@@ -244,8 +246,10 @@ def text_cell(text: str, mark: str = "") -> Cell:
 
 
 def number_cell(value: float | None, text: str, mark: str = "", unit: str = "") -> Cell:
-    """A cell of a number, sorted by its value; empty if there is none."""
-    return Cell("", value, mark) if value is None else Cell(text, value, mark, unit)
+    """A cell of a number, sorted by its value; empty if there is none, and zero without a sign."""
+    if value is None:
+        return Cell("", value, mark)
+    return Cell(_ZERO.sub(r"\1", text), value, mark, unit)
 
 
 def build_table(

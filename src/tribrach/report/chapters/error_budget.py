@@ -28,6 +28,8 @@ __all__ = ["budget_charts", "budget_table"]
 
 #: width of a bar in steps from one to the next
 _WIDTH = 0.8
+#: where words over a bar that is cut stand, as shares of the highest
+_LOW, _HIGH = 1.02, 1.09
 _NORMAL, _SURFACE, _ALL = "along the normal", "in the surface", "all directions"
 _ANGLES = ("horizontal angle", "vertical angle")
 _NOTE = (
@@ -123,7 +125,7 @@ def _stack(
     tops = np.cumsum(heights, axis=0)
     highest = _readable(tops[-1])
     panel = Chart(
-        (-0.5, len(rows) - 0.5), (0.0, highest * 1.08), ("", "variance [mm²]"), (450.0, 330.0),
+        (-0.5, len(rows) - 0.5), (0.0, highest * (_HIGH + 0.05)), ("", "variance [mm²]"), (450.0, 330.0),
         title, names=classes,
     )  # fmt: skip
     for k, name in enumerate(names):
@@ -134,9 +136,12 @@ def _stack(
                 j - _WIDTH / 2, j + _WIDTH / 2, min(top - own, highest), min(top, highest),
                 f"s{k % PALETTE}", words,
             )  # fmt: skip
+    low = False
     for j, total in enumerate(tops[-1]):
+        # words of neighbours would stand in each other, so that every second one is higher
+        low = bool(total > highest) and not low
         if total > highest:
-            panel.note(j, highest * 1.02, f"↑ {total:.0f}")
+            panel.note(j, highest * (_LOW if low else _HIGH), f"↑ {total:.0f}")
     return panel
 
 

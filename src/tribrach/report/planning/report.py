@@ -12,6 +12,7 @@ from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
 from tribrach.report.figures import Picture
+from tribrach.report.names import some_of
 from tribrach.report.numbers import number, numbers
 from tribrach.report.page import FrontPage
 from tribrach.report.planning.page import PlanPage, gain_map
@@ -63,10 +64,18 @@ def _front(plan: DesignResult) -> FrontPage:
     value = shown(kind, plan.after.value(kind))
     if plan.required is None:
         return FrontPage("none", "Predicted", f"The {words} is {value}; no requirement is stated.")
-    required = shown(kind, plan.required)
-    verdict = "The requirement is reached" if plan.reached else "The requirement is not reached"
-    sentence = f"The {words} is {value} where {required} is required."
-    return FrontPage("good" if plan.reached else "bad", verdict, sentence)
+    sentence = f"The {words} is {value}."
+    if not plan.reached and plan.sets is not None and plan.sets.reached:
+        sentence += " More sets reach it, see below."
+    return FrontPage("good" if plan.reached else "bad", _requirement(plan), sentence)
+
+
+def _requirement(plan: DesignResult) -> str:
+    """Whether what is required is reached, without the stop."""
+    assert plan.required is not None
+    verdict = "is reached" if plan.reached else "is not reached"
+    enough = " without any proposal" if plan.reached and not plan.proposals else ""
+    return f"The requirement of {shown(plan.criterion.kind, plan.required)} {verdict}{enough}"
 
 
 def _sentences(plan: DesignResult) -> list[str]:
@@ -88,9 +97,7 @@ def _sentences(plan: DesignResult) -> list[str]:
         if plan.single:
             out.append("No place that was looked at makes it better.")
     if plan.required is not None:
-        verdict = "is reached" if plan.reached else "is not reached"
-        enough = " without any proposal" if plan.reached and not plan.proposals else ""
-        out.append(f"The requirement of {shown(kind, plan.required)} {verdict}{enough}.")
+        out.append(f"{_requirement(plan)}.")
     out += lever_arm_sentences(plan.lever_arm)
     if plan.lever_arm is None:
         out.append(
@@ -139,9 +146,10 @@ def _of_proposals(plan: DesignResult) -> list[str]:
     spare = [s for s in plan.spares if _spared(plan, s.before, s.after)]
     if plan.spares:
         few = ", ".join(s.name for s in sorted(spare, key=lambda s: s.after)[:10])
+        could = "could be left out" if len(spare) == 1 else "could each be left out alone"
         out.append(
-            f"{len(spare)} of {len(plan.spares)} could each be left out alone for less than 1 % of "
-            f"the criterion" + (f": {few}." if few else ".")
+            f"{len(spare)} of {len(plan.spares)} {could} for less than 1 % of the criterion"
+            + (f": {few}." if few else ".")
         )
     return out
 
@@ -156,11 +164,11 @@ def _of_weights(plan: DesignResult) -> list[str]:
     out = []
     if plan.sets is not None:
         if plan.sets.reached and plan.sets.steps:
-            many = ", ".join(f"{n} sets at {s}" for s, n in plan.sets.sets.items() if n > 1)
-            once = " and one elsewhere" if min(plan.sets.sets.values()) == 1 else ""
-            out.append(
-                f"With {many}{once} the requirement is reached ({shown(kind, plan.sets.value)})."
-            )
+            many = [f"{n} sets at {s}" for s, n in plan.sets.sets.items() if n > 1]
+            if min(plan.sets.sets.values()) == 1:
+                many.append("one elsewhere")
+            value = shown(kind, plan.sets.value)
+            out.append(f"With {some_of(many, len(many))} the requirement is reached ({value}).")
         elif not plan.sets.reached:
             out.append(
                 f"More sets do not reach the requirement: at best {shown(kind, plan.sets.value)}."
