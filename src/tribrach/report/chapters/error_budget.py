@@ -125,9 +125,13 @@ def _stack(
     tops = np.cumsum(heights, axis=0)
     highest = _readable(tops[-1])
     panel = Chart(
-        (-0.5, len(rows) - 0.5), (0.0, highest * (_HIGH + 0.05)), ("", "variance [mm²]"), (450.0, 330.0),
-        title, names=classes,
-    )  # fmt: skip
+        (-0.5, len(rows) - 0.5),
+        (0.0, highest * (_HIGH + 0.05)),
+        ("", "variance [mm²]"),
+        (450.0, 330.0),
+        title,
+        names=classes,
+    )
     for k, name in enumerate(names):
         for j, region in enumerate(classes):
             top, own = float(tops[k, j]), float(heights[k, j])
