@@ -185,7 +185,7 @@ def test_clouds_with_sigmas_and_a_page(folder: Path, tmp_path: Path) -> None:
     assert (sigma > 3e-4).all()
     np.testing.assert_allclose(np.linalg.norm(sigma, axis=0), cloud["sigma"], rtol=0.02)
     text = page.read_text()
-    for words in ("3 of 3 pairs that were tried", "1 of 1 loops close", "Verdicts", "Stations"):
+    for words in ("3 of 3 pairs that were tried", "1 of 1 loop closes", "Verdicts", "Stations"):
         assert words in text
     drawn = text.split('id="plan-1"')[1].split("</figure>")[0]
     assert drawn.count('class="station"') == 3

@@ -3,12 +3,14 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from lxml import html as parser
 
 from tests.instruments.field_surveys import readings
+from tests.report import pages
 from tests.report.hostile import harmless
 from tests.report.pages import PAGES, sites_of
 from tribrach.calibration.field_check import check_readings
@@ -16,6 +18,7 @@ from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.job.epochs import ComparedEpochs
+from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.report.comparison import comparison_sentences
 from tribrach.report.epochs import direction_words, epochs_page
 from tribrach.report.field_check import check_page
@@ -126,6 +129,32 @@ def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_mov
     assert any("few points" in words for words in moved)
     one = OffsetTest(1, 99.0, 1.0, 5.0).sentence()
     assert one.startswith("The offset of the site is larger than")
+
+
+def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
+    assert "3 of 4 scans hang together, 1 of 1 loop closes" in whole[1]
+    assert "not held" not in whole[1]
+    assert "is known least, σ 3.5" in whole[2]  # of 2 mm along each axis
+    made = pages._fit
+
+    def loose(edge: CloudEdge) -> SimpleNamespace:
+        fit = made(edge)
+        open_ = harmless(2) in (edge.first, edge.second)
+        fit.precision.rank = 5 if open_ else 6
+        return fit
+
+    monkeypatch.setattr(pages, "_fit", loose)
+    sort, verdict, _ = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
+    assert sort == "none"
+    assert f"{harmless(2)} is not held in all directions" in verdict
+
+
+def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
+    sort, verdict, words = front(PAGES["completeness.completeness_page"](harmless))
+    assert sort in ("good", "none")
+    assert "required sigma is reached" in verdict
+    assert words.count("The required sigma of") == 1
 
 
 def test_some_names_and_how_many_more() -> None:

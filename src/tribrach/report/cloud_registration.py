@@ -11,6 +11,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.report.charts import TESTED, Chart, beside, colour_bar, shade
 from tribrach.report.figures import Picture
+from tribrach.report.names import some_of
 from tribrach.report.numbers import arcsec_cell, count_cell, counted, mm_cell
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
@@ -35,6 +36,8 @@ _WORST = 2.0
 _WALLS = 168.0
 #: margin of a plan around stations and walls [share], and share of the walls beyond it on a side
 _MARGIN, _OUTER = 0.05, 0.05
+#: directions of a pose, and stations that the verdict names
+_ALL, _IN_VERDICT = 6, 4
 
 __all__ = ["cloud_registration_page", "cloud_registration_tables"]
 
@@ -68,14 +71,40 @@ def cloud_registration_page(files: RegisteredFiles) -> str:
 
 
 def _head(registration: CloudRegistration) -> str:
-    """How many pairs and loops there are, and what came of them."""
-    done = sum(p.fit is not None for p in registration.pairs)
-    loops = registration.consistency.loops
+    """How many pairs there are, and which station is known least."""
+    done, tried = sum(p.fit is not None for p in registration.pairs), len(registration.pairs)
     scans = sum(len(group.stations) for group in registration.groups)
-    words = f"{done} of {len(registration.pairs)} pairs that were tried were registered "
-    words += f"({scans * (scans - 1) // 2} pairs are possible); "
-    words += f"{sum(loop.closes for loop in loops)} of {len(loops)} loops close; "
-    return words + f"{len(registration.groups[0].stations)} of {scans} scans hang together."
+    possible = scans * (scans - 1) // 2
+    words = f"{done} of {counted(tried, 'pair')} that {'was' if tried == 1 else 'were'} tried "
+    words += f"{'was' if done == 1 else 'were'} registered"
+    if possible != tried:
+        words += f", of {possible} that are possible"
+    sigmas = _place_sigmas(registration.groups[0])
+    if not sigmas:
+        return f"{words}."
+    worst = max(sigmas, key=lambda name: sigmas[name])
+    size = sigmas[worst]
+    told = f"{1e3 * size:.1f} mm" if size < 1 else f"{size:.1f} m"
+    return f"{words}. The place of {worst} is known least, σ {told}."
+
+
+def _place_sigmas(group: CloudGroup) -> dict[str, float]:
+    """Sigma of the place of every station but the first [m], three-dimensional."""
+    out = {}
+    for name in group.stations[1:]:
+        variance = np.diag(group.covariances[name])[:3]
+        out[name] = float(np.sqrt(np.maximum(variance, 0.0).sum()))
+    return out
+
+
+def _loosely_held(registration: CloudRegistration) -> list[str]:
+    """Stations of the largest group whose pairs all leave a direction open."""
+    held: dict[str, int] = {}
+    for pair in registration.pairs:
+        if pair.fit is not None:
+            for name in (pair.a, pair.b):
+                held[name] = max(held.get(name, 0), pair.fit.precision.rank)
+    return [name for name in registration.groups[0].stations if held.get(name, _ALL) < _ALL]
 
 
 def _front(registration: CloudRegistration) -> FrontPage:
@@ -96,7 +125,11 @@ def _front(registration: CloudRegistration) -> FrontPage:
     if outlying:
         verb = "contradicts" if outlying == 1 else "contradict"
         words.append(f"{counted(outlying, 'pair')} {verb} the network")
-    whole = largest == scans and loops and closed == len(loops) and not outlying
+    loose = _loosely_held(registration)
+    if loose:
+        verb = "is" if len(loose) == 1 else "are"
+        words.append(f"{some_of(loose, _IN_VERDICT)} {verb} not held in all directions")
+    whole = largest == scans and loops and closed == len(loops) and not outlying and not loose
     sort: Literal["good", "bad", "none"] = "good" if whole else "none" if largest > 1 else "bad"
     signed = f"Poses of {largest} scans with their covariances, in the frame of {first}."
     return FrontPage(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,20 +69,23 @@ def completeness_page(title: str, completeness: Completeness) -> str:
 
 
 def _front(completeness: Completeness) -> FrontPage:
-    """How much was seen, or is as exact as required."""
+    """How much was seen, or is as exact as required; the sentence is one of the findings."""
     n = max(1, len(completeness.seen))
     missed = completeness.classes["no station"] / n
     single = completeness.classes["one station"] / n
-    verdict = f"{1 - missed:.1%} of the model seen" if completeness.modelled else ""
-    sentence = f"{single:.1%} by one station only."
-    sort: Literal["good", "none"] = "none"
-    if completeness.required is not None:
-        sigmas = completeness.sigmas
-        share = sigmas["reached"] / max(1, sum(sigmas.values()))
-        reached = f"the required sigma is reached on {share:.1%} of what is seen"
-        verdict = f"{verdict}; {reached}" if verdict else f"{reached[:1].upper()}{reached[1:]}"
-        sort = "good" if share == 1 and not missed else "none"
-    return FrontPage(sort, verdict or f"{1 - single:.1%} seen by two stations or more", sentence)
+    said = completeness.sentences()
+    if completeness.required is None:
+        verdict = (
+            f"{1 - missed:.1%} of the model seen"
+            if completeness.modelled
+            else f"{1 - single:.1%} seen by two stations or more"
+        )
+        return FrontPage("none", verdict, said[0])
+    sigmas = completeness.sigmas
+    everywhere = sigmas["reached"] == sum(sigmas.values()) and not missed
+    share = sigmas["reached"] / max(1, sum(sigmas.values()))
+    verdict = f"The required sigma is reached {'everywhere' if everywhere else f'on {share:.1%}'}"
+    return FrontPage("good" if everywhere else "none", verdict, said[-1])
 
 
 def _sorts(completeness: Completeness) -> list[tuple[str, Sequence[Gap]]]:

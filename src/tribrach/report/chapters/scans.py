@@ -520,8 +520,8 @@ def _target_table(targets: Sequence[FoundTarget], columns: ColumnSet) -> ReportT
         "Centres in the scanner frame with the sigmas that enter the adjustment. The rms is the "
         "root mean square of the residuals of the surface points about the fitted shape, without "
         "those that the fit left out as beyond three robust standard deviations (discs: five times "
-        "the rms of their plane): a noise of points, not an accuracy of the centre. Numbers are "
-        "those in the pictures."
+        "the rms of their plane): a noise of points, not an accuracy of the centre. The "
+        "pictures show names, and numbers where there are none."
     )
     return build_table("targets", "Targets found", note, targets, specs)
 
