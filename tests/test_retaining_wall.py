@@ -223,9 +223,10 @@ def test_sigmas_of_distances_are_made_of_points_and_both_registrations(
 
 def test_what_moved_in_words_and_numbers(folder: Path, distances: laspy.LasData) -> None:
     """Panels as sites; the whole wall by itself is in the slow test with more points."""
-    out, page = folder / "moved.json", folder / "moved.html"
+    out, page, cloud = (folder / f"moved.{kind}" for kind in ("json", "html", "laz"))
     more = ["--sites", folder / "panels.csv", "--method", "m3c2", "--moved"]
-    said = done("compare", *clouds(folder), *more, "--json", out, "--html", page)
+    written = ["--json", out, "--html", page, "--distances", cloud]
+    said = done("compare", *clouds(folder), *more, *written)
     found = read(out)["motions"]
     assert found["sites"]
     assert len(found["given_alike"]) == 9
@@ -240,10 +241,60 @@ def test_what_moved_in_words_and_numbers(folder: Path, distances: laspy.LasData)
     for name in PANELS:
         one = judged(folder, parts[name])
         assert one is None or np.abs(one.off).max() < 4.5, name
-    assert "moved" in page.read_text()
+    text = page.read_text()
+    assert "Sites P1, P2 and P4 moved" in text
+    assert "epoch2/clouds/S2.laz against epoch1/clouds/S2.laz" in text
+    places = [text.index(f'id="{name}"') for name in ("stable", "motions", "motions-parts")]
+    assert places == sorted(places)
+    for title in ("Distances along normals.", "What moved."):
+        assert title in text
+    assert_parts_in_cloud(laspy.read(cloud), found)
     shares = [reason["share"] for reason in found["not_compared"]]
     assert sum(shares) + found["compared"]["share"] == pytest.approx(1.0)
     assert "counted once" in found["sentences"][-1]
+
+
+#: what every distance has, with the unit or meaning that laspy and CloudCompare show
+DIMENSIONS = {
+    "distance": "A minus B along the normal, m",
+    "sigma": "of the distance, m",
+    "sigma_points": "its part from points, m",
+    "sigma_stations": "its part from stations, m",
+    "lod95": "1.96 sigma, m",
+    "significant": "1 where beyond lod95",
+    "points_a": "points of A in the cylinder",
+    "points_b": "points of B in the cylinder",
+    "site": "number of the site, from 1",
+    "nx": "normal of B",
+    "ny": "normal of B",
+    "nz": "normal of B",
+}
+
+
+def described(cloud: laspy.LasData) -> dict[str, str]:
+    """Names and descriptions of the further dimensions, as any reader of LAS finds them."""
+    return {d.name: d.description for d in cloud.point_format.extra_dimensions}
+
+
+def assert_parts_in_cloud(cloud: laspy.LasData, found: dict[str, Any]) -> None:
+    """Each distance says whether it is in the stable area, and in which part."""
+    more = {"stable": "1 in the stable area", "part": "number of the part, 0 none"}
+    assert described(cloud) == DIMENSIONS | more
+    part, stable = np.asarray(cloud.part), np.asarray(cloud.stable)
+    # of sites the part is the site, or none for distances that are not compared
+    assert (part[part > 0] == np.asarray(cloud.site)[part > 0]).all()
+    assert set(np.unique(part)) - {0} == set(range(1, len(found["parts"]) + 1))
+    assert (
+        stable.sum()
+        == found["stable"]["motion"]["distances"] + found["stable"]["motion"]["left_out"]
+    )
+    # the panel that shifted as a whole is in no stable area
+    assert not stable[part == 4].any()
+    assert stable[part == 3].any()
+
+
+def test_distances_alone_are_described(distances: laspy.LasData) -> None:
+    assert described(distances) == DIMENSIONS
 
 
 @pytest.mark.slow

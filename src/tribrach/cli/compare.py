@@ -102,7 +102,7 @@ def compare(
                 _predictable(pair, a, method)
                 sink = stack.enter_context(DistanceCloud(distances_file, one, two))
             if what_moved:
-                moving = MotionCollector(_predictable(pair, a, method), sink)
+                moving = MotionCollector(_predictable(pair, a, method))
             progress = stack.enter_context(shown(quiet))
             engine = stack.enter_context(working(workers, scheduler))
             result = compare_clouds(
@@ -122,6 +122,8 @@ def compare(
                 motions = moving.motions(
                     two, result, sites, one_result=one_result, progress=progress
                 )
+                if sink is not None:
+                    sink.with_parts(moving, motions)
         offsets = offset_test(result, pair)
         texts = {}
         if json_file is not None:

@@ -2,16 +2,19 @@
 
 Every point has its distance, its sigma with the part of the points and that of both stations, the
 level of detection and whether the distance is beyond it (method section 9.3), so that programs that
-show clouds show what moved and what could not have been seen.
+show clouds show what moved and what could not have been seen. Where motions were found, it also
+says whether it is in the stable area, and in which part.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.comparison.m3c2_ep import M3C2EP
@@ -19,6 +22,7 @@ from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.job.cloud_file import CloudFile
+from tribrach.job.motions import CloudMotions, MotionCollector
 from tribrach.scan.scan import Field
 
 __all__ = ["DistanceCloud"]
@@ -42,6 +46,11 @@ _FIELDS = (
     Field("nx", "float32", description="normal of B"),
     Field("ny", "float32", description="normal of B"),
     Field("nz", "float32", description="normal of B"),
+)
+#: what a place is part of
+_MEMBERSHIP = (
+    Field("stable", "uint8", description="1 in the stable area"),
+    Field("part", "uint16", description="number of the part, 0 none"),
 )
 
 
@@ -70,6 +79,24 @@ class DistanceCloud:
             )
         self._path, self._a, self._b = path, a, b
         self._writer: CloudWriter | None = None
+        self._fields: tuple[Field, ...] = _FIELDS
+        self._facts: dict[str, str] = {}
+
+    def with_parts(self, collector: MotionCollector, motions: CloudMotions) -> None:
+        """Write the distances of all sites, each with the stable area and the part that it is in.
+
+        Parameters
+        ----------
+        collector
+            With the distances.
+        motions
+            That were found of them.
+        """
+        self._fields = (*_FIELDS, *_MEMBERSHIP)
+        verdicts = [f"{k} ({p.name}): {p.verdict}" for k, p in enumerate(motions.parts, start=1)]
+        self._facts = {"parts": "; ".join(verdicts) or "none"}
+        for number, found, stable, part in collector.labelled(motions.places):
+            self._write(number, found, {"stable": stable, "part": part})
 
     def __call__(self, number: int, found: M3C2EP) -> None:
         """Write the distances of a site.
@@ -81,6 +108,12 @@ class DistanceCloud:
         found
             Its distances; core points without a distance are left out.
         """
+        self._write(number, found, {})
+
+    def _write(
+        self, number: int, found: M3C2EP, membership: Mapping[str, NDArray[np.generic]]
+    ) -> None:
+        """Write a site with what each core point (m,) is part of."""
         rows = found.usable & np.isfinite(found.distance) & np.isfinite(found.sigma)
         core, normals = found.core[rows], found.normals.vectors[rows]
         if not len(core):
@@ -100,8 +133,9 @@ class DistanceCloud:
             "nx": normals[:, 0],
             "ny": normals[:, 1],
             "nz": normals[:, 2],
+            **{name: values[rows] for name, values in membership.items()},
         }
-        types = {field.name: field.dtype for field in _FIELDS}
+        types = {field.name: field.dtype for field in self._fields}
         self._writer.write(core, {name: v.astype(types[name]) for name, v in values.items()})
 
     def _begun(self, offset: Array) -> CloudWriter:
@@ -111,9 +145,10 @@ class DistanceCloud:
             "b": self._b.path.name,
             "distance": "A minus B along the normal of B, positive towards the scanner of B",
             "level": "95 %, points and stations propagated (M3C2-EP)",
+            **self._facts,
         }
         header = CloudHeader(
-            self._path.stem, _FIELDS, step=_STEP, offset=offset, crs=self._b.crs, facts=facts
+            self._path.stem, self._fields, step=_STEP, offset=offset, crs=self._b.crs, facts=facts
         )
         return create(self._path, header)
 

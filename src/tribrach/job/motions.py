@@ -32,7 +32,14 @@ from tribrach.comparison.surface_patches import Patches, moving_parts, patches_o
 from tribrach.job.cloud_file import CloudFile
 from tribrach.statistics import chi2
 
-__all__ = ["CloudMotions", "MotionCollector", "MovedPart", "StableArea", "Verdict"]
+__all__ = [
+    "CloudMotions",
+    "ComparedPlaces",
+    "MotionCollector",
+    "MovedPart",
+    "StableArea",
+    "Verdict",
+]
 
 #: of all tests, and the power that detectable motions are stated for
 CONFIDENCE, POWER = 0.95, 0.8
@@ -107,6 +114,33 @@ class StableArea:
 
 
 @dataclass(frozen=True, eq=False)
+class ComparedPlaces:
+    """Distances that motions are from, and what each is part of.
+
+    Attributes
+    ----------
+    xyz, normals : array (m, 3)
+        Core points [m] and normals.
+    distance, sigma : array (m,)
+        Later less earlier along the normal [m]; points and both stations propagated.
+    stable : array of bool (m,)
+        In the stable area.
+    part : array (m,)
+        Number of the part from 1, in the order of the parts; 0 where it is in none.
+    core : array (m,)
+        Number of the core point among those of all sites one after the other.
+    """
+
+    xyz: Array
+    normals: Array
+    distance: Array
+    sigma: Array
+    stable: Mask
+    part: Index
+    core: Index
+
+
+@dataclass(frozen=True, eq=False)
 class CloudMotions:
     """What moved between two clouds.
 
@@ -126,6 +160,8 @@ class CloudMotions:
         Variance factor of the points, one at least.
     surface
         What was compared, and what was not.
+    places
+        The distances, with the stable area and the parts that they are in.
     alike
         Given values that both clouds were placed by.
     one_result
@@ -139,6 +175,7 @@ class CloudMotions:
     loose: float
     factor: float
     surface: NotCompared
+    places: ComparedPlaces
     alike: tuple[str, ...] = ()
     one_result: bool = False
 
@@ -151,19 +188,33 @@ class MotionCollector:
     ----------
     pair
         The stations of the earlier cloud B and of the later one A.
-    further
-        Takes each site's distances too.
+    found
+        Number and distances of each site.
     """
 
     pair: StationPair
-    further: Callable[[int, M3C2EP], None] | None = None
     found: list[tuple[int, M3C2EP]] = field(default_factory=list)
 
     def __call__(self, number: int, distances: M3C2EP) -> None:
         """Take the distances of a site."""
         self.found.append((number, distances))
-        if self.further is not None:
-            self.further(number, distances)
+
+    def labelled(self, places: ComparedPlaces) -> Iterator[tuple[int, M3C2EP, Mask, Index]]:
+        """Number and distances of each site, and for each core point the stable area and its part.
+
+        Parameters
+        ----------
+        places
+            Of the motions that were found of these distances.
+        """
+        count = sum(len(found.core) for _, found in self.found)
+        stable, part = np.zeros(count, dtype=bool), np.zeros(count, dtype=np.int64)
+        stable[places.core], part[places.core] = places.stable, places.part
+        start = 0
+        for number, found in self.found:
+            rows = slice(start, start + len(found.core))
+            yield number, found, stable[rows], part[rows]
+            start = rows.stop
 
     def motions(
         self,
@@ -206,11 +257,11 @@ class MotionCollector:
         patches = patches_of(distances, cell)
         stable = stable_patches(patches)
         area = _stable_area(distances, patches, stable, cell)
-        parts = (
-            _sites(distances, patches, area, sites, cell)
-            if sites
-            else _found(distances, patches, stable, area, cell)
-        )
+        if sites:
+            parts = _sites(distances, patches, area, sites, cell)
+            part_of = distances.site + 1
+        else:
+            parts, part_of = _found(distances, patches, stable, area, cell)
         settled = 0 if area is None or stable is None else int(patches.count[stable].sum())
         in_parts = sum(p.motion.kept.size for p in parts if p.motion is not None)
         whole_count = max(int(patches.count.sum()), 1)
@@ -222,8 +273,34 @@ class MotionCollector:
             loose=0.0 if sites else max(1 - (settled + in_parts) / whole_count, 0.0),
             factor=patches.factor,
             surface=surface,
+            places=self._places(np.concatenate([_EMPTY, *reasons]), patches, stable, part_of),
             alike=self.pair.alike,
             one_result=one_result,
+        )
+
+    def _places(
+        self, reasons: Index, patches: Patches, stable: Mask | None, part: Index
+    ) -> ComparedPlaces:
+        """What the compared core points are part of; all have their reasons (c,)."""
+        core = np.flatnonzero(reasons == COMPARED)
+        inside = np.zeros(len(core), dtype=bool)
+        if stable is not None:
+            inside = np.isin(patches.of, np.flatnonzero(stable))
+
+        def of(values: Callable[[M3C2EP], Array], width: tuple[int, ...]) -> Array:
+            """Of every core point, then of those that were compared."""
+            every = [np.empty((0, *width)), *(values(found) for _, found in self.found)]
+            out: Array = np.concatenate(every)[core]
+            return out
+
+        return ComparedPlaces(
+            xyz=of(lambda found: found.core, (3,)),
+            normals=of(lambda found: found.normals.vectors, (3,)),
+            distance=of(lambda found: found.distance, ()),
+            sigma=of(lambda found: found.sigma, ()),
+            stable=inside,
+            part=part,
+            core=core,
         )
 
 
@@ -316,19 +393,24 @@ def _found(
     stable: Mask | None,
     area: StableArea | None,
     cell: float,
-) -> list[MovedPart]:
-    """Parts that were found beside the stable area; their tests are of the largest of many."""
+) -> tuple[list[MovedPart], Index]:
+    """Parts that were found beside the stable area, and the number of each distance's (m,).
+
+    Their tests are of the largest of many.
+    """
+    number = np.zeros(len(distances), dtype=np.int64)
     if stable is None or area is None:
-        return []
+        return [], number
     alpha = 1 - CONFIDENCE ** (1 / max(len(patches), 1))
     out: list[MovedPart] = []
     for members in moving_parts(patches, stable):
         if len(members) < _PATCHES:
             continue
-        some = distances.some(np.isin(patches.of, members))
+        rows = np.isin(patches.of, members)
+        number[rows] = len(out) + 1
         name = f"{len(out) + 1}"
-        out.append(_part(name, some, patches.factor, area.motion, alpha, cell))
-    return out
+        out.append(_part(name, distances.some(rows), patches.factor, area.motion, alpha, cell))
+    return out, number
 
 
 def _part(

@@ -14,6 +14,7 @@ from tribrach.comparison.results import WHOLE, SiteResult
 from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
+from tribrach.report.motion_pictures import motions_pictures
 from tribrach.report.motions import motions_front, motions_sentences, motions_tables
 from tribrach.report.numbers import Style, count_cell, counted, fixed_cell, percent_cell
 from tribrach.report.page import FrontPage, page
@@ -164,10 +165,12 @@ def comparison_page(
     figures = comparison_pictures(sites, limit)
     sentences = comparison_sentences(sites, offsets, moved=motions is not None)
     tables = comparison_tables(sites)
+    first: list[ReportTable] = []
     if motions is not None:
         figures = [one for one in figures if one.name != _PREDICTED]
+        figures = [*motions_pictures(motions), *figures]
         sentences = [*motions_sentences(motions), *sentences]
-        tables = [*motions_tables(motions), *tables]
+        first = motions_tables(motions)
     return page(
         "Comparison of clouds",
         f"{a} against {b}",
@@ -177,6 +180,7 @@ def comparison_page(
         tables,
         f"A: {a}; B, the reference: {b}; limit {1e3 * limit:g} mm. Nearest-neighbour distances "
         "are no accuracy: read them beside their floor.",
+        first,
     )
 
 

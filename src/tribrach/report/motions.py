@@ -41,6 +41,11 @@ _PARTS_NOTE = (
     "Against the stable area: what both registrations do to both alike is out. "
     "Detectable: the shift outwards that would have been found with 80 %. "
 )
+_STABLE_NOTE = (
+    "The largest group of patches that keep their places among each other, and its motion against "
+    "the control of both clouds: what the registration is off by there, if it did not move. "
+    "Intervals are of 95 %. "
+)
 _SURFACE_NOTE = (
     "Cells of the surface as wide as the cylinders; areas are about right on faces along the axes "
     "and too large by up to two thirds on slanted ones."
@@ -275,9 +280,36 @@ def _registration(motions: CloudMotions) -> str:
 
 
 def motions_tables(motions: CloudMotions) -> list[ReportTable]:
-    """Parts, and what cannot be compared; those with rows."""
-    tables = [_table(motions), _not_compared(motions.surface)]
+    """Stable area, parts, and what cannot be compared; those with rows."""
+    tables = [_stable_table(motions), _table(motions), _not_compared(motions.surface)]
     return [table for table in tables if table.rows]
+
+
+def _stable_table(motions: CloudMotions) -> ReportTable:
+    """The stable area, and the test of the registration on it."""
+
+    def verdict(stable: StableArea) -> Cell:
+        words = "passes" if stable.agrees else "fails"
+        return text_cell(words, "good" if stable.agrees else "bad")
+
+    columns = [
+        (ColumnHead("patches"), lambda s: count_cell(s.patches)),
+        (ColumnHead("share", "%"), lambda s: percent_cell(s.share)),
+        (ColumnHead("area", "m²"), lambda s: fixed_cell(s.area, 1)),
+        (ColumnHead("distances"), lambda s: count_cell(s.motion.count)),
+        (ColumnHead("out", "mm"), lambda s: _component(s.motion, 0)),
+        (ColumnHead("±", "mm"), lambda s: _half(s.motion, 0)),
+        (ColumnHead("tilt", "mm/m"), lambda s: _component(s.motion, 3)),
+        (ColumnHead("±", "mm/m"), lambda s: _half(s.motion, 3)),
+        (ColumnHead("turn", "mm/m"), lambda s: _component(s.motion, 4)),
+        (ColumnHead("±", "mm/m"), lambda s: _half(s.motion, 4)),
+        (ColumnHead("test"), lambda s: fixed_cell(s.motion.statistic, 1)),
+        (ColumnHead("limit"), lambda s: fixed_cell(s.limit, 1)),
+        (ColumnHead("detectable", "mm"), lambda s: mm_cell(s.detectable)),
+        (ColumnHead("Registration", numeric=False), verdict),
+    ]
+    rows = [] if motions.stable is None else [motions.stable]
+    return build_table("stable", "Stable area", _STABLE_NOTE, rows, columns)
 
 
 def _table(motions: CloudMotions) -> ReportTable:
