@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from tests.epochs.simulated import NAMES, OPEN, PILLARS, XYZ, Network
 from tribrach._types import Array
@@ -312,7 +313,9 @@ def test_any_reference_in_any_direction_is_localised(least: float, most: float) 
     """1,000 pairs, point, direction and size drawn: one to two times what is detectable with 80 %.
 
     Above it 95 % of all cases name the one that moved and no other; at it 80 % are seen in the
-    direction in which that is hardest, and of those that are seen 95 % are named rightly.
+    direction in which that is hardest, and of those that are seen 95 % are named rightly. Both are
+    95.5 % in 2,000 pairs: in one of twenty the others fail their test at 5 % by chance, and some of
+    these name a second point. A share of 95 % is held against what 1,000 draws can tell.
     """
     network, rng = Network.measured(), np.random.default_rng(77)
     settings = Settings(references=PILLARS)
@@ -328,7 +331,7 @@ def test_any_reference_in_any_direction_is_localised(least: float, most: float) 
         seen += not one.search.before.passed
         named += [n for n in one.moved if n in PILLARS] == [PILLARS[k]]
     assert seen >= 0.78 * 1000
-    assert named >= 0.95 * (seen if most == 1.0 else 1000)
+    assert named >= binom.ppf(0.01, seen if most == 1.0 else 1000, 0.95)
 
 
 def test_places_are_kept() -> None:
