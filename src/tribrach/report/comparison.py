@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -192,6 +192,7 @@ def _front(sites: Sequence[SiteResult], offsets: OffsetTest | None) -> FrontPage
         sentence = "The stations are not known with their covariance: nothing was predicted."
         return FrontPage("none", "Measured, not judged", sentence)
     good = all(p.noise_agrees for p in enough)
+    sort: Literal["good", "bad", "none"]
     if offsets is not None and offsets.statistic > offsets.limit:
         sort, verdict = "bad", "Farther apart than predicted"
     elif not good:
