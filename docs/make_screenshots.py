@@ -25,7 +25,7 @@ from tests.workbench.browsing import FLAGS, Watched, executable, program, until 
 
 PICTURES = ROOT / "docs/pictures"
 SIZE = {"width": 1440, "height": 880}
-POINTS = "budget=1500000"
+POINTS = "budget=1000000"
 #: who decides in the pictures
 os.environ["LOGNAME"] = "AB"
 
@@ -39,7 +39,8 @@ def targets(page: Watched) -> None:
     page.page.click("#tab-points")
     page.page.click("#panel button.name:text-is('E3')")
     page.page.click("#tab-selection")
-    page("tribrach.view({eye: [1066, 1990, 13], at: [1090, 2013, 8.2]})")
+    # from above a man's height, and far enough that the ground is not seen as single points
+    page("tribrach.view({eye: [1058, 2004, 11], at: [1090, 2013, 9.6]})")
 
 
 def picked(page: Watched) -> None:
@@ -63,7 +64,7 @@ def moves(page: Watched) -> None:
 
 
 def section(page: Watched) -> None:
-    """What a slice leaves of the yard, in plan, by station."""
+    """What a slice at the height of the eyes leaves, in plan, by station."""
     page("tribrach.look('plan')")
 
 
@@ -81,7 +82,7 @@ VIEWS: list[tuple[str, str, Callable[[Watched], None]]] = [
     ("moves", f"theme=dark{HIDDEN}&hide=ellipsoids", moves),
     (
         "slice",
-        f"colour=station&tab=points&slice=1059,2030,9,34,35,3.8,0{HIDDEN}&hide=rays&hide=ellipsoids",
+        f"colour=station&tab=points&size=2.5&slice=1055,2028,7.4,40,38,0.75,0{HIDDEN}&hide=rays&hide=ellipsoids",
         section,
     ),
 ]
@@ -90,13 +91,17 @@ VIEWS: list[tuple[str, str, Callable[[Watched], None]]] = [
 def take(browser: Any, address: str, name: str, view: str, does: Callable[[Watched], None]) -> None:
     """One picture."""
     context = browser.new_context(viewport=SIZE)
+    # software draws so many points in its own time
+    context.set_default_timeout(240_000)
     page = Watched(context.new_page())
     page.open(f"{address}{'&' if '?' in address else '?'}{POINTS}#{view}", settled=False)
     page.settle()
     does(page)
-    page.settle()
     page.page.mouse.move(5, 5)
     page.page.wait_for_timeout(1500)
+    # what the last look asked for is there
+    page.settle()
+    page.page.wait_for_timeout(500)
     page.fine()
     picture = Image.open(io.BytesIO(page.page.screenshot())).convert("RGB")
     path = PICTURES / f"workbench-{name}.webp"

@@ -9,6 +9,9 @@ import * as api from '../api.js';
 import { FONT } from '../scene/labels.js';
 import { html } from './html.js';
 
+/** Whether there is no pointer that can rest anywhere. */
+const FINGERS = window.matchMedia?.('(hover: none)').matches ?? false;
+
 /** Pixels of the first line of a row, and of every further one. */
 const ROW = 26;
 const LINE = 18;
@@ -199,7 +202,7 @@ function WhatIf() {
   const w = whatIf.value;
   if (s.defect.value) return null;
   if (!s.session.value) return null;
-  if (!w || w.revision !== s.session.value.revision) return html`<div class="what-if muted">Rest on a red row: what would happen without it?</div>`;
+  if (!w || w.revision !== s.session.value.revision) return html`<div class="what-if muted">${FINGERS ? 'Tap' : 'Rest on'} a red row: what would happen without it?</div>`;
   if (w.words === undefined) return html`<div class="what-if muted">Without ${w.label} …</div>`;
   return html`<div class="what-if"><b>${w.label}:</b> ${w.words.replace('->', '→')}</div>`;
 }

@@ -195,7 +195,7 @@ export function Changes({ does }) {
   const moves = s.moves.value.filter((move) => move.long > s.MOVED);
   return html`<div class="panel scroll">
     <h3>${list.length === 0 ? 'No edits' : list.length === 1 ? 'One edit' : `${list.length} edits`}</h3>
-    ${!list.length && html`<p class="muted">${live ? 'Switch an observation off in the table, change a role or a target: every decision is listed here with its reason.' : 'This result was made without edits.'}</p>`}
+    ${!list.length && html`<p class="muted">${live ? 'Switch an observation off in the table, change a role or a target: every decision is listed here with its reason.' : 'This result was made without edits. To switch observations off, change roles or reject targets, open the project: '}${live ? '' : html`<code>tribrach workbench PROJECT.toml</code>`}</p>`}
     <ol class="edits">${list.map((edit, i) => html`<li key=${i}><div><b>${what(edit)}</b><br />${edit.reason}<br /><span class="muted small" title=${edit.observation ?? ''}>${[edit.by, edit.at?.replace?.('T', ' ')].filter(Boolean).join(', ')}</span></div>
       ${edit.observation && html`<button type="button" class="button plain tiny" onClick=${() => does.select({ type: 'row', id: edit.observation }, { tab: 'observations' })}>Show</button>`}</li>`)}</ol>
     <${Epochs} does=${does} />
