@@ -264,11 +264,12 @@ def _planes(planes: Mapping[str, Any], beside: ResultFolder) -> Columns:
         out["offset"].append(offset)
         out["centre"].append(None if there is None else there.tolist())
         out["extent"].append(None if seen is None else seen["extent"])
-        sides = None if seen is None or centre is None else seen.get("axes")
-        out["axes"].append(
-            None if sides is None else beside.frame.of_directions(np.array(sides), centre).tolist()
-        )
-        out["half"].append(None if sides is None else seen["half"])
+        if seen is None or centre is None or seen.get("axes") is None:
+            out["axes"].append(None)
+            out["half"].append(None)
+            continue
+        out["axes"].append(beside.frame.of_directions(np.array(seen["axes"]), centre).tolist())
+        out["half"].append(seen["half"])
     return out
 
 
