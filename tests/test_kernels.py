@@ -1,5 +1,6 @@
 """Compiled loops are numba's from their first call on, and no moment earlier."""
 
+import ast
 import os
 import subprocess
 import sys
@@ -114,6 +115,24 @@ def test_a_stored_kernel_is_loaded_without_the_compiler(tmp_path: Path) -> None:
     assert compiler_loaded() == "True"
     assert compiler_loaded() == "False"
     assert compiler_loaded("another type") == "False"
+
+
+def test_no_kernel_has_what_a_stored_one_could_not_load() -> None:
+    """Sets, dictionaries and hashes need symbols that are not there without the compiler."""
+    hashed = (ast.Set, ast.SetComp, ast.Dict, ast.DictComp)
+    seen = 0
+    for file in sorted(Path(kernels.__file__).parent.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.FunctionDef):
+                continue
+            if not any("njit" in ast.unparse(one) for one in node.decorator_list):
+                continue
+            seen += 1
+            for one in (each for part in node.body for each in ast.walk(part)):
+                where = f"{file.name}, {node.name}"
+                assert not isinstance(one, hashed), where
+                assert not (isinstance(one, ast.Name) and one.id in ("set", "dict", "hash")), where
+    assert seen > 20
 
 
 @njit(nogil=True)

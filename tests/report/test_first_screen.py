@@ -1,9 +1,11 @@
 """Every page begins with a verdict and its contents; what it comes to is said by a test."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -18,13 +20,17 @@ from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.job.epochs import ComparedEpochs
+from tribrach.job.motions import CloudMotions, MovedPart, Verdict
+from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.report.comparison import comparison_sentences
 from tribrach.report.epochs import direction_words, epochs_page
 from tribrach.report.field_check import check_page
 from tribrach.report.findings import Finding
+from tribrach.report.motions import motions_front
 from tribrach.report.names import some_of, told_apart
 from tribrach.report.page import FrontPage, page
+from tribrach.report.series import series_page
 
 WRITTEN = [name for name in PAGES if not name.endswith("_svg")]
 
@@ -134,7 +140,7 @@ def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_mov
 def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
     assert "3 of 4 scans hang together, 1 of 1 loop closes" in whole[1]
-    assert "not held" not in whole[1]
+    assert "no pair holds" not in whole[1]
     assert "is known least, σ 3.5" in whole[2]  # of 2 mm along each axis
     made = pages._fit
 
@@ -147,7 +153,55 @@ def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.Monk
     monkeypatch.setattr(pages, "_fit", loose)
     sort, verdict, _ = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
     assert sort == "none"
-    assert f"{harmless(2)} is not held in all directions" in verdict
+    assert f"no pair holds {harmless(2)} in all directions" in verdict
+
+
+def series_front(cycles: Sequence[Cycle]) -> tuple[str, str, str]:
+    """Of four references without points through time."""
+    names = ("A", "B", "C", "D")
+    zero = Epoch("zero", names, np.zeros((4, 3)), 1e-6 * np.eye(12))
+    return front(series_page(Series(SeriesSettings(names), zero, 1.0, tuple(cycles)), [], "yard"))
+
+
+def test_references_are_accused_only_where_they_fail_more_often_than_chance_lets_them() -> None:
+    still = [Cycle(str(k), 1.7e9 + 14400 * k, 40, "", 5.0, 9, 20.0) for k in range(100)]
+    place = PointAt((0.003, 0.0, 0.0), (1e-3,) * 3, 20.0, 9.0, "moved")
+    seldom = replace(still[40], test=25.0, moved=("B",), points={"B": place})
+    sort, verdict, words = series_front([*still[:40], seldom, *still[41:]])
+    assert (sort, verdict) == ("good", "No movement found")
+    assert "fail their test in 1 cycle, which is no more than chance makes" in words
+    often = [replace(one, test=25.0, moved=("B",), points={"B": place}) for one in still[50:]]
+    sort, verdict, _ = series_front([*still[:50], *often])
+    assert (sort, verdict) == ("none", "Reference point B moved")
+    nobody = [replace(one, test=25.0) for one in still[50:]]
+    sort, verdict, _ = series_front([*still[:50], *nobody])
+    assert (sort, verdict) == (
+        "none",
+        "The reference points fail their test, and none can be named",
+    )
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "sort", "words"),
+    [
+        (("moved", "no motion found"), "none", "Site a moved"),
+        (("moved", "not one body"), "none", "Site a moved; Site b differs, not as one body"),
+        (("no motion found", "no motion found"), "good", "No motion found"),
+        (
+            ("no motion found", "too few distances"),
+            "none",
+            "No motion found; Site b cannot be told",
+        ),
+    ],
+)
+def test_a_site_is_said_to_have_moved_only_if_its_test_says_so(
+    verdicts: tuple[Verdict, Verdict], sort: str, words: str
+) -> None:
+    parts = [MovedPart(name, v, 1.0) for name, v in zip("ab", verdicts, strict=True)]
+    stable, surface = SimpleNamespace(agrees=True), SimpleNamespace(share=0.8)
+    all_of_it = SimpleNamespace(parts=parts, stable=stable, surface=surface, named=True)
+    told = motions_front(cast(CloudMotions, all_of_it))
+    assert (told.sort, told.verdict) == (sort, words)
 
 
 def test_completeness_says_whether_the_required_sigma_is_reached() -> None:

@@ -47,6 +47,8 @@ _FIELDS = (
     Field("ny", "float32", description="normal of B"),
     Field("nz", "float32", description="normal of B"),
 )
+#: parts that the header of the file tells of, which has room for 64 kB
+_TOLD = 200
 #: what a place is part of
 _MEMBERSHIP = (
     Field("stable", "uint8", description="1 in the stable area"),
@@ -93,8 +95,9 @@ class DistanceCloud:
             That were found of them.
         """
         self._fields = (*_FIELDS, *_MEMBERSHIP)
-        verdicts = [f"{k} ({p.name}): {p.verdict}" for k, p in enumerate(motions.parts, start=1)]
-        self._facts = {"parts": "; ".join(verdicts) or "none"}
+        parts = [f"{k} ({p.name}): {p.verdict}" for k, p in enumerate(motions.parts, start=1)]
+        more = ["more in the report"] if len(parts) > _TOLD else []
+        self._facts = {"parts": "; ".join([*parts[:_TOLD], *more]) or "none"}
         for number, found, stable, part in collector.labelled(motions.places):
             self._write(number, found, {"stable": stable, "part": part})
 

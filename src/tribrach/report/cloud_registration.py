@@ -127,8 +127,7 @@ def _front(registration: CloudRegistration) -> FrontPage:
         words.append(f"{counted(outlying, 'pair')} {verb} the network")
     loose = _loosely_held(registration)
     if loose:
-        verb = "is" if len(loose) == 1 else "are"
-        words.append(f"{some_of(loose, _IN_VERDICT)} {verb} not held in all directions")
+        words.append(f"no pair holds {some_of(loose, _IN_VERDICT)} in all directions")
     whole = largest == scans and loops and closed == len(loops) and not outlying and not loose
     sort: Literal["good", "bad", "none"] = "good" if whole else "none" if largest > 1 else "bad"
     signed = f"Poses of {largest} scans with their covariances, in the frame of {first}."

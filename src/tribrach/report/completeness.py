@@ -76,15 +76,17 @@ def _front(completeness: Completeness) -> FrontPage:
     said = completeness.sentences()
     if completeness.required is None:
         verdict = (
-            f"{1 - missed:.1%} of the model seen"
+            f"{100 * (1 - missed):.1f} % of the model seen"
             if completeness.modelled
-            else f"{1 - single:.1%} seen by two stations or more"
+            else f"{100 * (1 - single):.1f} % seen by two stations or more"
         )
         return FrontPage("none", verdict, said[0])
     sigmas = completeness.sigmas
     everywhere = sigmas["reached"] == sum(sigmas.values()) and not missed
     share = sigmas["reached"] / max(1, sum(sigmas.values()))
-    verdict = f"The required sigma is reached {'everywhere' if everywhere else f'on {share:.1%}'}"
+    verdict = (
+        f"The required sigma is reached {'everywhere' if everywhere else f'on {100 * share:.1f} %'}"
+    )
     return FrontPage("good" if everywhere else "none", verdict, said[-1])
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.comparison.not_compared import NotCompared, Where
 from tribrach.comparison.rigid_motion import COMPONENTS, PartMotion
-from tribrach.job.motions import CloudMotions, MovedPart, StableArea
+from tribrach.job.motions import CloudMotions, MovedPart, StableArea, Verdict
 from tribrach.report.names import some_of
 from tribrach.report.numbers import count_cell, fixed_cell, mm_cell, number, percent_cell
 from tribrach.report.page import FrontPage
@@ -55,7 +55,9 @@ _SURFACE_NOTE = (
 def motions_front(motions: CloudMotions) -> FrontPage:
     """Which parts moved, and what one signs."""
     noun = "Site" if motions.named else "Part"
-    moved = [p.name for p in motions.parts if p.verdict in ("moved", "not one body")]
+    names: dict[Verdict, list[str]] = {}
+    for part in motions.parts:
+        names.setdefault(part.verdict, []).append(part.name)
     stable = motions.stable
     signed = (
         "The motions stated here with their intervals, of what could be compared and of nothing "
@@ -67,10 +69,22 @@ def motions_front(motions: CloudMotions) -> FrontPage:
     share = f"{100 * motions.surface.share:.0f} % of the surface of both clouds could be compared"
     registered = "passes" if stable.agrees else "fails"
     sentence = f"{share}; the registration {registered} its test on the stable area."
-    if moved:
-        verdict = f"{noun}{'' if len(moved) == 1 else 's'} {some_of(moved, _IN_VERDICT)} moved"
+
+    def told(which: Verdict, words: str, plural: str) -> str:
+        some = names.get(which, [])
+        one = len(some) == 1
+        what = f"{noun}{'' if one else 's'} {some_of(some, _IN_VERDICT)}"
+        return f"{what} {words if one else plural}" if some else ""
+
+    moved = told("moved", "moved", "moved")
+    bent = told("not one body", "differs, not as one body", "differ, not as one body")
+    few = told("too few distances", "cannot be told", "cannot be told")
+    verdict = "; ".join(filter(None, [moved, bent]))
+    if verdict:
         return FrontPage("none", verdict, sentence, signed=signed)
-    return FrontPage("good" if stable.agrees else "bad", "No motion found", sentence, signed=signed)
+    verdict = "; ".join(filter(None, ["No motion found", few]))
+    sort: Literal["good", "bad", "none"] = "bad" if not stable.agrees else "none" if few else "good"
+    return FrontPage(sort, verdict, sentence, signed=signed)
 
 
 def motions_sentences(motions: CloudMotions, angle: Angle = "gon") -> list[str]:

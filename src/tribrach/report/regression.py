@@ -71,7 +71,9 @@ def _front(regression: Regression) -> FrontPage:
     verdict = f"{bent or 'None'} of {counted(len(regression.relations), 'relation')} curved"
     if alike:
         verdict += "; the causes cannot be told apart"
-    return FrontPage("none", verdict, f"{regression.n} rows, tests at {regression.confidence:.0%}.")
+    return FrontPage(
+        "none", verdict, f"{regression.n} rows, tests at {100 * regression.confidence:.0f} %."
+    )
 
 
 def regression_pictures(

@@ -74,22 +74,28 @@ def series_findings(found: Series, points: Sequence[PointSeries]) -> list[Findin
     return out + [Finding(text) for text in _point_sentences(points)][: 3 * _NAMED]
 
 
-def _references(found: Series, solved: Sequence[Cycle]) -> Iterator[Finding]:
-    """How often the references fail, beside chance, and what they were seen to do."""
+def _alarms(found: Series, solved: Sequence[Cycle]) -> tuple[list[Cycle], int, bool]:
+    """Cycles whose references fail their test, of how many, and if that is more than chance."""
     tested = [c for c in solved if c.dof]
     alarms = [c for c in tested if c.test > c.limit]
+    chance = bdtrc(len(alarms) - 1, len(tested), 1 - found.settings.confidence) if alarms else 1.0
+    return alarms, len(tested), bool(chance < _OFTEN)
+
+
+def _references(found: Series, solved: Sequence[Cycle]) -> Iterator[Finding]:
+    """How often the references fail, beside chance, and what they were seen to do."""
+    alarms, tested, often = _alarms(found, solved)
     alpha = 1 - found.settings.confidence
     if tested:
-        often = bdtrc(len(alarms) - 1, len(tested), alpha) < _OFTEN if alarms else False
         named = sum(bool(c.moved) for c in alarms)
         text = (
             f"The reference points fail their test in {len(alarms)} of "
-            f"{counted(len(tested), 'cycle')} ({100 * len(alarms) / len(tested):.1f} %, by chance "
+            f"{counted(tested, 'cycle')} ({100 * len(alarms) / tested:.1f} %, by chance "
             f"{100 * alpha:.2g} %)"
         )
         if alarms:
             text += f"; in {named} of these a point is beyond its own limit and is named"
-        yield Finding(f"{text}.", bool(often))
+        yield Finding(f"{text}.", often)
     if found.factor > 1.0:
         yield Finding(
             f"From cycle to cycle most reference points scatter {np.sqrt(found.factor):.2f} times "
@@ -236,26 +242,31 @@ def series_page(found: Series, points: Sequence[PointSeries], title: str) -> str
 
 
 def _front(found: Series, points: Sequence[PointSeries]) -> FrontPage:
-    """Which references moved, which points drift or jump."""
+    """Which references moved, which points drift or jump.
+
+    References are named only where they fail their test more often than chance lets them.
+    """
     solved = [c for c in found.cycles if not c.reason]
-    references = list(dict.fromkeys(name for c in solved for name in c.moved))
+    alarms, _, often = _alarms(found, solved)
+    named = [name for name, _ in Counter(n for c in solved for n in c.moved).most_common()]
     drifting = [p.name for p in points if any(fit and (fit.trend or fit.jumps) for fit in p.fits)]
     parts = []
-    if references:
-        noun = "Reference point" if len(references) == 1 else "Reference points"
-        parts.append(f"{noun} {some_of(references, _IN_VERDICT)} moved")
+    if often and named:
+        noun = "Reference point" if len(named) == 1 else "Reference points"
+        parts.append(f"{noun} {some_of(named, _IN_VERDICT)} moved")
+    elif often:
+        parts.append("The reference points fail their test, and none can be named")
     if drifting:
-        what = counted(len(drifting), "point")
-        parts.append(
-            f"{what} with a trend or a jump"
-            if parts
-            else f"{what} moved: a trend or a jump is real"
-        )
+        parts.append(f"{counted(len(drifting), 'point')} with a significant trend or jump")
     verdict = "; ".join(parts) or "No movement found"
     sentence = f"{len(solved)} of {counted(len(found.cycles), 'cycle')} solved."
-    return FrontPage(
-        "none" if parts or len(solved) < len(found.cycles) else "good", verdict, sentence
-    )
+    if alarms and not often:
+        sentence += (
+            f" The reference points fail their test in {counted(len(alarms), 'cycle')}, which "
+            "is no more than chance makes in so many."
+        )
+    good = not parts and len(solved) == len(found.cycles) and solved
+    return FrontPage("good" if good else "none", verdict, sentence)
 
 
 def _size(p: PointSeries) -> float:

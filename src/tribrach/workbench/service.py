@@ -448,6 +448,7 @@ class Service:
         written : it had begun to write poses and clouds, so that they may be of two runs now.
         """
         if written:
+            sentence = f"{sentence.rstrip('.')}."
             sentence += " The folder may hold poses and clouds of two runs now: run again."
             with suppress(InputError):
                 self._load()
