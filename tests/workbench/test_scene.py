@@ -1,6 +1,7 @@
 """Scenes: the same yard in three frames looks the same, up is up, old files stay readable."""
 
 import json
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -210,15 +211,32 @@ def test_clouds_that_are_gone_are_said_with_what_to_do(tmp_path: Path) -> None:
     (tmp_path / "clouds").mkdir()
     files = [{"file": name} for name in ("S1.laz", "S2.laz", "S3.laz")]
     result = {"scans": {"clouds": files}}
-    assert lacking_clouds(result, tmp_path).startswith("S1.laz and 2 more are not in clouds")
+    assert lacking_clouds(result, tmp_path, None).startswith("S1.laz and 2 more are not in clouds")
     (tmp_path / "clouds" / "S1.laz").write_bytes(b"LASF")
     (tmp_path / "clouds" / "S3.laz").write_bytes(b"LASF")
-    said = lacking_clouds(result, tmp_path)
+    said = lacking_clouds(result, tmp_path, None)
     assert said.startswith("S2.laz is not in clouds")
     assert "run the project again" in said
     (tmp_path / "clouds" / "S2.laz").write_bytes(b"LASF")
-    assert lacking_clouds(result, tmp_path) == ""
-    assert lacking_clouds({"scans": None}, tmp_path) == ""
+    assert lacking_clouds(result, tmp_path, None) == ""
+    assert lacking_clouds({"scans": None}, tmp_path, None) == ""
+
+
+def test_clouds_of_another_run_than_the_poses_are_said(yard: Yard, tmp_path: Path) -> None:
+    """A run that was stopped has left its poses, and clouds of the run before."""
+    folder = tmp_path / "out"
+    shutil.copytree(yard("work"), folder)
+    result = read_result(folder)
+    poses = ResultFolder.beside(folder).pose_file
+    assert lacking_clouds(result, folder, poses) == ""
+    file = folder / "clouds" / "poses.json"
+    told = json.loads(file.read_text())
+    first = told["scans"][0]
+    first["world_from_scanner"][0][3] += 0.002
+    file.write_text(json.dumps(told))
+    said = lacking_clouds(result, folder, ResultFolder.beside(folder).pose_file)
+    assert said.startswith(f"{first['scan']}.")
+    assert "was not placed by the poses beside the clouds" in said
 
 
 def test_a_result_of_an_older_run_is_drawn_without_what_it_lacks(

@@ -17,8 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Progress
+from tribrach.errors import InputError
 from tribrach.io.clouds.copc_head import CopcHead, is_copc, read_copc_head
 from tribrach.io.keeping import STATE_FOLDER, keeping
+from tribrach.io.scans.formats import read_scans
 from tribrach.job.convert import as_copc
 from tribrach.job.each import Item, each, facts_alone
 from tribrach.job.poses import PoseFile
@@ -101,8 +103,10 @@ def written_clouds(result: Mapping[str, Any], folder: Path) -> list[Path]:
     return [p for p in paths if p.parent == place and p.is_file() and not p.is_symlink()]
 
 
-def lacking_clouds(result: Mapping[str, Any], folder: Path) -> str:
-    """Say which clouds of a result cannot be shown and what to do; "" where none is lacking.
+def lacking_clouds(result: Mapping[str, Any], folder: Path, poses: PoseFile | None) -> str:
+    """Say which clouds of a result cannot be shown, or are of another run, and what to do.
+
+    A run that is stopped while it writes leaves its poses beside clouds of the run before.
 
     Parameters
     ----------
@@ -110,15 +114,45 @@ def lacking_clouds(result: Mapping[str, Any], folder: Path) -> str:
         Keys of ``result.json``.
     folder : Path
         Folder of the results.
+    poses : PoseFile or None
+        The poses beside the clouds.
+
+    Returns
+    -------
+    str
+        One or two sentences; "" where nothing is lacking.
     """
     files = {str(cloud["file"]) for cloud in (result.get("scans") or {}).get("clouds", [])}
-    gone = sorted(files - {path.name for path in written_clouds(result, folder)})
-    if not gone:
-        return ""
-    others = f" and {len(gone) - 1} more" if len(gone) > 1 else ""
-    verb = "are" if others else "is"
-    where = f"not in {CLOUDS} any more"
-    return f"{gone[0]}{others} {verb} {where}: run the project again to show it all."
+    paths = written_clouds(result, folder)
+    gone = sorted(files - {path.name for path in paths})
+    other = [] if poses is None else [p.name for p in paths if _placed_otherwise(p, poses)]
+    sentences = []
+    if gone:
+        verb, where = "are" if len(gone) > 1 else "is", f"not in {CLOUDS} any more"
+        sentences.append(f"{_some(gone)} {verb} {where}: run the project again to show it all.")
+    if other:
+        verb = "were" if len(other) > 1 else "was"
+        sentences.append(
+            f"{_some(sorted(other))} {verb} not placed by the poses beside the clouds, so that the "
+            "folder holds parts of two runs: run the project again."
+        )
+    return " ".join(sentences)
+
+
+def _some(names: Sequence[str]) -> str:
+    """The first of some names, and how many more there are."""
+    return f"{names[0]} and {len(names) - 1} more" if len(names) > 1 else names[0]
+
+
+def _placed_otherwise(path: Path, poses: PoseFile) -> bool:
+    """Whether a cloud says that it was placed by another pose than that of its scan."""
+    at = poses.of_cloud(path)
+    if at is None:
+        return False
+    try:
+        return any(at.placed(scan.facts) is False for scan in read_scans(path))
+    except InputError:
+        return False
 
 
 def convert_clouds(

@@ -126,7 +126,8 @@ def export_page(
         parts = cloud_parts(clouds, beside.pose_file, upright=beside.frame.kind != "ecef")
         displaced = [] if epochs is None else read_epochs(epochs)
         scene = scene_of(result, beside, parts, epochs=displaced)
-        scene = scene.model_copy(update={"lacking": lacking_clouds(result, folder)})
+        lacking = lacking_clouds(result, folder, beside.pose_file)
+        scene = scene.model_copy(update={"lacking": lacking})
         texts: dict[Path, str | bytes] = {}
         joint = named_joint(PointSources(beside, {}, {}))
         if joint is not None:

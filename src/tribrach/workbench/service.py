@@ -164,7 +164,7 @@ class Service:
                 "This project was not run to its end yet, so there are no clouds to show: press "
                 "Run to write them. What is shown of the network is adjusted."
             )
-        return lacking_clouds(self._result, self.folder)
+        return lacking_clouds(self._result, self.folder, self.beside.pose_file)
 
     @property
     def scene_text(self) -> bytes:
