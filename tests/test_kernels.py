@@ -10,10 +10,11 @@ from threading import Thread, get_ident
 import numba
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from tribrach import kernels
 from tribrach._types import Array
-from tribrach.kernels import Kernel, njit
+from tribrach.kernels import Kernel, blas_in_one_thread, njit
 
 
 @njit(cache=True)
@@ -168,3 +169,14 @@ def test_what_goes_wrong_in_a_thread_is_raised() -> None:
 
     with pytest.raises(ValueError, match="to"):
         kernels.in_threads(kernel, 100, least=1)
+
+
+def test_products_are_computed_by_one_thread_and_then_by_as_many_as_before() -> None:
+    def threads() -> list[int]:
+        return [one["num_threads"] for one in threadpool_info() if one["user_api"] == "blas"]
+
+    with threadpool_limits(limits=2, user_api="blas"):
+        before = threads()
+        with blas_in_one_thread():
+            assert set(threads()) == {1}
+        assert threads() == before

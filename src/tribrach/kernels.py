@@ -15,14 +15,14 @@ which takes ten times as long to load as the kernel: see :func:`_without_compile
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from importlib import import_module
 from itertools import pairwise
 from threading import RLock
 from types import CodeType
 from typing import Any
 
-__all__ = ["Kernel", "in_threads", "njit"]
+__all__ = ["Kernel", "blas_in_one_thread", "in_threads", "njit"]
 
 #: parts of the rounds for each thread: the threads end together, though rounds differ
 _PARTS = 8
@@ -168,3 +168,18 @@ def in_threads(kernel: Callable[..., None], rounds: int, *args: Any, least: int 
     with import_module("concurrent.futures").ThreadPoolExecutor(threads) as pool:
         for done in [pool.submit(kernel, *both, *args) for both in pairwise(ends)]:
             done.result()
+
+
+def blas_in_one_thread() -> AbstractContextManager[Any]:
+    """A block in which products of matrices are computed by one thread.
+
+    For loops of thousands of small products, as sparse factors are made of: in these the threads of
+    BLAS wait for each other, which takes up to twice the seconds of the processors and saves none
+    by the clock, whatever the size of the network; and sums are the same with any number of
+    processors. It holds for the whole process as long as the block lasts.
+    """
+    # loaded here, as small networks have no such loops
+    limits: AbstractContextManager[Any] = import_module("threadpoolctl").threadpool_limits(
+        limits=1, user_api="blas"
+    )
+    return limits

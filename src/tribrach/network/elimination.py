@@ -21,7 +21,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.kernels import njit
+from tribrach.kernels import blas_in_one_thread, njit
 
 __all__ = ["Elimination", "eliminate"]
 
@@ -69,16 +69,17 @@ def eliminate(matrix: sp.csc_array) -> Elimination:
     number = np.repeat(np.arange(len(width)), width)
     length = width[number] - 1 - (np.arange(len(place)) - panels.first[number]) + below[number]
     indptr = np.concatenate([[0], np.cumsum(length)])
-    indices, data, d = _eliminated(
-        ordered.indptr.astype(np.int64),
-        ordered.indices.astype(np.int32),
-        ordered.data,
-        panels.first,
-        panels.start,
-        panels.rows,
-        panels.waiting,
-        indptr,
-    )
+    with blas_in_one_thread():
+        indices, data, d = _eliminated(
+            ordered.indptr.astype(np.int64),
+            ordered.indices.astype(np.int32),
+            ordered.data,
+            panels.first,
+            panels.start,
+            panels.rows,
+            panels.waiting,
+            indptr,
+        )
     return Elimination(place, indptr, indices, data, d)
 
 

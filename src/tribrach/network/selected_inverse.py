@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.kernels import njit
+from tribrach.kernels import blas_in_one_thread, njit
 
 __all__ = ["look_up", "look_up_blocks", "selected_inverse", "stored"]
 
@@ -49,7 +49,8 @@ def selected_inverse(
         Diagonal of the inverse.
     """
     first = _panels(indptr, indices, widest)
-    value, diagonal = _selected(indptr, indices, data, d, first, widest)
+    with blas_in_one_thread():
+        value, diagonal = _selected(indptr, indices, data, d, first, widest)
     return value, diagonal
 
 
