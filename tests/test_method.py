@@ -8,6 +8,7 @@ floor, 6.3)".
 import re
 import tokenize
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -57,6 +58,7 @@ def prose(path: Path) -> Iterator[tuple[int, str]]:
         yield start, words
 
 
+@cache
 def citations(path: Path) -> list[tuple[str, str]]:
     """Where a file cites the method, and which section."""
     name = path.relative_to(ROOT)

@@ -72,7 +72,9 @@ def test_the_checks_of_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     (tmp_path / "lengths.csv").write_text("\n".join([*lengths, ""]))
     outputs = {}
     for call in commands("field_check"):
-        result = RUN.invoke(app, call)
+        # the check reads the table of targets; the scans beside it are for calibration
+        few = ["--points", "20000"] if call[0] == "simulate" else []
+        result = RUN.invoke(app, [*call, *few])
         assert result.exit_code == 0, result.output
         outputs[" ".join(call)] = " ".join(result.output.split())
     (again,) = (said for call, said in outputs.items() if "--earlier" in call)

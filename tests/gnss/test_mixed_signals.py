@@ -84,7 +84,7 @@ def disagreement(one: Baseline, two: Baseline) -> float:
     return float(apart @ np.linalg.solve(one.covariance + two.covariance, apart))
 
 
-@pytest.mark.parametrize("day", DAYS)
+@pytest.mark.parametrize("day", ["230910", pytest.param("230913", marks=pytest.mark.slow)])
 def test_two_frequencies_that_do_not_fix_are_float_and_l1_is_taken(
     shared_data: Path, day: str
 ) -> None:

@@ -100,12 +100,12 @@ def test_posterior_covariances_are_taken_back_first() -> None:
 
 
 def test_moved_is_said_as_seldom_as_stated() -> None:
-    """Of 200 clean pairs 5 %: 10 with a sigma of 3.1; 25 once in a million times."""
+    """Of 60 clean pairs 5 %: 3 with a sigma of 1.7; 13 once in a hundred thousand times."""
     rng, said = np.random.default_rng(8), 0
-    for _ in range(200):
+    for _ in range(60):
         values = 1 + 1e-3 * rng.standard_normal(4)
         said += place(difference(result(values[:2]), result(values))).moved
-    assert said <= 25
+    assert said <= 12
     values = np.array([1.0, 1.0, 1.02, 1.02])
     document = difference(result(values[:2]), result(values))
     assert place(document).moved
