@@ -55,8 +55,13 @@ class Truth:
     intensity: np.ndarray
 
 
-def scanned(path: Path, noise: ScanNoise, seed: int, step: float = 0.006) -> Truth:
-    """Write the scan of the hall; where its points should be."""
+def scanned(
+    path: Path, noise: ScanNoise, seed: int, step: float = 0.006, *, incidence: bool = True
+) -> Truth:
+    """Write the scan of the hall; where its points should be.
+
+    incidence : is the noise of ranges divided by the cosine?
+    """
     rng = np.random.default_rng(seed)
     rays, _, _ = directions((-3.1, 3.1), (0.5, 2.3), step)
     with np.errstate(divide="ignore"):
@@ -74,7 +79,7 @@ def scanned(path: Path, noise: ScanNoise, seed: int, step: float = 0.006) -> Tru
     across = np.hypot(noise.horizontal, noise.beam_angle(length))
     polar = np.stack([length, np.arctan2(rays[:, 1], rays[:, 0]), np.arccos(rays[:, 2])], axis=1)
     errors = rng.normal(size=polar.shape)
-    errors[:, 0] *= noise.range_sigma(length, cosine, light)
+    errors[:, 0] *= noise.range_sigma(length, cosine if incidence else 1.0, light)
     errors[:, 1] *= across / np.sin(polar[:, 2])
     errors[:, 2] *= across
     header = CloudHeader(path.stem, (Field("intensity", "float32"),), 1e-5)

@@ -33,9 +33,19 @@ beam_divergence_mrad = 0.23
 """
 
 
-def reported(folder: Path, noise: ScanNoise, figures: str, seed: int) -> tuple[Report, StatedNoise]:
-    scanned(folder / "S1.las", noise, seed, step=0.008)
-    report = run(Project.load(project(folder, figures, "write = false")))
+def reported(
+    folder: Path,
+    noise: ScanNoise,
+    figures: str,
+    seed: int,
+    *,
+    incidence: bool = True,
+    stated: bool = True,
+) -> tuple[Report, StatedNoise]:
+    """A run of the hall; incidence : of the noise that there is; stated : of that of clouds."""
+    scanned(folder / "S1.las", noise, seed, step=0.008, incidence=incidence)
+    cloud = f"write = false\nincidence = {str(stated).lower()}"
+    report = run(Project.load(project(folder, figures, cloud)))
     assert report.job.placed is not None
     (found,) = report.job.placed.noise
     return report, found
@@ -70,6 +80,29 @@ def test_a_sheet_that_is_right_is_told_so_in_every_class(tmp_path: Path) -> None
     assert "from column to column. The project states nothing that they share" in told
     assert "(shared_share): a mean counts points" in told
     assert not any("noise" in warning for warning in report.warnings)
+
+
+def test_noise_without_incidence_is_held_against_that_of_clouds_without_it(tmp_path: Path) -> None:
+    """A range noise that does not grow with the incidence is no contradiction to such clouds."""
+    report, found = reported(
+        tmp_path, SHEET, KEYS.format(mm=1.5), 10_007, incidence=False, stated=False
+    )
+    everything = [found.whole, *(one for some in found.classes.values() for one in some)]
+    assert {found.verdict(one) for one in everything if one is not None} == {"as stated"}
+    assert not any("noise" in warning for warning in report.warnings)
+
+
+def test_clouds_that_want_the_incidence_are_told_so(tmp_path: Path) -> None:
+    report, found = reported(tmp_path, SHEET, KEYS.format(mm=3.0), 10_008, stated=False)
+    assert found.whole is not None
+    assert found.slanted is not None
+    assert found.whole.factor / found.slanted.factor > 1.05
+    report, found = reported(
+        tmp_path, replace(SHEET, range=0.004), KEYS.format(mm=4.0), 10_009, stated=False
+    )
+    assert found.verdict(found.whole) == "more than stated"
+    assert any("with incidence = true in [cloud]" in warning for warning in report.warnings)
+    assert "the noise of ranges grows with the incidence, and" in said(tmp_path)
 
 
 @pytest.mark.parametrize(("mm", "word"), [(0.75, "little"), (4.0, "much")])

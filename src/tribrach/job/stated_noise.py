@@ -1,8 +1,9 @@
 """The noise that is stated for a scanner against that which its own scans show, class by class.
 
 Planar patches of all scans of an instrument (:mod:`tribrach.scan.observed_noise`, method section
-5.8), those of smooth surfaces only. What is stated is that of the points: the law of the intensity
-where the instrument has one, else range and incidence, with angles and footprint over the slope.
+5.8), those of smooth surfaces only. What is stated is what points of clouds have: the law of the
+intensity where the instrument has one, else the noise of the range, over the cosine of the
+incidence only where the project asks for that, with angles and footprint over the slope.
 """
 
 from __future__ import annotations
@@ -103,6 +104,9 @@ class StatedNoise:
         What neighbouring points share; None with too few patches.
     why
         Why there is nothing, or no law.
+    slanted
+        All of the smooth ones together, were the noise of ranges stated with the incidence; None
+        where it is, or with a law.
     """
 
     instrument: str
@@ -116,6 +120,7 @@ class StatedNoise:
     law: RangeLaw | None
     neighbours: NeighbourNoise | None = None
     why: str = ""
+    slanted: NoiseClass | None = None
 
     @property
     def level(self) -> float:
@@ -163,6 +168,8 @@ def stated_noise(
     instruments: Mapping[str, Instrument],
     state: Remembered,
     progress: Progress,
+    *,
+    incidence: bool,
 ) -> list[StatedNoise]:
     """Hold the noise that is stated for every scanner against its scans.
 
@@ -178,6 +185,8 @@ def stated_noise(
         Where it is remembered what unchanged scans showed.
     progress
         Told of instruments whose scans are looked at.
+    incidence
+        Have points of clouds the noise of ranges over the cosine of their incidence?
 
     Returns
     -------
@@ -197,7 +206,7 @@ def stated_noise(
     facts: dict[str, dict[str, Any]] = {}
     calls, owners = [], []
     for name, members in by_instrument.items():
-        known = state.recall(f"noise-{name}", _key(state, members))
+        known = state.recall(f"noise-{name}", _key(state, members, incidence))
         if known is not None:
             facts[name] = known
             continue
@@ -211,8 +220,8 @@ def stated_noise(
             continue
         # of all scans of the scanner, in their order whoever was ready first
         observed = joined([part for _, part in sorted(parts.pop(name).items())])
-        facts[name] = _facts(observed, _noise(by_instrument[name]))
-        state.remember(f"noise-{name}", _key(state, by_instrument[name]), facts[name])
+        facts[name] = _facts(observed, _noise(by_instrument[name]), incidence)
+        state.remember(f"noise-{name}", _key(state, by_instrument[name], incidence), facts[name])
     out = []
     for name, members in by_instrument.items():
         basis = _BASIS[instruments[name].stated_by("range_mm")].format(name)
@@ -228,9 +237,9 @@ def _noise(members: Sequence[StationScan]) -> ScanNoise:
     return noise
 
 
-def _key(state: Remembered, members: Sequence[StationScan]) -> str:
+def _key(state: Remembered, members: Sequence[StationScan], incidence: bool) -> str:
     """Of what scans of one scanner show."""
-    return state.key(_facts, tuple(scan.scan for scan in members), _noise(members))
+    return state.key(_facts, tuple(scan.scan for scan in members), _noise(members), incidence)
 
 
 def _calls(members: Sequence[StationScan]) -> list[Call]:
@@ -261,18 +270,21 @@ def _observed(scan: Scan, records: int, most: int, *, progress: Progress) -> Obs
     return found.of_patches(kept)
 
 
-def _facts(observed: ObservedNoise, noise: ScanNoise) -> dict[str, Any]:
+def _facts(observed: ObservedNoise, noise: ScanNoise, incidence: bool) -> dict[str, Any]:
     """What scans of one scanner show, as plain numbers."""
     lawful = noise.law is not None and bool(np.isfinite(observed.intensity).any())
     facts: dict[str, Any] = {"lawful": lawful, "patches": observed.patches, "smooth": 0}
-    facts |= {"whole": None, "law": None, "classes": {}, "neighbours": None}
+    facts |= {"whole": None, "law": None, "classes": {}, "neighbours": None, "slanted": None}
     try:
         fitted = fit_noise(observed)
     except InputError as error:
         return facts | {"why": error.what}
     smooth = fitted.smooth
-    stated = smooth.stated(noise)
+    stated = smooth.stated(noise, incidence=incidence)
     (whole,) = noise_classes(smooth, stated, "range", 1)
+    slanted = None
+    if not incidence and not lawful:
+        (slanted,) = noise_classes(smooth, smooth.stated(noise), "range", 1)
     return facts | {
         "smooth": smooth.patches,
         "whole": asdict(whole),
@@ -283,6 +295,7 @@ def _facts(observed: ObservedNoise, noise: ScanNoise) -> dict[str, Any]:
         "law": None if fitted.law is None else asdict(fitted.law),
         "neighbours": _neighbours(fitted, noise),
         "why": fitted.why,
+        "slanted": None if slanted is None else asdict(slanted),
     }
 
 
@@ -316,4 +329,5 @@ def _from_facts(
         law=None if facts["law"] is None else RangeLaw(**facts["law"]),
         neighbours=None if facts["neighbours"] is None else NeighbourNoise(**facts["neighbours"]),
         why=facts["why"],
+        slanted=None if facts["slanted"] is None else NoiseClass(**facts["slanted"]),
     )

@@ -167,20 +167,23 @@ class ObservedNoise:
         """Variances (patches,) [m^2] of one range, by what the planes left free."""
         return np.bincount(self.patch, self.residual**2) / self.redundancies
 
-    def stated(self, noise: ScanNoise) -> Array:
+    def stated(self, noise: ScanNoise, *, incidence: bool = True) -> Array:
         """Variances (m,) [m^2] along the beam that a noise states for these points.
 
         Parameters
         ----------
         noise
             Of the scanner; the systematic part of its angles is left out, which a patch shares.
+        incidence
+            Are sigmas of ranges divided by the cosine of the incidence angle?
 
         Notes
         -----
         Noise of the range and, over the slope of the surface, of angles and footprint (method
         section 5.8), with the rounding of coordinates.
         """
-        along = noise.range_sigma(self.range, self.cosine, self.intensity) ** 2
+        cosine = self.cosine if incidence else 1.0
+        along = noise.range_sigma(self.range, cosine, self.intensity) ** 2
         spot = noise.beam_angle(self.range) ** 2
         across = np.array([noise.horizontal, noise.vertical]) ** 2
         slanted = ((self.slope * self.range[:, None]) ** 2 * (across + spot[:, None])).sum(axis=1)

@@ -24,11 +24,12 @@ __all__ = ["SUBJECT", "InstrumentNoise", "NoiseLaw", "NoiseOfClass"]
 
 _NOTE = (
     "Along the beam, on small planar patches of smooth surfaces; what the beam sweeps over a "
-    "slanted surface is in both figures. Stated is what the points of clouds have, with the "
-    "incidence. Both figures are roots of mean squares, with the points weighted alike by the "
-    "inverse of the variance that is stated for each; the factor is observed over stated. Its "
-    "limits hold for all rows of an instrument together in 95 of 100 jobs, by chi-square with the "
-    "degrees of freedom that the scatter from patch to patch leaves. A factor of "
+    "slanted surface is in both figures. Stated is what the points of clouds have: the noise of "
+    "ranges over the cosine of the incidence only where [cloud] has incidence = true. Both "
+    "figures are roots of mean squares, with the points weighted alike by the inverse of the "
+    "variance that is stated for each; the factor is observed over stated. Its limits hold for "
+    "all rows of an instrument together in 95 of 100 jobs, by chi-square with the degrees of "
+    "freedom that the scatter from patch to patch leaves. A factor of "
     f"{BAND[0]:.2f} to {BAND[1]:.2f} is as stated, where its limits do not lie beyond that "
     "altogether; only limits that do contradict what is stated. Roughness that even these "
     "surfaces have counts as noise."
@@ -138,6 +139,8 @@ def _sentences(found: StatedNoise) -> list[str]:
     if worst is not None:
         by, one = worst
         out.append(f"{_departs(found, by, one)}.")
+    if (better := _with_incidence(found)) is not None:
+        out.append(f"{better}.")
     if found.law is not None and not found.lawful and (verdict != "as stated" or worst):
         out.append(
             f"What these scans show of {found.instrument} is a law of intensity: "
@@ -169,7 +172,9 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
             f"{_basis(found)} states too little noise of single points, so that sigmas of clouds "
             "are too small: "
         )
-        yield from warned(Severity.WEAK, [text + _figures(found, found.whole)])
+        cure = _with_incidence(found)
+        figures = _figures(found, found.whole)
+        yield from warned(Severity.WEAK, [text + figures + (f"; {cure}" if cure else "")])
     elif verdict == "less than stated":
         text = (
             f"{_basis(found)} states too much noise of single points, so that sigmas of clouds "
@@ -178,6 +183,19 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
         yield from warned(Severity.NOTE, [text + _figures(found, found.whole)])
     elif found.farthest is not None:
         yield from warned(Severity.NOTE, [_departs(found, *found.farthest)])
+
+
+def _with_incidence(found: StatedNoise) -> str | None:
+    """What the incidence would explain of noise beyond what is stated, without the stop."""
+    whole, slanted = found.whole, found.slanted
+    if whole is None or slanted is None or found.verdict(whole) != "more than stated":
+        return None
+    if found.verdict(slanted) != "as stated":
+        return None
+    return (
+        "with incidence = true in [cloud] the noise of ranges grows with the incidence, and "
+        f"{_figures(found, slanted)}"
+    )
 
 
 def _departs(found: StatedNoise, by: By, one: NoiseClass) -> str:
