@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.cli.commands import COMMANDS, GROUPS
+from tribrach.cli.help_words import in_words
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 
@@ -106,12 +108,29 @@ def test_options_with_a_unit_in_words_carry_it_in_their_name() -> None:
     listed = typer.main.get_command(app).commands.values()  # type: ignore[attr-defined]
     single = [command.loaded for command in listed]
     single += [c for group in single for c in getattr(group, "commands", {}).values()]
+    seen = 0
     for command in single:
         for option in command.params:
-            kind = str(getattr(option, "type", ""))
-            if getattr(option, "nargs", 1) != 1 or "float" not in kind.lower():
+            if option.metavar != "NUMBER" or getattr(option, "multiple", False):
                 continue
+            seen += 1
             said = re.search(r"\bin (metres|degrees|millimetres)\b", option.help or "")
             if said:
                 ends = {"metres": "_m", "degrees": "_deg", "millimetres": "_mm"}
                 assert option.name.endswith(ends[said[1]]), (command.name, option.name)
+    assert seen > 40
+
+
+@pytest.mark.parametrize("command", ["", "adjust", "targets", "transform", "transform fit"])
+def test_help_names_no_types_of_a_language(command: str) -> None:
+    """FILE, NUMBER and gon|deg are read by who has never written a program; <bool> is not."""
+    text = RUN.invoke(app, [*command.split(), "--help"]).output
+    assert "Show this message" in text
+    assert not re.search(r"<\w|\b(bool|str|float|Path|list\[)", text)
+
+
+def test_what_options_take_is_said_in_words() -> None:
+    assert in_words(Literal["gon", "deg"] | None) == "gon|deg"
+    assert in_words(tuple[float, float, float]) == "NUMBER NUMBER NUMBER"
+    assert in_words(list[Path] | None) == "FILE"
+    assert in_words(bool) == ""

@@ -30,11 +30,13 @@ def check(
         Path, typer.Argument(metavar="PROJECT-OR-CSV", help="A project, or a table of targets.")
     ],
     range_mm: Annotated[
-        float | None, typer.Option(min=1e-4, help="Sigma of ranges of a table without sigmas.")
+        float | None, typer.Option(min=1e-4, help="Sigma of ranges where a table has none.")
     ] = None,
-    range_ppm: Annotated[float, typer.Option(min=0, help="Its part that grows.")] = 0.0,
+    range_ppm: Annotated[
+        float, typer.Option(min=0, help="Its part that grows with the range.")
+    ] = 0.0,
     angle_arcsec: Annotated[
-        float | None, typer.Option(min=1e-4, help="Sigma of both angles.")
+        float | None, typer.Option(min=1e-4, help="Sigma of both angles where a table has none.")
     ] = None,
     sheet: Annotated[
         str | None, typer.Option(help="A model whose data sheet gives these sigmas.")

@@ -12,9 +12,10 @@ from importlib import import_module
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand, TyperGroup
+from typer.core import TyperCommand
 
 import tribrach
+from tribrach.cli.help_words import SpokenCommand, SpokenGroup, spoken
 
 __all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
 
@@ -140,10 +141,15 @@ class LoadedWhenCalled(TyperCommand):
         own = self.name.replace("-", "_")
         command = getattr(import_module(f"tribrach.cli.{self._module}"), own)
         if not isinstance(command, typer.Typer):
-            alone = typer.Typer(add_completion=False)
-            alone.command(self.name)(command)
-            command = alone
-        made = typer.main.get_command(command)
+            function, command = command, typer.Typer(add_completion=False)
+            command.command(self.name, cls=SpokenCommand)(function)
+            made = typer.main.get_command(command)
+            spoken(made, function)
+        else:
+            made = typer.main.get_command(command)
+            for one in command.registered_commands:
+                name = one.name or one.callback.__name__
+                spoken(made.commands[name], one.callback)
         if not gc.isenabled():  # cli.main waits for the modules, which are no garbage ever
             gc.freeze()
             gc.enable()
@@ -154,7 +160,7 @@ class LoadedWhenCalled(TyperCommand):
         return self.loaded.make_context(info_name, args, parent=parent, **extra)
 
 
-class _Commands(TyperGroup):
+class _Commands(SpokenGroup):
     """All commands of the table."""
 
     def __init__(self, **given: Any) -> None:
@@ -188,7 +194,10 @@ def _version(wanted: bool) -> None:
 @app.callback()
 def _root(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
+        bool,
+        typer.Option(
+            "--version", callback=_version, is_eager=True, metavar="", help="Print the version."
+        ),
     ] = False,
 ) -> None:
     """Turns laser scans and survey observations into clouds that state their uncertainty."""

@@ -32,7 +32,9 @@ def baseline(
     mask_deg: Annotated[
         float, typer.Option(min=0, max=60, help="Elevation mask in degrees.")
     ] = 15.0,
-    frequencies: Annotated[int, typer.Option(min=1, max=3)] = 2,
+    frequencies: Annotated[
+        int, typer.Option(min=1, max=3, help="How many frequencies are used at most.")
+    ] = 2,
     systems: Annotated[str, typer.Option(help="G GPS, R GLONASS, E Galileo, C BDS, J.")] = "GEJC",
     no_atmosphere: Annotated[
         bool,
@@ -50,7 +52,9 @@ def baseline(
         float | None, typer.Option(min=0.01, max=1000, help="Factor on formal sigmas.")
     ] = None,
     antex: Annotated[Path | None, typer.Option(help="ANTEX file of phase centres.")] = None,
-    engine: Annotated[EngineName, typer.Option(help="RTKLIB as wheel or program.")] = "auto",
+    engine: Annotated[
+        EngineName, typer.Option(help="RTKLIB: the package or the program.")
+    ] = "auto",
     seconds: Annotated[
         float, typer.Option(min=1, help="Time limit of the engine in seconds.")
     ] = 600.0,

@@ -22,7 +22,7 @@ _LISTED = 60
 def init(
     folder: Annotated[Path, typer.Argument(help="Folder with scans, observations and lists.")],
     out: Annotated[
-        Path | None, typer.Option(help="The project file; FOLDER/project.toml if not given.")
+        Path | None, typer.Option(help="The project file; project.toml in the folder if not given.")
     ] = None,
     target: Annotated[
         list[str] | None,
@@ -31,19 +31,22 @@ def init(
             help="Targets: sphere:RADIUS, checkerboard:SIDE, disc:RADIUS; metres, or 145mm.",
         ),
     ] = None,
-    scanner: Annotated[str | None, typer.Option(help='Its model, such as "Leica P40".')] = None,
+    scanner: Annotated[
+        str | None, typer.Option(help='Model of the scanner, such as "Leica P40": its data sheet.')
+    ] = None,
     total_station: Annotated[
-        str | None, typer.Option(help='Its model, such as "Leica TS16".')
+        str | None, typer.Option(help='Model, such as "Leica TS16": its data sheet.')
     ] = None,
     crs: Annotated[
-        str | None, typer.Option(help="Reference system of the coordinates: EPSG:25832.")
+        str | None, typer.Option(help="Reference system of coordinates, such as EPSG:25832.")
     ] = None,
     control_role: Annotated[
         Literal["control", "check", "approximate", "fixed"] | None,
         typer.Option(help="What lists of coordinates are for."),
     ] = None,
     control_sigma_mm: Annotated[
-        float | None, typer.Option(min=1e-3, max=1e5, help="Of control without sigmas, 5.")
+        float | None,
+        typer.Option(min=1e-3, max=1e5, help="Sigma where a list gives none; 5 if not given."),
     ] = None,
     axes: Annotated[
         Axes | None, typer.Option(help="Which way X points in lists with X and Y.")

@@ -43,7 +43,8 @@ def adjust(
     files: Annotated[
         list[Path],
         typer.Argument(
-            help="Networks: gkf, xml, stn/msr, cor/obs, dat, snproj, csv, rsp, gvx, snx."
+            help="Raw files of total stations, tables, vectors, networks of GNU Gama, STAR*NET, "
+            "DynAdjust, Comp3D or RiSCAN PRO; or a project."
         ),
     ],
     datum: DatumWords = None,
@@ -60,7 +61,7 @@ def adjust(
     text_file: Annotated[Path | None, typer.Option("--text", help="Write the text report.")] = None,
     epoch_file: Annotated[
         Path | None,
-        typer.Option("--epoch", help="Write coordinates and joint covariance for epochs."),
+        typer.Option("--epoch", help="Write an epoch: coordinates, joint covariance."),
     ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,

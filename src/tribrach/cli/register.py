@@ -55,10 +55,10 @@ def register(
         typer.Option(help="Approximate poses: KITTI, 4x4, .pose, .DAT, poses.json, a folder."),
     ] = None,
     pose_sigma_m: Annotated[
-        float, typer.Option(min=1e-3, max=1e4, help="What these may be wrong by: shift.")
+        float, typer.Option(min=1e-3, max=1e4, help="Sigma of the shift between two such poses.")
     ] = APPROXIMATE.shift,
     pose_sigma_deg: Annotated[
-        float, typer.Option(min=1e-3, max=180, help="What these may be wrong by: turn.")
+        float, typer.Option(min=1e-3, max=180, help="Sigma of the turn between two such poses.")
     ] = 1.25,
     no_return: Annotated[
         bool, typer.Option("--keep-no-return", help="Keep points of beams without return.")

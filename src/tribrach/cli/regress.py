@@ -26,7 +26,7 @@ def regress(
         str, typer.Option("--x", help="Columns of the causes, with commas between.")
     ] = "range,incidence",
     y: Annotated[str, typer.Option("--y", help="Columns of what depends on them.")] = "mean,std",
-    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999)] = 0.95,
+    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999, help="Of the tests.")] = 0.95,
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
     html_file: Annotated[
         Path | None, typer.Option("--html", help="Write a page with plots.")

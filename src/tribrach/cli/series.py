@@ -55,7 +55,9 @@ def series(
     sigma_distance_mm: Annotated[
         float, typer.Option(min=0.001, max=1000, help="Of one distance.")
     ] = 1.0,
-    sigma_ppm: Annotated[float, typer.Option(min=0, max=1000, help="Of one distance.")] = 1.0,
+    sigma_ppm: Annotated[
+        float, typer.Option(min=0, max=1000, help="Part of it that grows with the distance.")
+    ] = 1.0,
     scale: Annotated[
         bool, typer.Option("--scale", help="Take out a scale common to a cycle.")
     ] = False,

@@ -29,17 +29,21 @@ Snoop = Annotated[
 ]
 Robust = Annotated[
     Literal["none", "huber", "danish", "igg3"] | None,
-    typer.Option(help="Point at blunders by reweighting."),
+    typer.Option(help="Weigh what departs down, which points at blunders."),
 ]
-Vce = Annotated[bool | None, typer.Option("--vce/--no-vce", help="Estimate variance components.")]
+Vce = Annotated[
+    bool | None,
+    typer.Option("--vce/--no-vce", help="Weigh the groups anew by variance components."),
+]
 Confidence = Annotated[
-    float | None, typer.Option(min=0.5, max=0.9999, help="Of ellipses and intervals, 0.95.")
+    float | None,
+    typer.Option(min=0.5, max=0.9999, help="Probability of ellipses, intervals and tests, 0.95."),
 ]
 Posterior = Annotated[
-    bool | None, typer.Option("--posterior/--prior", help="Scale sigmas a posteriori.")
+    bool | None, typer.Option("--posterior/--prior", help="Scale sigmas by sigma0 a posteriori.")
 ]
 Angle = Annotated[
-    Literal["gon", "deg"] | None, typer.Option(help="Unit of angles in reports, gon.")
+    Literal["gon", "deg"] | None, typer.Option(help="Unit of angles in reports; gon if not given.")
 ]
 
 

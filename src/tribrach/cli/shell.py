@@ -69,11 +69,13 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing.")]
 #: the options of every command whose work is done in tasks
 Workers = Annotated[
     int | None,
-    typer.Option(min=1, max=1024, help="Work in so many processes (extra cluster)."),
+    typer.Option(min=1, max=1024, help="Work in so many processes at once (docs: On a cluster)."),
 ]
 Scheduler = Annotated[
     str | None,
-    typer.Option(metavar="ADDRESS", help="Work on the workers of this scheduler of Dask."),
+    typer.Option(
+        metavar="ADDRESS", help="Work on several machines: where the scheduler of Dask listens."
+    ),
 ]
 
 

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
+from tribrach.cli.help_words import SpokenCommand, SpokenGroup
 from tribrach.cli.printing import printed
 from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
@@ -24,19 +25,23 @@ from tribrach.transformation.carrying import Carrier
 __all__ = ["apply", "fit", "transform"]
 
 transform = typer.Typer(
+    cls=SpokenGroup,
     add_completion=False,
     no_args_is_help=True,
     help="Fit a transformation to common points, and apply it.",
 )
 
 
-@transform.command()
+@transform.command(cls=SpokenCommand)
 def fit(
     a: Annotated[Path, typer.Argument(metavar="A", help="Points as CSV: point,x_m,y_m,z_m.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="The same points in the other system.")],
     model: Annotated[
         int | None,
-        typer.Option(help="Parameters: 3, 4, 6, 7, 9, 12; without heights 3, 4, 6. Else 7 or 4."),
+        typer.Option(
+            help="Number of parameters: 3, 4, 6, 7, 9, 12, without heights 3, 4, 6; 7 or 4 if not "
+            "given."
+        ),
     ] = None,
     check: Annotated[
         list[str] | None, typer.Option(help="A point held out as check point; repeat it.")
@@ -79,7 +84,7 @@ def fit(
     guarded(work)
 
 
-@transform.command()
+@transform.command(cls=SpokenCommand)
 def apply(
     transformation: Annotated[Path, typer.Argument(help="The JSON file of transform fit.")],
     source: Annotated[Path, typer.Argument(help="Points as CSV, or a cloud.")],
