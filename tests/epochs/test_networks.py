@@ -177,6 +177,7 @@ def test_a_project_against_an_earlier_epoch(tmp_path: Path) -> None:
     )
     result = CliRunner().invoke(app, ["run", str(project)])
     assert result.exit_code == 0, result.output
+    assert "! Since a: P moved, " in result.output
     (one,) = json.loads((tmp_path / "out/result.json").read_text())["epochs"]
     settings = EpochSettings(Settings(references=("A", "B", "C", "D")))
     same = compare_epoch_files([[a], [b]], settings)[0].comparison

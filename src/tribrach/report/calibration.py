@@ -17,6 +17,7 @@ from tribrach.instruments.calibration import meaning_of, unit_of
 from tribrach.network.quality import global_test
 from tribrach.report.charts import SIGNED, Chart, beside, colour_bar, legend
 from tribrach.report.figures import Picture
+from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import count_cell, counted, matrix, number, numbers
 from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
@@ -34,6 +35,10 @@ from tribrach.units import SEC
 __all__ = ["calibration_document", "calibration_page", "calibration_sentences", "calibration_text"]
 
 
+#: less is no size of a parameter, in its shown unit: a nanometre, a millionth of an arc second
+_NOTHING = 1e-6
+
+
 def _shown_unit(unit: str) -> str:
     """Unit that people read: mm, arc seconds, parts per million."""
     return {"m": "mm", "rad": "″"}.get(unit, "ppm")
@@ -42,6 +47,8 @@ def _shown_unit(unit: str) -> str:
 def _shown(value: float, unit: str) -> str:
     """A small quantity in its shown unit."""
     scaled = value * {"m": 1e3, "rad": 1 / SEC}.get(unit, 1e6)
+    if abs(scaled) < _NOTHING:
+        return "0.000"
     return f"{scaled:.4g}" if abs(scaled) < 0.01 else f"{scaled:.3f}"
 
 
@@ -61,21 +68,27 @@ def calibration_text(calibration: SelfCalibration) -> str:
             f"  {p.name:<{width}} {_shown(p.value, p.unit):>10} {unit:<3} "
             f"sigma {_shown(p.sigma, p.unit):>8}  t {p.t:8.2f}  {p.meaning}{mark}"
         )
-    return "\n".join([*lines, *(f"! {s}" for s in calibration_sentences(calibration))])
+    return "\n".join([*lines, *(found.line() for found in calibration_findings(calibration))])
 
 
 def calibration_sentences(calibration: SelfCalibration) -> list[str]:
     """Everything that is worth saying, what is most important first."""
+    return words(calibration_findings(calibration))
+
+
+def calibration_findings(calibration: SelfCalibration) -> list[Finding]:
+    """The same sentences, and which of them ask for something."""
     a = calibration.adjustment
-    out = [f"{_upper(global_test(a).sentence())}."]
-    out += [f"{_upper(words)}." for words in a.warnings]
+    test = global_test(a)
+    out = [Finding(f"{_upper(test.sentence())}.", test.passed is not True)]
+    out += [Finding(f"{_upper(said)}.", True) for said in a.warnings]
     if calibration.log is not None:
-        out += [f"{_upper(words)}." for words in calibration.log.sentences()]
+        out += [Finding(f"{_upper(said)}.", True) for said in calibration.log.sentences()]
     out += _estimability(calibration)
     out += _significance(calibration)
     out += _model(calibration)
-    out += _correlated(calibration)
-    out += _datum(calibration)
+    out += map(Finding, _correlated(calibration))
+    out += map(Finding, _datum(calibration))
     return out
 
 
@@ -83,41 +96,45 @@ def _upper(words: str) -> str:
     return words[:1].upper() + words[1:]
 
 
-def _estimability(calibration: SelfCalibration) -> list[str]:
+def _estimability(calibration: SelfCalibration) -> list[Finding]:
     """What can be separated, what only just, and what would help."""
-    proposal, out = calibration.proposal, []
+    proposal, out = calibration.proposal, list[Finding]()
     if calibration.left_out:
         reasons = [f"{i.name} ({i.why})" for i in proposal.left if i.name in calibration.left_out]
-        out.append(f"Left out because they cannot be separated: {'; '.join(reasons)}.")
+        said = f"Left out because they cannot be separated: {'; '.join(reasons)}."
+        out.append(Finding(said, True))
     elif not calibration.estimability.open:
-        out.append(f"All {len(calibration.parameters)} parameters can be separated.")
+        out.append(Finding(f"All {len(calibration.parameters)} parameters can be separated."))
     else:
-        out += [f"Cannot be separated: {words}." for words in calibration.estimability.open]
-    out += [f"{item.name}: {item.why}." for item in proposal.hardly]
-    out += [f"{_upper(words)}." for words in remedy_sentences(proposal, calibration.remedies)]
-    return out
+        out += [Finding(f"{_upper(said)}.", True) for said in calibration.estimability.open]
+    out += [Finding(f"{item.name}: {item.why}.", True) for item in proposal.hardly]
+    remedies = remedy_sentences(proposal, calibration.remedies)
+    return [*out, *(Finding(f"{_upper(said)}.") for said in remedies)]
 
 
 def _p(p: float) -> str:
     return "p below 0.0001" if p < 1e-4 else f"p = {p:.2g}"
 
 
-def _significance(calibration: SelfCalibration) -> list[str]:
+def _significance(calibration: SelfCalibration) -> list[Finding]:
     """Tests of the parameters, single and together, and the set that is worth keeping."""
-    out = []
+    out = list[Finding]()
     weak = [p.name for p in calibration.parameters if not p.significant]
     count = len(calibration.parameters)
     if calibration.datums:
-        out.append(_different(weak, count))
-        out.append(f"Test of all parameters together against zero: {_block(calibration.together)}.")
+        out.append(Finding(_different(weak, count), len(weak) == count))
+        together = _block(calibration.together)
+        out.append(Finding(f"Test of all parameters together against zero: {together}."))
     if calibration.gain is not None:
-        verb = "fit better" if calibration.gain.p < _LEVEL else "fit not significantly better"
-        out.append(
+        better = calibration.gain.p < _LEVEL
+        verb = "fit better" if better else "fit not significantly better"
+        said = (
             f"The observations {verb} with the parameters than without them: "
             f"{_block(calibration.gain)}."
         )
+        out.append(Finding(said, not better))
     if calibration.datums and calibration.suggested and len(calibration.suggested) < count:
-        out.append(f"Proposed set: {', '.join(calibration.suggested)}.")
+        out.append(Finding(f"Proposed set: {', '.join(calibration.suggested)}.", True))
     return out
 
 
@@ -146,26 +163,27 @@ def _block(test: BlockTest) -> str:
     return f"{what} = {statistic:.{digits}f}, {_p(test.p)}"
 
 
-def _model(calibration: SelfCalibration) -> list[str]:
+def _model(calibration: SelfCalibration) -> list[Finding]:
     """Is the model complete, and one for all stations?"""
     missing = sorted((o for o in calibration.omitted if o.missing), key=lambda o: -abs(o.w))
-    out = [_missing(o) for o in missing[:6]]
+    out = [Finding(_missing(o), True) for o in missing[:6]]
     if calibration.omitted and not missing:
-        out.append(
+        said = (
             f"No test calls for any of the {len(calibration.omitted)} parameters that were "
             "not estimated: the model is large enough."
         )
+        out.append(Finding(said))
     if missing:
-        out.append(
+        said = (
             "The model does not describe the residuals: its form, or the meaning of its angles, "
             "may be wrong."
         )
+        out.append(Finding(said, True))
     if calibration.differ is not None:
         differ = _stations_differ(calibration)
         verdict = "differ" if differ else "do not differ significantly"
-        out.append(
-            f"The parameters {verdict} from station to station: {_block(calibration.differ)}."
-        )
+        said = f"The parameters {verdict} from station to station: {_block(calibration.differ)}."
+        out.append(Finding(said, differ))
     return out
 
 

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import textwrap
+from typing import TYPE_CHECKING
 
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import visible
 from tribrach.report.content import Report
+from tribrach.report.epochs import moved_sentence
 from tribrach.report.notation import PLAIN, Notation, notation_of
 from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
+
+if TYPE_CHECKING:
+    from tribrach.epochs.comparison import Comparison
 
 __all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
 
@@ -52,9 +57,16 @@ def brief(content: Report) -> str:
         *(chapter.sentences if (chapter := content.chapter("adjustment")) else ()),
         content.datum.sentence,
         content.sigma_origin,
+        *(_moved(one.comparison) for one in content.job.epochs),
     ]
     grid = ["", _grid(worst)] if worst.rows else []
     return visible("\n".join([wrapped(say(line)) for line in lines] + grid))
+
+
+def _moved(comparison: Comparison) -> str:
+    """What moved since an earlier epoch, with "!" where something did or cannot be told."""
+    sure = all(one.answer == "not moved" for one in comparison.displacements)
+    return moved_sentence(comparison) if sure else f"! {moved_sentence(comparison)}"
 
 
 def _sigma0(content: Report) -> str:
