@@ -95,6 +95,48 @@ def test_a_folder_without_measurements_is_refused_with_reasons(tmp_path: Path) -
         look_through(tmp_path / "none")
 
 
+def test_files_of_one_reason_share_a_line(tmp_path: Path) -> None:
+    for k in range(1, 12):
+        (tmp_path / f"a{k}.jpg").write_bytes(b"x")
+    (tmp_path / "points.csv").write_text(LISTED.format("E", "N"))
+    with pytest.raises(InputError, match="nothing that is measured was found") as refused:
+        compose(tmp_path, look_through(tmp_path), Wishes())
+    assert refused.value.__notes__ == [
+        "  - points.csv: 3 points with coordinates, without sigmas: no observations go with it",
+        "  - a1.jpg, a2.jpg, a3.jpg and 8 more: one of the pictures",
+    ]
+
+
+def test_levelling_alone_is_of_a_level(tmp_path: Path) -> None:
+    """No total station is assumed, and heights that nobody measured are asked for."""
+    (tmp_path / "levels.csv").write_text(LEVELS)
+    (tmp_path / "points.csv").write_text("Nr;E;N;H\nA;1;2;0\nB;4;5;0\nC;1;3;0\n")
+    wishes = Wishes(control_sigma_mm=3, control_sigma_up_mm=20)
+    made = compose(tmp_path, look_through(tmp_path), wishes)
+    data = tomllib.loads(made.text)
+    assert list(data["instruments"]) == ["level"]
+    assert data["observations"][0]["instrument"] == "level"
+    assert (data["points"][0]["sigma_plan_mm"], data["points"][0]["sigma_up_mm"]) == (3, 20)
+    said = " ".join(made.assumed)
+    assert "3 mm in plan and 20 mm in height are assumed" in said
+    assert "has the height 0 m for every point" in said
+    assert "total station" not in said
+
+
+@pytest.mark.parametrize("levelled", [None, True, False])
+def test_whether_stations_are_levelled_is_said(tmp_path: Path, levelled: bool | None) -> None:
+    for name in ("S1", "S2"):
+        np.savetxt(
+            tmp_path / f"{name}.asc", np.random.default_rng(1).normal(size=(2000, 3)), fmt="%.4f"
+        )
+    made = compose(tmp_path, look_through(tmp_path), Wishes(levelled=levelled))
+    data = tomllib.loads(made.text)
+    assert data["stations"]["S1"].get("levelled", False) is (levelled is True)
+    assert any("no station is taken as levelled" in one for one in made.assumed) is (
+        levelled is None
+    )
+
+
 def test_names_that_toml_would_stumble_over(tmp_path: Path) -> None:
     (tmp_path / 'le "v" els.csv').write_text(LEVELS)
     (tmp_path / "pünkte.csv").write_text(LISTED.format("E", "N"))

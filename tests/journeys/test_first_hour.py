@@ -114,9 +114,13 @@ def test_scans_and_a_survey_without_targets_are_told_apart(tmp_path: Path) -> No
 
 def test_questions_are_asked(tmp_path: Path) -> None:
     with_excel_and_gsi(tmp_path / "Hof", 5_000)
-    done = RUN.invoke(app, ["init", str(tmp_path / "Hof")], input="checkerboard:300mm\ncheck\n")
+    answers = "sphere:9000m\ncheckerboard:300mm\nLeica P40\nperhaps\nyes\n\ncheck\n"
+    done = RUN.invoke(app, ["init", str(tmp_path / "Hof")], input=answers)
     assert done.exit_code == 0, done.output
+    assert "a target of 9000 m is none" in done.output
     text = (tmp_path / "Hof" / "project.toml").read_text()
+    assert 'sheet = "Leica ScanStation P40"' in text
+    assert "\nlevelled = true" in text
     assert "checkerboard_side_m = [0.3]" in text
     assert 'role = "check"' in text
 

@@ -2,21 +2,38 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import typer
+from pyproj.exceptions import CRSError, ProjError
 
 from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say
 from tribrach.errors import InputError
+from tribrach.geodesy.grid_datum import GridDatum
+from tribrach.io.instrument_sheets import Sheet
 from tribrach.io.outputs import write_text
-from tribrach.job.first_project import FirstProject, Wishes, compose, parse_target, sheet_of
+from tribrach.job.first_project import (
+    FirstProject,
+    Wishes,
+    by_reason,
+    compose,
+    grid_without_crs,
+    parse_target,
+    sheet_of,
+    without_sigmas,
+)
 from tribrach.job.folder import AXES, Axes, FolderFile, look_through
 
 __all__ = ["init"]
 
 #: files that are listed of each kind
 _LISTED = 60
+ROLES = ("control", "check", "approximate", "fixed")
+T = TypeVar("T")
 
 
 def init(
@@ -48,8 +65,16 @@ def init(
         float | None,
         typer.Option(min=1e-3, max=1e5, help="Sigma where a list gives none; 5 if not given."),
     ] = None,
+    control_sigma_up_mm: Annotated[
+        float | None,
+        typer.Option(min=1e-3, max=1e5, help="The same of heights; as in plan if not given."),
+    ] = None,
     axes: Annotated[
         Axes | None, typer.Option(help="Which way X points in lists with X and Y.")
+    ] = None,
+    levelled: Annotated[
+        bool | None,
+        typer.Option("--levelled/--not-levelled", help="Was the compensator of the scanner on?"),
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", "-y", help="Ask nothing.")] = False,
     overwrite: Overwrite = False,
@@ -66,34 +91,30 @@ def init(
                 cure="give a file in the folder itself",
             )
         claim([], [path], overwrite=overwrite)
-        models = {name: sheet_of(name) for name in (scanner, total_station) if name is not None}
-        targets, said = [], []
-        for words in target or ():
-            key, size, guess = parse_target(words)
-            targets.append((key, size))
-            said += [guess] if guess else []
+        said: list[str] = []
+        wishes = Wishes(
+            tuple(_targets(target or (), said)),
+            None if scanner is None else sheet_of(scanner),
+            None if total_station is None else sheet_of(total_station),
+            crs,
+            control_role or "control",
+            5.0 if control_sigma_mm is None else control_sigma_mm,
+            control_sigma_up_mm,
+            levelled,
+        )
         found = look_through(folder, axes)
         if not yes:
-            found, more = _asked(folder, found, axes, bool(targets))
-            for words in more:
-                key, size, guess = parse_target(words)
-                targets.append((key, size))
-                said += [guess] if guess else []
+            asked = _Asked(control_role is None, control_sigma_mm is None, said)
+            found = asked.axes(folder, found, axes)
+            wishes = asked.wishes(found, wishes)
         surveyed = any(one.kind in ("points", "survey") for one in found)
-        if not targets and surveyed and any(one.kind == "scans" for one in found):
+        if not wishes.targets and surveyed and any(one.kind == "scans" for one in found):
             # finders take their time to load, which only who looks for targets should spend
             from tribrach.job.usual_targets import usual_targets
 
-            targets, sentence = usual_targets(found)
+            usual, sentence = usual_targets(found)
             said += [sentence] if sentence else []
-        wishes = Wishes(
-            tuple(targets),
-            models.get(scanner or ""),
-            models.get(total_station or ""),
-            crs,
-            control_role or _role(found, yes=yes),
-            5.0 if control_sigma_mm is None else control_sigma_mm,
-        )
+            wishes = replace(wishes, targets=tuple(usual))
         project = compose(
             folder, [one for one in found if one.path.resolve() != path.resolve()], wishes
         )
@@ -105,37 +126,142 @@ def init(
     guarded(work)
 
 
-def _asked(
-    folder: Path, found: list[FolderFile], axes: Axes | None, targets: bool
-) -> tuple[list[FolderFile], list[str]]:
-    """The files and the targets, after asking what only somebody who was there knows."""
-    if axes is None and any("does X point" in f.words or "no header" in f.words for f in found):
-        told = typer.prompt("Lists with X and Y: does X (the first) point east or north?")
-        chosen = next((one for one in AXES if one.startswith(told.strip().lower()[:1])), None)
-        if chosen is not None:
-            found = look_through(folder, chosen)
-    more: list[str] = []
-    if not targets and any(one.kind == "scans" for one in found):
-        told = typer.prompt(
-            "Targets (sphere:RADIUS, checkerboard:SIDE, disc:RADIUS, several with blanks; empty "
-            "to look for usual ones)",
-            default="",
-            show_default=False,
-        )
-        more = told.split()
-    return found, more
+def _targets(several: Iterable[str], said: list[str]) -> Iterator[tuple[str, float]]:
+    """Keys and sizes [m] of targets in words; what was guessed of them is said."""
+    for words in several:
+        key, size, guess = parse_target(words)
+        said += [guess] if guess else []
+        yield key, size
 
 
-def _role(found: list[FolderFile], *, yes: bool) -> str:
-    """What lists of coordinates are for, asked where their columns do not say it."""
-    open_ones = [f for f in found if f.table is not None and f.kind == "points"]
-    if yes or all(f.table is None or f.table.has("role") for f in open_ones):
-        return "control"
-    roles = ("control", "check", "approximate", "fixed")
+def _answer(question: str, taken: Callable[[str], T], default: str = "") -> T:
+    """What somebody answers; asked again until it can be taken, an empty line is the default."""
     while True:
-        told = typer.prompt(f"Lists of coordinates are {', '.join(roles)}", default="control")
-        if told.strip().lower() in roles:
-            return str(told.strip().lower())
+        told = typer.prompt(question, default=default, show_default=bool(default))
+        try:
+            return taken(str(told).strip())
+        except InputError as error:
+            say(str(error))
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Questions on what only somebody who was there knows.
+
+    Attributes
+    ----------
+    role, sigma
+        Are what lists are for and their sigmas to be asked, since no option says them?
+    said
+        What was guessed of the answers.
+    """
+
+    role: bool
+    sigma: bool
+    said: list[str]
+
+    def axes(self, folder: Path, found: list[FolderFile], axes: Axes | None) -> list[FolderFile]:
+        """The files, after the question which way X points where lists leave it open."""
+        if axes is None and any("does X point" in f.words or "no header" in f.words for f in found):
+            found = look_through(
+                folder,
+                _answer("Lists with X and Y: does X (the first) point east or north?", _way),
+            )
+        return found
+
+    def wishes(self, found: list[FolderFile], given: Wishes) -> Wishes:
+        """What somebody says besides what the options say."""
+        said: dict[str, Any] = {}
+        if any(one.kind == "scans" for one in found):
+            if not given.targets:
+                said["targets"] = _answer(
+                    "Targets (sphere:RADIUS, checkerboard:SIDE, disc:RADIUS, several with blanks; "
+                    "empty to look for usual ones)",
+                    lambda told: tuple(_targets(told.split(), self.said)),
+                )
+            if given.scanner is None:
+                said["scanner"] = _answer("Scanner, such as Leica P40 (empty: unknown)", _sheet)
+            if given.levelled is None:
+                said["levelled"] = _answer(
+                    "Was its compensator on: yes or no (empty: unknown)", _yes_or_no
+                )
+        if given.total_station is None and any(one.format == "totalstation" for one in found):
+            said["total_station"] = _answer(
+                "Total station, such as Leica TS16 (empty: unknown)", _sheet
+            )
+        if given.crs is None and grid_without_crs(found):
+            said["crs"] = _answer(
+                "Reference system of the coordinates, such as EPSG:25832 (empty: taken as "
+                "Cartesian)",
+                _crs,
+            )
+        if self.role and any(
+            f.table is not None and not f.table.has("role") for f in _lists(found)
+        ):
+            said["control_role"] = _answer(
+                f"Lists of coordinates are {', '.join(ROLES)}", _role, "control"
+            )
+        role = said.get("control_role", given.control_role)
+        if self.sigma and role == "control" and without_sigmas(found):
+            said |= _answer(
+                "Their sigmas in mm where a list gives none, in plan and in height", _sigmas, "5 5"
+            )
+        return replace(given, **said)
+
+
+def _lists(found: list[FolderFile]) -> list[FolderFile]:
+    return [one for one in found if one.kind == "points"]
+
+
+def _way(told: str) -> Axes:
+    """East or north."""
+    chosen = [one for one in AXES if told and one.startswith(told.lower())]
+    if not chosen:
+        raise InputError("that is neither", cure="answer east or north")
+    return chosen[0]
+
+
+def _sheet(told: str) -> Sheet | None:
+    """A data sheet, None for an empty answer."""
+    return sheet_of(told) if told else None
+
+
+def _yes_or_no(told: str) -> bool | None:
+    """True for yes, None for an empty answer."""
+    if told and not re.fullmatch("y|yes|n|no", told, re.IGNORECASE):
+        raise InputError("that is neither", cure="answer yes or no, or nothing")
+    return told.lower().startswith("y") if told else None
+
+
+def _crs(told: str) -> str | None:
+    """A reference system that there is, None for an empty answer."""
+    try:
+        if told:
+            GridDatum.of(told)
+        return told or None
+    except (CRSError, ProjError) as error:
+        raise InputError(
+            f"{told!r} is no reference system that is known", cure="answer such as EPSG:25832"
+        ) from error
+
+
+def _role(told: str) -> str:
+    """What lists of coordinates are for."""
+    if told.lower() not in ROLES:
+        raise InputError("that is none of them", cure=f"answer {', '.join(ROLES)}")
+    return told.lower()
+
+
+def _sigmas(told: str) -> dict[str, float]:
+    """One sigma [mm] for all, or those of plan and height."""
+    words = told.replace(",", ".").split()
+    try:
+        figures = [float(word) for word in words]
+    except ValueError:
+        figures = []
+    if len(figures) not in (1, 2) or not all(1e-3 <= one <= 1e5 for one in figures):
+        raise InputError("these are no sigmas", cure="answer one or two numbers, such as 5 20")
+    return {"control_sigma_mm": figures[0], "control_sigma_up_mm": figures[-1]}
 
 
 def _tell(folder: Path, path: Path, project: FirstProject) -> None:
@@ -151,5 +277,5 @@ def _tell(folder: Path, path: Path, project: FirstProject) -> None:
 
     listed("In the project:", [f"{named(file)}: {words}" for file, words in project.used])
     listed("Assumed:", [f"{sentence}." for sentence in project.assumed])
-    listed("Not in it:", [f"{named(file)}: {why}" for file, why in project.left])
+    listed("Not in it:", by_reason(project.left, folder))
     say(f"{path}\nnow: tribrach check-project {path}\nthen: tribrach run {path}")

@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach.errors import InputError, Refusals
 from tribrach.io.instrument_sheets import Sheet, find_sheet, sheets
+from tribrach.io.survey.csv.file import CsvTable
 from tribrach.io.survey.formats import read_files
 from tribrach.io.survey.starnet.recognition import is_settings
 from tribrach.io.toml_model import quoted
@@ -24,7 +25,16 @@ from tribrach.job.opened import open_job
 from tribrach.project import Project
 from tribrach.scan.scan import Scan
 
-__all__ = ["FirstProject", "Wishes", "compose", "parse_target", "sheet_of"]
+__all__ = [
+    "FirstProject",
+    "Wishes",
+    "by_reason",
+    "compose",
+    "grid_without_crs",
+    "parse_target",
+    "sheet_of",
+    "without_sigmas",
+]
 
 #: sizes of targets in a project by the words on the command line
 TARGETS = {
@@ -34,8 +44,8 @@ TARGETS = {
 }
 #: the largest size of a target that is in metres
 _METRES = 2.0
-#: files that an error lists
-_NOTED = 20
+#: lines that an error lists, and files of one reason that a line names
+_NOTED, _NAMED = 20, 3
 #: formats whose files belong together
 _JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
 #: figures that are assumed of instruments nobody names
@@ -53,6 +63,9 @@ _TOTAL_STATION = (
     "distance_ppm = 2.0",
     "levelling_mm_per_sqrt_km = 1.5",
 )
+_LEVEL = ("levelling_mm_per_sqrt_km = 1.5",)
+#: sigma of the compensator of a scanner whose sheet says none
+_LEVELLED = "levelling_arcsec = 10.0   # assumed: the sheet says nothing of its compensator"
 _SET_UP = ("centring_mm = 0.5", "height_mm = 1.0")
 _GNSS = ("gnss_plan_mm = 20.0", "gnss_up_mm = 50.0")
 #: coordinates larger than this are of a grid, not of a site [m]
@@ -75,8 +88,10 @@ class Wishes:
         Coordinate reference system of the control.
     control_role
         What coordinates are for.
-    control_sigma_mm
-        Of control without sigmas.
+    control_sigma_mm, control_sigma_up_mm
+        Of control without sigmas; that of heights is the same where it is None.
+    levelled
+        Was the compensator of the scanner on? None where nobody says.
     """
 
     targets: tuple[tuple[str, float], ...] = ()
@@ -85,6 +100,8 @@ class Wishes:
     crs: str | None = None
     control_role: str = "control"
     control_sigma_mm: float = 5.0
+    control_sigma_up_mm: float | None = None
+    levelled: bool | None = None
 
 
 @dataclass
@@ -182,11 +199,12 @@ def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstP
     others = [(one.path, one.words) for one in found if one not in files]
     refused: list[tuple[Path, str]] = []
     while True:
+        composer = _Composer(folder, files, wishes)
         try:
-            project = _Composer(folder, files, wishes).project()
+            project = composer.project()
         except InputError as error:
-            for path, why in [*refused, *others][:_NOTED]:
-                error.add_note(f"  - {path.relative_to(folder).as_posix()}: {why}")
+            for line in by_reason([*composer.out.left, *refused, *others], folder)[:_NOTED]:
+                error.add_note(f"  - {line}")
             raise
         wrong = _refused(folder, project)
         if not wrong:
@@ -195,6 +213,37 @@ def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstP
         files = [one for one in files if one.path not in dict(wrong)]
     project.left += [*refused, *others]
     return project
+
+
+def by_reason(rows: Sequence[tuple[Path, str]], folder: Path) -> list[str]:
+    """Files and what is said of each, in lines; many of which the same is said share one."""
+    names: dict[str, list[str]] = {}
+    for path, why in rows:
+        names.setdefault(why, []).append(path.relative_to(folder).as_posix())
+    out = []
+    for why, files in names.items():
+        if len(files) <= _NAMED:
+            out += [f"{file}: {why}" for file in files]
+        else:
+            more = len(files) - _NAMED
+            out.append(f"{', '.join(files[:_NAMED])} and {more} more: {why}")
+    return out
+
+
+def grid_without_crs(found: Sequence[FolderFile]) -> bool:
+    """True if lists of coordinates look like those of a grid."""
+    tables = [one.table for one in found if one.kind == "points" and one.table is not None]
+    return any(np.nanmax(np.abs(t.number(a)), initial=0.0) > _GRID for t in tables for a in "en")
+
+
+def without_sigmas(found: Sequence[FolderFile]) -> bool:
+    """True if a list of coordinates says neither sigmas nor what it is for."""
+    tables = [one.table for one in found if one.kind == "points" and one.table is not None]
+    return any(not table.has("role") and not _weighted(table) for table in tables)
+
+
+def _weighted(table: CsvTable) -> bool:
+    return any(map(table.has, ("sigma_e", "sigma_u", "cee", "cxx")))
 
 
 def _refused(folder: Path, first: FirstProject) -> list[tuple[Path, str]]:
@@ -266,14 +315,13 @@ class _Composer:
         """The whole file."""
         self._sort_out()
         if not self.scans and not self.survey and len(self.receivers) < 2:
-            error = InputError(
+            for one in (*self.points, *self.receivers):
+                self.out.left.append((one.path, f"{one.words}: no observations go with it"))
+            raise InputError(
                 "nothing that is measured was found: no scans, no observations, no receivers",
                 file=self.folder,
                 cure="give the folder that holds them, exported as E57, LAZ, GSI, RINEX or tables",
             )
-            for path, why in self.out.left[:_NOTED]:
-                error.add_note(f"  - {path.relative_to(self.folder).as_posix()}: {why}")
-            raise error
         if len(self.scans) == 1 == len(self.scans[0].scans) and not (self.survey or self.points):
             raise InputError(
                 "there is one scan and nothing to register it with",
@@ -354,6 +402,11 @@ class _Composer:
         if crs is not None:
             lines.append(f"crs = {quoted(crs)}   # of the coordinates")
             lines.append("# geoid_height_m = 40.0   # if the heights are above the geoid")
+            self.out.assumed.append(
+                "heights are taken as those of the reference system, above the ellipsoid if it "
+                "says nothing of heights; if they are above sea level, say geoid_height_m or "
+                "geoid_grid under [site] in the project file"
+            )
         else:
             places = [one.satellites.place for one in self.receivers if one.satellites]
             place = next((where for where in places if where is not None), None)
@@ -369,7 +422,7 @@ class _Composer:
             lines.append('kind = "flat"')
             if any(one.format == "totalstation" for one in self.survey):
                 lines.append("curvature_radius_m = 6371000.0   # for zenith angles")
-            if self._large():
+            if grid_without_crs(self.points):
                 self.out.assumed.append(
                     "the coordinates look like those of a grid and no reference system is named: "
                     "they are taken as Cartesian, and the scale of the projection (up to 0.4 mm on "
@@ -377,13 +430,6 @@ class _Composer:
                 )
                 lines.append('# crs = "EPSG:25832"   # instead of kind, so that its scale counts')
         return "\n".join(lines) + "\n"
-
-    def _large(self) -> bool:
-        """True if coordinates are those of a grid."""
-        tables = [one.table for one in self.points if one.table is not None]
-        return any(
-            np.nanmax(np.abs(t.number(a)), initial=0.0) > _GRID for t in tables for a in "en"
-        )
 
     def _datum(self) -> str:
         if self.points or self.survey:
@@ -401,14 +447,24 @@ class _Composer:
         if self.scans:
             sheet = self.wishes.scanner or self._sensor()
             if sheet is not None:
-                yield f"[instruments.scanner]\nsheet = {quoted(sheet.name)}\n"
+                lines = ["[instruments.scanner]", f"sheet = {quoted(sheet.name)}"]
+                stated = {figure.key for figure in sheet.figures}
+                if self.wishes.levelled and "levelling_arcsec" not in stated:
+                    lines.append(_LEVELLED)
+                yield "\n".join([*lines, ""])
             else:
                 yield _assumed_instrument("scanner", _SCANNER)
                 self.out.assumed.append(
                     "the scanner is not known: 2 mm + 10 ppm and 8 arc seconds are assumed for a "
                     'point; name it with --scanner, such as --scanner "Leica P40"'
                 )
-        if any(one.format in ("totalstation", "csv") for one in self.survey):
+        if any(_is_levelling(one) for one in self.survey):
+            yield _assumed_instrument("level", _LEVEL)
+            self.out.assumed.append(
+                "the level is not known: 1.5 mm for the root of a kilometre is assumed where the "
+                "files give no sigmas; say yours under [instruments.level] in the project file"
+            )
+        if any(_of_total_station(one) for one in self.survey):
             sheet = self.wishes.total_station
             if sheet is not None:
                 figures = [f"sheet = {quoted(sheet.name)}", *_SET_UP]
@@ -450,21 +506,34 @@ class _Composer:
             lines += [f"# {sentence}" for sentence in one.remarks]
             self.out.assumed += [f"{self._name(one.path)}: {text}" for text in one.remarks]
             if not table.has("role"):
+                self._say_heights(one, table)
                 role = self.wishes.control_role
                 lines.append(f'role = "{role}"   # or control, check, approximate, fixed')
-                weighted = any(map(table.has, ("sigma_e", "sigma_u", "cee", "cxx")))
-                if role == "control" and not weighted:
-                    sigma = self.wishes.control_sigma_mm
-                    for key in ("sigma_plan_mm", "sigma_up_mm"):
+                if role == "control" and not _weighted(table):
+                    plan, up = self.wishes.control_sigma_mm, self.wishes.control_sigma_up_mm
+                    up = plan if up is None else up
+                    for key, sigma in (("sigma_plan_mm", plan), ("sigma_up_mm", up)):
                         lines.append(f"{key} = {sigma:g}   # assumed: the list gives none")
+                    figures = f"{plan:g} mm in plan and in height"
+                    if up != plan:
+                        figures = f"{plan:g} mm in plan and {up:g} mm in height"
                     self.out.assumed.append(
-                        f"{self._name(one.path)} gives no sigmas: {sigma:g} mm in plan and in "
-                        "height are assumed; say others with --control-sigma-mm"
+                        f"{self._name(one.path)} gives no sigmas: {figures} are assumed; say "
+                        "others with --control-sigma-mm and --control-sigma-up-mm"
                     )
             if one.form.columns:
                 pairs = ", ".join(f"{k} = {_value(v)}" for k, v in one.form.columns.items())
                 lines.append(f"columns = {{ {pairs} }}")
             yield "\n".join([*lines, ""])
+
+    def _say_heights(self, one: FolderFile, table: CsvTable) -> None:
+        """Say what heights of a list may be none."""
+        heights = table.number("u") if table.has("u") else np.empty(0)
+        if len(heights) > 1 and np.isfinite(heights).all() and np.ptp(heights) == 0.0:
+            self.out.assumed.append(
+                f"{self._name(one.path)} has the height {heights[0]:g} m for every point, and it "
+                "is taken as it stands; if nobody measured it, take its column out of the list"
+            )
 
     def _observations(self) -> Iterable[str]:
         for group in self._together():
@@ -472,7 +541,9 @@ class _Composer:
             key = f"file = {names}" if len(group) == 1 else f"files = [{names}]"
             lines = ["[[observations]]", f"{key}   # {group[0].words}"]
             if group[0].format == "csv":
-                name = "gnss" if _is_positions(group[0]) else "total_station"
+                name = "total_station"
+                if _is_positions(group[0]) or _is_levelling(group[0]):
+                    name = "gnss" if _is_positions(group[0]) else "level"
                 lines.append(f'instrument = "{name}"   # where the file gives no sigmas')
             elif group[0].format == "totalstation":
                 lines.append('instrument = "total_station"')
@@ -551,10 +622,15 @@ class _Composer:
                 if scan.origin == "assumed":
                     lines.append('origin = "scanner"   # zero lies among its points')
                 yield "\n".join([*lines, ""])
-        for station in dict.fromkeys(self.stations.values()):
-            yield (
-                f"[stations.{quoted(station)}]\n# levelled = true   # if its compensator was on\n"
+        levelled = self.wishes.levelled
+        if self.stations and levelled is None:
+            self.out.assumed.append(
+                "nobody says whether the compensator of the scanner was on: no station is taken as "
+                "levelled; say --levelled if it was, which holds the tilt of every station"
             )
+        line = "levelled = true" if levelled else "# levelled = true   # if its compensator was on"
+        for station in dict.fromkeys(self.stations.values()):
+            yield f"[stations.{quoted(station)}]\n{line}\n"
 
     def _output(self) -> str:
         return '[output]\nfolder = "out"\nangle = "gon"   # or deg\n'
@@ -591,6 +667,20 @@ def _stations(scans: Sequence[tuple[Path, Scan]]) -> dict[tuple[Path, str], str]
 
 def _is_positions(one: FolderFile) -> bool:
     return one.table is not None and one.table.has("gnss")
+
+
+def _is_levelling(one: FolderFile) -> bool:
+    """True for a table of height differences and nothing that a total station measures."""
+    others = ("direction", "azimuth", "zenith", "slope_distance", "horizontal_distance", "distance")
+    table = one.table
+    return table is not None and table.has("height_difference") and not any(map(table.has, others))
+
+
+def _of_total_station(one: FolderFile) -> bool:
+    """True for files whose observations are a total station's as far as anybody says."""
+    if one.format == "csv":
+        return not _is_positions(one) and not _is_levelling(one)
+    return one.format == "totalstation"
 
 
 def _assumed_instrument(name: str, figures: Sequence[str]) -> str:
