@@ -83,6 +83,12 @@ def test_the_same_measurements_are_never_called_moved() -> None:
     assert "no test can call it moved" in document.sentences[0]
 
 
+def test_two_equal_results_are_said_to_be_the_same() -> None:
+    one = result([1.0, 1.001])
+    (sentence,) = difference(one, json.loads(json.dumps(one))).sentences
+    assert "they are the same: 2 places with their sigmas" in sentence
+
+
 def test_another_datum_is_said_and_nothing_moved() -> None:
     one = result([1.0, 1.001])
     other = result([1.0, 1.001, 1.4])

@@ -404,6 +404,17 @@ def _sentences(
     sigma0: Sigma0Change,
 ) -> list[str]:
     """What it comes to."""
+    still = all(p.length == 0.0 and p.sigma[0] == p.sigma[1] for p in places)
+    if (
+        common == "same"
+        and still
+        and not observations
+        and sigma0.posterior[0] == sigma0.posterior[1]
+    ):
+        return [
+            "Both rest on the same measurements, and they are the same: "
+            f"{counted(len(places), 'place')} with their sigmas, all observed values, sigma0."
+        ]
     out = [_SENTENCES[common]]
     moved = [place for place in places if place.moved]
     largest = max(places, key=lambda place: place.length, default=None)
