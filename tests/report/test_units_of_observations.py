@@ -1,6 +1,7 @@
 """Values stand in the report in their own unit: those of priors in that of the unknown."""
 
 import numpy as np
+import pytest
 
 from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
@@ -8,6 +9,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.sights import SlopeDistances, ZenithAngles
 from tribrach.report.chapters.observations import observations
+from tribrach.report.numbers import three_digits
 
 
 def test_a_prior_has_the_unit_of_its_scalar() -> None:
@@ -23,3 +25,13 @@ def test_a_prior_has_the_unit_of_its_scalar() -> None:
     adjustment = adjust(survey.network())
     rows = observations(adjustment, assess(adjustment))
     assert [row.unit for row in rows] == ["m", "m", "rad", "rad", "m", "1"]
+
+
+@pytest.mark.parametrize(
+    ("value", "text", "column"),
+    [(0.01234, "0.0123", "0.0123"), (2.4, "2.4", "2.40"), (999.4, "999", "999"),
+     (999.6, "1000", "1000"), (4128.0, "4130", "4130"), (-123456.0, "-123000", "-123000")],
+)  # fmt: skip
+def test_three_digits_are_never_a_power_of_ten(value: float, text: str, column: str) -> None:
+    assert three_digits(value) == text
+    assert three_digits(value, zeros=True) == column

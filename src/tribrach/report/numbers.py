@@ -31,6 +31,7 @@ __all__ = [
     "numbers",
     "percent_cell",
     "sigmas",
+    "three_digits",
     "triple",
     "triples",
 ]
@@ -154,6 +155,16 @@ def counted(n: int, noun: str, plural: str = "") -> str:
 def fixed_cell(value: float | None, digits: int, mark: str = "") -> Cell:
     """A number with fixed digits as a cell; empty if there is none."""
     return number_cell(value, "" if value is None else _fixed(value, digits), mark)
+
+
+def three_digits(value: float, *, zeros: bool = False) -> str:
+    """A figure with three digits that count, never with a power of ten: 0.0123, 4.57, 4130.
+
+    zeros : does a zero stay that counts, 2.40?
+    """
+    if abs(value) >= 999.5:
+        return f"{float(f'{value:.3g}'):.0f}"
+    return f"{value:#.3g}".rstrip(".") if zeros else f"{value:.3g}"
 
 
 def mm_cell(value: float | None, digits: int = 2) -> Cell:

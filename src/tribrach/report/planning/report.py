@@ -13,7 +13,7 @@ from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
 from tribrach.report.figures import Picture
 from tribrach.report.names import some_of
-from tribrach.report.numbers import number, numbers
+from tribrach.report.numbers import number, numbers, three_digits
 from tribrach.report.page import FrontPage
 from tribrach.report.planning.page import PlanPage, gain_map
 from tribrach.report.planning.sights import sights_of
@@ -102,11 +102,12 @@ def _sentences(plan: DesignResult) -> list[str]:
     if plan.lever_arm is None:
         out.append(
             f"The worst point is {after.names[int(np.argmax(after.sigma))]} with "
-            f"{after.sigma.max() * 1e3:.3g} mm in its worst direction; this depends on the datum."
+            f"{three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends on "
+            "the datum."
         )
         out.append(
             "Between two epochs measured like this its displacement of "
-            f"{1e3 * plan.detectable:.3g} mm would be found with 80 % (test at "
+            f"{three_digits(1e3 * plan.detectable)} mm would be found with 80 % (test at "
             "5 %), in the direction in which that is hardest."
         )
     out += [
@@ -226,12 +227,14 @@ def _of_datums(plan: DesignResult) -> list[str]:
     if same:
         return [
             f"The datums that were compared give the same sigma of every distance (the largest "
-            f"{max(distances) * 1e3:.3g} mm): they differ in the sigmas of coordinates only, which "
+            f"{three_digits(max(distances) * 1e3)} mm): they differ in the sigmas of coordinates "
+            "only, which "
             "are not to be compared between datums."
         ]
     return [
         f"Control adds to the network itself: the largest sigma of a distance is "
-        f"{min(distances) * 1e3:.3g} to {max(distances) * 1e3:.3g} mm, by datum."
+        f"{three_digits(min(distances) * 1e3)} to {three_digits(max(distances) * 1e3)} mm, by "
+        "datum."
     ]
 
 

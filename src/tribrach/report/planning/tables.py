@@ -10,7 +10,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.planning.prediction import CRITERIA, CriterionKind, Figures, largest_sigma
-from tribrach.report.numbers import mm_cell, number, numbers
+from tribrach.report.numbers import mm_cell, number, numbers, three_digits
 from tribrach.report.planning.sights import PlannedSight
 from tribrach.report.tables import (
     Cell,
@@ -150,7 +150,7 @@ def shown(kind: CriterionKind, value: float) -> str:
         return "not determined"
     if math.isinf(value):
         return "unlimited"
-    return f"{value * 1e3:.3g} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
+    return f"{three_digits(value * 1e3)} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
 
 
 def _shown_cell(kind: CriterionKind, value: float) -> Cell:
@@ -159,7 +159,7 @@ def _shown_cell(kind: CriterionKind, value: float) -> Cell:
         return text_cell(shown(kind, value))
     if kind in ("sigma", "undetected"):
         # one below the other, as many digits in each
-        return number_cell(value, f"{value * 1e3:#.3g}".rstrip(".") + " mm")
+        return number_cell(value, three_digits(1e3 * value, zeros=True) + " mm")
     return number_cell(value, shown(kind, value))
 
 
@@ -321,13 +321,13 @@ def _precisions(plan: DesignResult) -> ReportTable:
 
     def sigma(p: Any) -> str:
         factor, name = unit.get(p.unit, (1.0, ""))
-        return f"{p.sigma * factor:.3g} {name}"
+        return f"{three_digits(p.sigma * factor)} {name}"
 
     def needed(p: Any) -> str:
         if math.isnan(p.factor):
             return "never enough alone"
         factor, name = unit.get(p.unit, (1.0, ""))
-        return f"{p.sigma * p.factor * factor:.3g} {name}"
+        return f"{three_digits(p.sigma * p.factor * factor)} {name}"
 
     columns = [
         (ColumnHead("Readings", numeric=False), lambda p: text_cell(p.group.replace("_", " "))),
