@@ -143,13 +143,13 @@ class LoadedWhenCalled(TyperCommand):
         if not isinstance(command, typer.Typer):
             function, command = command, typer.Typer(add_completion=False)
             command.command(self.name, cls=SpokenCommand)(function)
-            made = typer.main.get_command(command)
+            made: Any = typer.main.get_command(command)
             spoken(made, function)
         else:
             made = typer.main.get_command(command)
             for one in command.registered_commands:
-                name = one.name or one.callback.__name__
-                spoken(made.commands[name], one.callback)
+                if one.callback is not None:
+                    spoken(made.commands[one.name or one.callback.__name__], one.callback)
         if not gc.isenabled():  # cli.main waits for the modules, which are no garbage ever
             gc.freeze()
             gc.enable()

@@ -104,7 +104,8 @@ def init(
         )
         found = look_through(folder, axes)
         if not yes:
-            asked = _Asked(control_role is None, control_sigma_mm is None, said)
+            unsaid = control_sigma_mm is None and control_sigma_up_mm is None
+            asked = _Asked(control_role is None, unsaid, said)
             found = asked.axes(folder, found, axes)
             wishes = asked.wishes(found, wishes)
         surveyed = any(one.kind in ("points", "survey") for one in found)
@@ -179,7 +180,8 @@ class _Asked:
                     "empty to look for usual ones)",
                     lambda told: tuple(_targets(told.split(), self.said)),
                 )
-            if given.scanner is None:
+            named = any(s.facts.get("sensor model") for one in found for s in one.scans)
+            if given.scanner is None and not named:
                 said["scanner"] = _answer("Scanner, such as Leica P40 (empty: unknown)", _sheet)
             if given.levelled is None:
                 said["levelled"] = _answer(
