@@ -3,10 +3,10 @@
 Every page is taken at 1400 and at 390 pixels, bright and dark, its first screen and the whole of
 it with everything unfolded, and printed to PDF. Without pages it simulates the surveys of the
 tutorials with few points, runs them and the other commands as the tutorials say, or those that are
-named, and looks at what they leave; what they leave stays in OUT/runs. Chromium must be installed;
-with pdftoppm (poppler-utils) there are the printed pages, and a sheet of them. What it prints: the
-number of pages on paper, how full the emptiest one but the last is, pages wider than their screen,
-and first screens without a verdict.
+named (those before them must have been run), and looks at what they leave; what they leave stays
+in OUT/runs. Chromium must be installed; with pdftoppm (poppler-utils) there are the printed pages,
+and a sheet of them. What it prints: the number of pages on paper, how full the emptiest one but
+the last is, pages wider than their screen, and first screens without a verdict.
 """
 
 import re
@@ -23,6 +23,8 @@ from playwright.sync_api import sync_playwright
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
+from tests.epochs import test_series  # noqa: E402
+from tests.job.test_gnss_chapter import ghilani  # noqa: E402
 from tests.workbench.browsing import executable  # noqa: E402
 
 #: name, width and height in pixels, colours
@@ -133,6 +135,17 @@ TUTORIALS: dict[str, tuple[list[list[str]], str]] = {
         ],
         "wall/compared.html",
     ),
+    "series": (
+        [
+            ["series", "series/march.csv", "--points", "series/points.csv", "--html",
+             "series/march.html"],
+        ],
+        "series/march.html",
+    ),
+    "gnss": (
+        [["adjust", "gnss/p.toml", "--html", "gnss/vectors.html"]],
+        "gnss/vectors.html",
+    ),
 }  # fmt: skip
 
 
@@ -145,11 +158,22 @@ def written_out(folder: Path) -> None:
         (folder / name).write_text(block, encoding="utf-8")
 
 
+def measured(folder: Path) -> None:
+    """What the pages on series and on GNSS ask the reader to have: cycles, and vectors."""
+    series, gnss = folder / "series", folder / "gnss"
+    for one in (series, gnss):
+        one.mkdir(exist_ok=True)
+    test_series.readings(series, 60, "march.csv")
+    test_series.control(series)
+    ghilani(gnss, "v.csv")
+
+
 def made(folder: Path, names: list[str]) -> dict[str, Path]:
     """The pages of the tutorials that are named, of all if none is, run in a folder."""
     pages = {}
     folder.mkdir(exist_ok=True)
     written_out(folder / "plan")
+    measured(folder)
     for name in names or TUTORIALS:
         commands, page = TUTORIALS[name]
         for words in commands:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribrach.units import CC, GON, SEC, UNITS, format_angle, parse_angle
+from tribrach.units import CC, GON, SEC, UNITS, format_angle, parse_angle, percent, span
 
 ANGLES = ("deg", "gon", "mgon", "cc", "arcmin", "arcsec", "rad", "mrad")
 TURN = {"deg": 360, "gon": 400, "mgon": 4e5, "cc": 4e6, "arcmin": 21600, "arcsec": 1296000}
@@ -66,3 +66,29 @@ def test_writing() -> None:
     assert format_angle(59.99996 * SEC, "dms", 4) == "0-01-00.0000"
     assert format_angle(-30 * SEC, "dms", 0) == "-0-00-30"
     assert format_angle(-1e-9 * SEC, "dms", 1) == "0-00-00.0"
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (0, "0 %"), (-1e-9, "0 %"), (1, "100 %"), (1 - 1e-9, "100 %"), (0.05, "5 %"), (0.5, "50 %"),
+        (0.017, "1.7 %"), (0.0996, "10 %"), (0.39, "39 %"), (0.951, "95.1 %"), (0.9999, "99.99 %"),
+        (0.00034, "0.034 %"), (1.26, "126 %"), (-0.25, "-25 %"), (1 - 0.7, "30 %"), (0.29, "29 %"),
+    ],
+)  # fmt: skip
+def test_shares_have_no_needless_digits_and_almost_all_is_not_all(share: float, text: str) -> None:
+    assert percent(share) == text
+
+
+@given(st.floats(1e-5, 1 - 1e-5))
+def test_a_share_is_as_near_as_two_digits_of_its_end(share: float) -> None:
+    said = float(percent(share).removesuffix(" %")) / 100
+    assert abs(said - share) <= 0.0501 * min(share, 1 - share)
+    assert 0 < said < 1
+
+
+def test_spans_have_no_powers_of_ten() -> None:
+    assert span(4182.2, 13_560) == "4182 to 13560"
+    assert span(0.005064, 2.5e-5) == "0.005064 to 0.000025"
+    assert span(7437.1, 7437.2) == "7437"
+    assert span(0, 1e7) == "0 to 10000000"

@@ -23,6 +23,8 @@ __all__ = [
     "check_circle",
     "format_angle",
     "parse_angle",
+    "percent",
+    "span",
     "too_large",
 ]
 
@@ -157,3 +159,40 @@ def format_angle(value: float, unit: str, digits: int = 4) -> str:
     width = digits + 3 if digits else 2
     sign = "-" if value < 0 and whole > 0 else ""
     return f"{sign}{int(degrees)}-{int(minutes):02d}-{seconds:0{width}.{digits}f}"
+
+
+def percent(share: float) -> str:
+    """The text of a share, as every sentence has it: ``95 %``, ``1.7 %``, ``99.8 %``, ``0.03 %``.
+
+    Two digits count, from the end that is nearer, so that what is not all does not become 100 %;
+    zeros after the point are left out.
+
+    Parameters
+    ----------
+    share
+        1 is all of it; it may be more, or less than nothing.
+    """
+    value = 100 * share
+    rest = min(abs(value), abs(100 - value)) if 0 <= value <= 100 else abs(value)
+    # what is nearer than a millionth is the end itself, whatever a sum of shares left
+    digits = 0 if rest < 1e-4 else max(0, 1 - math.floor(math.log10(rest) + 1e-9))
+    text = f"{value:.{digits}f}"
+    text = text.rstrip("0").rstrip(".") if "." in text else text
+    return f"{'0' if text == '-0' else text} %"
+
+
+def span(low: float, high: float) -> str:
+    """From one number to another, of four digits and without powers of ten; one if they are alike.
+
+    Parameters
+    ----------
+    low, high
+        Of any unit.
+    """
+    ends = [_four_digits(value) for value in (low, high)]
+    return ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
+
+
+def _four_digits(value: float) -> str:
+    text = f"{value:.4g}"
+    return f"{float(text):.12f}".rstrip("0").rstrip(".") if "e" in text else text

@@ -37,7 +37,7 @@ def test_union_of_two_clouds(tmp_path: Path) -> None:
     a, b = (cloud(tmp_path / f"{n}.txt", wall(*s)) for n, s in (("A", (0, 6)), ("B", (4, 10))))
     said = run(a, b, "--json", tmp_path / "c.json", "--html", tmp_path / "c.html")
     assert "2,000 cells of 0.1 m" in said
-    assert "78.0% by one station, 22.0% by two stations" in said
+    assert "78 % by one station, 22 % by two stations" in said
     data = json.loads((tmp_path / "c.json").read_text())
     assert data["seen_by"]["one station"] == 1560
     assert set(data["stations"]) == {"A", "B"}
@@ -59,12 +59,12 @@ def test_model_and_sigma(tmp_path: Path) -> None:
     # the upper and the right edge of the mesh touch cells that the cloud does not reach
     share = float(said.split("seen: ")[1].split("%")[0])
     assert share == pytest.approx(40, abs=2.5)
-    assert "is reached on 0.0% of what is seen" in said
+    assert "is reached on 0 % of what is seen" in said
     assert "Seen by no station: " in said
     assert page.read_text().count("<figure") == 2
     points = run(a, "--model", cloud(tmp_path / "m.txt", wall(0, 10)), "--sigma-mm", 7)
-    assert "39.0% by no station" in points
-    assert "is reached on 100.0%" in points
+    assert "39 % by no station" in points
+    assert "is reached on 100 %" in points
 
 
 def test_stations_named_by_points(tmp_path: Path) -> None:
@@ -84,20 +84,20 @@ def test_scans_of_one_station_are_one(tmp_path: Path) -> None:
     ]
     names = (("S1", "S1"), ("S1 fine", "S1"), ("S2", "S2"))
     rows = [{"scan": scan, "station": station} for scan, station in names]
-    assert "100.0% by three and more" in run(*files)
+    assert "100 % by three and more" in run(*files)
     (tmp_path / "poses.json").write_text(json.dumps({"scans": rows}))
-    assert "100.0% by two stations" in run(*files)
+    assert "100 % by two stations" in run(*files)
     xyz = wall(0, 3)
     merged = cloud(tmp_path / "all.txt", np.vstack([xyz] * 3),
                    station=np.repeat([0.0, 1.0, 2.0], len(xyz)))  # fmt: skip
-    assert "100.0% by two stations" in run(merged)
+    assert "100 % by two stations" in run(merged)
 
 
 def test_files_of_one_name_are_two_stations(tmp_path: Path) -> None:
     (tmp_path / "a").mkdir()
     (tmp_path / "b").mkdir()
     files = [cloud(tmp_path / folder / "A.txt", wall(0, 2)) for folder in "ab"]
-    assert "100.0% by two stations" in run(*files)
+    assert "100 % by two stations" in run(*files)
 
 
 def test_wrong_calls_end_in_a_sentence(tmp_path: Path) -> None:

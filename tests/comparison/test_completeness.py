@@ -101,7 +101,7 @@ def test_a_model_shows_what_nobody_saw() -> None:
     assert found.classes["no station"] == 19 * 20
     (gap,) = found.unseen_gaps
     assert gap.middle[0] == pytest.approx((8.1 + 10) / 2)
-    assert "19.0% by no station" in found.sentences()[0]
+    assert "19 % by no station" in found.sentences()[0]
     assert found.to_json()["surface"] == "model"
 
 
@@ -132,7 +132,7 @@ def test_sigma_is_that_of_the_best_station() -> None:
     assert np.unique(np.round(found.sigma, 9)).tolist() == [0.004, 0.008]
     assert found.sigmas == {"reached": 61 * 20, "not reached": 39 * 20, "unknown": 0}
     assert found.weak_gaps[0].cells == 39 * 20
-    assert "61.0%" in found.sentences()[-1]
+    assert "61 %" in found.sentences()[-1]
     nothing = assess_completeness(GRID, {"C": patches(wall(0, 1))}, required=0.005)
     assert nothing.sigmas == {"reached": 0, "not reached": 0, "unknown": 200}
 

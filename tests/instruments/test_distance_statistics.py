@@ -94,7 +94,7 @@ def test_other_numbers_are_no_procedure_of_the_standard():
     five = np.vstack([TARGETS, [[8.0, 8.0, -1.0]]])
     found = statistics(yard(rng, targets=five))
     assert found.procedure == ""
-    assert found.departures == ("it has four targets, here are 5",)
+    assert found.departures == ("which has four targets; here there are 5",)
     assert statistics(yard(rng, series=("1", "2"))).departures == (
         "it has one series from either station or three, here are 2",
     )

@@ -115,7 +115,7 @@ def test_from_rinex_and_a_scan_to_a_geocentric_cloud(
     for expected in (
         "S1 is placed by 2 of its 5 targets and the antenna",
         "1 session gave 1 independent baseline, computed by RTKLIB",
-        f"in 100.0 % of {baseline['epochs']} epochs",
+        f"in 100 % of {baseline['epochs']} epochs",
         f"Coordinates are in ITRF2014 at epoch {place.epoch:.2f}.",
         "rests on 1 GNSS baseline, 2 weighted control points, 1 held point",
         "Absolute: the site as a whole is known to",

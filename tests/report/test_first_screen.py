@@ -52,6 +52,7 @@ def test_a_page_begins_with_its_verdict_and_its_contents(which: str) -> None:
     links = [a.get("href").removeprefix("#") for a in tree.xpath("//nav[@id='contents']/a")]
     assert set(links) <= set(tree.xpath("//@id"))
     assert len(links) == len(set(links)) >= 3
+    assert tree.xpath("//section[@id='summary']//div[@class='sign']/p[1]/b/text()") == ["To sign"]
     sort = tree.xpath("//section[@id='summary']/@class")[0].split()[-1]
     assert sort in ("good", "look", "bad", "none")
     # nothing is said twice on the first screen
@@ -62,6 +63,13 @@ def test_a_page_begins_with_its_verdict_and_its_contents(which: str) -> None:
     assert len(said) == len(set(said))
     # printed pages say whose they are
     assert "--top-left" in tree.get("style")
+
+
+@pytest.mark.parametrize("which", WRITTEN)
+def test_shares_in_sentences_are_written_in_one_way(which: str) -> None:
+    tree = parser.document_fromstring(PAGES[which](harmless))
+    for element in tree.xpath("//li | //dd | //p | //figcaption"):
+        assert not re.search(r"\d%|\d\s\s%|\.\d*0\s%", element.text_content())
 
 
 def test_what_the_verdict_says_is_not_said_again_and_warnings_are_marked() -> None:

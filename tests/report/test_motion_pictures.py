@@ -59,12 +59,12 @@ def test_what_moved_is_drawn_with_an_arrow_and_a_name(motions: CloudMotions) -> 
     assert "part 1: moved" in words
     assert "stable area" in words
     # in plan the shift is seen, in the elevation along the wall it comes towards the reader
-    assert words.count("stroke: #111111") == 2
+    assert words.count("line ink") == 2
     assert "too long" in parts.caption
     still = replace(motions, parts=(replace(motions.parts[0], verdict="no motion found"),))
     quiet = motions_pictures(still)[1]
     assert "too long" not in quiet.caption
-    assert "stroke: #111111" not in str(quiet.drawing.marks)
+    assert "line ink" not in str(quiet.drawing.marks)
 
 
 def test_a_wall_alone_has_no_plan(motions: CloudMotions) -> None:

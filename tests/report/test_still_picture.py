@@ -73,6 +73,17 @@ def test_up_is_up_and_right_is_right_of_the_eye() -> None:
     assert np.linalg.norm(half, axis=1) == pytest.approx(2.0 * view.scale)
 
 
+def test_points_beside_the_clouds_are_in_the_picture_and_far_ones_do_not_shrink_it() -> None:
+    rng = np.random.default_rng(2)
+    cloud = rng.uniform(-10, 10, (500, 3))
+    alone = _View(cloud, np.eye(3))
+    near, far = np.array([[-12.0, -12.0, 0.0]]), np.array([[-90.0, -90.0, 0.0]])
+    assert not 8 < alone(near)[0, 1] < 472
+    with_near, with_far = _View(cloud, np.eye(3), near), _View(cloud, np.eye(3), far)
+    assert 8 < with_near(near)[0, 1] < 472
+    assert with_far.scale == alone.scale
+
+
 def test_the_page_names_the_command(report: Callable[[str], Report], tmp_path: Path) -> None:
     content = report("work")
     pipeline.write(content, tmp_path)

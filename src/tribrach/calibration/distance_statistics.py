@@ -202,7 +202,7 @@ def _departures(
     """What the numbers differ in from those of the standard, in words."""
     out = []
     if measured.in_common != TARGETS:
-        out.append(f"it has four targets, here are {measured.in_common}")
+        out.append(f"which has four targets; here there are {measured.in_common}")
     stations = len(set(readings.station))
     if stations != 2:
         out.append(f"it has two stations, here are {stations}, taken in pairs")

@@ -13,32 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.instruments.calibration import meaning_of
 from tribrach.statistics import chi2, norm
 
-__all__ = ["ALIASES", "WORDS", "Cause", "Explanation", "explain", "whitened"]
-
-
-#: parameters of the panoramic model in words
-WORDS = {
-    "x10": "range zero (rangefinder offset)",
-    "x1n": "beam offset, horizontal part",
-    "x1z": "beam offset, vertical part",
-    "x2": "offset of the transit axis",
-    "x3": "mirror offset",
-    "x4": "vertical index",
-    "x5n": "beam tilt, horizontal part",
-    "x5z": "beam tilt, vertical part",
-    "x6": "mirror tilt (collimation)",
-    "x7": "tilt of the transit axis",
-    "x8x": "eccentricity of the horizontal circle",
-    "x8y": "eccentricity of the horizontal circle",
-    "x9n": "eccentricity of the vertical circle",
-    "x9z": "eccentricity of the vertical circle",
-    "x11a": "second-order scale of the horizontal circle",
-    "x11b": "second-order scale of the horizontal circle",
-    "x12a": "second-order scale of the vertical circle",
-    "x12b": "second-order scale of the vertical circle",
-}
+__all__ = ["ALIASES", "Cause", "Explanation", "explain", "whitened"]
 
 
 #: parameters whose effect is the same as that of the one they are named with
@@ -74,7 +52,7 @@ class Cause:
     @property
     def words(self) -> str:
         """The parameter in words."""
-        return WORDS.get(self.name, self.name)
+        return meaning_of(self.name)
 
 
 @dataclass(frozen=True)

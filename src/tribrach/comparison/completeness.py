@@ -23,6 +23,7 @@ from scipy.sparse.csgraph import connected_components
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
+from tribrach.units import percent
 
 __all__ = ["Completeness", "Gap", "PatchGrid", "SurfacePatches", "assess_completeness", "found_in"]
 
@@ -121,7 +122,7 @@ class Completeness:
         """What a reader should take from it."""
         n = max(1, len(self.seen))
         what = "the model" if self.modelled else "all that was scanned"
-        words = [f"{count / n:.1%} by {name}" for name, count in self.classes.items()]
+        words = [f"{percent(count / n)} by {name}" for name, count in self.classes.items()]
         if not self.modelled:
             words = words[1:]
         out = [f"Of {what}, {n:,} cells of {self.size:g} m, seen: {', '.join(words)}."]
@@ -132,10 +133,12 @@ class Completeness:
         if self.required is not None:
             sigmas = self.sigmas
             there = max(1, sum(sigmas.values()))
+            unknown = sigmas["unknown"]
             out.append(
                 f"The required sigma of {1e3 * self.required:g} mm (3D, best station) is reached "
-                f"on {sigmas['reached'] / there:.1%} of what is seen, not on "
-                f"{sigmas['not reached'] / there:.1%}, unknown on {sigmas['unknown'] / there:.1%}."
+                f"on {percent(sigmas['reached'] / there)} of what is seen, not on "
+                f"{percent(sigmas['not reached'] / there)}"
+                f"{f', unknown on {percent(unknown / there)}' if unknown else ''}."
             )
         return out
 

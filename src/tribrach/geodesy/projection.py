@@ -256,6 +256,6 @@ def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
         out.append(
             f"the site is taken as flat: over its {extent:.0f} m the Earth curves by "
             f"{1e3 * bend:.1f} mm and plumb lines turn by {extent / 30.9:.1f} arcsec; "
-            "curvature_radius_m or a site on the ellipsoid takes it into account"
+            "a radius of curvature for the site, or a site on the ellipsoid, takes it into account"
         )
     return out

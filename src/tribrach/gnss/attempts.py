@@ -11,6 +11,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tribrach.units import percent
+
 __all__ = ["FREQUENCIES", "Attempt", "choose", "comparison", "reason"]
 
 #: words for the numbers of frequencies
@@ -70,7 +72,7 @@ class Attempt:
     def words(self) -> str:
         """Its figures."""
         words = (
-            f"{self.ambiguities}, {100 * self.fixed_share:.0f} % of the epochs fixed, ratio "
+            f"{self.ambiguities}, {percent(self.fixed_share)} of the epochs fixed, ratio "
             f"{self.ratio:.1f}"
         )
         if self.scatter is None:
@@ -138,7 +140,7 @@ def reason(attempts: Sequence[Attempt], taken: int) -> str:
             return words
         return (
             f"{words}; {cured[0].cures}, and with those moved by a quarter of a cycle "
-            f"{first.what} are fixed in {100 * cured[0].fixed_share:.0f} % of the epochs"
+            f"{first.what} are fixed in {percent(cured[0].fixed_share)} of the epochs"
         )
     others = "; ".join(f"{a.what}: {a.words}" for a in attempts[1:])
     return f"{first.what} is kept ({first.words}), no other way is better ({others})"

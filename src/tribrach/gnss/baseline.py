@@ -51,6 +51,7 @@ from tribrach.io.gnss.solution_file import (
     read_status,
 )
 from tribrach.scratch import scratch_folder
+from tribrach.units import percent
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
 
@@ -156,8 +157,8 @@ def doubts_of_fixes(name: str, final: FinalSolution) -> list[str]:
     out = []
     if final.share < RARELY:
         out.append(
-            f"{name}: only {100 * final.share:.0f} % of the epochs are fixed, fewer than "
-            f"{100 * RARELY:.0f} %; the integers are found late in the session"
+            f"{name}: only {percent(final.share)} of the epochs are fixed, fewer than "
+            f"{percent(RARELY)}; the integers are found late in the session"
         )
     if final.epochs_end < FEWEST_CHECKED:
         out.append(

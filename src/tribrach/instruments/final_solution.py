@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.units import percent
 
 __all__ = [
     "AGREEMENT",
@@ -83,8 +84,8 @@ class FinalSolution:
             return "no epoch is fixed"
         if self.share_end < SHARE:
             return (
-                f"{100 * self.share_end:.0f} % of the last {self.epochs_end} epochs are fixed, and "
-                f"{100 * SHARE:.0f} % are needed"
+                f"{percent(self.share_end)} of the last {self.epochs_end} epochs are fixed, and "
+                f"{percent(SHARE)} are needed"
             )
         return (
             f"fixed epochs at the end differ by {1e3 * self.apart:.0f} mm, and "

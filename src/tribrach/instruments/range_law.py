@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.units import span
 
 __all__ = ["RangeLaw"]
 
@@ -110,5 +111,5 @@ class RangeLaw:
         """The law in words, for facts and reports."""
         return (
             f"ranges {1e3 * self.a:.3g} mm · I^{self.b:.3g} + {1e3 * self.c:.3g} mm for "
-            f"intensities I from {self.low:.4g} to {self.high:.4g}"
+            f"intensities I from {span(self.low, self.high)}"
         )

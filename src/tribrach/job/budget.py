@@ -24,6 +24,7 @@ from tribrach.registration.geometry_warnings import (
     targets_around,
 )
 from tribrach.scan.surface_sample import SurfaceSample
+from tribrach.units import span
 
 __all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences", "station_shares"]
 
@@ -325,7 +326,7 @@ def _regions(station: str, sampled: Sequence[_Sampled]) -> list[BudgetRow]:
     for low, high in _classes(light):
         inside = (light >= low) & (light <= high)
         faced = bool(np.count_nonzero(inside & known) >= _FEW)
-        words = f"intensity {low:.4g} to {high:.4g}"
+        words = f"intensity {span(low, high)}"
         rows += pooled.row(inside & known if faced else inside, words, known=faced, by="intensity")
     return rows
 

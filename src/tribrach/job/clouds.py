@@ -30,6 +30,7 @@ from tribrach.job.state import Remembered, digest
 from tribrach.kernels import in_threads
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
+from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.project.sections import CloudSection
@@ -421,9 +422,9 @@ class CloudProduct:
                     "the sigmas of the data sheet and not those of the law of their noise"
                 )
             elif self._outside[k] > _WORTH_SAYING * self._points_of[k]:
-                share = 100 * self._outside[k] / self._points_of[k]
+                share = self._outside[k] / self._points_of[k]
                 self.sentences.append(
-                    f"{self.file}: {share:.2g} % of the points of scan {scan.name} have "
+                    f"{self.file}: {percent(share)} of the points of scan {scan.name} have "
                     f"intensities outside of those that the law of their noise was estimated from "
                     f"({law.low:g} to {law.high:g}); weaker light has what "
                     f"it gives down to {law.weakest:g}, stronger light what it gives at its end"

@@ -116,7 +116,10 @@ class GlobalTest:
         if self.vtpv > self.upper:
             return f"the global test fails ({limits} {level}): blunders, or sigmas too small"
         if self.vtpv < self.lower:
-            return f"the global test passes ({limits} {level}); the sigmas look too large"
+            return (
+                f"the global test passes ({self.vtpv:.2f}, at most {self.upper:.2f} {level}); "
+                f"below {self.lower:.2f} the sigmas look too large"
+            )
         return f"the global test passes ({limits} {level})"
 
 

@@ -54,7 +54,7 @@ class GnssPositions(Observations):
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
     facts: ClassVar[KindFacts] = KindFacts(
-        title="gnss position",
+        title="GNSS position",
         computed="position of the antenna over a mark, with a shift common to its session",
         role=Role.READING,
         category=Category.GNSS,
@@ -127,7 +127,7 @@ class GnssBaselines(Observations):
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
     facts: ClassVar[KindFacts] = KindFacts(
-        title="gnss baseline",
+        title="GNSS baseline",
         computed="`X_b - X_a`, turned and scaled by unknowns if wanted; any number of them in one "
         "covariance matrix",
         role=Role.READING,

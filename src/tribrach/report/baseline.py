@@ -9,6 +9,7 @@ import numpy as np
 from tribrach.gnss.attempts import comparison
 from tribrach.gnss.orbits import calendar
 from tribrach.gnss.pieces import UNSEEN, PieceScatter
+from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.gnss.baseline import Baseline
@@ -100,7 +101,7 @@ def baseline_headline(baseline: Baseline) -> str:
         orbits = f" without the orbits ({effect:.1f} mm by the accuracy that they state)"
     return (
         f"{baseline.names[0]} to {baseline.names[1]}: {baseline.length:.4f} m, "
-        f"{baseline.ambiguities} ambiguities, {100 * baseline.fixed_share:.0f} % of "
+        f"{baseline.ambiguities} ambiguities, {percent(baseline.fixed_share)} of "
         f"{baseline.epochs} epochs fixed, ratio {baseline.ratio:.1f}, "
         f"sigma {1e3 * sigma:.1f} mm{orbits}"
     )

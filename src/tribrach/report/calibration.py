@@ -465,7 +465,7 @@ def _pairs(calibration: SelfCalibration) -> ReportTable:
         (ColumnHead("and", numeric=False), lambda p: text_cell(p.b)),
         (
             ColumnHead("Correlation"),
-            lambda p: number_cell(p.value, f"{p.value:+.3f}", "bad" if abs(p.value) > 0.9 else ""),
+            lambda p: number_cell(p.value, f"{p.value:.3f}", "bad" if abs(p.value) > 0.9 else ""),
         ),
     ]
     note = "Above 0.7, strongest first; those with orientations belong to the datum."
@@ -513,14 +513,19 @@ def _datum_stations(calibration: SelfCalibration) -> ReportTable:
         scale = 1e3 if k < 3 else 1 / SEC
         return number_cell(float(d.stations[s, k]), f"{scale * d.stations[s, k]:.3f}")
 
-    heads = ("E [mm]", "N [mm]", "U [mm]", "tilt E [″]", "tilt N [″]", "heading [″]")
+    heads = (
+        ("E", "mm"), ("N", "mm"), ("U", "mm"), ("tilt E", "″"), ("tilt N", "″"), ("heading", "″"),
+    )  # fmt: skip
     columns = [
         (ColumnHead("Datum", numeric=False), lambda row: text_cell(row[0].datum)),
         (
             ColumnHead("Station", numeric=False),
             lambda row: text_cell(names[row[1]] if row[1] >= 0 else "mean of points"),
         ),
-        *[(ColumnHead(f"σ {h}"), lambda row, k=k: value(row, k)) for k, h in enumerate(heads)],
+        *[
+            (ColumnHead(f"σ {head}", unit), lambda row, k=k: value(row, k))
+            for k, (head, unit) in enumerate(heads)
+        ],
     ]
     note = "A priori. The same observations; only what is held differs."
     return build_table("datum-stations", "Stations and points by datum", note, rows, columns)

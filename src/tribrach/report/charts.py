@@ -233,6 +233,7 @@ class Chart:
             # the axes reach as far as the panel does
             self.x, self.y = _about(self.x, room[0] / scale), _about(self.y, high / scale)
         self._marks: list[DrawnMark] = []
+        self._ground = False
         self._names_beside: list[Item] = []
 
     def across(self, value: float) -> float:
@@ -341,14 +342,16 @@ class Chart:
         row = (self.y[1] - y) / (self.y[1] - self.y[0]) * (rows - 1)
         # few points would hardly be seen as small as many have to be
         side = 3 if len(x) > _MANY_SPOTS else 9
-        column, row = column - side // 2, row - side // 2
-        inside = (column >= 0) & (column <= columns - side) & (row >= 0) & (row <= rows - side)
-        column, row = column[inside].astype(int), row[inside].astype(int)
+        inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        # what lies on the edge of the panel is drawn as far within as it is wide
+        column = np.clip(column[inside] - side // 2, 0, columns - side).astype(int)
+        row = np.clip(row[inside] - side // 2, 0, rows - side).astype(int)
         colour = np.round(colours[inside]).astype(np.uint8)
         for right_by in range(side):
             for down_by in range(side):
                 picture[row + down_by, column + right_by, :3] = colour
                 picture[row + down_by, column + right_by, 3] = 255
+        self._ground = True
         self._image(picture, "")
 
     def cells(self, values: Array, low: float, high: float, digits: float = math.inf) -> None:
@@ -363,8 +366,9 @@ class Chart:
             picture = np.zeros((rows, columns, 4), dtype=np.uint8)
             picture[known, :3] = np.round(shades(share[known], SIGNED))
             picture[known, 3] = 255
-            self._image(picture, "cells")
+            self._image(picture, "cells signed")
             return
+        drawn = []
         wide = self.across(1) - self.across(0) if columns > 1 else math.inf
         for i, j in np.argwhere(known).tolist():
             value, at = float(values[i, j]), (j - 0.5, rows - 1.5 - i)
@@ -373,14 +377,13 @@ class Chart:
             across, down = self.across(at[0] + 1) - x, self.up(at[1]) - y
             fill = shade(float(share[i, j]), SIGNED)
             words = f"{', '.join(names)}: {value:.2f}"
-            self._marks.append(
-                mark("rect", title=words, x=x, y=y, width=across, height=down, fill=fill)
-            )
+            drawn.append(mark("rect", title=words, x=x, y=y, width=across, height=down, fill=fill))
             if abs(value) >= digits and wide >= 26:
                 right, base = x + across / 2, y + down / 2 + 4
                 strong = min(float(share[i, j]), 1 - float(share[i, j])) < _STRONG
                 sort = "on-cell strong" if strong else "on-cell"
-                self._marks.append(mark("text", f"{value:.2f}", x=right, y=base, class_=sort))
+                drawn.append(mark("text", f"{value:.2f}", x=right, y=base, class_=sort))
+        self._marks.append(mark("g", inner=drawn, class_="signed"))
 
     def _image(self, picture: NDArray[np.uint8], sort: str) -> None:
         """Pixels (rows, columns, 4) over the whole panel, below all other marks."""
@@ -405,6 +408,9 @@ class Chart:
         left, right = self.across(self.x[0]), self.across(self.x[1])
         top, base = self.up(self.y[1]), self.up(self.y[0])
         parts = []
+        if self._ground:
+            size = {"width": right - left, "height": base - top}
+            parts.append(mark("rect", x=left, y=top, class_="ground", **size))
         for value, text in self._heights(base - top):
             at = self.up(value)
             if self._rows is None:
@@ -441,7 +447,9 @@ class Chart:
     def _ticks(self, left: float, right: float, base: float) -> list[DrawnMark]:
         """Marks and words below the axis to the right."""
         if self._names is not None:
-            step = max(1, math.ceil(11.0 * len(self._names) / (right - left)))
+            # slanted names stand farther from each other than they are high
+            apart = 17.0 if self._slanted else 11.0
+            step = max(1, math.ceil(apart * len(self._names) / (right - left)))
             places = [(float(k), self._names[k]) for k in range(0, len(self._names), step)]
         elif "x" in self._log:
             places = [(value, f"{value:.10g}") for value in _log_ticks(*self.x)]
@@ -483,7 +491,7 @@ def legend(entries: Sequence[tuple[str, str]], width: float) -> tuple[DrawnMark,
     """Colours, classes or such as #1a7a48, with their words, and how high their rows are."""
     parts, x, y = [], _LEFT, 12.0
     for colour, text in entries:
-        need = 24 + len(text) * _LETTER
+        need = 30 + _wide(text)
         if x > _LEFT and x + need > width:
             x, y = _LEFT, y + 18.0
         plain = colour.startswith("#")
@@ -492,6 +500,14 @@ def legend(entries: Sequence[tuple[str, str]], width: float) -> tuple[DrawnMark,
         parts.append(mark("text", text, x=x + 16, y=y, class_="entry"))
         x += need
     return mark("g", inner=parts), y + 8.0
+
+
+def _wide(text: str) -> float:
+    """Pixels that the words of a legend take."""
+    return sum(
+        3.6 if c in " .,:;'ijl|" else 9.6 if c in "mwMW@%" else 8.4 if c.isupper() else 6.6
+        for c in text
+    )
 
 
 def colour_bar(
@@ -506,6 +522,7 @@ def colour_bar(
              fill=shade((k + 0.5) / steps, scale))
         for k in range(steps)
     ]  # fmt: skip
+    parts = [mark("g", inner=parts, class_="signed" if scale is SIGNED else "bar-of-colours")]
     for value in nice_ticks(low, high, 5) if high > low else ():
         at = left + (value - low) / (high - low) * long
         parts.append(mark("text", f"{value:.10g}", x=at, y=27, class_="tick"))

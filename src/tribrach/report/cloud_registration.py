@@ -372,7 +372,7 @@ def _stations(group: CloudGroup, number: int) -> ReportTable:
     columns = [
         (ColumnHead("Station", numeric=False), text_cell),
         *(coordinate(axis) for axis in range(3)),
-        (ColumnHead("Turn about z", "deg"), heading),
+        (ColumnHead("Turn about z", "°"), heading),
         (ColumnHead("Sigma place", "mm"), lambda name: _mm(sigma(name, 0))),
         (ColumnHead("Sigma turn", '"'), lambda name: _arcsec(sigma(name, 3))),
     ]

@@ -26,6 +26,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.units import span
 
 if TYPE_CHECKING:
     from tribrach.comparison.c2c import C2C
@@ -188,9 +189,10 @@ def _front(sites: Sequence[SiteResult], offsets: OffsetTest | None) -> FrontPage
     """Whether the clouds differ by what was predicted."""
     known = [s.prediction for s in sites if s.prediction is not None]
     enough = [p for p in known if p.enough]
+    signed = "The distances between these two clouds, with the sigmas stated here."
     if not known:
         sentence = "The stations are not known with their covariance: nothing was predicted."
-        return FrontPage("none", "Measured, not judged", sentence)
+        return FrontPage("none", "Measured, not judged", sentence, signed=signed)
     good = all(p.noise_agrees for p in enough)
     sort: Literal["good", "bad", "none"]
     if offsets is not None and offsets.statistic > offsets.limit:
@@ -204,7 +206,7 @@ def _front(sites: Sequence[SiteResult], offsets: OffsetTest | None) -> FrontPage
     else:
         sort, verdict = "none", "Too few points to judge the scatter"
     sentence = f"{offsets.sentence()}." if offsets is not None else ""
-    return FrontPage(sort, verdict, sentence)
+    return FrontPage(sort, verdict, sentence, signed=signed)
 
 
 def comparison_pictures(sites: Sequence[SiteResult], limit: float) -> list[Picture]:
@@ -321,12 +323,12 @@ def _classes(sites: Sequence[SiteResult], unit: str) -> ReportTable:
 def _seen_at(one: PredictedClass, unit: str) -> str:
     """A class in words."""
     if one.by == "intensity":
-        return f"intensity {one.low:.4g} to {one.high:.4g}"
+        return f"intensity {span(one.low, one.high)}"
     if one.by == "range":
-        return f"range {one.low:.1f} to {one.high:.1f} m"
+        return f"range {span(round(one.low, 1), round(one.high, 1))} m"
     factor = 200 / np.pi if unit == "gon" else 180 / np.pi
     sign = " gon" if unit == "gon" else "°"
-    return f"incidence {factor * one.low:.0f} to {factor * one.high:.0f}{sign}"
+    return f"incidence {span(round(factor * one.low), round(factor * one.high))}{sign}"
 
 
 def _pair(name: str, k: int) -> Callable[[SiteResult], float | None]:
@@ -357,7 +359,7 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
     ]
     chart.points(predicted, observed, words)
     caption = "Along the normal, single points of both clouds; the band is 10 % to both sides."
-    title = "Predicted against observed"
+    title = "Sites, predicted against observed"
     return Picture(_PREDICTED, title, beside([[chart]], title), caption)
 
 

@@ -19,6 +19,7 @@ from tribrach.report.charts import (
     shade,
 )
 from tribrach.report.figures import Picture
+from tribrach.report.numbers import count_cell
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
@@ -28,6 +29,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.comparison.completeness import Completeness, Gap
@@ -39,13 +41,14 @@ __all__ = ["completeness_page", "completeness_text"]
 _SHOWN = 60_000
 #: shares of the colours from well within to well beyond, by the number of stations
 _SHARES = np.array([1.0, 0.66, 0.33, 0.0])
+_SIGNED = "What these clouds cover, in cells of the size and with the sigma stated here."
 _LABELS = ("no station", "one station", "two stations", "three and more")
 
 
 def completeness_text(completeness: Completeness) -> str:
     """What a terminal shows: the findings, the stations, the largest gaps."""
     lines = completeness.sentences()
-    lines += [f"{name} sees {share:.1%}" for name, share in completeness.shares.items()]
+    lines += [f"{name} sees {percent(share)}" for name, share in completeness.shares.items()]
     for title, gaps in _sorts(completeness):
         lines += [f"{title}: {_words(gap)}" for gap in gaps[:3]]
     return "\n".join(lines)
@@ -76,18 +79,18 @@ def _front(completeness: Completeness) -> FrontPage:
     said = completeness.sentences()
     if completeness.required is None:
         verdict = (
-            f"{100 * (1 - missed):.1f} % of the model seen"
+            f"{percent(1 - missed)} of the model seen"
             if completeness.modelled
-            else f"{100 * (1 - single):.1f} % seen by two stations or more"
+            else f"{percent(1 - single)} seen by two stations or more"
         )
-        return FrontPage("none", verdict, said[0])
+        return FrontPage("none", verdict, said[0], signed=_SIGNED)
     sigmas = completeness.sigmas
     everywhere = sigmas["reached"] == sum(sigmas.values()) and not missed
     share = sigmas["reached"] / max(1, sum(sigmas.values()))
     verdict = (
-        f"The required sigma is reached {'everywhere' if everywhere else f'on {100 * share:.1f} %'}"
+        f"The required sigma is reached {'everywhere' if everywhere else f'on {percent(share)}'}"
     )
-    return FrontPage("good" if everywhere else "none", verdict, said[-1])
+    return FrontPage("good" if everywhere else "none", verdict, said[-1], signed=_SIGNED)
 
 
 def _sorts(completeness: Completeness) -> list[tuple[str, Sequence[Gap]]]:
@@ -180,7 +183,7 @@ def _classes(completeness: Completeness) -> ReportTable:
     ]
     columns = [
         (ColumnHead("Seen by", numeric=False), lambda row: text_cell(row[0])),
-        (ColumnHead("cells"), lambda row: number_cell(row[1], f"{row[1]:,}")),
+        (ColumnHead("cells"), lambda row: count_cell(row[1])),
         (ColumnHead("share", "%"), lambda row: number_cell(row[1] / n, f"{100 * row[1] / n:.1f}")),
     ]
     note = "Shares of all cells of the surface. The sigma is that of the best station in a cell."
@@ -200,7 +203,7 @@ def _gap_tables(completeness: Completeness) -> list[ReportTable]:
     columns = [
         *((ColumnHead(axis, "m"), _middle(k)) for k, axis in enumerate("xyz")),
         *((ColumnHead(f"along {axis}", "m"), _extent(k)) for k, axis in enumerate("xyz")),
-        (ColumnHead("cells"), lambda gap: number_cell(gap.cells, f"{gap.cells:,}")),
+        (ColumnHead("cells"), lambda gap: count_cell(gap.cells)),
     ]
     names = ("unseen", "single", "weak")
     return [

@@ -23,6 +23,7 @@ PRINTED = 30
 #: the space between a number and its unit, or before and after what it may be wrong by
 _UNITS = re.compile(
     r"(?<=\d) (?=(?:%|mm/m|mm|m²|m|km|ppm|m?gon)(?![\w/])|± ?\d)|(?<=±) (?=\d)|(?<==) (?=-?\d)"
+    r"|(?<=\b[tFp]) (?== )"
 )
 
 #: from one end of a sight to the other, on one line

@@ -26,7 +26,7 @@ from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
 from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
-from tribrach.units import format_angle
+from tribrach.units import format_angle, percent
 
 __all__ = [
     "direction_words",
@@ -214,13 +214,13 @@ def _still(c: Comparison) -> list[Finding]:
     others = _moved_references(c)
     left = f"the reference points without {_listed(others)}" if others else "all reference points"
     together = f"the test of {left}"
-    percent = f"{100 * c.settings.power:g} %"
+    power = f"{100 * c.settings.power:g} %"
     if len(still) > _NAMED:
         sizes = np.array([d.detectable for d in still])
         return [
             Finding(
                 f"{len(still)} points show no displacement: {1e3 * sizes.min():.1f} to "
-                f"{1e3 * sizes.max():.1f} mm would have been needed to see one with {percent}."
+                f"{1e3 * sizes.max():.1f} mm would have been needed to see one with {power}."
             )
         ]
     return [
@@ -231,7 +231,7 @@ def _still(c: Comparison) -> list[Finding]:
                 if d.reference and c.search is not None
                 else f" (test {d.statistic:.1f}, limit {d.limit:.1f})"
             )
-            + f": {_needed(d)} would have been needed to see one with {percent}."
+            + f": {_needed(d)} would have been needed to see one with {power}."
         )
         for d in still
     ]
@@ -246,7 +246,7 @@ def _each(c: Comparison) -> list[Finding]:
     which = "point" if len(single) == len(c.displacements) else "object point"
     return [
         Finding(
-            f"Each {which} has its own test at {100 * alpha:.2g} %: of {len(single)} that "
+            f"Each {which} has its own test at {percent(alpha)}: of {len(single)} that "
             f"did not move {alpha * len(single):.1f} exceed the limit on average."
         )
     ]
@@ -279,7 +279,7 @@ def _common(c: Comparison) -> list[Finding]:
 def _remarks(c: Comparison) -> list[Finding]:
     """Datum, scale of the sigmas, precision of both epochs, points without a partner."""
     d = c.difference
-    taken = f" {_listed(d.motions)} of the whole are taken out." if d.motions else ""
+    taken = f" Taken out of the whole: {_listed(d.motions)}." if d.motions else ""
     out = [Finding(f"Datum: {_listed(c.stable)}.{taken}")]
     scaled = (
         f"a posteriori, variance factor {c.limits.factor:.3f} with {c.limits.dof} degrees of "
@@ -316,7 +316,7 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
 
     def sigma(axis: int) -> Any:
         place = axes.index(axis)
-        head = ColumnHead(f"σ{'ENU'[axis]}", "mm", wide=True)
+        head = ColumnHead(f"σ {'ENU'[axis]}", "mm", wide=True)
         return head, lambda d: mm_cell(number(np.sqrt(max(d.covariance[place, place], 0.0))))
 
     columns: list[Any] = [
@@ -329,7 +329,7 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
         *(sigma(a) for a in axes),
     ]
     if 0 in axes and 1 in axes:
-        percent = f"{100 * c.settings.confidence:g} %"
+        level = f"{100 * c.settings.confidence:g} %"
         columns += [
             (
                 ColumnHead("azimuth", "gon" if angle == "gon" else "°"),
@@ -339,8 +339,8 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
                     )
                 ),
             ),
-            (ColumnHead(f"a {percent}", "mm", wide=True), lambda d: mm_cell(_axes(d, factor)[0])),
-            (ColumnHead(f"b {percent}", "mm", wide=True), lambda d: mm_cell(_axes(d, factor)[1])),
+            (ColumnHead(f"a {level}", "mm", wide=True), lambda d: mm_cell(_axes(d, factor)[0])),
+            (ColumnHead(f"b {level}", "mm", wide=True), lambda d: mm_cell(_axes(d, factor)[1])),
         ]
     bounded = any(c.settings.systematic)
     columns += [
@@ -359,7 +359,7 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
     ]
     one, two = c.difference.labels
     note = (
-        f"{two} minus {one}. Test: d^T C^-1 d in the datum of the stable points. Reference points "
+        f"{two} minus {one}. Test: dᵀC⁻¹d in the datum of the stable points. Reference points "
         "are tested together, object points each. Detectable: the displacement that is found with "
         f"{100 * c.settings.power:g} % in the direction in which that is hardest."
     )

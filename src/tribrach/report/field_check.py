@@ -19,14 +19,14 @@ from tribrach.report.characters import anchor
 from tribrach.report.charts import Chart, beside
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
-from tribrach.report.numbers import counted, number
+from tribrach.report.numbers import chance, counted, number
 from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.check import SCHEMA, CheckDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, number_cell, text_cell
 from tribrach.report.text import table_text, wrapped
 from tribrach.statistics import largest_first
-from tribrach.units import SEC
+from tribrach.units import SEC, percent
 
 __all__ = ["check_document", "check_page", "check_sentences", "check_text"]
 
@@ -55,7 +55,7 @@ def _because(check: FieldCheck) -> str:
 def _error_probability(check: FieldCheck) -> str:
     return (
         "A scanner that is as precise as stated and has no misalignments fails with at most "
-        f"{check.alpha:.1%}; each test has {check.alpha_each:.2%}."
+        f"{percent(check.alpha)}; each test has {percent(check.alpha_each)}."
     )
 
 
@@ -79,6 +79,13 @@ def _tested(check: FieldCheck) -> list[Finding]:
 def _amount(name: str, value: float) -> str:
     """A parameter with its unit."""
     return f"{value * 1e3:.2f} mm" if name in _METRES else f"{value / SEC:.1f}″"
+
+
+def _with_sigma(name: str, value: float, sigma: float) -> str:
+    """A parameter and its standard deviation with their unit."""
+    if name in _METRES:
+        return f"{value * 1e3:.2f} ± {sigma * 1e3:.2f} mm"
+    return f"{value / SEC:.1f} ± {sigma / SEC:.1f}″"
 
 
 def _component_words(test: ComponentTest) -> str:
@@ -118,7 +125,7 @@ def _cause_words(cause: Cause, what: str) -> str:
     )
     return (
         f"{what[:1].upper()}{what[1:]} point to {cause.name}, {cause.words}: "
-        f"{_amount(cause.name, cause.value)} ± {_amount(cause.name, cause.sigma)} "
+        f"{_with_sigma(cause.name, cause.value, cause.sigma)} "
         f"(t = {cause.t:.1f}){alike}."
     )
 
@@ -132,7 +139,8 @@ def _distance_words(test: DistanceCheck) -> list[Finding]:
         f"{len(test.pairs)} differences, {test.statistic:.1f}, is {verdict} the limit "
         f"{test.critical:.1f} (chi-square, {test.dof} degrees of freedom); the largest beside its "
         f"limit is {test.pairs[worst][0]} to {test.pairs[worst][1]}, "
-        f"{test.difference[worst] * 1e3:.2f} mm against ± {test.limit[worst] * 1e3:.2f} mm."
+        f"{test.difference[worst] * 1e3:.2f} mm against ± {test.limit[worst] * 1e3:.2f} mm"
+        f"{', beyond it: look at these targets' if _beyond(test, worst) else ''}."
     )
     least = _FOUND * test.sigma_zero
     zero = (
@@ -143,7 +151,9 @@ def _distance_words(test: DistanceCheck) -> list[Finding]:
         else "These stations do not show a range zero: set up one between the targets and one "
         "outside on their line."
     )
-    out = [Finding(compared, not test.passed), Finding(zero)]
+    sure = math.isfinite(least) and _zero_found(test)
+    beyond = _beyond(test, worst)
+    out = [Finding(compared, not test.passed or beyond), Finding(zero, sure)]
     targets = len({name for pair in test.pairs for name in pair})
     if targets < test.in_common:
         chosen = f"{targets} of {test.in_common} common targets were compared, evenly chosen."
@@ -153,10 +163,18 @@ def _distance_words(test: DistanceCheck) -> list[Finding]:
     return out
 
 
+def _beyond(test: DistanceCheck | LengthCheck, k: int) -> bool:
+    """Is a difference beyond the limit of all of them together?"""
+    return bool(abs(test.difference[k]) > test.limit[k])
+
+
+def _zero_found(test: DistanceCheck) -> bool:
+    """Is a range zero more than noise? The verdict is that of all differences."""
+    return bool(abs(test.zero) > (_FOUND - _SHARE_FOUND) * test.sigma_zero)
+
+
 def _zero_words(test: DistanceCheck) -> str:
-    """Whether a range zero is more than noise; the verdict is that of all differences."""
-    significant = abs(test.zero) > (_FOUND - _SHARE_FOUND) * test.sigma_zero
-    return "significant at 0.1 %" if significant else "not significant at 0.1 %"
+    return "significant at 0.1 %" if _zero_found(test) else "not significant at 0.1 %"
 
 
 def _of_series(scans: tuple[int, int]) -> str:
@@ -189,9 +207,10 @@ def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[Finding]
         return out if test.repeated is None else out + _uncertainty_words(test.repeated, test)
     text = (
         f"{name}: {test.beyond} of {len(test.difference)} differences Δ of {a} less {b} are beyond "
-        f"± {test.difference_limit * 1e3:.2f} mm, the limit of {1 - test.alpha_standard:.0%} for "
-        f"each by itself with u_T = {test.u_stated * 1e3:.2f} mm (root mean square of the stated "
-        f"precision); of a scanner as precise as stated {test.expected_beyond:.3g} are on average. "
+        f"± {test.difference_limit * 1e3:.2f} mm, the limit of "
+        f"{percent(1 - test.alpha_standard)} for each by itself with u_T = "
+        f"{test.u_stated * 1e3:.2f} mm (root mean square of the stated "
+        f"precision); of a scanner as precise as stated {test.expected_beyond:.3g} would be. "
         f"The largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
         f"{test.difference[largest] * 1e3:.2f} mm."
     )
@@ -213,13 +232,13 @@ def _uncertainty_words(shown: DistanceUncertainty, test: DistanceStatistics) -> 
         f"{shown.limit * 1e3:.2f} mm of correlated distances. The limit of the standard, which "
         f"takes distances for independent, is {shown.standard_limit * 1e3:.2f} mm (chi-square): "
         f"{'kept' if shown.u <= shown.standard_limit else 'not kept'}; a scanner as precise as "
-        f"stated exceeds it with {shown.standard_rate:.1%}."
+        f"stated exceeds it with {percent(shown.standard_rate)}."
     )
     within = (
         f"Root mean square within the series of {a} {shown.within[0] * 1e3:.2f} mm, of {b} "
         f"{shown.within[1] * 1e3:.2f} mm; beside what is stated for each they {agree} (F "
         f"{shown.ratio.ratio:.2f}, limits {shown.ratio.lower:.2f} to {shown.ratio.upper:.2f} with "
-        f"{1 - test.alpha_standard:.0%})."
+        f"{percent(1 - test.alpha_standard)})."
     )
     return [Finding(repeated, not shown.passed), Finding(within, not shown.ratio.passed)]
 
@@ -236,7 +255,8 @@ def _length_words(test: LengthCheck) -> list[Finding]:
         f"distances, {test.statistic:.1f}, is {verdict} the limit {test.critical:.1f} (chi-square, "
         f"{test.dof} degrees of freedom); the largest beside its limit is {a} to {b} from "
         f"{test.stations[worst]}, {test.difference[worst] * 1e3:.2f} mm against ± "
-        f"{test.limit[worst] * 1e3:.2f} mm."
+        f"{test.limit[worst] * 1e3:.2f} mm"
+        f"{', beyond it: look at this length' if _beyond(test, worst) else ''}."
     )
     scale = (
         f"Scale of the range{beside}: {test.scale * 1e6:.1f} ± {test.sigma_scale * 1e6:.1f} ppm "
@@ -244,7 +264,7 @@ def _length_words(test: LengthCheck) -> list[Finding]:
         "ppm would be found with 80 %."
     )
     out = [
-        Finding(compared, test.statistic > test.critical),
+        Finding(compared, test.statistic > test.critical or _beyond(test, worst)),
         Finding(scale, not test.scale_passed),
     ]
     if test.with_zero:
@@ -392,7 +412,7 @@ def _components(test: TwoFaceTest) -> ReportTable:
         ),
         (ColumnHead("test value"), lambda c: number_cell(c.statistic, f"{c.statistic:.1f}")),
         (ColumnHead("limit"), lambda c: number_cell(c.limit, f"{c.limit:.1f}")),
-        (ColumnHead("p"), lambda c: number_cell(c.p, f"{c.p:.2g}" if c.p >= 1e-4 else "< 0.0001")),
+        (ColumnHead("p"), lambda c: number_cell(c.p, chance(c.p))),
         (
             ColumnHead("", numeric=False),
             lambda c: text_cell("passed" if c.passed else "failed", "good" if c.passed else "bad"),
@@ -415,7 +435,10 @@ def _found(test: TwoFaceTest) -> ReportTable:
             ),
         ),
     ]
-    note = "Alone, with 80 % at an error probability of 0.1 %."
+    note = (
+        "Each parameter by itself: from this size on it is found with 80 %, at an error "
+        "probability of 0.1 %."
+    )
     return build_table("signatures", "What these faces show", note, rows, columns)
 
 
@@ -455,9 +478,9 @@ def _distances(test: DistanceCheck, of_standard: DistanceStatistics) -> ReportTa
     ]
     note = (
         f"{a} less {b}, the largest beside its limit first. The limits hold together with "
-        f"{1 - test.alpha:.2%} or more (Šidák); the verdict is that of the chi-square over all. "
-        f"The limit of the standard is for each difference alone, with "
-        f"{1 - of_standard.alpha_standard:.0%}."
+        f"{percent(1 - test.alpha)} or more (Šidák); the verdict is that of the chi-square over "
+        f"all. The limit of the standard is for each difference alone, with "
+        f"{percent(1 - of_standard.alpha_standard)}."
     )
     name = anchor(f"distances-{a}-{b}")
     title = f"Distances from {a} and {b}{_of_series(test.scans)}"
@@ -490,8 +513,8 @@ def _lengths(test: LengthCheck) -> ReportTable:
     ]
     note = (
         "Mean over the series of a station less the known length, the largest beside its limit "
-        f"first. The limits hold together with {1 - test.alpha:.2%} or more (Šidák); the verdict "
-        f"is that of the chi-square over all, and of the scale."
+        f"first. The limits hold together with {percent(1 - test.alpha)} or more (Šidák); "
+        f"the verdict is that of the chi-square over all, and of the scale."
     )
     return build_table("lengths", "Known lengths", note, rows, columns, most=_SHOWN)
 

@@ -15,6 +15,7 @@ from tribrach.report.epochs import moved_sentence
 from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
+from tribrach.units import percent
 
 __all__ = ["Letterhead", "front_page", "letterhead"]
 
@@ -94,7 +95,7 @@ def _marked(found: Marked) -> str:
     if not found.names:
         return ""
     chance = "" if found.act else "no more than chance makes in a network of this size; "
-    return (
+    return _begun(
         f"{some_of(found.names, _IN_LINE)} ({found.counted}): {chance}what to do about each stands "
         "under Worst observations."
     )
@@ -143,7 +144,7 @@ def _times(ratio: float) -> str:
     if 0.95 <= ratio <= 1.05:
         return "as well as the given sigmas say"
     side = "worse" if ratio > 1 else "better"
-    return f"{abs(ratio - 1):.0%} {side} than the given sigmas say"
+    return f"{percent(abs(ratio - 1))} {side} than the given sigmas say"
 
 
 def _worst(content: Report) -> str:
@@ -154,7 +155,12 @@ def _worst(content: Report) -> str:
         if worst is not None:
             name, sigma, axis = worst
             parts.append(f"{noun} {name} with σ {1e3 * sigma:.2f} mm in {axis}")
-    return ", ".join(parts) + f" ({content.origin})." if parts else ""
+    return _begun(", ".join(parts) + f" ({content.origin}).") if parts else ""
+
+
+def _begun(text: str) -> str:
+    """A sentence that begins with the word of a kind, which no name is."""
+    return text[:1].upper() + text[1:]
 
 
 def _largest(items: tuple[Point, ...] | tuple[StationRow, ...]) -> tuple[str, float, str] | None:
@@ -224,7 +230,6 @@ def _signed(content: Report) -> str:
         )
         if n
     ]
-    what = (
-        f"Coordinates and sigmas of {', '.join(parts)}" if parts else "The figures of this report"
-    )
+    listed = " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+    what = f"Coordinates and sigmas of {listed}" if parts else "The figures of this report"
     return f"{what}, in the datum and with the standard deviations stated here."

@@ -125,8 +125,8 @@ def _draw(panel: Chart, view: _View, part: MovedPart, scale: float) -> None:
             side = 0.18 * np.array([-along[1], along[0]])
             head = np.array([a, b]) - 0.35 * along
             one, two = head + side, head - side
-            panel.line([x, a], [y, b], "#111111", words=part.name)
-            panel.line([one[0], a, two[0]], [one[1], b, two[1]], "#111111")
+            panel.line([x, a], [y, b], "ink", words=part.name)
+            panel.line([one[0], a, two[0]], [one[1], b, two[1]], "ink")
     panel.place(float(x), float(y), part.name, "free")
 
 

@@ -16,7 +16,7 @@ from tribrach.report.numbers import count_cell, fixed_cell, mm_cell, number, per
 from tribrach.report.page import FrontPage
 from tribrach.report.schema.motions import MotionsPart
 from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
-from tribrach.units import format_angle
+from tribrach.units import format_angle, percent
 
 __all__ = ["motions_front", "motions_part", "motions_sentences", "motions_tables"]
 
@@ -66,7 +66,7 @@ def motions_front(motions: CloudMotions) -> FrontPage:
     if stable is None:
         verdict, sentence = "No stable area", _stable(motions)[0]
         return FrontPage("bad", verdict, sentence, signed=signed)
-    share = f"{100 * motions.surface.share:.0f} % of the surface of both clouds could be compared"
+    share = f"{percent(motions.surface.share)} of the surface of both clouds could be compared"
     registered = "passes" if stable.agrees else "fails"
     sentence = f"{share}; the registration {registered} its test on the stable area."
 
@@ -102,7 +102,7 @@ def _stable(motions: CloudMotions) -> list[str]:
             "in one motion, so the registration is not tested by the surface."
         ]
     first = (
-        f"{stable.patches} of {motions.patches} patches, {100 * stable.share:.0f} % of the surface "
+        f"{stable.patches} of {motions.patches} patches, {percent(stable.share)} of the surface "
         f"in patches (about {stable.area:.0f} m²), keep their places among each other and are "
         "taken as stable. Assumed is that the largest such group is what did not move; of the "
         "registration nothing was assumed to find it."
@@ -173,7 +173,7 @@ def _parts(motions: CloudMotions, angle: Angle) -> list[str]:
         out.append("Beside the stable area no part was found that moved.")
     if motions.loose > 0.005:
         out.append(
-            f"{100 * motions.loose:.1f} % of the surface in patches neither keeps its place nor is "
+            f"{percent(motions.loose)} of the surface in patches neither keeps its place nor is "
             "part of a body that was found: borders of parts, and what bends."
         )
     hidden = [p for p in told if p.motion is not None and not p.motion.seen.all()]
@@ -260,14 +260,14 @@ def _towards(direction: Array, angle: Angle) -> str:
 def _surface(surface: NotCompared) -> list[str]:
     """What cannot be compared, by area."""
     out = [
-        f"{100 * surface.share:.0f} % of the surface of both clouds (about "
+        f"{percent(surface.share)} of the surface of both clouds (about "
         f"{surface.compared:.0f} m²) could be compared."
     ]
     for reason in surface.reasons:
         places = [place for place in reason.places[:_PLACES] if place.area >= _SPECK]
         where = "; ".join(map(_where, places or reason.places[:1]))
         out.append(
-            f"Not compared, {reason.words}: {100 * reason.share:.0f} % (about {reason.area:.0f} "
+            f"Not compared, {reason.words}: {percent(reason.share)} (about {reason.area:.0f} "
             f"m²), most of it at {where}."
         )
     return out
@@ -355,9 +355,9 @@ def _not_compared(surface: NotCompared) -> ReportTable:
         (ColumnHead("E", "m"), lambda x: fixed_cell(x[1].middle[0], 1)),
         (ColumnHead("N", "m"), lambda x: fixed_cell(x[1].middle[1], 1)),
         (ColumnHead("U", "m"), lambda x: fixed_cell(x[1].middle[2], 1)),
-        (ColumnHead("by", "m"), lambda x: fixed_cell(x[1].extent[0], 1)),
-        (ColumnHead("by", "m"), lambda x: fixed_cell(x[1].extent[1], 1)),
-        (ColumnHead("by", "m"), lambda x: fixed_cell(x[1].extent[2], 1)),
+        (ColumnHead("along E", "m"), lambda x: fixed_cell(x[1].extent[0], 1)),
+        (ColumnHead("along N", "m"), lambda x: fixed_cell(x[1].extent[1], 1)),
+        (ColumnHead("along U", "m"), lambda x: fixed_cell(x[1].extent[2], 1)),
         (ColumnHead("area", "m²"), lambda x: fixed_cell(x[1].area, 1)),
     ]
     return build_table(

@@ -11,7 +11,7 @@ import numpy as np
 from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
-from tribrach.report.numbers import count_cell, counted, fixed_cell, mm_cell
+from tribrach.report.numbers import Style, count_cell, counted, fixed_cell, mm_cell
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
@@ -21,7 +21,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
-from tribrach.units import SEC
+from tribrach.units import SEC, percent
 
 if TYPE_CHECKING:
     from tribrach.job.estimate_noise import NoiseEstimate
@@ -46,6 +46,14 @@ _LITTLE = 0.1
 _UNSEEN = 0.5
 #: factor between observed and stated that is said
 _APART = 1.15
+_SIGNED = "The noise stated here: of these scans, and of no other mode of the scanner."
+#: what an instrument file takes from elsewhere, in words
+_CARRIED = {
+    "scan_angle_arcsec": "the noise of the angles",
+    "scan_angle_accuracy_arcsec": "their accuracy",
+    "beam_exit_mm": "the footprint of the beam",
+    "beam_divergence_mrad": "the footprint of the beam",
+}
 
 _NOTE = (
     "Standard deviations along the beam of points on smooth planar patches, with the noise of "
@@ -153,7 +161,7 @@ def _across(estimate: NoiseEstimate) -> Iterable[Finding]:
         h, v = fitted.horizontal / SEC, fitted.vertical / SEC
         dh, dv = fitted.angle_sigmas / SEC
         yield Finding(
-            f'Across the beam: {h:.1f}" (sigma {dh:.1f}) horizontally, {v:.1f}" ({dv:.1f}) '
+            f"Across the beam: {h:.1f}″ (sigma {dh:.1f}) horizontally, {v:.1f}″ ({dv:.1f}) "
             f"vertically, and {1e3 * fitted.place:.2f} mm (sigma {1e3 * fitted.place_sigma:.2f}) "
             "at any range, all with the footprint of the beam."
         )
@@ -162,9 +170,9 @@ def _across(estimate: NoiseEstimate) -> Iterable[Finding]:
             error = 100 * estimate.across_errors[worst]
             share = "more than 100 %" if error > 100 else f"{error:.0f} %"
             yield Finding(
-                "These scans alone do not determine it, nor what of it is range: together these "
-                f"figures have a sigma of {share} at {estimate.ranges[worst]:.1f} m "
-                f"(limit {100 * estimate.across_limit:.0f} %)."
+                "These scans alone do not part the noise across the beam from that of the range: "
+                f"these figures together have a sigma of {share} at {estimate.ranges[worst]:.1f} m "
+                f"(limit {percent(estimate.across_limit)})."
             )
         yield from _footprint(estimate)
     yield from _carried(estimate)
@@ -212,12 +220,14 @@ def _carried(estimate: NoiseEstimate) -> Iterable[Finding]:
         return
     if not carried:
         return
-    words = f"An instrument file has {', '.join(carried)} as {estimate.stated_by} states them"
+    known = [_CARRIED[key] for key in carried if key in _CARRIED]
+    words = f"An instrument file has {' and '.join(dict.fromkeys(known))} as "
+    words += f"{estimate.stated_by} states them"
     if across.fitted is not None and across.angle_known:
         size, sigma = across.fitted.angle
         if "scan_angle_arcsec" not in carried and "beam_exit_mm" in carried:
             words += (
-                f', and beside this footprint {size / SEC:.1f}" (sigma {sigma / SEC:.1f}) of noise '
+                f", and beside this footprint {size / SEC:.1f}″ (sigma {sigma / SEC:.1f}) of noise "
                 "of the angles"
             )
     if across.fitted is not None and estimate.taken.law is None:
@@ -261,7 +271,7 @@ def _beside_stated(estimate: NoiseEstimate) -> Finding:
         if factor > _APART
         else "less than stated"
         if factor < 1 / _APART
-        else f"as stated within {100 * (_APART - 1):.0f} %"
+        else f"as stated within {percent(_APART - 1)}"
     )
     if factor > _APART and estimate.doubts:
         verdict += ", for which surfaces may be the reason"
@@ -273,9 +283,8 @@ def _beside_stated(estimate: NoiseEstimate) -> Finding:
 
 def _lasting(effect: LastingEffect, law: str, cause: str, where: str) -> Finding:
     """Whether a cause matters after the law."""
-    figures = (
-        f"sigma changes by {100 * effect.change:+.1f} % (sigma {100 * effect.sigma:.1f}) {where}"
-    )
+    change, sigma = (Style.plain(100 * value, 1) for value in (effect.change, effect.sigma))
+    figures = f"sigma changes by {change} ± {sigma} % (one sigma) {where}"
     if abs(effect.t) > _T and abs(effect.change) > _CHANGE:
         return Finding(f"After {law} the {cause} still matters: {figures}.", True)
     if abs(effect.change) + 2 * effect.sigma < _LITTLE:
@@ -349,7 +358,10 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
     """Whether these are figures of the scanner, and how they are beside what is stated."""
     if estimate.doubts:
         return FrontPage(
-            "none", "An upper bound", "Surfaces or shared errors are in these figures, see below."
+            "none",
+            "An upper bound",
+            "Surfaces or shared errors are in these figures, see below.",
+            signed=_SIGNED,
         )
     if estimate.stated is None:
         fitted = estimate.fitted
@@ -357,12 +369,12 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
             f"{counted(fitted.patches, 'smooth planar patch', 'smooth planar patches')} with "
             f"{fitted.points:,} points; no data sheet or project is given to compare them with."
         )
-        return FrontPage("none", "Noise of the scanner by its scans", rests)
+        return FrontPage("none", "Noise of the scanner by its scans", rests, signed=_SIGNED)
     factor, sentence = _against_stated(estimate), _beside_stated(estimate).words
     if factor > _APART:
-        return FrontPage("bad", "More noise than stated", sentence)
+        return FrontPage("bad", "More noise than stated", sentence, signed=_SIGNED)
     words = "As precise as stated" if factor >= 1 / _APART else "Less noise than stated"
-    return FrontPage("good", words, sentence)
+    return FrontPage("good", words, sentence, signed=_SIGNED)
 
 
 def _against_stated(estimate: NoiseEstimate) -> float:

@@ -21,6 +21,7 @@ from tribrach.units import SEC, UNITS, format_angle
 __all__ = [
     "Style",
     "arcsec_cell",
+    "chance",
     "count_cell",
     "counted",
     "fixed_cell",
@@ -100,7 +101,7 @@ class Style:
         if unit == "rad":
             turned = value % (2 * math.pi) if full_circle else value
             return self._angle(turned)
-        return f"{value:.4f}" if unit == "m" else f"{value:.8g}"
+        return _fixed(value, 4) if unit == "m" else f"{value:.8g}"
 
     def _angle(self, value: float) -> str:
         if self.angle == "gon":
@@ -145,6 +146,13 @@ def _fixed(value: float, digits: int) -> str:
     """Fixed digits; what rounds to zero has no sign."""
     text = f"{value:.{digits}f}"
     return text.lstrip("-") if float(text) == 0 else text
+
+
+def chance(p: float) -> str:
+    """A probability of a test as tables have it: two digits, and none below a ten-thousandth."""
+    if p < 1e-4:
+        return "< 0.0001"
+    return f"{p:.{min(4, max(2, 1 - math.floor(math.log10(p))))}f}"
 
 
 def counted(n: int, noun: str, plural: str = "") -> str:

@@ -62,7 +62,7 @@ def panorama_file(view: Panorama, kind: Literal["PNG", "WEBP"]) -> bytes:
 
 
 #: size of a letter in the drawing, and the height of its axis
-_LETTER, _AXIS = 7.2, 34.0
+_LETTER, _AXIS = 8.0, 34.0
 
 
 def panorama_drawing(
@@ -175,8 +175,12 @@ def _azimuths(
     while value <= ends[1]:
         share = (sign * (value - offset) - left) / (right - left)
         x = share * width
+        text = f"{value % circle:.0f}"
+        half = 3.4 * len(text)
         out.append(mark("path", d=f"M{x:.1f} {height}v5", class_="axis"))
-        out.append(mark("text", f"{value % circle:.0f}", x=x, y=height + 17, class_="tick"))
+        # a number that would be cut at the end is left out, its tick is not
+        if half <= x <= width - half:
+            out.append(mark("text", text, x=x, y=height + 17, class_="tick"))
         value += step
     return out
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ from tribrach._types import Array
 from tribrach.comparison.regression import ALIKE
 from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import counted, fixed_cell
+from tribrach.report.numbers import chance, counted, fixed_cell
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
     Cell,
@@ -71,9 +72,9 @@ def _front(regression: Regression) -> FrontPage:
     verdict = f"{bent or 'None'} of {counted(len(regression.relations), 'relation')} curved"
     if alike:
         verdict += "; the causes cannot be told apart"
-    return FrontPage(
-        "none", verdict, f"{regression.n} rows, tests at {100 * regression.confidence:.0f} %."
-    )
+    rests = f"{regression.n} rows, tests at {100 * regression.confidence:g} %."
+    signed = "The relations stated here, for these rows, with the confidence of their tests."
+    return FrontPage("none", verdict, rests, signed=signed)
 
 
 def regression_pictures(
@@ -189,6 +190,13 @@ def _fits(regression: Regression) -> ReportTable:
     return build_table("fits", "Fits", _NOTE, rows, columns)
 
 
+def _digits(term: Term) -> int:
+    """Digits after the point of a coefficient: three of its sigma count."""
+    if not 0 < term.sigma < np.inf:
+        return 4
+    return max(0, 2 - math.floor(math.log10(term.sigma)))
+
+
 def _terms(regression: Regression, units: str) -> ReportTable:
     """Every coefficient."""
     fits: list[RegressionFit] = [f for r in regression.relations for f in (r.quadratic, r.line)]
@@ -202,12 +210,14 @@ def _terms(regression: Regression, units: str) -> ReportTable:
         (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
         (ColumnHead("Model", numeric=False), lambda row: text_cell(row[0].model)),
         (ColumnHead("Term", numeric=False), lambda row: text_cell(row[1].name)),
-        (ColumnHead("coefficient"), lambda row: number_cell(row[1].value, f"{row[1].value:.6g}")),
-        (ColumnHead("σ"), lambda row: number_cell(row[1].sigma, f"{row[1].sigma:.3g}")),
+        (ColumnHead("coefficient"), lambda row: fixed_cell(row[1].value, _digits(row[1]))),
+        (ColumnHead("σ"), lambda row: fixed_cell(row[1].sigma, _digits(row[1]))),
         (ColumnHead("t"), t_cell),
-        (ColumnHead("p"), lambda row: number_cell(row[1].p, f"{row[1].p:.3g}")),
+        (ColumnHead("p"), lambda row: number_cell(row[1].p, chance(row[1].p))),
     ]
-    note = f"Units: {units}. Coefficients significant at {regression.confidence:.0%} are green."
+    note = (
+        f"Units: {units}. Coefficients significant at {100 * regression.confidence:g} % are green."
+    )
     return build_table("terms", "Coefficients", note, rows, columns)
 
 

@@ -27,6 +27,7 @@ from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.epochs import SeriesDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.units import percent
 
 __all__ = ["alarm_lines", "series_document", "series_findings", "series_page", "series_tables"]
 
@@ -90,8 +91,8 @@ def _references(found: Series, solved: Sequence[Cycle]) -> Iterator[Finding]:
         named = sum(bool(c.moved) for c in alarms)
         text = (
             f"The reference points fail their test in {len(alarms)} of "
-            f"{counted(tested, 'cycle')} ({100 * len(alarms) / tested:.1f} %, by chance "
-            f"{100 * alpha:.2g} %)"
+            f"{counted(tested, 'cycle')} ({percent(len(alarms) / tested)}, by chance "
+            f"{percent(alpha)})"
         )
         if alarms:
             text += f"; in {named} of these a point is beyond its own limit and is named"
@@ -266,7 +267,8 @@ def _front(found: Series, points: Sequence[PointSeries]) -> FrontPage:
             "is no more than chance makes in so many."
         )
     good = not parts and len(solved) == len(found.cycles) and solved
-    return FrontPage("good" if good else "none", verdict, sentence)
+    signed = "The motions stated here, with their tests, of the cycles that were solved."
+    return FrontPage("good" if good else "none", verdict, sentence, signed=signed)
 
 
 def _size(p: PointSeries) -> float:

@@ -35,10 +35,13 @@ _SPLAT = 4
 _FROM, _ABOVE = 215.0, 28.0
 #: points further out on either side than this share of them do not make the picture smaller
 _OUTSIDE = 0.01
+#: stations and points of the network make it no smaller than this; those farther out are left out
+_SMALLER = 0.6
 #: the median ellipsoid is drawn this large [pixels]
 _SHOWN = 16.0
 #: shares of the points that lie below the ends of the colours
 _COLOURS = (0.05, 0.95)
+_NONE = np.zeros((0, 3))
 
 
 def still_picture(content: Report) -> Picture | None:
@@ -55,17 +58,18 @@ def still_picture(content: Report) -> Picture | None:
     sample = np.concatenate([np.zeros((0, 4)), *(p.summary.sample for p in placed.products)])
     if len(sample) < 2 or not np.isfinite(sample).all():
         return None
-    view = _View(sample[:, :3], _upright(placed))
+    view = _View(sample[:, :3], _upright(placed), _places(content, placed))
     low, high = np.quantile(sample[:, 3], _COLOURS)
     image = _points(view, sample, low, high)
-    marks, factor = _over(content, placed, view)
+    marks, factor, outside = _over(content, placed, view)
     scale, high_bar = colour_bar(1e3 * low, 1e3 * high, "3D sigma [mm]", _WIDTH)
     below = mark("g", inner=[scale], transform=f"translate(0 {_HEIGHT + 8})")
     total = sum(product.summary.points for product in placed.products)
     caption = (
         f"{len(sample):,} of {total:,} points from the south-west and above, coloured by their 3D "
         f"sigma; stations and points as in the plan, with their {content.percent} ellipsoids, "
-        f"{factor:,.0f} times as large as they are."
+        f"{factor:,.0f} times as large as they are"
+        f"{f', without {outside} farther out' if outside else ''}."
     )
     title = "The clouds in space"
     ground = mark("rect", width=_WIDTH, height=_HEIGHT, class_="ground")
@@ -89,10 +93,11 @@ def _upright(placed: PlacedScans) -> Array:
 class _View:
     """From coordinates of the clouds to the picture, in parallel.
 
-    points : (n, 3) that should be in it; upright : (3, 3) their axes to east, north, up.
+    points : (n, 3) that should be in it; upright : (3, 3) their axes to east, north, up; others :
+    (m, 3) that should be in it where that makes it little smaller.
     """
 
-    def __init__(self, points: Array, upright: Array) -> None:
+    def __init__(self, points: Array, upright: Array, others: Array = _NONE) -> None:
         azimuth, above = np.radians(_FROM), np.radians(_ABOVE)
         # east, north, up: towards the eye, to the right, upwards in the picture
         eye = np.array(
@@ -105,6 +110,11 @@ class _View:
         low, high = np.quantile(seen, [_OUTSIDE, 1 - _OUTSIDE], axis=0)
         room = np.array([_WIDTH, _HEIGHT]) - 2 * _MARGIN
         self.scale = float((room / np.maximum(high - low, 1e-3)).min())
+        beside = np.concatenate([(others - self.origin) @ self.axes[:2].T, [low, high]])
+        least, most = beside.min(axis=0), beside.max(axis=0)
+        whole = float((room / np.maximum(most - least, 1e-3)).min())
+        if whole >= _SMALLER * self.scale:
+            low, high, self.scale = least, most, whole
         self.middle = (low + high) / 2
 
     def __call__(self, points: Array) -> Array:
@@ -173,9 +183,24 @@ def _edges(depth: Array, extent: float) -> Array:
     return dark
 
 
-def _over(content: Report, placed: PlacedScans, view: _View) -> tuple[list[DrawnMark], float]:
-    """Stations, points and ellipsoids; by what ellipsoids are larger than they are."""
+def _places(content: Report, placed: PlacedScans) -> Array:
+    """Stations and known points of the network (m, 3) in the frame of the clouds."""
     frame = placed.frame
+    known = [p.xyz for p in content.points if None not in p.xyz]
+    xyz = np.array(known, dtype=float).reshape(-1, 3)
+    stations = [p.delivered(frame).pose.translation for p in placed.placements.values()]
+    placed_at = np.array(stations, dtype=float).reshape(-1, 3)
+    return np.concatenate([frame.from_work(xyz) if len(xyz) else _NONE, placed_at])
+
+
+def _inside(x: float, y: float) -> bool:
+    """Is there room for a symbol?"""
+    return 8 <= x <= _WIDTH - 8 and 8 <= y <= _HEIGHT - 8
+
+
+def _over(content: Report, placed: PlacedScans, view: _View) -> tuple[list[DrawnMark], float, int]:
+    """Stations, points and ellipsoids; by what ellipsoids are larger; how many lie outside."""
+    frame, outside = placed.frame, 0
     known = [p for p in content.points if None not in p.xyz]
     xyz = np.array([p.xyz for p in known], dtype=float).reshape(-1, 3)
     blocks = [np.array(p.covariance, dtype=float) for p in known]
@@ -191,6 +216,9 @@ def _over(content: Report, placed: PlacedScans, view: _View) -> tuple[list[Drawn
     marks, names = [], list[Item]()
     for point, place, half in zip(known, places, halves, strict=True):
         x, y = place[:2].tolist()
+        if not _inside(x, y):
+            outside += 1
+            continue
         long, short = factor * np.linalg.norm(half, axis=1)
         turn = math.degrees(math.atan2(half[0, 1], half[0, 0]))
         marks.append(
@@ -202,13 +230,16 @@ def _over(content: Report, placed: PlacedScans, view: _View) -> tuple[list[Drawn
     for where in {p.station: p for p in placed.placements.values()}.values():
         at = where.delivered(frame).pose.translation
         x, y = view(at[None])[0, :2].tolist()
+        if not _inside(x, y):
+            outside += 1
+            continue
         marks.append(symbol(x, y, where.station, "station"))
         names.append((x, y, where.station, "station", 0.0))
     marks += [
         mark("text", label.text, x=label.x, y=label.y, class_=f"label {label.sort}")
         for label in place_labels(names, _WIDTH, _HEIGHT)
     ]
-    return marks, factor
+    return marks, factor, outside
 
 
 def _round(value: float) -> float:

@@ -30,6 +30,7 @@ from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
+from tribrach.units import percent
 
 __all__ = ["CHUNK", "Chunk", "Field", "NoReturn", "Origin", "Scan"]
 
@@ -171,9 +172,9 @@ class NoReturn:
     @property
     def sentence(self) -> str:
         """What is left out and how much it is, without the final stop."""
-        share = 100 * self.points / max(self.total, 1)
+        share = self.points / max(self.total, 1)
         return (
-            f"{self.points} of {self.total} points ({share:.2g} %) are beams without return and "
+            f"{self.points} of {self.total} points ({percent(share)}) are beams without return and "
             f"are left out: {self.words}"
         )
 

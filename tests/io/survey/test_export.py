@@ -320,7 +320,7 @@ def test_a_plane_with_names_and_curvature_comes_back_from_star_net(tmp_path: Pat
     """Without vectors and correlations; without curvature, and with that of another Earth."""
     network = on_a_plane()
     assert {words.split(" (")[0] for words in export(network, "starnet").lost} == {
-        "direction", "slope distance", "gnss baseline",
+        "direction", "slope distance", "GNSS baseline",
     }  # fmt: skip
     for radius in (None, 6.38e6):
         site = FlatSite(radius)

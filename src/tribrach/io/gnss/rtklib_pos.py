@@ -22,6 +22,7 @@ from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
 from tribrach.statistics import chi2
+from tribrach.units import percent
 
 __all__ = ["read_rtklib"]
 
@@ -99,7 +100,7 @@ def _one(solution: Solution) -> tuple[Array, Array, Array, int, str]:
     if best > FLOAT:
         doubt += ", they are code solutions"
     if best == FIXED and share < RARELY:
-        doubt = f"only {100 * share:.0f} % of the epochs are fixed, fewer than {100 * RARELY:.0f} %"
+        doubt = f"only {percent(share)} of the epochs are fixed, fewer than {percent(RARELY)}"
     if solution.static:
         # phases are better than codes; among them the end of the session decides
         epochs = np.flatnonzero(solution.quality <= max(best, FLOAT))

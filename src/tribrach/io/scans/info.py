@@ -22,6 +22,7 @@ from tribrach.scan.angular_step import angular_step
 from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
 from tribrach.scan.scan import Chunk, Field, Scan
+from tribrach.units import percent
 
 __all__ = ["Description", "describe"]
 
@@ -232,7 +233,7 @@ class Description:
             rows.append(("angular step", f"H {1e3 * h:.4f} mrad, V {1e3 * v:.4f} mrad ({mm})"))
         if self.ranges:
             words = ", ".join(
-                f"{q:.0%} {r:.3f}" for q, r in zip(_QUANTILES, self.ranges, strict=True)
+                f"{percent(q)} {r:.3f}" for q, r in zip(_QUANTILES, self.ranges, strict=True)
             )
             rows.append(("ranges", words + " m"))
         rows.append(("scanner", _ORIGIN[scan.origin]))
@@ -284,11 +285,13 @@ class Description:
         if figures.zeros:
             out.append(f"{figures.zeros} points lie at exactly 0, 0, 0.")
         if figures.doubled >= _DOUBLED:
-            out.append(f"{figures.doubled:.1%} of the points are there more than once.")
+            out.append(f"{percent(figures.doubled)} of the points are there more than once.")
         invalid = figures.dropped - (0 if scan.no_return is None else scan.no_return.points)
         if invalid and scan.grid is None:
             share = invalid / (figures.dropped + figures.points)
-            out.append(f"{invalid} records ({share:.1%}) hold no point: invalid, or not finite.")
+            out.append(
+                f"{invalid} records ({percent(share)}) hold no point: invalid, or not finite."
+            )
         if scan.bounds is not None and figures.bounds is not None:
             out += _of_bounds(scan.bounds, figures.bounds)
         return out

@@ -247,8 +247,8 @@ def survey_of(
     if precision is None or precision.direction is None:
         precision = TYPICAL
         survey.warnings.append(
-            'The instrument is not described: 3" for a direction and a zenith angle in one face, '
-            "2 mm + 2 ppm for a distance are assumed."
+            "The instrument is not described: 3″ for a direction and a zenith angle in one "
+            "face, 2 mm + 2 ppm for a distance are assumed."
         )
     for raw in files:
         survey.warnings += file_words(raw)

@@ -28,6 +28,7 @@ from tribrach.registration.clouds.relative_covariance import (
 from tribrach.registration.clouds.starts import kiss_pose, plan_poses
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
+from tribrach.units import percent
 
 __all__ = [
     "APPROXIMATE",
@@ -613,7 +614,7 @@ def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
 def _no_overlap(a: str, b: str) -> str:
     return (
         f"no overlap was found between {a} and {b}: wherever one is laid on the other, less than "
-        f"{100 * GATES.least_overlap:.0f} % of either agrees"
+        f"{percent(GATES.least_overlap)} of either agrees"
     )
 
 
@@ -631,7 +632,7 @@ def _contradicted(a: str, b: str, best: PairFit) -> str:
     v = best.verdict
     share = v.through / max(v.agree, 1e-9)
     return (
-        f"no pose between {a} and {b} is taken: where they fit best {100 * v.consistency:.0f} % of "
+        f"no pose between {a} and {b} is taken: where they fit best {percent(v.consistency)} of "
         f"the overlap agrees, and for every 100 m2 that agree the other scanner looked through "
         f"{100 * share:.1f} m2"
     )

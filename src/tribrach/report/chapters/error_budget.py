@@ -20,6 +20,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.job.budget import BudgetRow
@@ -167,7 +168,9 @@ def _largest(rows: Sequence[BudgetRow], classes: Sequence[str], known: bool) -> 
         return ""
     order = np.argsort(values)[::-1][:3]
     words = [
-        f"{row.parts[k].name} {values[k] / total:.0%}" for k in order if values[k] >= 0.005 * total
+        f"{row.parts[k].name} {percent(values[k] / total)}"
+        for k in order
+        if values[k] >= 0.005 * total
     ]
     where = "along the normal" if known else "in all directions"
     return f"Largest parts {where} at {classes[at]}: {', '.join(words)}."

@@ -42,6 +42,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import Severity, warned
+from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.gnss.loops import BaselineLoop
@@ -187,7 +188,7 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
     out = [
         f"{counted(len(sessions), 'session')} gave {counted(len(rows), 'independent baseline')}, "
         f"computed by RTKLIB ({', '.join(dict.fromkeys(b.engine for b in rows))}); ambiguities of "
-        f"{solved} are fixed, in {100 * fixed / epochs:.1f} % of {epochs} epochs.",
+        f"{solved} are fixed, in {percent(fixed / epochs)} of {epochs} epochs.",
         f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
     ]
     out += [

@@ -88,7 +88,10 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         for figure in instrument.figures()
     ]
     columns = [
-        (ColumnHead("Instrument", numeric=False), lambda f: text_cell(f.instrument)),
+        (
+            ColumnHead("Instrument", numeric=False),
+            lambda f: text_cell(f.instrument.replace("_", " ")),
+        ),
         (ColumnHead("Sheet", numeric=False), lambda f: text_cell(f.sheet)),
         (ColumnHead("Figure", numeric=False), lambda f: text_cell(_named(f.key)[0])),
         (ColumnHead("value"), lambda f: number_cell(f.value, f"{f.value:g}")),

@@ -113,7 +113,7 @@ def _observation_table(head: Head) -> ReportTable:
         (ColumnHead("w"), lambda o: _w(o, columns)),
         columns.plain("τ", "tau", wide=not quality.posterior),
         _small("MDB", "mdb", columns),
-        columns.mm("effect", attrgetter("external"), 1),
+        columns.mm("effect", attrgetter("external")),
         columns.word("at", "external_at"),
         (ColumnHead("block", wide=True), _block),
         (ColumnHead("state", numeric=False), lambda o: text_cell(_state(o))),

@@ -15,6 +15,7 @@ from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.units import span
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -154,8 +155,8 @@ def _sentences(found: StatedNoise) -> list[str]:
 def _neighbours(instrument: str, seen: NeighbourNoise) -> str:
     """What neighbours share in the scans of an instrument, and what is stated of it."""
     stated = (
-        "The project states nothing that they share (shared_share): a mean counts points whose "
-        "beams overlap as one."
+        "The project does not state what they share: a mean counts points whose beams overlap as "
+        "one."
         if seen.stated is None
         else f"The project states that they share {seen.stated:.2f} of the variance."
     )
@@ -238,7 +239,7 @@ def _limits(by: By, one: NoiseClass) -> str:
         return f"{np.degrees(one.low):.0f} to {np.degrees(one.high):.0f}°"
     if by == "range":
         return f"{one.low:.1f} to {one.high:.1f} m"
-    return f"{one.low:.4g} to {one.high:.4g}"
+    return span(one.low, one.high)
 
 
 def _counted(scans: Sequence[str]) -> str:

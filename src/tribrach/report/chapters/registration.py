@@ -31,6 +31,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import Severity, warned
+from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -178,7 +179,7 @@ def _size(shift: float, turn: float, style: Style) -> str:
 def _contradictions(seen: dict[frozenset[str], Agreement]) -> list[str]:
     """Pairs whose surfaces stand in each other's open space."""
     return [
-        f"{100 * s.conflict:.0f} % of the surfaces that {' and '.join(sorted(pair))} should both "
+        f"{percent(s.conflict)} of the surfaces that {' and '.join(sorted(pair))} should both "
         "see stand where the other looks through: moving things, or a wrong pose"
         for pair, s in seen.items()
         if s.agree > 100 and s.conflict > _CONFLICT

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach._types import Array
 from tribrach.cloud.budget import Weakest, weakest_direction
 from tribrach.cloud.summary import EDGES, CloudSummary
 from tribrach.geodesy.output_frame import OutputFrame
@@ -18,7 +19,7 @@ from tribrach.job.truth import Side, TruthRow
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.characters import anchor
-from tribrach.report.charts import Chart, beside, colour_bar
+from tribrach.report.charts import Chart, colour_bar
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
@@ -201,7 +202,8 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     ]
     beams = [_beams(scan) for scan in placed.scans if scan.scan.no_return is not None]
     clouds = [_cloud(product, placed.placements, placed.frame) for product in placed.products]
-    placement = () if placed.named is None else tuple(placed.named.identification.sentences)
+    said = () if placed.named is None else placed.named.identification.sentences
+    placement = tuple(text if text.endswith(".") else f"{text}." for text in said)
     precision = _precision(placed.products, placed.frame)
     if clouds:
         yield Chapter(
@@ -382,6 +384,42 @@ def _panoramas(placed: PlacedScans, head: Head) -> list[Picture]:
 _MOST_DRAWN = 60_000
 
 
+#: classes of the counts that make a histogram; of fewer the sample is counted anew
+_FEW_CLASSES = 6
+
+
+def _told_apart(counts: Array) -> bool:
+    """Do the counts have classes enough for a histogram?"""
+    return np.count_nonzero(counts) >= _FEW_CLASSES
+
+
+def _histogram(counts: Array, sigma: Array) -> Chart:
+    """How often sigmas are how large.
+
+    counts : by classes that grow as the sigmas do; sigma : (n,) [mm] of the sample, which takes
+    their place where all sigmas are almost alike.
+    """
+    used = np.flatnonzero(counts)
+    if _told_apart(counts):
+        edges, numbers, log = (
+            1e3 * EDGES[used[0] : used[-1] + 2],
+            counts[used[0] : used[-1] + 1],
+            "x",
+        )
+        ends = edges[0] / 1.1, edges[-1] * 1.1
+    else:
+        numbers, edges = np.histogram(sigma, 20)
+        log, beside = "", 0.05 * float(edges[-1] - edges[0])
+        ends = edges[0] - beside, edges[-1] + beside
+    highest = 1.05 * max(float(numbers.max(initial=0)), 1.0)
+    labels = ("3D sigma [mm]", "points" if log else "points of the sample")
+    bars = Chart(ends, (0.0, highest), labels, (540.0, 340.0), log="x" if log else "")
+    for left, right, number in zip(edges, edges[1:], numbers.tolist(), strict=False):
+        words = f"{left:.2f} to {right:.2f} mm: {number:,} points"
+        bars.bar(float(left), float(right), 0.0, float(number), "s0", words)
+    return bars
+
+
 def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     """Plan and histogram of the sigma of points over all clouds."""
     sample = np.concatenate([np.zeros((0, 4)), *(p.summary.sample for p in products)])
@@ -390,7 +428,9 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     sample = sample[:: -(-len(sample) // _MOST_DRAWN)]
     corner = np.floor(sample[:, :2].min(axis=0) / 10) * 10
     xy, sigma = sample[:, :2] - corner, 1e3 * sample[:, 3]
-    low, high = xy.min(axis=0), xy.max(axis=0)
+    # what stands at the edge, as facades do, is seen whole
+    beside = 0.02 * float(np.ptp(xy, axis=0).max())
+    low, high = xy.min(axis=0) - beside, xy.max(axis=0) + beside
     top = float(np.quantile(sigma, 0.98))
     labels = [
         f"{axis.upper()} {'-' if c >= 0 else '+'} {abs(c):.0f} [m]"
@@ -402,20 +442,12 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     bottom = float(sigma.min())
     plan.cloud(xy[:, 0], xy[:, 1], (sigma - bottom) / max(top - bottom, 1e-9))
     counts = np.sum([p.summary.counts for p in products], axis=0)[1:-1]
-    used = np.flatnonzero(counts)
-    ends = (1e3 * EDGES[used[0]] / 1.1, 1e3 * EDGES[used[-1] + 1] * 1.1) if len(used) else (1, 10)
-    bars = Chart(
-        ends, (0.0, 1.05 * max(float(counts.max()), 1.0)), ("3D sigma [mm]", "points"),
-        (540.0, 340.0), log="x",
-    )  # fmt: skip
-    for k in used.tolist():
-        left, right = 1e3 * EDGES[k], 1e3 * EDGES[k + 1]
-        words = f"{left:.2f} to {right:.2f} mm: {counts[k]:,} points"
-        bars.bar(left, right, 0.0, float(counts[k]), "s0", words)
+    bars = _histogram(counts, sigma)
+    counted_are = "all of them" if _told_apart(counts) else "the sample"
     total = sum(p.summary.points for p in products)
     caption = (
         f"Predicted uncertainty of {total:,} points: a sample of {len(sample):,} in plan, colours "
-        "up to the 98 % quantile; all of them in the histogram."
+        f"up to the 98 % quantile; {counted_are} in the histogram."
     )
     scale = colour_bar(bottom, top, "3D sigma [mm]", 620.0)
     drawing = beside([[plan, bars]], "Uncertainty of points", scale)

@@ -39,6 +39,10 @@ _STEEP, _SPREAD = (45, 110), 3
 
 #: what changes the criterion by less than this share can be spared
 _SPARE = 0.01
+_SIGNED = (
+    "This plan: stations, targets and sights, with what they are predicted to reach if they are "
+    "measured as stated here."
+)
 
 
 def plan_report(plan: DesignResult) -> PlanPage:
@@ -63,11 +67,18 @@ def _front(plan: DesignResult) -> FrontPage:
     words = criterion_words(plan, kind)
     value = shown(kind, plan.after.value(kind))
     if plan.required is None:
-        return FrontPage("none", "Predicted", f"The {words} is {value}; no requirement is stated.")
+        return FrontPage(
+            "none",
+            "Predicted",
+            f"The {words} is {value}; no requirement is stated.",
+            signed=_SIGNED,
+        )
     sentence = f"The {words} is {value}."
     if not plan.reached and plan.sets is not None and plan.sets.reached:
         sentence += " More sets reach it, see below."
-    return FrontPage("good" if plan.reached else "bad", _requirement(plan), sentence)
+    return FrontPage(
+        "good" if plan.reached else "bad", _requirement(plan), sentence, signed=_SIGNED
+    )
 
 
 def _requirement(plan: DesignResult) -> str:
@@ -101,9 +112,9 @@ def _sentences(plan: DesignResult) -> list[str]:
     out += lever_arm_sentences(plan.lever_arm)
     if plan.lever_arm is None:
         out.append(
-            f"The worst point is {after.names[int(np.argmax(after.sigma))]} with "
-            f"{three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends on "
-            "the datum."
+            f"Of the points that are judged {after.names[int(np.argmax(after.sigma))]} is worst, "
+            f"with {three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends on the "
+            "datum."
         )
         out.append(
             "Between two epochs measured like this its displacement of "
@@ -116,8 +127,9 @@ def _sentences(plan: DesignResult) -> list[str]:
     ]
     if after.undetected_at:
         out.append(
-            f"An undetected error in {after.undetected_at} moves it by up to "
-            f"{shown('undetected', after.undetected)} (test at 0.1 %, power 80 %)."
+            f"An error that stays undetected moves a point by up to "
+            f"{shown('undetected', after.undetected)}: {after.undetected_at} (test at 0.1 %, power "
+            "80 %)."
         )
     if after.correlation_at:
         out.append(
@@ -131,13 +143,15 @@ def _of_proposals(plan: DesignResult) -> list[str]:
     kind = plan.criterion.kind
     out = []
     for p in plan.proposals:
-        place = ", ".join(f"{round(x, 2) + 0.0:.2f}" for x in p.place)
+        place = ", ".join(
+            f"{axis} {round(x, 2) + 0.0:.2f}" for axis, x in zip("ENU", p.place, strict=True)
+        )
         gain = (
             ": nothing is determined without it"
             if math.isnan(p.before)
             else f": {shown(kind, p.before)} becomes {shown(kind, p.after)}"
         )
-        out.append(f"Add {p.sort} {p.name} at {place}{gain}.")
+        out.append(f"Add {p.sort} {p.name} at {place} m{gain}.")
     if plan.relocations:
         r = plan.relocations[0]
         out.append(

@@ -1,0 +1,51 @@
+"""Charts: what lies at an edge is drawn, and words do not cover what stands beside them."""
+
+import base64
+import io
+
+import numpy as np
+from PIL import Image
+
+from tribrach.report.charts import SIGNED, Chart, DrawnMark, colour_bar, legend
+
+
+def found(mark: DrawnMark, tag: str) -> list[DrawnMark]:
+    inside = [one for inner in mark.inner for one in found(inner, tag)]
+    return [mark, *inside] if mark.tag == tag else inside
+
+
+def test_points_at_the_edges_of_a_panel_are_drawn() -> None:
+    """A facade is the end of a plan: its points are the outermost."""
+    chart = Chart((0.0, 10.0), (0.0, 5.0), ("x", "y"))
+    x, y = np.array([0.0, 10.0, 5.0, 5.0]), np.array([2.5, 2.5, 0.0, 5.0])
+    chart.spots(x, y, np.full((4, 3), 200.0))
+    (image,) = found(chart.group(0, 0), "image")
+    data = base64.b64decode(dict(image.attributes)["href"].split(",")[1])
+    drawn = np.asarray(Image.open(io.BytesIO(data)))[:, :, 3] > 0
+    assert drawn.sum() == 4 * 81
+    assert drawn[0].any()
+    assert drawn[-1].any()
+    assert drawn[:, 0].any()
+    assert drawn[:, -1].any()
+    # coloured points stand on a ground of their own, below the grid
+    first, *_ = chart.group(0, 0).inner
+    assert dict(first.attributes)["class"] == "ground"
+
+
+def test_words_of_a_legend_end_before_the_next_colour() -> None:
+    entries = [("s0", "GNSS"), ("s1", "WWW"), ("s2", "targets of others"), ("s3", "end")]
+    group, _ = legend(entries, 900.0)
+    begins = [float(dict(one.attributes)["x"]) for one in found(group, "rect")]
+    # capitals of a sans-serif of 12 pixels are up to 0.95 of it wide, others less than 0.6
+    for (_, words), here, after in zip(entries, begins, begins[1:], strict=False):
+        wide = sum(11.4 if c in "WM" else 9.4 if c.isupper() else 6.0 for c in words)
+        assert here + 16 + wide < after
+
+
+def test_colours_of_both_signs_are_turned_round_on_a_dark_page() -> None:
+    chart = Chart((-0.5, 1.5), (-0.5, 0.5), ("", ""), names=["a", "b"], rows=["c"])
+    chart.cells(np.array([[0.0, 0.9]]), -1.0, 1.0, 0.7)
+    bar, _ = colour_bar(-1.0, 1.0, "correlation", 460.0, SIGNED)
+    for group in (chart.group(0, 0), bar):
+        (turned,) = [one for one in found(group, "g") if ("class", "signed") in one.attributes]
+        assert found(turned, "rect")
