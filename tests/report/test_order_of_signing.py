@@ -82,7 +82,7 @@ def test_largest_sigma_and_check_points_are_those_of_the_points() -> None:
     lines = dict(front_page(content).lines)
     sigma = [(s, p.name) for p in content.points for s in p.sigma if s is not None]
     worst, name = max(sigma)
-    assert f"point {name} with σ {1e3 * worst:.2f} mm" in lines["Least certain"]
+    assert f"Point {name} with σ {1e3 * worst:.2f} mm" in lines["Least certain"]
     checks = dict(front_page(mean_of_two()).lines)["Check points"]
     assert "agree" in checks or "judged" in checks
 
@@ -341,7 +341,7 @@ def test_the_verdict_names_what_is_marked_and_counts_the_rest(
         "and 1 more and at 2 other things"
     )
     assert (
-        "direction C to E6, target centre S1 to E3 and distance A to B (3 of 65"
+        "Direction C to E6, target centre S1 to E3 and distance A to B (3 of 65"
         in (dict(front.lines)["Marked"])
     )
     # by chance: told, but nothing to look into

@@ -409,8 +409,8 @@ class Chart:
         top, base = self.up(self.y[1]), self.up(self.y[0])
         parts = []
         if self._ground:
-            size = {"width": right - left, "height": base - top}
-            parts.append(mark("rect", x=left, y=top, class_="ground", **size))
+            wide, high = right - left, base - top
+            parts.append(mark("rect", x=left, y=top, width=wide, height=high, class_="ground"))
         for value, text in self._heights(base - top):
             at = self.up(value)
             if self._rows is None:

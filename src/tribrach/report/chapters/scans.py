@@ -19,7 +19,7 @@ from tribrach.job.truth import Side, TruthRow
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.characters import anchor
-from tribrach.report.charts import Chart, colour_bar
+from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
@@ -409,8 +409,8 @@ def _histogram(counts: Array, sigma: Array) -> Chart:
         ends = edges[0] / 1.1, edges[-1] * 1.1
     else:
         numbers, edges = np.histogram(sigma, 20)
-        log, beside = "", 0.05 * float(edges[-1] - edges[0])
-        ends = edges[0] - beside, edges[-1] + beside
+        log, margin = "", 0.05 * float(edges[-1] - edges[0])
+        ends = edges[0] - margin, edges[-1] + margin
     highest = 1.05 * max(float(numbers.max(initial=0)), 1.0)
     labels = ("3D sigma [mm]", "points" if log else "points of the sample")
     bars = Chart(ends, (0.0, highest), labels, (540.0, 340.0), log="x" if log else "")
@@ -429,8 +429,8 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     corner = np.floor(sample[:, :2].min(axis=0) / 10) * 10
     xy, sigma = sample[:, :2] - corner, 1e3 * sample[:, 3]
     # what stands at the edge, as facades do, is seen whole
-    beside = 0.02 * float(np.ptp(xy, axis=0).max())
-    low, high = xy.min(axis=0) - beside, xy.max(axis=0) + beside
+    margin = 0.02 * float(np.ptp(xy, axis=0).max())
+    low, high = xy.min(axis=0) - margin, xy.max(axis=0) + margin
     top = float(np.quantile(sigma, 0.98))
     labels = [
         f"{axis.upper()} {'-' if c >= 0 else '+'} {abs(c):.0f} [m]"
