@@ -113,8 +113,8 @@ def _sentences(plan: DesignResult) -> list[str]:
     if plan.lever_arm is None:
         out.append(
             f"Of the points that are judged {after.names[int(np.argmax(after.sigma))]} is worst, "
-            f"with {three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends on the "
-            "datum."
+            f"with {three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends "
+            "on the datum."
         )
         out.append(
             "Between two epochs measured like this its displacement of "
