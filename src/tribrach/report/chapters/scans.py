@@ -390,7 +390,7 @@ _FEW_CLASSES = 6
 
 def _told_apart(counts: Array) -> bool:
     """Do the counts have classes enough for a histogram?"""
-    return np.count_nonzero(counts) >= _FEW_CLASSES
+    return bool(np.count_nonzero(counts) >= _FEW_CLASSES)
 
 
 def _histogram(counts: Array, sigma: Array) -> Chart:
