@@ -4,7 +4,7 @@ Overviews of a simulated courtyard, tied by spheres over marks. Each command is 
 own with results of its own, so that its peak memory is its; the peer decodes every file once, in
 chunks, which no method avoids.
 
-Of a million points or more: in fewer the overviews see too little of the spheres.
+Of two million points or more: in fewer the overviews see too little of the spheres.
 
 ``python -m benchmarks.whole_run write FOLDER COUNT MILLIONS`` leaves a project of so many files of
 so many million points each.
@@ -90,4 +90,4 @@ if __name__ == "__main__":
         case ["write", place, count, millions]:
             print(write(Path(place), int(count), int(1e6 * float(millions))))
         case _:
-            run(measure, full=(10, 1, 10), small=(3, 1))
+            run(measure, full=(10, 2, 10), small=(3, 1))
