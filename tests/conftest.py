@@ -6,8 +6,11 @@ import pytest
 from hypothesis import settings
 
 # A change is judged by its own faults: the check draws the same examples each time (see
-# .ci/check), and whoever runs pytest alone draws new ones.
-settings.register_profile("check", derandomize=True)
+# .ci/check), and whoever runs pytest alone draws new ones. None of them fails for taking long,
+# which tells of the machine alone.
+settings.register_profile("default", deadline=None)
+settings.register_profile("check", derandomize=True, deadline=None)
+settings.load_profile("default")
 
 
 @pytest.fixture(scope="session")

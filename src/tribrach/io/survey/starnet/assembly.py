@@ -192,8 +192,8 @@ class _Builder:
         for sight in self.sights:
             if sight.quantity in (Quantity.ZENITH, Quantity.RISE):
                 told |= {sight.at, sight.to}
-        seen = {name for s in self.sights for name in (s.at, s.to, s.back)}
-        return [name for name in self.places.given if name in seen - told]
+        untold = {name for s in self.sights for name in (s.at, s.to, s.back)} - told
+        return [name for name in self.places.given if name in untold]
 
     def observations(self) -> None:
         """All observations."""
