@@ -4,9 +4,10 @@ import base64
 import io
 
 import numpy as np
+import pytest
 from PIL import Image
 
-from tribrach.report.charts import SIGNED, Chart, DrawnMark, colour_bar, legend
+from tribrach.report.charts import LEVELS, SIGNED, TESTED, Chart, DrawnMark, colour_bar, legend
 
 
 def found(mark: DrawnMark, tag: str) -> list[DrawnMark]:
@@ -27,9 +28,15 @@ def test_points_at_the_edges_of_a_panel_are_drawn() -> None:
     assert drawn[-1].any()
     assert drawn[:, 0].any()
     assert drawn[:, -1].any()
-    # coloured points stand on a ground of their own, below the grid
+
+
+@pytest.mark.parametrize(("scale", "ground"), [(LEVELS, True), (TESTED, False)])
+def test_only_colours_that_begin_dark_have_a_ground(scale: np.ndarray, ground: bool) -> None:
+    """It stands below the grid; on it the green of what was tested would not be seen."""
+    chart = Chart((0.0, 10.0), (0.0, 5.0), ("x", "y"))
+    chart.cloud(np.array([1.0, 9.0]), np.array([1.0, 4.0]), np.array([0.0, 1.0]), scale)
     first, *_ = chart.group(0, 0).inner
-    assert dict(first.attributes)["class"] == "ground"
+    assert (("class", "ground") in first.attributes) == ground
 
 
 def test_words_of_a_legend_end_before_the_next_colour() -> None:

@@ -329,6 +329,8 @@ class Chart:
     def cloud(self, x: Array, y: Array, shares: Array, scale: Array = LEVELS) -> None:
         """Very many points, coloured by shares from 0 to 1; the largest lies on top."""
         order = np.argsort(shares, kind="stable")
+        # the darkest of these colours would hardly be seen on a dark page
+        self._ground = scale is LEVELS
         self.spots(x[order], y[order], shades(np.clip(shares[order], 0, 1), scale))
 
     def spots(self, x: Array, y: Array, colours: Array) -> None:
@@ -351,7 +353,6 @@ class Chart:
             for down_by in range(side):
                 picture[row + down_by, column + right_by, :3] = colour
                 picture[row + down_by, column + right_by, 3] = 255
-        self._ground = True
         self._image(picture, "")
 
     def cells(self, values: Array, low: float, high: float, digits: float = math.inf) -> None:
