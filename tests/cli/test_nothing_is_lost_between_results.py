@@ -87,7 +87,9 @@ def test_series(tmp_path: Path, option: str) -> None:
 def test_a_first_project(job: Path) -> None:
     before = digests(job)
     for name in ("control.csv", "levelling.csv"):
-        end("init", job / "first", "--yes", "--overwrite", "--out", job / "first" / name)
+        words = ["init", job / "first", "--yes", "--overwrite", "--out", job / "first" / name]
+        # files that were left out stand below the sentence, a line each
+        assert RUN.invoke(app, [str(word) for word in words]).exit_code == 2
     assert digests(job) == before
 
 

@@ -234,7 +234,7 @@ def test_headline_of_the_command(shared_data: Path) -> None:
     assert "float ambiguities, 4 % of 480 epochs fixed, ratio 1.6, sigma" in asked.output
     assert "choice:" not in asked.output
     words = baseline_lines(whole(shared_data, "230913"))
-    assert re.search("fixed ambiguities, 9[89] % of 480 epochs fixed, ratio", words[0])
+    assert re.search("fixed ambiguities, 9[89][.0-9]* % of 480 epochs fixed, ratio", words[0])
     choice = next(line for line in words if line.startswith("choice: L1 alone is taken"))
     # how far the pieces of both ways scatter
     its, others = (float(x) for x in re.findall(r"10 pieces scatter by ([\d.]+) mm", choice))

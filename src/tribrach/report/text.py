@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import visible
 from tribrach.report.content import Report
-from tribrach.report.epochs import moved_sentence
 from tribrach.report.notation import PLAIN, Notation, notation_of
 from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
 
@@ -65,6 +64,9 @@ def brief(content: Report) -> str:
 
 def _moved(comparison: Comparison) -> str:
     """What moved since an earlier epoch, with "!" where something did or cannot be told."""
+    # loaded here, as few networks have earlier epochs
+    from tribrach.report.epochs import moved_sentence
+
     sure = all(one.answer == "not moved" for one in comparison.displacements)
     return moved_sentence(comparison) if sure else f"! {moved_sentence(comparison)}"
 

@@ -66,10 +66,10 @@ def test_what_is_wrong_with_coordinates(tmp_path: Path) -> None:
     assert described(tmp_path, xyz.round(4)).sentences() == []
     beams = "7 of 24007 points (0.029 %) are beams without return"
     one(described(tmp_path, np.vstack([xyz, np.zeros((7, 3))])), beams)
-    one(described(tmp_path, np.vstack([xyz, xyz[:6000]])), "20.0% of the points are there more")
+    one(described(tmp_path, np.vstack([xyz, xyz[:6000]])), "20 % of the points are there more")
     some = xyz.copy()
     some[:240] = np.nan
-    one(described(tmp_path, some), "240 records (1.0%) hold no point")
+    one(described(tmp_path, some), "240 records (1 %) hold no point")
 
 
 @pytest.mark.parametrize(("factor", "words"), [(1e4, "km"), (1e200, "e+19")])
