@@ -1,5 +1,6 @@
 """The congruence test against closed forms, another program and Monte Carlo of epochs."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -248,6 +249,23 @@ def test_what_cannot_be_compared_is_refused() -> None:
     closed = Epoch("1", one.names, one.xyz, one.covariance)
     with pytest.raises(AdjustmentError, match="singular in 1 more direction"):
         compare(difference(closed, closed))
+
+
+def test_too_few_references_say_how_many_are_needed() -> None:
+    """One point carries the shifts alone, with a turn two are needed; at one place they are one."""
+    network, rng = Network.measured(), np.random.default_rng(2)
+    changes = difference(network.epoch(rng), network.epoch(rng))
+    with pytest.raises(AdjustmentError) as alone:
+        compare(changes, Settings(references=("A",)))
+    assert str(alone.value) == (
+        "the point A alone does not fix the datum\n"
+        "  - at least 2 points that stayed are needed to take out shift in E, N and "
+        "rotation about U: observe or name more reference points"
+    )
+    compare(changes, Settings(references=("A", "B")))
+    same = replace(changes, xyz=np.where(np.arange(8)[:, None] == 1, XYZ[:1], changes.xyz))
+    with pytest.raises(AdjustmentError, match=r"points A, B do not fix .*\n.* one place"):
+        compare(same, Settings(references=("A", "B")), ["rotation about U"])
 
 
 def rates(count: int, shift: Array, posterior: bool = False) -> tuple[float, float, float]:

@@ -7,7 +7,7 @@ sections 12.2 to 12.5).
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from tribrach.epochs.congruence import (
     StabilitySearch,
     search_moved,
 )
-from tribrach.epochs.differences import Difference, motion_columns, motion_length
+from tribrach.epochs.differences import MOTIONS, Difference, motion_columns, motion_length
 from tribrach.epochs.systematics import Answer, answer, quadratic_range
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.network.quality import GlobalTest
@@ -245,10 +245,7 @@ def compare(
     elif not held:
         raise AdjustmentError("no reference point carries the datum", ["name some of the points"])
     if difference.motions and not _carries(difference, stable):
-        raise AdjustmentError(
-            f"the points {', '.join(names[k] for k in stable)} do not fix the datum",
-            ["more reference points are needed, or fewer motions that are taken out"],
-        )
+        raise _without_datum(difference, [names[k] for k in stable], chosen)
     values, covariance = s_transformation(difference, stable)
     displacements = _displacements(
         difference, values, covariance * limits.factor, set(among), limits, settings
@@ -332,6 +329,38 @@ def _carries(difference: Difference, stable: list[int]) -> bool:
     part = basis[difference.rows(stable)]
     value = np.linalg.svd(part, compute_uv=False)
     return len(value) >= basis.shape[1] and bool(value[-1] > 1e-6 * value[0])
+
+
+def _without_datum(
+    difference: Difference, stable: Sequence[str], chosen: Collection[str]
+) -> AdjustmentError:
+    """That points which did not move cannot carry the motions, why, and what would."""
+    if not stable:
+        headline = "no reference point is left to fix the datum"
+    elif len(stable) == 1:
+        headline = f"the point {stable[0]} alone does not fix the datum"
+    else:
+        headline = f"the points {', '.join(stable)} do not fix the datum"
+    motions = [m for m in MOTIONS if m in difference.motions]
+    turns = sum("rotation" in m for m in motions)
+    # a point carries shifts, a second one turn and scale, a third the turns about both
+    least = 3 if turns > 1 else 2 if turns or "scale" in motions else 1
+    why = f"at least {least} points that stayed are needed to take out {_in_words(motions)}"
+    if len(stable) >= least:
+        why += ", and these lie in one line or one place"
+    cure = "observe or name more reference points"
+    return AdjustmentError(
+        headline, [f"{why}: {cure}" + ", or take out fewer motions" * bool(chosen)]
+    )
+
+
+def _in_words(motions: Sequence[str]) -> str:
+    """Motions with those of one sort together: shift in E, N and rotation about U."""
+    sorts: dict[str, list[str]] = {}
+    for motion in motions:
+        sort, _, axis = motion.rpartition(" ")
+        sorts.setdefault(sort, []).append(axis)
+    return " and ".join(f"{sort} {', '.join(axes)}".strip() for sort, axes in sorts.items())
 
 
 def s_transformation(difference: Difference, stable: list[int]) -> tuple[Array, Array]:

@@ -191,6 +191,8 @@ class Chart:
         Instead of numbers at the axis to the right: at 0, 1, 2 and so on.
     rows : sequence of str, optional
         The same at the axis upwards, the first on top at the last number.
+    ticks : sequence of (float, str), optional
+        Values of the axis to the right and their words, instead of round numbers.
     """
 
     def __init__(
@@ -205,8 +207,9 @@ class Chart:
         equal: bool = False,
         names: Sequence[str] | None = None,
         rows: Sequence[str] | None = None,
+        ticks: Sequence[tuple[float, str]] | None = None,
     ) -> None:
-        self._log = log
+        self._log, self._given = log, ticks
         self.x, self.y = _ends(x, log="x" in log), _ends(y, log="y" in log)
         self._labels, self._title, self._names = labels, title, names
         self.width, self.height = size
@@ -452,6 +455,8 @@ class Chart:
             apart = 17.0 if self._slanted else 11.0
             step = max(1, math.ceil(apart * len(self._names) / (right - left)))
             places = [(float(k), self._names[k]) for k in range(0, len(self._names), step)]
+        elif self._given is not None:
+            places = list(self._given)
         elif "x" in self._log:
             places = [(value, f"{value:.10g}") for value in _log_ticks(*self.x)]
         else:

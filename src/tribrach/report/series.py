@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
-from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.epochs import SeriesDocument
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.times import clock, clocks, stamp, time_label, time_ticks
 from tribrach.units import percent
 
 __all__ = ["alarm_lines", "series_document", "series_findings", "series_page", "series_tables"]
@@ -40,11 +40,8 @@ _OFTEN = 0.01
 #: a wander that is not worth a word [m]
 _SMALL = 1e-4
 _AXES = ("E", "N", "U")
-
-
-def moment(seconds: float) -> str:
-    """A time in UTC, ISO 8601."""
-    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+#: steps along the time axis of a panel
+_TICKS = 6
 
 
 def series_findings(found: Series, points: Sequence[PointSeries]) -> list[Finding]:
@@ -63,13 +60,13 @@ def series_findings(found: Series, points: Sequence[PointSeries]) -> list[Findin
         out.append(
             Finding(
                 f"In {counted(len(open_), 'cycle')} the reference points do not agree and no group "
-                f"of them explains it, the first at {moment(open_[0].start)}.",
+                f"of them explains it, the first at {clock(open_[0].start)} UTC.",
                 True,
             )
         )
     out += [Finding(text, True) for text in _moved_sentences(solved, points)]
     out += [
-        Finding(f"Cycle of {moment(cycle.start)}: {cycle.reason}.", True)
+        Finding(f"Cycle of {clock(cycle.start)} UTC: {cycle.reason}.", True)
         for cycle in [c for c in found.cycles if c.reason][:_NAMED]
     ]
     return out + [Finding(text) for text in _point_sentences(points)][: 3 * _NAMED]
@@ -135,10 +132,10 @@ def _moved_sentences(solved: Sequence[Cycle], points: Sequence[PointSeries]) -> 
         at = most.points[name]
         axes = range(len(at.vector)) if len(at.vector) == 3 else (0, 1)
         when = (
-            f"at {moment(most.start)}"
+            f"at {clock(most.start)} UTC"
             if times == 1
-            else f"in {times} cycles between {moment(cycles[0].start)} and "
-            f"{moment(cycles[-1].start)}, most at {moment(most.start)}"
+            else f"in {times} cycles between {clocks(cycles[0].start, cycles[-1].start)}, most at "
+            f"{clock(most.start)}"
         )
         text = (
             f"Reference point {name} moved {when}: {direction_words(at.vector, axes)} "
@@ -176,9 +173,9 @@ def _point_sentences(points: Sequence[PointSeries]) -> Iterator[str]:
     ]
     for _, p, axis, jump in sorted(jumps, key=lambda item: -item[0])[:_NAMED]:
         yield (
-            f"{p.name} jumps by {1e3 * jump.size:+.1f} mm along {axis} before "
-            f"{moment(float(p.days[jump.at]) * DAY)} (test {abs(jump.statistic):.1f}, limit "
-            f"{jump.limit:.1f})."
+            f"{p.name} jumps by {1e3 * jump.size:+.1f} mm along {axis} between "
+            f"{clocks(*(p.days[jump.at - 1 : jump.at + 1] * DAY))} (test "
+            f"{abs(jump.statistic):.1f}, limit {jump.limit:.1f})."
         )
 
 
@@ -200,7 +197,7 @@ def series_tables(found: Series, points: Sequence[PointSeries]) -> list[ReportTa
         (ColumnHead("scatter", wide=True), lambda r: fixed_cell(r[2].scatter, 2)),
     ]
     cycle_columns: list[Any] = [
-        (ColumnHead("Cycle", numeric=False), lambda c: text_cell(moment(c.start))),
+        (ColumnHead("Cycle", "UTC", numeric=False), lambda c: text_cell(clock(c.start))),
         (ColumnHead("sights"), lambda c: fixed_cell(float(c.sights), 0)),
         (ColumnHead("test"), lambda c: fixed_cell(number(c.test), 1)),
         (ColumnHead("limit"), lambda c: fixed_cell(number(c.limit), 1)),
@@ -260,7 +257,8 @@ def _front(found: Series, points: Sequence[PointSeries]) -> FrontPage:
     if drifting:
         parts.append(f"{counted(len(drifting), 'point')} with a significant trend or jump")
     verdict = "; ".join(parts) or "No movement found"
-    sentence = f"{len(solved)} of {counted(len(found.cycles), 'cycle')} solved."
+    first, last = found.cycles[0].start, found.cycles[-1].start
+    sentence = f"Cycles from {clock(first)} to {clock(last)} UTC."
     if alarms and not often:
         sentence += (
             f" The reference points fail their test in {counted(len(alarms), 'cycle')}, which "
@@ -282,32 +280,35 @@ def _size(p: PointSeries) -> float:
 
 def _chart(p: PointSeries, found: Series, k: int) -> Picture:
     """One point: three panels with values, fit and jumps."""
-    start = min(c.start for c in found.cycles) / DAY
+    # the panels of all points have one axis
+    first, last = found.cycles[0].start, found.cycles[-1].start
+    ends = first, max(last, first + 0.1 * DAY)
     panels = []
-    x = p.days - start
+    x = p.days * DAY
     for axis, name in enumerate(_AXES):
         y = 1e3 * p.values[:, axis]
         fit: SeriesFit | None = p.fits[axis]
         low, high = float(y.min()), float(y.max())
         room = 0.08 * max(high - low, 0.5)
         panel = Chart(
-            (float(x.min()), float(max(x.max(), x.min() + 0.1))),
+            ends,
             (low - room, high + room),
-            ("days", "mm"),
+            (time_label(*ends), "mm"),
             (460.0, 260.0),
             f"{p.name}, {name}",
+            ticks=time_ticks(*ends, _TICKS),
         )
         words = [
-            f"{moment(day * DAY)}: {v:.2f} mm, sigma {1e3 * s:.2f} mm"
-            for day, v, s in zip(p.days, y, p.sigma[:, axis], strict=True)
+            f"{clock(at)}: {v:.2f} mm, sigma {1e3 * s:.2f} mm"
+            for at, v, s in zip(x, y, p.sigma[:, axis], strict=True)
         ]
         panel.points(x, y, words)
         if fit is not None:
             panel.line(x, 1e3 * fit.fitted, "s1")
         panels.append(panel)
     caption = (
-        f"Displacements of {p.name} since the baseline; day 0 is {moment(start * DAY)}. The line "
-        "is trend, daily period and jumps."
+        f"Displacements of {p.name} since the baseline. The line is trend, daily period and jumps "
+        "as they are fitted; the table says which of them are real."
     )
     return Picture(
         f"series-{k}", p.name, beside([panels], f"Series of {p.name}"), caption, wide=True
@@ -342,7 +343,7 @@ def series_document(found: Series, points: Sequence[PointSeries]) -> SeriesDocum
 def _cycle(c: Cycle) -> dict[str, Any]:
     return {
         "key": c.key,
-        "time": moment(c.start),
+        "time": stamp(c.start),
         "start": c.start,
         "sights": c.sights,
         "reason": c.reason,
@@ -376,7 +377,7 @@ def _fit(fit: SeriesFit, axis: str, p: PointSeries) -> dict[str, Any]:
         "period": fit.period,
         "jumps": [
             {
-                "time": moment(float(p.days[j.at]) * DAY),
+                "time": stamp(float(p.days[j.at]) * DAY),
                 "size": j.size,
                 "sigma": j.sigma,
                 "test": j.statistic,
@@ -384,7 +385,7 @@ def _fit(fit: SeriesFit, axis: str, p: PointSeries) -> dict[str, Any]:
             }
             for j in fit.jumps
         ],
-        "outliers": [moment(float(p.days[k]) * DAY) for k in fit.outliers.tolist()],
+        "outliers": [stamp(float(p.days[k]) * DAY) for k in fit.outliers.tolist()],
         "scatter": fit.scatter,
         "correlation": fit.correlation,
     }
@@ -404,7 +405,7 @@ def alarm_lines(cycles: Sequence[Cycle], references: Sequence[str], threshold: f
     """
     lines: list[dict[str, Any]] = []
     for c in cycles:
-        head: dict[str, Any] = {"time": moment(c.start)}
+        head: dict[str, Any] = {"time": stamp(c.start)}
         if c.reason:
             lines.append(head | {"alarm": "cycle not solved", "reason": c.reason})
             continue
