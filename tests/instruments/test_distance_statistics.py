@@ -133,10 +133,27 @@ def test_equal_and_independent_coordinates_are_as_precise_as_stated():
     assert low < total < high
 
 
+def test_the_number_beyond_the_limit_has_its_rate():
+    """How often so many or more are beyond it, of one scanner that was drawn again and again."""
+    truth = face_means(yard(np.random.default_rng(8), series=("",), faces=(1.0,), noise=0.0))
+    rng, many, said = np.random.default_rng(9), [], {}
+    root = np.linalg.cholesky(truth.covariance)
+    for _ in range(800):
+        noise = np.einsum("nij,nj->ni", root, rng.normal(size=truth.polar.shape))
+        found = distance_statistics(replace(truth, polar=truth.polar + noise), "inside", "outside")
+        many.append(found.beyond)
+        said[found.beyond] = found.beyond_rate
+    for least in (0, 1, 2):
+        share = np.mean(np.array(many) >= least)
+        assert said[least] == pytest.approx(share, abs=4 * np.sqrt(0.25 / 800)), least
+    # of independent differences the number would be that of coins
+    assert np.var(many) > 1.2 * 6 * 0.05 * 0.95
+
+
 def rates(runs: int, first: int, *, coordinates: bool, **options) -> dict[str, int]:
     """How often each statistic alarms at 5 %, one seed for each run."""
     count = dict.fromkeys(("differences", "u", "standard", "beyond", "lengths", "faces"), 0.0)
-    count |= dict.fromkeys(("expected", "rate", "squares", "stations"), 0.0)
+    count |= dict.fromkeys(("expected", "rare", "rate", "squares", "stations"), 0.0)
     factor = options.pop("factor", 1)
     for seed in range(first, first + runs):
         rng = np.random.default_rng(seed)
@@ -146,6 +163,7 @@ def rates(runs: int, first: int, *, coordinates: bool, **options) -> dict[str, i
         count["differences"] += not compare_distances(means, "inside", "outside").passed
         count["beyond"] += found.beyond
         count["expected"] += found.expected_beyond
+        count["rare"] += found.beyond_rate <= 0.05
         if found.repeated is not None:
             count["u"] += not found.repeated.passed
             count["standard"] += found.repeated.u > found.repeated.standard_limit
@@ -166,6 +184,7 @@ def test_statistics_of_a_scanner_in_order_alarm_as_stated():
         assert in_binomial_bounds(count[name], runs, 0.05, 0.999), (name, count)
     assert in_binomial_bounds(count["standard"], runs, count["rate"] / runs, 0.999)
     assert count["beyond"] < 2.5 * count["expected"]
+    assert count["rare"] <= binom.ppf(0.999, runs, 0.05)
 
 
 @pytest.mark.slow
@@ -179,6 +198,7 @@ def test_two_hundred_scanners_in_order():
     # signatures of the faces are tested at less than their share
     assert count["faces"] <= binom.ppf(0.975, runs, 0.05)
     assert in_binomial_bounds(count["standard"], runs, count["rate"] / runs)
+    assert count["rare"] <= binom.ppf(0.975, runs, 0.05)
     # differences of one survey are correlated: the spread of their number is that of surveys
     assert count["beyond"] == pytest.approx(count["expected"], rel=0.45)
 

@@ -97,6 +97,19 @@ def test_a_scanner_that_passes_and_one_that_does_not() -> None:
     assert "distances from inside and outside" in words
 
 
+def test_a_number_that_is_not_tested_says_so_and_how_often_it_is_as_large() -> None:
+    measured = readings(np.random.default_rng(3))
+    # far better than stated, and far worse
+    for factor, words in ((0.01, "0 of"), (100.0, "or more with less than 1 %")):
+        covariance = measured.covariance / factor
+        _, _, said = front(
+            check_page(check_readings(replace(measured, covariance=covariance), "yard"))
+        )
+        (sentence,) = re.findall(r"Distance statistics .*?mm\.\s", said + " ", re.DOTALL)
+        assert words in " ".join(sentence.split())
+        assert "the number is not tested" in " ".join(sentence.split())
+
+
 def two_epochs(shift: float) -> str:
     """Five points with sigmas of 1 mm, the last of which is somewhere else the second time."""
     xyz = np.array([[0.0, 0, 0], [80, 0, 1], [80, 60, 2], [0, 60, 1], [40, 90, 0]])

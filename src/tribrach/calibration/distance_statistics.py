@@ -38,6 +38,8 @@ from tribrach.statistics import chi2, norm
 
 __all__ = ["DistanceStatistics", "DistanceUncertainty", "distance_statistics"]
 
+#: scanners as precise as stated whose differences beyond the limit are counted
+_DRAWS = 4000
 #: targets, and series of either station in the simplified and in the full procedure
 TARGETS, SIMPLIFIED, FULL = 4, 1, 3
 
@@ -107,6 +109,9 @@ class DistanceStatistics:
         ``z u_T sqrt(2 / n_1 + 2 / n_2)``, for each difference by itself [m].
     expected_beyond
         How many differences of a scanner as precise as stated are beyond it on average.
+    beyond_rate
+        Probability that such a scanner has as many beyond it as this one, or more; differences
+        share targets, so that their number varies more than that of independent ones.
     repeated
         What repeated series show, None if a station has only one.
     alpha, alpha_standard
@@ -123,6 +128,7 @@ class DistanceStatistics:
     u_stated: float
     difference_limit: float
     expected_beyond: float
+    beyond_rate: float
     repeated: DistanceUncertainty | None
     alpha: float
     alpha_standard: float
@@ -178,15 +184,18 @@ def distance_statistics(
     z = float(norm.ppf(1 - alpha_standard / 2))
     limit = z * u_stated * float(np.sqrt(2 / scans[0] + 2 / scans[1]))
     sigma = np.sqrt(np.diag(sides[0][1] + sides[1][1]))
+    difference = sides[0][0] - sides[1][0]
+    beyond = int((np.abs(difference) > limit).sum())
     return DistanceStatistics(
         stations=(first, second),
         scans=scans,
         targets=len(measured.targets),
         pairs=measured.pairs,
-        difference=sides[0][0] - sides[1][0],
+        difference=difference,
         u_stated=u_stated,
         difference_limit=limit,
         expected_beyond=float(2 * norm.sf(limit / sigma).sum()),
+        beyond_rate=_rate(measured, limit, beyond),
         repeated=_repeated(measured, first, u_stated, alpha, alpha_standard)
         if min(scans) > 1
         else None,
@@ -194,6 +203,24 @@ def distance_statistics(
         alpha_standard=alpha_standard,
         departures=_departures(readings, measured, scans),
     )
+
+
+def _rate(measured: MeasuredDistances, limit: float, beyond: int) -> float:
+    """Probability of as many differences beyond a limit [m] if readings are as precise as stated.
+
+    A difference is ``sum F_s z_s / n_a - sum F_s z_s / n_b`` over the scans of both stations.
+    """
+    if beyond == 0:
+        return 1.0
+    rng = np.random.default_rng(0)
+    number = [measured.station.count(name) for name in measured.station]
+    # the sign of a station does not matter for independent normal z
+    root = np.hstack([f / n for f, n in zip(measured.roots, number, strict=True)])
+    as_many = 0
+    for _ in range(_DRAWS // 200):
+        drawn = np.abs(root @ rng.standard_normal((root.shape[1], 200)))
+        as_many += int(((drawn > limit).sum(axis=0) >= beyond).sum())
+    return as_many / _DRAWS
 
 
 def _departures(

@@ -199,8 +199,9 @@ def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[Finding]
         text = (
             f"The same from {a} and {b}, {test.targets} targets: {test.beyond} of "
             f"{len(test.difference)} differences beyond ± {test.difference_limit * 1e3:.2f} mm "
-            f"(u_T = {test.u_stated * 1e3:.2f} mm), {test.expected_beyond:.3g} on average; the "
-            f"largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
+            f"(u_T = {test.u_stated * 1e3:.2f} mm), of a scanner as precise as stated "
+            f"{_as_many(test)}; the largest is "
+            f"{test.pairs[largest][0]} to {test.pairs[largest][1]}, "
             f"{test.difference[largest] * 1e3:.2f} mm."
         )
         out = [Finding(text)]
@@ -210,14 +211,27 @@ def _statistics_words(test: DistanceStatistics, *, again: bool) -> list[Finding]
         f"± {test.difference_limit * 1e3:.2f} mm, the limit of "
         f"{percent(1 - test.alpha_standard)} for each by itself with u_T = "
         f"{test.u_stated * 1e3:.2f} mm (root mean square of the stated "
-        f"precision); of a scanner as precise as stated {test.expected_beyond:.3g} would be. "
-        f"The largest is {test.pairs[largest][0]} to {test.pairs[largest][1]}, "
+        f"precision); of a scanner as precise as stated {_as_many(test)}. The standard has a limit "
+        "for each difference and none for their number, so that the number is not tested: "
+        "differences share targets and vary together, and the verdict is that of their weighted "
+        "sum of squares above. The largest is "
+        f"{test.pairs[largest][0]} to {test.pairs[largest][1]}, "
         f"{test.difference[largest] * 1e3:.2f} mm."
     )
     out = [Finding(text)]
     if test.repeated is not None:
         out += _uncertainty_words(test.repeated, test)
     return out
+
+
+def _as_many(test: DistanceStatistics) -> str:
+    """How many differences beyond the limit a scanner in order has, and how often so many."""
+    average = f"{test.expected_beyond:.3g} would be on average"
+    if not test.beyond:
+        return average
+    rate = test.beyond_rate
+    often = "less than 1 %" if rate < 0.01 else f"{100 * rate:.0f} %"
+    return f"{average}, {test.beyond} or more with {'more than 99 %' if rate > 0.99 else often}"
 
 
 def _uncertainty_words(shown: DistanceUncertainty, test: DistanceStatistics) -> list[Finding]:
@@ -368,14 +382,18 @@ def check_text(check: FieldCheck) -> str:
 
 def check_page(check: FieldCheck) -> str:
     """The whole check as one HTML file."""
+    tables = _tables(check)
+    # what the faces were tested by stands before their chart
+    first = [] if check.two_face is None else [tables.pop(0)]
     return page(
         "Field check of a scanner",
         check.title,
         _front(check),
         _tested(check),
         _pictures(check),
-        _tables(check),
+        tables,
         SOURCES,
+        first=first,
     )
 
 
@@ -675,6 +693,7 @@ def _statistics_json(test: DistanceStatistics) -> dict[str, Any]:
         "difference_limit": test.difference_limit,
         "beyond": test.beyond,
         "expected_beyond": test.expected_beyond,
+        "beyond_rate": test.beyond_rate,
         "repeated": None
         if shown is None
         else {

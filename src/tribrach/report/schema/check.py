@@ -131,6 +131,7 @@ class StatisticsPart(DocumentPart):
     difference_limit: float
     beyond: int
     expected_beyond: float
+    beyond_rate: float
     repeated: RepeatedDistancesPart | None
 
 
