@@ -1,13 +1,19 @@
 """The command plan: what it says, writes and refuses."""
 
 import json
+import re
 from pathlib import Path
+from typing import Literal
 
 import pytest
 from typer.testing import CliRunner
 
-from tests.job.plan_jobs import laboratory
+from tests.job.plan_jobs import laboratory, load
 from tribrach.cli import app
+from tribrach.job.opened import open_job
+from tribrach.job.plan.steps import plan_project
+from tribrach.report.planning.page import plan_page, plan_text
+from tribrach.report.planning.report import plan_report
 
 RUN = CliRunner()
 
@@ -43,6 +49,27 @@ def test_plan_of_the_laboratory(tmp_path: Path) -> None:
     assert "Sights" in text
     # every sight of the crew's table is a line
     assert len(data["sights"]) == text.count("scanner polar  ")
+
+
+@pytest.mark.parametrize(
+    ("angle", "unit", "other"),
+    [("gon", "gon", re.compile("°|″|degree")), ("deg", "°", re.compile("gon"))],
+)
+def test_angles_of_a_plan_have_one_unit(
+    tmp_path: Path, angle: Literal["gon", "deg"], unit: str, other: re.Pattern[str]
+) -> None:
+    """Sentences, tables and the decimal sign are as the project writes them."""
+    project = load(tmp_path, "sigma_mm = 0.5\n", targets=13)
+    output = project.output.model_copy(update={"angle": angle, "decimal": ","})
+    project = project.model_copy(update={"output": output})
+    plan = plan_report(plan_project(open_job(project)))
+    for written in (plan_page(plan).split("<body")[1], plan_text(plan)):
+        words = written.split("<script>")[0]
+        assert "azimuth" in words
+        assert "zenith angles below" in words
+        assert unit in words
+        assert not other.search(words.replace("degrees of freedom", "").replace("polygon", ""))
+        assert not re.search(r"\d\.\d+(?: |\xa0)(?:mm|″|mgon)", words)
 
 
 def test_planned_observations_of_a_total_station(tmp_path: Path) -> None:

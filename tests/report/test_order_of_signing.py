@@ -88,14 +88,14 @@ def test_largest_sigma_and_check_points_are_those_of_the_points() -> None:
 
 
 def test_decimal_points_stand_one_below_the_other() -> None:
-    values = [0.6, 0.033, 12.0, None]
-    words = ["0.60", "0.033", "12", ""]
+    values = [0.6, 0.033, 12.0, None, 1e-5]
+    words = ["0.60", "0.033", "12", "", "< 0.001"]
     columns = [
         (ColumnHead("s"), lambda k: number_cell(values[k], words[k])),
         (ColumnHead("n", numeric=False), lambda k: text_cell(f"row {k}")),
     ]
-    table = build_table("t", "T", "", range(4), columns)
-    assert [row.cells[0].blanks for row in table.rows] == [1, 0, 4, 0]
+    table = build_table("t", "T", "", range(5), columns)
+    assert [row.cells[0].blanks for row in table.rows] == [1, 0, 4, 0, 0]
     lines = text.table_text(table).splitlines()[3:6]
     # the digit before the point stands in one column
     assert {line.replace("12 ", "12.").index(".") for line in lines} == {lines[0].index(".")}
@@ -179,6 +179,7 @@ def test_numbers_of_cells() -> None:
     notation = Notation(",", ".")
     assert notation.cell("-412345.6789") == "-412.345,6789"
     assert notation.cell("1234.5") == "1234,5"
+    assert notation.cell("1.53 mm") == "1,53 mm"
     assert notation.cell("18.2×15.3") == "18.2×15.3"
     assert notation.cell("") == ""
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["PLAIN", "Notation", "notation_of"]
 
 #: a number that fills a cell
-_CELL = re.compile(r"([-+]?)(\d+)(?:\.(\d+))?( %)?")
+_CELL = re.compile(r"([-+]?)(\d+)(?:\.(\d+))?( (?:%|mm|″|mgon))?")
 #: numbers in sentences: with groups of thousands, or with a fraction; versions, dates, lines of
 #: files and names with letters are none
 _SENTENCE = re.compile(
@@ -78,8 +78,8 @@ class Notation:
         found = None if self.plain else _CELL.fullmatch(text)
         if found is None:
             return text
-        sign, whole, fraction, percent = found.groups()
-        return f"{sign}{self._number(whole, fraction)}{percent or ''}"
+        sign, whole, fraction, unit = found.groups()
+        return f"{sign}{self._number(whole, fraction)}{unit or ''}"
 
     def words(self, text: str) -> str:
         """A sentence with its numbers as they are to be written; a space before every %."""

@@ -13,6 +13,7 @@ from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
 from tribrach.report.map import network_map
+from tribrach.report.notation import PLAIN, Notation
 from tribrach.report.tables import ReportTable
 
 __all__ = ["FrontPage", "page", "running"]
@@ -52,6 +53,7 @@ def page(
     footer: str = "",
     first: Sequence[ReportTable] = (),
     network: Report | None = None,
+    notation: Notation = PLAIN,
 ) -> str:
     """HTML text that needs nothing but a browser; everything put into it is escaped.
 
@@ -71,6 +73,8 @@ def page(
         Tables before the pictures.
     network
         A network whose map stands after the findings.
+    notation
+        How numbers and angles are written in sentences and cells.
     """
     told = [one if isinstance(one, Finding) else Finding(one) for one in findings]
     return render_page(
@@ -89,6 +93,7 @@ def page(
         first=[table for table in first if table.rows],
         tables=[table for table in tables if table.rows],
         footer=footer,
+        notation=notation,
     )
 
 

@@ -105,7 +105,7 @@ Spec = tuple[ColumnHead, Callable[[Any], Cell]]
 
 
 #: a number as cells have it: sign, digits with what groups them, fraction, percent
-_NUMBER = re.compile(r"[-+]?\d[\d,]*(?:\.(\d+))?(?: %)?")
+_NUMBER = re.compile(r"(?:< )?[-+]?\d[\d,]*(?:\.(\d+))?(?: %)?")
 
 
 def _plain(item: Any) -> str:

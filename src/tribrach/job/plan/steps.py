@@ -22,6 +22,7 @@ from tribrach.network.survey import Survey
 from tribrach.planning.datum_choices import DatumChoice, compare_datums
 from tribrach.planning.prediction import Criterion, Figures, figures
 from tribrach.planning.weights import RequiredPrecision, SetsByStation
+from tribrach.project import Project
 
 __all__ = ["DesignResult", "plan_project"]
 
@@ -33,7 +34,8 @@ class DesignResult:
     network, adjustment : of the plan with its proposals; before, after : figures without and with
     them; single : criterion with each candidate alone, by name, of the first search; places : of
     these (3,) [m]; judged_at : positions that moves and spares are about, which stay where they
-    are; judged : how many designs were looked at; lever_arm : where the plan is about one.
+    are; judged : how many designs were looked at; lever_arm : where the plan is about one;
+    project : which says how it is written; None: as pages without one.
     """
 
     title: str
@@ -55,6 +57,7 @@ class DesignResult:
     judged: int = 0
     warnings: tuple[str, ...] = ()
     lever_arm: LeverArmForecast | None = None
+    project: Project | None = None
 
     @property
     def detectable(self) -> float:
@@ -128,4 +131,5 @@ def plan_project(
         work.judged,
         (*adjustment.warnings, *work.warnings),
         None if survey.arm is None else forecast(job, survey.arm, first, adjustment),
+        job.project,
     )

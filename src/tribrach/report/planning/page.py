@@ -12,6 +12,7 @@ from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.content import Report
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
+from tribrach.report.notation import notation_of
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
@@ -48,6 +49,7 @@ def plan_page(plan: PlanPage) -> str:
         "All standard deviations are predicted from those of the observations; nothing was "
         "measured.",
         network=plan.network,
+        notation=notation_of(plan.network),
     )
 
 
@@ -60,13 +62,15 @@ def plan_text(plan: PlanPage, *, brief: bool = False) -> str:
         True to leave out the single sights.
     """
     rule = "=" * WIDTH
+    notation = notation_of(plan.network)
+    say = notation.words
     parts = [f"{plan.title}\n{rule}"]
-    parts.append("\n".join(wrapped(f"- {sentence}") for sentence in plan.sentences))
+    parts.append("\n".join(wrapped(say(f"- {sentence}")) for sentence in plan.sentences))
     if plan.warnings:
-        parts.append("\n".join(wrapped(f"! {sentence}") for sentence in plan.warnings))
+        parts.append("\n".join(wrapped(say(f"! {sentence}")) for sentence in plan.warnings))
     for table in plan.tables:
         if table.rows and not (brief and table.name == "sights"):
-            parts.append(table_text(table))
+            parts.append(table_text(table, notation))
     return "\n\n".join(parts) + "\n"
 
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from tribrach.job.results import JobResults
 from tribrach.network.quality import assess
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
 from tribrach.report.figures import Picture
 from tribrach.report.names import some_of
-from tribrach.report.numbers import number, numbers, three_digits
+from tribrach.report.numbers import Style, number, numbers, three_digits
 from tribrach.report.page import FrontPage
 from tribrach.report.planning.page import PlanPage, gain_map
 from tribrach.report.planning.sights import sights_of
@@ -48,17 +50,23 @@ _SIGNED = (
 def plan_report(plan: DesignResult) -> PlanPage:
     """Findings, tables and map of a plan."""
     quality = assess(plan.adjustment)
-    content = build(plan.adjustment, quality, title=plan.title)
+    content = build(plan.adjustment, quality, title=plan.title, angle=_angle(plan))
+    content = replace(content, job=JobResults(project=plan.project))
     sights = sights_of(content, plan.adjustment)
     return PlanPage(
         plan.title,
         tuple(_sentences(plan)),
         plan.warnings,
-        plan_tables(plan, sights),
+        plan_tables(plan, sights, Style(content.settings.angle)),
         content,
         _front(plan),
         tuple(_pictures(plan)),
     )
+
+
+def _angle(plan: DesignResult) -> Literal["gon", "deg"]:
+    """The unit of angles that the project asks for."""
+    return "gon" if plan.project is None else plan.project.output.angle
 
 
 def _front(plan: DesignResult) -> FrontPage:

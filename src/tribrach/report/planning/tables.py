@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.planning.prediction import CRITERIA, CriterionKind, Figures, largest_sigma
-from tribrach.report.numbers import mm_cell, number, numbers, three_digits
+from tribrach.report.numbers import Style, mm_cell, number, numbers, three_digits
 from tribrach.report.planning.sights import PlannedSight
 from tribrach.report.tables import (
     Cell,
@@ -20,6 +20,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.units import format_angle
 
 if TYPE_CHECKING:
     from tribrach.job.plan.lever_arm import LeverArmForecast
@@ -118,8 +119,10 @@ def lever_arm_json(forecast: LeverArmForecast | None) -> Any:
     }
 
 
-def plan_tables(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> tuple[ReportTable, ...]:
-    """All tables, what the crew needs first."""
+def plan_tables(
+    plan: DesignResult, sights: tuple[PlannedSight, ...], style: Style
+) -> tuple[ReportTable, ...]:
+    """All tables, what the crew needs first, with angles in one unit."""
     return (
         _stations(plan, sights),
         _targets(plan, sights),
@@ -129,9 +132,9 @@ def plan_tables(plan: DesignResult, sights: tuple[PlannedSight, ...]) -> tuple[R
         _relocations(plan),
         _spares(plan),
         _sets(plan),
-        _precisions(plan),
+        _precisions(plan, style),
         _datums(plan),
-        _sights(sights),
+        _sights(sights, style),
     )
 
 
@@ -316,18 +319,17 @@ def _sets(plan: DesignResult) -> ReportTable:
     return build_table("sets", "Sets", note, rows, columns)
 
 
-def _precisions(plan: DesignResult) -> ReportTable:
-    unit = {"m": (1e3, "mm"), "rad": (206264.806, "″")}
+def _precisions(plan: DesignResult, style: Style) -> ReportTable:
+    def shown_as(p: Any, value: float) -> str:
+        if p.unit not in ("m", "rad"):
+            return three_digits(value)
+        return f"{three_digits(value * style.scale(p.unit))} {style.small_unit(p.unit)}"
 
     def sigma(p: Any) -> str:
-        factor, name = unit.get(p.unit, (1.0, ""))
-        return f"{three_digits(p.sigma * factor)} {name}"
+        return shown_as(p, p.sigma)
 
     def needed(p: Any) -> str:
-        if math.isnan(p.factor):
-            return "never enough alone"
-        factor, name = unit.get(p.unit, (1.0, ""))
-        return f"{three_digits(p.sigma * p.factor * factor)} {name}"
+        return "never enough alone" if math.isnan(p.factor) else shown_as(p, p.sigma * p.factor)
 
     columns = [
         (ColumnHead("Readings", numeric=False), lambda p: text_cell(p.group.replace("_", " "))),
@@ -359,19 +361,21 @@ def _datums(plan: DesignResult) -> ReportTable:
     return build_table("datums", "Datums", note, plan.datums, columns)
 
 
-def _sights(sights: tuple[PlannedSight, ...]) -> ReportTable:
+def _sights(sights: tuple[PlannedSight, ...], style: Style) -> ReportTable:
+    unit: Literal["gon", "deg"] = style.angle
+    sign = "gon" if unit == "gon" else "°"
     columns = [
         (ColumnHead("From", numeric=False), lambda s: text_cell(s.start)),
         (ColumnHead("to", numeric=False), lambda s: text_cell(s.end)),
         (ColumnHead("observations", numeric=False), lambda s: text_cell(s.kinds)),
         (ColumnHead("length", "m"), lambda s: number_cell(s.length, f"{s.length:.2f}")),
         (
-            ColumnHead("azimuth", "gon"),
-            lambda s: number_cell(s.azimuth, f"{s.azimuth * 200 / np.pi:.1f}"),
+            ColumnHead("azimuth", sign),
+            lambda s: number_cell(s.azimuth, format_angle(s.azimuth, unit, 1)),
         ),
         (
-            ColumnHead("zenith", "gon"),
-            lambda s: number_cell(s.zenith, f"{s.zenith * 200 / np.pi:.1f}"),
+            ColumnHead("zenith", sign),
+            lambda s: number_cell(s.zenith, format_angle(s.zenith, unit, 1)),
         ),
         (ColumnHead("values"), lambda s: number_cell(s.values, str(s.values))),
         (
