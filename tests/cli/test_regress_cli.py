@@ -85,7 +85,7 @@ def test_sites_of_a_comparison(tmp_path: Path) -> None:
         values = [[t["value"] for t in r["quadratic"]["terms"]] for r in (a, b)]
         assert values[0] == pytest.approx(values[1], rel=1e-6)
     other = RUN.invoke(app, ["regress", str(path), "--y", "m3c2.mean"])
-    assert "16 rows; range in m, m3c2.mean in mm, incidence in deg" in other.output
+    assert "16 rows; range in m, m3c2.mean in mm, incidence in °" in other.output
     assert "m3c2.mean against range" in other.output
 
 

@@ -20,6 +20,7 @@ from tribrach.observations.base import Use
 from tribrach.report import text
 from tribrach.report.build import build
 from tribrach.report.chapters import CHAPTERS, named
+from tribrach.report.chapters.points import Uncertainty
 from tribrach.report.chapters.stations import attitude
 from tribrach.report.json_result import result
 from tribrach.report.warnings import Severity, warned
@@ -152,6 +153,36 @@ def test_orientation_unknown_stands_at_its_point() -> None:
     unknown = next(u for u in scanner_content().unknowns if u.name == "circle T0")
     assert (unknown.role, unknown.at, unknown.units) == ("orientation", "T0", ("rad",))
     assert unknown.values[0] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_single_unknowns_are_numbers_in_their_columns() -> None:
+    (table,) = (one for one in scanner_content().tables() if one.name == "unknowns")
+    value, sigma = table.columns[3:5]
+    one = all(len(u.values) == 1 for u in scanner_content().unknowns)
+    assert one == value.numeric == sigma.numeric
+    (row,) = (row for row in table.rows if row.cells[0].text == "circle T0")
+    assert [cell.unit for cell in row.cells[3:5]] == ["gon", "mgon"]
+    assert float(row.cells[3].text) == pytest.approx(0.5 * 200 / np.pi, abs=0.1)
+
+
+def test_a_level_axis_has_the_azimuth_of_the_ellipse() -> None:
+    adjustment = scanner_content().adjustment
+    covariances = np.zeros((3, 3, 3))
+    # to the south-east, the same with its other end up, and one that is inclined to the south
+    for k, (azimuth, elevation) in enumerate(((135, 1e-3), (135, -1e-3), (180, 30))):
+        a, e = np.radians([azimuth, elevation])
+        axis = np.array([np.sin(a) * np.cos(e), np.cos(a) * np.cos(e), np.sin(e)])
+        covariances[k] = 1e-6 * np.eye(3) + 8e-6 * np.outer(axis, axis)
+    found = Uncertainty(covariances, adjustment, scanner_content().settings)
+    level = [found.ellipsoid(k) for k in (0, 1)]
+    for k, one in enumerate(level):
+        assert one is not None
+        plan = found.ellipse(k)
+        assert plan is not None
+        assert np.degrees([one.azimuth, plan.azimuth]) == pytest.approx([135, 135], abs=1e-6)
+    inclined = found.ellipsoid(2)
+    assert inclined is not None
+    assert np.degrees([inclined.azimuth, inclined.elevation]) == pytest.approx([180, 30])
 
 
 def test_attitude_against_central_differences() -> None:

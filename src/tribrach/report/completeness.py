@@ -65,9 +65,10 @@ def completeness_page(title: str, completeness: Completeness) -> str:
         _front(completeness),
         completeness.sentences(),
         pictures,
-        [_classes(completeness), _stations(completeness), *_gap_tables(completeness)],
+        _gap_tables(completeness),
         f"Cells of {completeness.size:g} m; a station sees a cell if it has points in it or in one "
         "that shares a face with it.",
+        first=[_classes(completeness), _stations(completeness)],
     )
 
 
@@ -128,7 +129,7 @@ def _panels(completeness: Completeness, which: NDArray[np.int64], shares: Array)
     """Plan and view from the side of cells, coloured by shares; the largest lies on top."""
     plan, side, words = _axes_of(completeness, which)
     origin = np.round(plan.mean(axis=0), -1)
-    labels = f"x - {origin[0]:.0f} m", f"y - {origin[1]:.0f} m"
+    labels = f"x - {origin[0]:.0f} [m]", f"y - {origin[1]:.0f} [m]"
     panels = []
     for (u, v), names in (((plan - origin).T, labels), (side.T, (words, "height [m]"))):
         panel = Chart(_wide(u), _wide(v), names, (600.0, 460.0), equal=True)

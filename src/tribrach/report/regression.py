@@ -96,7 +96,7 @@ def regression_tables(regression: Regression, units: Mapping[str, str]) -> list[
 def _units(regression: Regression, units: Mapping[str, str]) -> str:
     """What coefficients are in, in words."""
     names = dict.fromkeys(n for r in regression.relations for n in (r.x, r.y))
-    known = [f"{name} in {units[name]}" for name in names if units.get(name)]
+    known = [f"{name} in {_sign(units[name])}" for name in names if units.get(name)]
     bare = [name for name in names if not units.get(name)]
     if bare:
         known.append(f"{', '.join(bare)} as in the table")
@@ -169,8 +169,13 @@ def _physical(values: Values, units: Mapping[str, str], regression: Regression) 
 
 
 def _titled(name: str, units: Mapping[str, str]) -> str:
-    unit = units.get(name, "")
+    unit = _sign(units.get(name, ""))
     return f"{name} [{unit}]" if unit else name
+
+
+def _sign(unit: str) -> str:
+    """A unit as pages write it."""
+    return "°" if unit == "deg" else unit
 
 
 def _fits(regression: Regression) -> ReportTable:

@@ -247,8 +247,9 @@ def survey_of(
     if precision is None or precision.direction is None:
         precision = TYPICAL
         survey.warnings.append(
-            "The instrument is not described: 3″ for a direction and a zenith angle in one "
-            "face, 2 mm + 2 ppm for a distance are assumed."
+            "The instrument is not described: 3 arc seconds for a direction and a zenith angle in "
+            "one face, 2 mm + 2 ppm for a distance are assumed. State its sigmas in a project "
+            "([instruments])."
         )
     for raw in files:
         survey.warnings += file_words(raw)
@@ -453,4 +454,7 @@ def _datum_words(given: int, hold: bool) -> str:
         return f"The {given} points that the files give coordinates of are held."
     if given >= 2:
         return f"The network is fitted to the {given} points that the files give coordinates of."
-    return "The files give no control: all points carry the datum."
+    return (
+        "The files give no control: all points carry the datum. Where coordinates have to be in a "
+        "given system, state control points in a project ([[points]])."
+    )

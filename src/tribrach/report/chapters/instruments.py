@@ -21,7 +21,7 @@ _NOTE = (
     "or DIN 18723 are of the mean of both faces, and one reading in one face has 1.41 times as "
     "much. Other figures of makers are of good conditions and mean one sigma or a limit, as each "
     "maker likes: compare them with the sheet of the instrument at hand, and with a field check. "
-    "Defaults stand where the maker publishes nothing."
+    "Defaults stand where the maker publishes nothing. Units are those of sheets and project files."
 )
 
 

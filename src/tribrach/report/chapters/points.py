@@ -41,6 +41,8 @@ __all__ = ["SUBJECT", "Uncertainty", "points", "position_uncertainty"]
 
 #: elevation [rad] from which on an axis counts as upright
 _UPRIGHT = np.radians(90) - 0.5 * GON
+#: elevation [rad] up to which an axis counts as level
+_LEVEL = 0.05 * GON
 #: rows of a network of very many points
 _WORST = Worst(
     "those of the points with the largest sigma", lambda p: sum((s or 0.0) ** 2 for s in p.sigma)
@@ -69,8 +71,10 @@ class Uncertainty:
         self._sigma_u = np.sqrt(np.maximum(covariances[:, 2, 2], 0.0))
         upward = self._directions[:, 0] * np.where(self._directions[:, 0, 2:] < 0, -1.0, 1.0)
         e, n, u = upward.T
-        self._azimuth = np.arctan2(e, n) % (2 * np.pi)
         self._elevation = np.arctan2(u, np.hypot(e, n))
+        # a level axis has two ends alike and the azimuth of the ellipse in plan
+        turn = np.where(self._elevation < _LEVEL, np.pi, 2 * np.pi)
+        self._azimuth = np.arctan2(e, n) % turn
 
     def ellipse(self, i: int) -> Ellipse | None:
         """Ellipse in plan; None if E or N is held."""

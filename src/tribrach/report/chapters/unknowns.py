@@ -21,6 +21,7 @@ from tribrach.report.tables import (
     Spec,
     Worst,
     build_table,
+    number_cell,
     text_cell,
 )
 from tribrach.statistics import largest_first
@@ -145,12 +146,14 @@ def _unknown_table(head: Head) -> ReportTable:
         f"Sigmas are {head.origin}. Sigmas of a plane are those of two turns of its normal "
         "and of its offset."
     )
+    # numbers lie one below the other unless an unknown has several
+    one = all(len(unknown.values) == 1 for unknown in head.unknowns)
     columns: list[Spec] = [
         head.columns.word("Name", "name"),
         (ColumnHead("What", numeric=False), _what),
         head.columns.word("At", "at"),
-        (ColumnHead("value", numeric=False), _values(head.columns.style)),
-        (ColumnHead("σ", numeric=False), _sigmas(head.columns.style)),
+        (ColumnHead("value", numeric=one), _values(head.columns.style)),
+        (ColumnHead("σ", numeric=one), _sigmas(head.columns.style)),
     ]
     return build_table("unknowns", "Other unknowns", note, head.unknowns, columns, worst=_WORST)
 
@@ -166,6 +169,9 @@ def _values(style: Style) -> Callable[[Unknown], Cell]:
     """Estimates with their units."""
 
     def cell(unknown: Unknown) -> Cell:
+        if len(unknown.values) == 1:
+            (value,), (unit,) = unknown.values, unknown.units
+            return number_cell(value, style.value(value, unit), unit=style.value_unit(unit))
         parts = [
             f"{style.value(v, unit)} {style.value_unit(unit)}".strip()
             for v, unit in zip(unknown.values, unknown.units, strict=True)
@@ -179,6 +185,9 @@ def _sigmas(style: Style) -> Callable[[Unknown], Cell]:
     """Standard deviations with their units; what is held says so."""
 
     def cell(unknown: Unknown) -> Cell:
+        if len(unknown.sigma) == 1 and unknown.sigma[0] is not None:
+            (sigma,), (unit,) = unknown.sigma, unknown.units
+            return number_cell(sigma, style.small(sigma, unit), unit=style.small_unit(unit))
         units = ("rad", "rad", "m") if unknown.family == "plane" else unknown.units
         parts = [
             "held" if s is None else f"{style.small(s, unit)} {style.small_unit(unit)}"
