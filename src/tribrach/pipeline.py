@@ -308,7 +308,10 @@ def _earlier(project: Project, adjustment: Adjustment) -> tuple[ComparedEpochs, 
                 ("epochs", k, "against"), f"there is no file {missing[0].name}", "check the path"
             )
         first = epoch_from_files(files, datum=section.datum)
-        label = project.title if project.title != first.epoch.label else f"{project.title} (now)"
+        # named as the earlier one is: after its folder, or by its title
+        own = project.folder / project.output.folder / _EPOCH
+        label = _label(own) if files[0].name == _EPOCH else project.title
+        label = label if label != first.epoch.label else f"{label} (now)"
         second = _epoch(adjustment.network, AdjustmentSettings(), section.datum, label)
         control = control_names(adjustment.network)
         settings = EpochSettings(

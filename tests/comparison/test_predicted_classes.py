@@ -71,5 +71,8 @@ def test_the_table_says_it_and_is_left_out_without_predictions() -> None:
     assert names[-1] == "predicted-classes"
     unlit = [replace(s, light_a=None, light_b=None, prediction=None) for s in some]
     assert "predicted-classes" not in [table.name for table in comparison_tables(unlit)]
+    # predictions are for a surface that stood still
+    moved = [table.name for table in comparison_tables(some, moved=True)]
+    assert moved == [name for name in names if not name.startswith("predicted")]
     (first, *_) = predicted_classes([replace(s, light_a=None, light_b=None) for s in some])
     assert first.by == "range"

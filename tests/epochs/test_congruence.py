@@ -171,8 +171,12 @@ def test_an_epoch_that_fails_by_itself_is_told_first() -> None:
     found = compare(difference(one, two))
     assert [test.passed for test in found.own] == [True, False]
     findings = epochs_findings(ComparedEpochs(found, ()))
-    assert findings[0].words.startswith("spring by itself: the global test passes (20.00")
-    assert findings[1].words.startswith("autumn by itself: the global test fails (80.00")
+    assert findings[0].words.startswith(
+        "spring by itself, as a free network: the global test passes (20.00"
+    )
+    assert findings[1].words.startswith(
+        "autumn by itself, as a free network: the global test fails (80.00"
+    )
     assert [f.warns for f in findings[:3]] == [False, True, False]
     for one in findings:
         assert not (one.warns and ("no displacement" in one.words or "congruent:" in one.words))

@@ -211,6 +211,24 @@ def test_an_epoch_that_a_run_left_is_named_after_its_folder(tmp_path: Path) -> N
     assert compared.comparison.difference.labels == ("out/epoch.json", "2024/epoch.json")
 
 
+def test_a_run_is_named_as_the_epoch_that_it_is_compared_with(tmp_path: Path) -> None:
+    """After its folder where that one is; both stand in one heading."""
+    for name, moves in (("spring", {}), ("autumn", {"P": 0.004})):
+        written(tmp_path, f"{name}.csv", moves, 1 + len(moves))
+        against = '[[epochs]]\nagainst = ["out/spring/epoch.json"]\n' if moves else ""
+        project = tmp_path / f"{name}.toml"
+        project.write_text(
+            f'title = "The long title of {name}"\ndatum = "free"\n'
+            f'[[observations]]\nfile = "{name}.csv"\n{against}'
+            f'[output]\nfolder = "out/{name}"\nepoch = true\n'
+        )
+        result = CliRunner().invoke(app, ["run", str(project)])
+        assert result.exit_code == 0, result.output
+    page = (tmp_path / "out/autumn/report.html").read_text()
+    assert "What moved: spring to autumn" in page
+    assert "autumn by itself, as a free network: the global test" in page
+
+
 def test_a_project_names_an_epoch_that_is_not_there(tmp_path: Path) -> None:
     written(tmp_path, "b.csv", {}, 2)
     project = tmp_path / "now.toml"

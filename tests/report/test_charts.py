@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tribrach.report.charts import LEVELS, SIGNED, TESTED, Chart, DrawnMark, colour_bar, legend
+from tribrach.report.charts import (
+    LEVELS,
+    SIGNED,
+    TESTED,
+    Chart,
+    Drawing,
+    DrawnMark,
+    colour_bar,
+    legend,
+)
+from tribrach.report.figures import Picture
 
 
 def found(mark: DrawnMark, tag: str) -> list[DrawnMark]:
@@ -56,3 +66,28 @@ def test_colours_of_both_signs_are_turned_round_on_a_dark_page() -> None:
     for group in (chart.group(0, 0), bar):
         (turned,) = [one for one in found(group, "g") if ("class", "signed") in one.attributes]
         assert found(turned, "rect")
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "sort", "wide", "room"),
+    [
+        (1400.0, 270.0, "panorama", True, 131.0),
+        (760.0, 486.0, "chart", False, 45.0 * 760 / 486),
+        (900.0, 356.0, "chart", True, 49.0 * 900 / 356),
+        (900.0, 690.0, "chart", True, 84.0 * 900 / 690),
+        (960.0, 522.0, "still", True, 62.0 * 960 / 522),
+        (1380.0, 266.0, "chart", True, 273.0),
+    ],
+)
+def test_letters_can_be_read_on_paper(
+    width: float, height: float, sort: str, wide: bool, room: float
+) -> None:
+    """Letters of 11 pixels are at least 4 pt high where the drawing takes so many millimetres."""
+    drawing = Drawing(width, height, (), "words", sort)
+    picture = Picture("one", "One", drawing, "caption", wide=wide)
+    assert picture.letters >= 1
+    high = 11 * picture.letters * room / width / (25.4 / 72)
+    assert high > 4.2
+    assert picture.letters < 1.6
+    if high > 5.1:
+        assert picture.letters == 1

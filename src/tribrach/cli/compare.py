@@ -139,7 +139,7 @@ def compare(
         if quiet:
             return
         console = Console()
-        tables = comparison_tables(result)
+        tables = comparison_tables(result, moved=motions is not None)
         if motions is not None:
             # the question that was asked comes first
             for sentence in motions_sentences(motions):

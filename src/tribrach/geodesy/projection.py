@@ -22,7 +22,7 @@ from tribrach.geodesy.grid_datum import GridDatum
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
 
-__all__ = ["ProjectedGrid", "flat_warnings", "grid_scale", "stereographic"]
+__all__ = ["FlatEffect", "ProjectedGrid", "flat_effects", "grid_scale", "stereographic"]
 
 #: mean radius of the Earth [m]
 RADIUS = 6371000.0
@@ -219,8 +219,27 @@ def grid_scale(crs: str, xyz: Array) -> float:
     return factor / (1 + height / radius) - 1
 
 
-def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
-    """Sentences on what a flat site neglects over the extent of its points.
+@dataclass(frozen=True)
+class FlatEffect:
+    """What a site that is taken as flat neglects.
+
+    Attributes
+    ----------
+    sentence
+        In words, with what takes it into account.
+    size
+        Over the extent of the site [m].
+    axes
+        Coordinates that it acts on, of 0, 1, 2 for E, N, U.
+    """
+
+    sentence: str
+    size: float
+    axes: tuple[int, ...]
+
+
+def flat_effects(xyz: Array, crs: str | None, *, curved: bool) -> list[FlatEffect]:
+    """What a flat site neglects over the extent of its points.
 
     Parameters
     ----------
@@ -233,7 +252,7 @@ def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
 
     Returns
     -------
-    list of str
+    list of FlatEffect
         Empty where the effects are below :data:`NEGLIGIBLE`.
     """
     known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
@@ -246,16 +265,18 @@ def flat_warnings(xyz: Array, crs: str | None, *, curved: bool) -> list[str]:
         centre = np.array([*known[:, :2].mean(axis=0), height.mean() if len(height) else np.nan])
         scale = grid_scale(crs, centre)
         if abs(scale) * extent > NEGLIGIBLE:
-            out.append(
+            words = (
                 f"the coordinates of {crs} are taken as Cartesian: their scale differs from the "
                 f"ground by {1e6 * scale:.1f} ppm, {1e3 * abs(scale) * extent:.1f} mm over the "
                 f"{extent:.0f} m of the site; a site of kind projected takes it into account"
             )
+            out.append(FlatEffect(words, abs(scale) * extent, (0, 1)))
     bend = extent**2 / (2 * RADIUS)
     if bend > NEGLIGIBLE and not curved:
-        out.append(
+        words = (
             f"the site is taken as flat: over its {extent:.0f} m the Earth curves by "
             f"{1e3 * bend:.1f} mm and plumb lines turn by {extent / 30.9:.1f} arcsec; "
             "a radius of curvature for the site, or a site on the ellipsoid, takes it into account"
         )
+        out.append(FlatEffect(words, bend, (2,)))
     return out

@@ -13,14 +13,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.proj_grids import missing_grid_sentences
-from tribrach.geodesy.projection import flat_warnings
-from tribrach.geodesy.site import FlatSite
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
 from tribrach.io.opened_files import opened_once
@@ -266,7 +262,7 @@ class Job:
         add_mounted_points(survey, project.stations, project.lever_arms)
         survey.title = project.title
         survey.reference = self._reference.completed(survey.reference)
-        survey.warnings += [*self._site_warnings(survey), *self._shadowed()]
+        survey.warnings += [*self._site_warnings(), *self._shadowed()]
         if project.datum.kind != "control":
             survey.datum = Datum(project.datum.kind, project.datum.points)
         return survey
@@ -380,8 +376,8 @@ class Job:
             name, epoch = self.files.realisation.frame, self.files.realisation.epoch
         return Reference(crs, name, epoch, grid)
 
-    def _site_warnings(self, survey: Survey) -> list[str]:
-        """What the site costs: missing grids, and Cartesian coordinates of a projection."""
+    def _site_warnings(self) -> list[str]:
+        """What a projected site lacks: grids, and a datum that PROJ knows."""
         site = self.project.site
         if site.kind == "projected" and site.crs is not None:
             sentences = missing_grid_sentences(site.crs) if self.frame.leaves_datum else []
@@ -393,10 +389,7 @@ class Job:
                     "as an EPSG code if it is another"
                 )
             return sentences
-        if site.kind != "flat" or not isinstance(self.frame.site, FlatSite):
-            return []
-        xyz = np.array([point.xyz for point in survey.points.values()]).reshape(-1, 3)
-        return flat_warnings(xyz, site.crs, curved=site.curvature_radius_m is not None)
+        return []
 
     def _shadowed(self) -> Iterator[str]:
         """Instrument files whose figures the project types again, differently."""

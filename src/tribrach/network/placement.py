@@ -15,6 +15,9 @@ from tribrach.observations.declaration import Category
 
 __all__ = ["is_gnss_position", "placement_sentences"]
 
+#: said once, with the first group
+_WHAT_FOR = ": the first is for places in the world, the second for lengths on the site"
+
 
 def is_gnss_position(observations: Observations) -> bool:
     """True for absolute positions from satellites, of marks or of antennas on scanners."""
@@ -23,7 +26,7 @@ def is_gnss_position(observations: Observations) -> bool:
 
 def placement_sentences(adjustment: Adjustment) -> list[str]:
     """One sentence per group of GNSS positions: absolute and relative standard deviations."""
-    out = []
+    out: list[str] = []
     for o in adjustment.network.observations:
         active = np.flatnonzero(o.use == Use.ACTIVE)
         if not is_gnss_position(o) or len(active) == 0:
@@ -36,9 +39,10 @@ def placement_sentences(adjustment: Adjustment) -> list[str]:
             length = _length_sigma(adjustment, names[0], names[1])
             words += (
                 f"; the distance from {names[0]} to {names[1]} is known to {1e3 * length:.2f} mm "
-                "from all observations together: the first is for places in the world, the second "
-                "for lengths on the site"
+                "from all observations together"
             )
+            if not any(_WHAT_FOR in said for said in out):
+                words += _WHAT_FOR
         out.append(words)
     return out
 

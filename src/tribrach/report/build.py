@@ -18,6 +18,7 @@ from tribrach.network.variance_components import VarianceComponents
 from tribrach.report.chapters import subjects
 from tribrach.report.chapters.adjustment import adjustment_warnings
 from tribrach.report.chapters.control import control
+from tribrach.report.chapters.georeferencing import site_warnings
 from tribrach.report.chapters.observations import observations
 from tribrach.report.chapters.points import points, position_uncertainty
 from tribrach.report.chapters.stations import stations
@@ -105,7 +106,7 @@ def build(
     asked = subjects(head, job)
     made = [chapter for subject in asked for chapter in subject.chapters(head, job)]
     chapters = tuple(sorted(made, key=lambda chapter: not chapter.signed))
-    graded = [*adjustment_warnings(head), *warnings]
+    graded = [*adjustment_warnings(head), *site_warnings(head, job), *warnings]
     graded += [warning for chapter in chapters for warning in chapter.warnings]
     given = {item.name: getattr(head, item.name) for item in fields(Head)}
     grave = in_order(w for w in graded if w.severity <= Severity.BLUNDER)

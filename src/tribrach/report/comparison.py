@@ -88,10 +88,17 @@ _BINS = 100
 _DRAWN = 40_000
 
 
-def comparison_tables(sites: Sequence[SiteResult], angle_unit: str = "deg") -> list[ReportTable]:
-    """Sites, distances from point to point and along normals, predictions; those with rows."""
-    tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites), _predicted(sites)]
-    return [table for table in (*tables, _classes(sites, angle_unit)) if table.rows]
+def comparison_tables(
+    sites: Sequence[SiteResult], angle_unit: str = "gon", *, moved: bool = False
+) -> list[ReportTable]:
+    """Sites, distances from point to point and along normals, predictions; those with rows.
+
+    Predictions are for a surface that stood still; with ``moved`` what moved is told elsewhere.
+    """
+    tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites)]
+    if not moved:
+        tables += [_predicted(sites), _classes(sites, angle_unit)]
+    return [table for table in tables if table.rows]
 
 
 def comparison_sentences(
@@ -165,7 +172,7 @@ def comparison_page(
     """The whole comparison as one HTML file."""
     figures = comparison_pictures(sites, limit)
     sentences = comparison_sentences(sites, offsets, moved=motions is not None)
-    tables = comparison_tables(sites)
+    tables = comparison_tables(sites, moved=motions is not None)
     first: list[ReportTable] = []
     if motions is not None:
         figures = [one for one in figures if one.name != _PREDICTED]

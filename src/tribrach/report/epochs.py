@@ -80,8 +80,11 @@ def _own(c: Comparison) -> list[Finding]:
             out.append(Finding(f"{label}: its own global test is not known."))
             continue
         failed = not test.passed
+        # in a run its own control is let go, so that this is not the test of its first page
+        free = any(m.startswith(("shift", "rotation")) for m in c.difference.motions)
+        alone = f"{label} by itself{', as a free network' if free else ''}"
         doubt = "; look at this epoch first, the tests below rest on its sigmas" if failed else ""
-        out.append(Finding(f"{label} by itself: {test.sentence()}{doubt}.", failed))
+        out.append(Finding(f"{alone}: {test.sentence()}{doubt}.", failed))
     return out
 
 

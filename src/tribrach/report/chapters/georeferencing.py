@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.geodesy.projection import flat_effects
+from tribrach.geodesy.site import FlatSite
 from tribrach.job.gnss_loops import frame_sentences
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
@@ -21,12 +23,17 @@ from tribrach.report.numbers import Style
 from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.warnings import ReportWarning, Severity, warned
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.project import Project
 
-__all__ = ["SUBJECT"]
+__all__ = ["SUBJECT", "site_warnings"]
+
+#: what is neglected counts beyond this share of the sigma of a place: below it the error of a
+#: place grows by a twentieth at most
+_COUNTS = 1 / 3
 
 
 class CommonShiftPart(DocumentPart):
@@ -105,6 +112,25 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         (_table(rows, head),),
         _data(accuracy, common, check, free),
     )
+
+
+def site_warnings(head: Head, job: JobResults) -> tuple[ReportWarning, ...]:
+    """What a flat site neglects, to be looked into only where the network could show it."""
+    network, project = head.adjustment.network, job.project
+    if project is None or project.site.kind != "flat" or not isinstance(network.site, FlatSite):
+        return ()
+    xyz, sigma = (
+        np.array([getattr(p, name) for p in head.points], dtype=float).reshape(-1, 3)
+        for name in ("xyz", "sigma")
+    )
+    site = project.site
+    out: list[ReportWarning] = []
+    for effect in flat_effects(xyz, site.crs, curved=site.curvature_radius_m is not None):
+        known = sigma[:, effect.axes][np.isfinite(sigma[:, effect.axes])]
+        place = float(np.sqrt((known**2).mean())) if len(known) else 0.0
+        counts = effect.size > _COUNTS * place
+        out += warned(Severity.INPUT if counts else Severity.NOTE, [effect.sentence])
+    return tuple(out)
 
 
 def _check_rmse(head: Head) -> tuple[int, Array] | None:

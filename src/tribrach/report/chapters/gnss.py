@@ -255,7 +255,7 @@ def _loop_sentences(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> li
         factor = float(np.sqrt(sum(loop.statistic for loop in basis) / dof))
         out.append(
             f"Closures are {factor:.2f} times what the covariances let expect, in the mean; "
-            "adjustment.vce estimates such a factor with all observations."
+            "vce = true under [adjustment] estimates such a factor with all observations."
         )
     return out
 

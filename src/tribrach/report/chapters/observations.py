@@ -17,7 +17,7 @@ from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head, Observation, ObservedValues
-from tribrach.report.numbers import Style
+from tribrach.report.numbers import Style, counted
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -143,6 +143,11 @@ def _advice(head: Head) -> tuple[str, ...]:
         if chance.beyond
         else f"None of {chance.tests} tests is beyond the limit of {quality.critical:.2f}"
     )
+    blocks = int(quality.blocks.rejected.sum())
+    if blocks:
+        # the table below has single values: whole targets would be looked for in vain
+        whole = counted(blocks, "whole vector or target", "whole vectors or targets")
+        found += f" for a value, {whole} beyond {'its' if blocks == 1 else 'their'} own among them"
     expected = f"{found}; {chance.expected:.1f} would be by chance."
     if chance.act:
         percent = 100 * quality.global_test.alpha
@@ -258,6 +263,8 @@ def _block(o: Observation) -> Cell:
         return Cell("")
     bad = o.block_test > o.block_limit
     text = f"{o.block_test:.1f} / {o.block_limit:.1f}"
+    if bad and text.split(" / ")[0] == text.split(" / ")[1]:
+        text = f"{o.block_test:.2f} / {o.block_limit:.2f}"
     return number_cell(o.block_test, text, "bad" if bad else "")
 
 

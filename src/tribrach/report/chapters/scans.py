@@ -23,7 +23,7 @@ from tribrach.report.charts import Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
-from tribrach.report.names import spoken
+from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
 from tribrach.report.panoramas import panorama_drawing
 from tribrach.report.schema.base import DocumentPart, Finite
@@ -57,6 +57,8 @@ _CONVERTED = "; every point was converted by itself, so that nothing of it is lo
 
 #: radius of the Earth for the size of its curvature [m]
 _EARTH = 6371000.0
+#: comparisons with the truth that are named where they are not as stated
+_NAMED = 4
 
 
 class FoundTarget(DocumentPart):
@@ -250,7 +252,8 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
             f"All {len(placed.truth)} comparisons with the truth are as stated."
             if not bad
             else f"{bad} of {len(placed.truth)} comparisons with the truth "
-            f"{'is' if bad == 1 else 'are'} not as stated."
+            f"{'is' if bad == 1 else 'are'} not as stated: "
+            f"{some_of([f'{r.what} {r.name}' for r in placed.truth if not r.agrees], _NAMED)}."
         )
         yield Chapter(
             "against-truth",
