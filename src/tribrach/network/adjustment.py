@@ -279,7 +279,9 @@ def _adjusted(network: Network, options: Options) -> Adjustment:
         rounding = size > 0.5 * before
         before = size
         if not damped and steady and (size < 1 or rounding):
-            final = _finish(assembly, state, datum, motions, iteration)
+            # a step below the limits changes no derivative: the system that gave it is the last
+            last = system if size < 1 else _System(assembly, state, datum, motions, 0.0)
+            final = _finish(assembly, state, last, iteration)
             if _within_sigma(step, final, options.step_sigma if size < 1 else _ROUNDING):
                 return final
     raise NotConverged(
@@ -425,22 +427,16 @@ def _within_sigma(step: Array, final: Adjustment, share: float) -> bool:
     return bool((np.abs(step) <= share * sigma + 1e-9).all())
 
 
-def _finish(
-    assembly: Assembly,
-    state: State,
-    datum: NDArray[np.bool_],
-    motions: OpenMotions,
-    iterations: int,
-) -> Adjustment:
-    """The adjustment at the solution, with the undamped cofactor matrix."""
-    system = _System(assembly, state, datum, motions, 0.0)
+def _finish(assembly: Assembly, state: State, system: _System, iterations: int) -> Adjustment:
+    """The adjustment at the solution, with the undamped cofactor matrix of a system there."""
     network = assembly.network
+    misclosure = assembly.misclosure(state)
     return Adjustment(
         network=network,
         state=state,
         rows=assembly.rows,
-        residuals=-assembly.misclosure(state),
-        whitened_residuals=-system.white,
+        residuals=-misclosure,
+        whitened_residuals=-assembly.whiten(misclosure),
         design=system.design,
         free_columns=assembly.free_columns,
         cofactor=system.cofactor,
