@@ -123,7 +123,7 @@ def test_every_kind_has_an_example(kind: type[Observations]) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.kind)
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10**6), site=st.integers(0, len(SITES) - 1))
 def test_jacobian_is_the_derivative(kind: type[Observations], seed: int, site: int) -> None:
     observations, state = at_truth(kind, seed, site)
@@ -135,7 +135,7 @@ def test_jacobian_is_the_derivative(kind: type[Observations], seed: int, site: i
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda k: k.kind)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=3, deadline=None)
 @given(seed=st.integers(0, 10**6), site=st.integers(0, len(SITES) - 1))
 def test_misclosure_is_observed_minus_computed(
     kind: type[Observations], seed: int, site: int
