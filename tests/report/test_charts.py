@@ -74,7 +74,7 @@ def test_colours_of_both_signs_are_turned_round_on_a_dark_page() -> None:
         (1400.0, 270.0, "panorama", True, 131.0),
         (760.0, 486.0, "chart", False, 45.0 * 760 / 486),
         (900.0, 356.0, "chart", True, 49.0 * 900 / 356),
-        (900.0, 690.0, "chart", True, 84.0 * 900 / 690),
+        (900.0, 690.0, "chart", True, 66.0 * 900 / 690),
         (960.0, 522.0, "still", True, 62.0 * 960 / 522),
         (1380.0, 266.0, "chart", True, 273.0),
     ],

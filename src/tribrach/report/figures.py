@@ -64,7 +64,7 @@ class Picture:
         elif self.broad:
             high = 98.0 if self.tall else 66.0
         elif self.wide:
-            high = 84.0 if self.tall else 49.0
+            high = 66.0 if self.tall else 49.0
         else:
             high = 45.0
         scale = min((_WHOLE if self.broad else _HALF) / one.width, high / one.height)
