@@ -1,5 +1,6 @@
 """Predicted against observed by class: right predictions stand, wrong ones fall where they are."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ from tests.comparison.test_predicted import prediction
 from tribrach.comparison.predicted_classes import predicted_classes
 from tribrach.comparison.results import SiteResult
 from tribrach.comparison.sites import Geometry
-from tribrach.report.comparison import comparison_tables
+from tribrach.report.comparison import comparison_pictures, comparison_tables
 
 DOF = 400
 
@@ -76,3 +77,15 @@ def test_the_table_says_it_and_is_left_out_without_predictions() -> None:
     assert moved == [name for name in names if not name.startswith("predicted")]
     (first, *_) = predicted_classes([replace(s, light_a=None, light_b=None) for s in some])
     assert first.by == "range"
+
+
+def test_the_band_about_predictions_stays_in_its_panel() -> None:
+    """Beyond it, it would be drawn over what stands above, on paper on the page before."""
+    pictures = {one.name: one for one in comparison_pictures(sites(3), 0.2)}
+    drawing = pictures["predicted-observed"].drawing
+    (panel,) = drawing.marks
+    paths = {dict(mark.attributes)["class"]: mark for mark in panel.inner if mark.tag == "path"}
+    places = re.findall(r"[ML]?([\d.-]+) ([\d.-]+)", dict(paths["area s0"].attributes)["d"])
+    top = float(re.match(r"M[\d.]+ ([\d.]+)V", dict(paths["axis"].attributes)["d"])[1])
+    assert len(places) == 4
+    assert min(float(y) for _, y in places) >= top

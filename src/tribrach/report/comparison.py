@@ -357,7 +357,8 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
     observed = 1e3 * np.array([p.observed for p in known])
     end = 1.1 * float(max(predicted.max(), observed.max()))
     chart = Chart((0.0, end), (0.0, end), ("predicted [mm]", "observed [mm]"), (480.0, 400.0))
-    chart.area([0.0, end, end], [0.0, BAND[0] * end, BAND[1] * end], "s0")
+    # the upper edge of the band leaves the panel at its top
+    chart.area([0.0, end, end, end / BAND[1]], [0.0, BAND[0] * end, end, end], "s0")
     chart.line([0.0, end], [0.0, end])
     named = [s.name for s in sites if s.prediction is not None and s.prediction.enough]
     words = [
