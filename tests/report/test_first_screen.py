@@ -31,6 +31,7 @@ from tribrach.report.motions import motions_front
 from tribrach.report.names import some_of, told_apart
 from tribrach.report.page import FrontPage, page
 from tribrach.report.series import series_page
+from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 
 WRITTEN = [name for name in PAGES if not name.endswith("_svg")]
 
@@ -108,6 +109,20 @@ def test_a_number_that_is_not_tested_says_so_and_how_often_it_is_as_large() -> N
         (sentence,) = re.findall(r"Distance statistics .*?mm\.\s", said + " ", re.DOTALL)
         assert words in " ".join(sentence.split())
         assert "the number is not tested" in " ".join(sentence.split())
+
+
+def test_small_tables_that_follow_each_other_stand_beside_each_other() -> None:
+    def table(name: str, columns: int, rows: int) -> ReportTable:
+        heads = [(ColumnHead(str(k)), lambda r: text_cell(str(r))) for k in range(columns)]
+        return build_table(name, name, "", range(rows), heads)
+
+    tables = [table("a", 3, 2), table("b", 2, 2), table("wide", 4, 2), table("c", 2, 2)]
+    tables.append(table("long", 2, 16))
+    front = FrontPage("none", "Done", "")
+    tree = parser.document_fromstring(page("Kind", "Title", front, [], [], tables))
+    grouped = [div.xpath("section/@id") for div in tree.xpath("//main/div[@class='beside']")]
+    assert grouped == [["a", "b"], ["c"]]
+    assert tree.xpath("//main/section[contains(@class, 'table')]/@id") == ["wide", "long"]
 
 
 def two_epochs(shift: float) -> str:
