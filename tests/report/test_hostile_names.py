@@ -133,8 +133,8 @@ def test_nothing_goes_round_the_escaping() -> None:
 def test_templates_are_no_templates_of_names() -> None:
     page = render_page(
         "page.html.j2", kind="k", title="{{7*7919}}", running="", map=None, pictures=[], first=[],
-        front=FrontPage("none", "{{7*7919}}", ""), findings=[Finding("{% include 'x' %}")], tables=[],
-        footer="",
+        front=FrontPage("none", "{{7*7919}}", ""), findings=[Finding("{% include 'x' %}")],
+        tables=[], footer="",
     )  # fmt: skip
     assert "55433" not in page
     assert "{{7*7919}}" in page
