@@ -252,7 +252,7 @@ def test_the_command_and_what_it_writes(tmp_path: Path) -> None:
     alone = load(tmp_path, "", "window_deg = 40")
     result = RUN.invoke(app, ["plan", str(tmp_path / "p.toml")])
     said = " ".join(result.output.split())
-    assert "leave 324 degrees of the horizon free" in said
+    assert "leave 360 gon of the horizon free" in said
     assert alone.plan is not None
 
 

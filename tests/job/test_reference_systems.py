@@ -17,7 +17,7 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.opened import open_job
-from tribrach.pipeline import run
+from tribrach.pipeline import AdjustmentSettings, adjust_job, run
 from tribrach.project import Project
 
 #: 37.87 N, 32.5 E on the ellipsoid [degrees, m], the middle of the site
@@ -141,7 +141,9 @@ def test_geocentric_clouds(tmp_path: Path) -> None:
 def test_the_flat_way_says_what_it_costs(tmp_path: Path) -> None:
     """0.9996 at 1020 m height and a kilometre: scale and millimetres are those of PROJ."""
     path, _ = write_project(tmp_path, site='kind = "flat"')
-    (warning,) = [w for w in open_job(path).survey.warnings if "taken as Cartesian" in w]
+    job = open_job(path)
+    report = adjust_job(job, AdjustmentSettings.of(job.project))
+    (warning,) = [w for w in report.warnings if "taken as Cartesian" in w]
     stated, extent_mm = (float(x) for x in re.findall(r"(-?[\d.]+) (?:ppm|mm over)", warning))
     control = np.loadtxt(tmp_path / "control.csv", delimiter=",", skiprows=1, usecols=(1, 2, 3))
     up = control[:, 2].mean() - HEIGHT

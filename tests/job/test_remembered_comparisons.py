@@ -112,9 +112,9 @@ def test_the_regression_has_the_unit_of_the_report(job: tuple[Path, Report]) -> 
     if one.regression is None:
         pytest.skip("too few sites for a regression")
     slopes = {}
-    for angle in ("deg", "gon"):
+    for angle, unit in (("deg", "°"), ("gon", "gon")):
         tables = {t.name.split("-")[0]: t for t in comparison_chapter(one, angle).tables}
-        assert f"incidence in {angle}" in tables["terms"].note
+        assert f"incidence in {unit}" in tables["terms"].note
         rows = [[cell.key for cell in row.cells] for row in tables["terms"].rows]
         slopes[angle] = [row[3] for row in rows if row[2] == "incidence"]
     np.testing.assert_allclose(slopes["gon"], 0.9 * np.array(slopes["deg"]), rtol=1e-9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,12 +14,12 @@ from tribrach.geodesy import frames
 from tribrach.gnss.loops import BaselineLoop, close_loops, minimal_loops, triangles
 from tribrach.gnss.sessions import SessionResult
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.facts import Fact, FrameChange, Reference, facts_of
+from tribrach.network.facts import Reference
 from tribrach.network.network import Network
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines
 
-__all__ = ["BaselineSet", "baselines_of", "epoch_sentences", "frame_sentences", "loops_of"]
+__all__ = ["BaselineSet", "baselines_of", "epoch_sentences", "loops_of"]
 
 # What the report says of frame and epoch of a GNSS network.
 
@@ -55,13 +55,6 @@ def epoch_sentences(reference: Reference, sessions: Sequence[SessionResult]) -> 
             f"between is neglected, at most {1e3 * worst[0]:.1f} mm in the longest."
         )
     return out
-
-
-def frame_sentences(facts: Iterable[Fact], *, vectors: bool) -> list[str]:
-    """What vectors, or positions, of other frames were taken to that of the network."""
-    changes = [fact for fact in facts_of(facts, FrameChange) if fact.vectors == vectors]
-    sentences = [change.sentence for change in changes]
-    return [f"{text[:1].upper()}{text[1:]}." for text in sentences if text is not None]
 
 
 @dataclass(frozen=True)

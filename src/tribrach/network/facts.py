@@ -12,7 +12,15 @@ from tribrach._types import Array
 from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
 
-__all__ = ["AssumedSigmas", "Fact", "FrameChange", "ListReading", "Reference", "facts_of"]
+__all__ = [
+    "AssumedSigmas",
+    "Fact",
+    "FrameChange",
+    "ListReading",
+    "Reference",
+    "facts_of",
+    "frame_sentences",
+]
 
 
 #: mean radius of the Earth [m]
@@ -215,3 +223,10 @@ class FrameChange(Fact):
         if self.vectors or self.uncertain <= _COARSE or self.sentence is None:
             return None
         return f"{self.sentence}; control in {self.target} beside them shows what is left"
+
+
+def frame_sentences(facts: Iterable[Fact], *, vectors: bool) -> list[str]:
+    """What vectors, or positions, of other frames were taken to that of the network."""
+    changes = [fact for fact in facts_of(facts, FrameChange) if fact.vectors == vectors]
+    sentences = [change.sentence for change in changes]
+    return [f"{text[:1].upper()}{text[1:]}." for text in sentences if text is not None]

@@ -11,8 +11,8 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geodesy.projection import flat_effects
 from tribrach.geodesy.site import FlatSite
-from tribrach.job.gnss_loops import frame_sentences
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.facts import frame_sentences
 from tribrach.network.site_accuracy import CommonShift, SiteAccuracy, sessions, site_accuracy
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import Category, Role

@@ -19,12 +19,11 @@ from tribrach.job.gnss_loops import (
     BaselineSet,
     baselines_of,
     epoch_sentences,
-    frame_sentences,
     loops_of,
 )
 from tribrach.job.mounted_antennas import raised_antennas
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.facts import Reference
+from tribrach.network.facts import Reference, frame_sentences
 from tribrach.report.baseline import baseline_facts, baseline_headline
 from tribrach.report.chapter import Chapter
 from tribrach.report.charts import PALETTE, Chart, Drawing, beside, legend
