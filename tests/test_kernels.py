@@ -4,6 +4,7 @@ import ast
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from threading import Thread, get_ident
 
@@ -180,3 +181,101 @@ def test_products_are_computed_by_one_thread_and_then_by_as_many_as_before() -> 
         with blas_in_one_thread():
             assert set(threads()) == {1}
         assert threads() == before
+
+
+#: for processes on a busy machine [s]
+WAIT = 120.0
+LOOPS = """
+import sys, time
+from numba.core import event
+from tribrach import kernels
+
+@kernels.njit(cache=True)
+def inner(x):
+    return x + 1
+
+@kernels.njit(cache=True)
+def outer(x):
+    return 2 * inner(x)
+"""
+#: compiles for a type that is named, and says how many kernels that were
+CALLED = """
+import numpy
+kernels._Turn.patience = float(sys.argv[2])
+with event.install_recorder("numba:compile") as seen:
+    result = loops.outer(getattr(numpy, sys.argv[1])(3))
+own = [e for _, e in seen.buffer if e.is_end and e.data["dispatcher"].py_func.__module__ == "loops"]
+print(result, len(own))
+"""
+#: takes the turn of a kernel and keeps it
+KEPT = """
+inner = loops.inner.declared()
+inner._cache.turn.take()
+print("taken", flush=True)
+time.sleep(300)
+"""
+
+
+@pytest.fixture
+def loops(tmp_path: Path) -> Path:
+    (tmp_path / "loops.py").write_text(LOOPS)
+    return tmp_path
+
+
+def start(folder: Path, code: str, *words: object) -> subprocess.Popen[str]:
+    code = f"import sys, loops\nfrom loops import *\n{code}"
+    places = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
+    environment = {"NUMBA_CACHE_DIR": str(folder / "kernels"), "PYTHONPATH": places}
+    return subprocess.Popen(
+        [sys.executable, "-c", code, *map(str, words)],
+        env={**os.environ, **environment},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def said(process: subprocess.Popen[str]) -> list[str]:
+    out, problem = process.communicate(timeout=WAIT)
+    assert process.returncode == 0, problem
+    return out.split()
+
+
+def test_two_that_need_the_same_compile_it_once(loops: Path) -> None:
+    both = [start(loops, CALLED, "int64", 60) for _ in range(2)]
+    told = [said(one) for one in both]
+    assert [result for result, _ in told] == ["8", "8"]
+    # each of the two kernels by one of the two processes
+    assert sum(int(count) for _, count in told) == 2
+
+
+def test_two_that_need_it_for_different_types_store_both(loops: Path) -> None:
+    both = [start(loops, CALLED, name, 60) for name in ("int64", "float64", "float32")]
+    assert [said(one)[0] for one in both] == ["8", "8.0", "8.0"]
+    for name, result in (("float64", "8.0"), ("int64", "8"), ("float32", "8.0")):
+        assert said(start(loops, CALLED, name, 60)) == [result, "0"]
+
+
+def test_one_that_hangs_is_not_waited_for_without_end_and_one_that_is_killed_not_at_all(
+    loops: Path,
+) -> None:
+    with start(loops, KEPT) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "taken\n"
+        # compiled without it; what the other may be about to store is left to it
+        assert said(start(loops, CALLED, "int64", 0.2)) == ["8", "2"]
+        assert [path.name[:11] for path in loops.rglob("*.nbc")] == ["loops.outer"]
+        waiting = start(loops, CALLED, "float64", 100)
+        time.sleep(2.0)
+        holder.kill()
+        began = time.monotonic()
+        assert said(waiting) == ["8.0", "2"]
+        assert time.monotonic() - began < 50
+    assert said(start(loops, CALLED, "float64", 0)) == ["8.0", "0"]
+
+
+def test_kernels_are_stored_where_files_cannot_be_locked(loops: Path) -> None:
+    code = "import filelock\ndef no(self): raise NotImplementedError\n"
+    code += "filelock.FileLock._acquire = no\n" + CALLED
+    assert said(start(loops, code, "int64", 60)) == ["8", "2"]
+    assert said(start(loops, CALLED, "int64", 60)) == ["8", "0"]

@@ -10,6 +10,10 @@ compile.
 
 A kernel that was compiled by an earlier process is loaded without what numba needs to compile,
 which takes ten times as long to load as the kernel: see :func:`_without_compiler`.
+
+Where two processes need the same kernel, one compiles it and the other waits for what it stores:
+see :func:`_in_turn`. That is what lets a second process compile ahead of a command
+(:mod:`tribrach.compiling_ahead`).
 """
 
 from __future__ import annotations
@@ -18,16 +22,23 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 from importlib import import_module
 from itertools import pairwise
+from pathlib import Path
 from threading import RLock
 from types import CodeType
 from typing import Any
 
-__all__ = ["Kernel", "blas_in_one_thread", "in_threads", "njit"]
+__all__ = ["STORING", "Kernel", "blas_in_one_thread", "in_threads", "is_being_compiled", "njit"]
 
 #: parts of the rounds for each thread: the threads end together, though rounds differ
 _PARTS = 8
 #: one thread at a time declares kernels to numba
 _DECLARING = RLock()
+#: held while a kernel is stored: numba writes what there is before the code itself, and a process
+#: that ended in between would leave a name that means older code
+STORING = RLock()
+#: so long a process waits for another that compiles the kernel that it needs [s]; the largest
+#: takes 6 s. Who waited in vain once does not wait again
+_PATIENCE = 20.0
 
 
 class Kernel:
@@ -67,6 +78,7 @@ class Kernel:
                 dispatcher = numba.njit(**self.options)(self.py_func)
                 _keep_if_possible(dispatcher)
                 _without_compiler(dispatcher, numba.version_info[:2])
+                _in_turn(dispatcher)
                 names = self.py_func.__globals__
                 for name in _names(self.py_func.__code__):
                     meant = names.get(name)
@@ -87,7 +99,7 @@ def _keep_if_possible(dispatcher: Any) -> None:
     save = dispatcher._cache.save_overload
 
     def saved(signature: Any, data: Any) -> None:
-        with suppress(OSError):
+        with STORING, suppress(OSError):
             save(signature, data)
 
     dispatcher._cache.save_overload = saved
@@ -116,6 +128,121 @@ def _without_compiler(dispatcher: Any, version: tuple[int, int]) -> None:
             return cache._load_overload(signature, context)
 
     cache.load_overload = loaded
+
+
+class _Turn:
+    """Which process compiles a kernel, for whatever types: the one that holds a file's lock.
+
+    The system gives the lock back when a process ends, however it ends. Where files cannot be
+    locked every process compiles for itself.
+
+    Parameters
+    ----------
+    path : Path
+        The file, beside the stored kernel.
+
+    Attributes
+    ----------
+    in_vain : bool
+        Another process had the lock and kept it.
+    """
+
+    #: of this process, for all kernels together
+    patience = _PATIENCE
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.in_vain = False
+        self._lock: Any = None
+
+    def take(self) -> None:
+        """Wait until no other process compiles the kernel, but not for ever."""
+        if self._lock is not None or self.in_vain:
+            return
+        filelock = import_module("filelock")
+        lock = filelock.FileLock(self.path)
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            lock.acquire(timeout=_Turn.patience, poll_interval=0.01)
+        except filelock.Timeout:
+            # stopped, or starved by others; that it is so again for each kernel would add up
+            self.in_vain, _Turn.patience = True, 0.0
+        except (OSError, NotImplementedError):
+            pass
+        else:
+            self._lock = lock
+
+    def give(self) -> None:
+        """Let another process have it."""
+        lock, self._lock, self.in_vain = self._lock, None, False
+        if lock is not None:
+            lock.release()
+
+    def is_others(self) -> bool:
+        """Has another process taken it just now?"""
+        if self._lock is not None:
+            return False
+        patience, _Turn.patience = _Turn.patience, 0.0
+        try:
+            self.take()
+            return self.in_vain
+        finally:
+            _Turn.patience = patience
+            self.give()
+
+
+def _in_turn(dispatcher: Any) -> None:
+    """Let one process compile a kernel that is not stored, while others wait for it.
+
+    Two that stored it at the same time for different types could both take the same file of code.
+    Who has waited in vain compiles the kernel for itself and leaves the storing to the other.
+    """
+    cache = dispatcher._cache
+    index = getattr(getattr(cache, "_cache_file", None), "_index_path", None)
+    if index is None:  # it is not to be stored
+        return
+    turn = _Turn(Path(index).with_suffix(".lock"))
+    # one thread at a time compiles; in that one, a kernel may need itself for other types
+    compiling = import_module("numba.core.compiler_lock").global_compiler_lock
+    load, save, compiled = cache.load_overload, cache.save_overload, dispatcher.compile
+    depth = 0
+
+    def load_or_wait(signature: Any, context: Any) -> Any:
+        found = load(signature, context)
+        if found is None:
+            turn.take()
+            found = load(signature, context)
+        return found
+
+    def save_in_turn(signature: Any, data: Any) -> None:
+        if not turn.in_vain:
+            save(signature, data)
+
+    def compile_in_turn(signature: Any) -> Any:
+        nonlocal depth
+        with compiling:
+            depth += 1
+            try:
+                return compiled(signature)
+            finally:
+                depth -= 1
+                if not depth:
+                    turn.give()
+
+    cache.load_overload, cache.save_overload = load_or_wait, save_in_turn
+    cache.turn, dispatcher.compile = turn, compile_in_turn
+
+
+def is_being_compiled(dispatcher: Any) -> bool:
+    """Is another process compiling a kernel just now, for whatever types?
+
+    Parameters
+    ----------
+    dispatcher : Any
+        What :meth:`Kernel.declared` gives.
+    """
+    turn = getattr(dispatcher._cache, "turn", None)
+    return turn is not None and turn.is_others()
 
 
 def _names(code: CodeType) -> set[str]:
