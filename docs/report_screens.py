@@ -28,7 +28,12 @@ from tests.job.test_gnss_chapter import ghilani  # noqa: E402
 from tests.workbench.browsing import executable  # noqa: E402
 
 #: name, width and height in pixels, colours
-VIEWS = (("1400", 1400, 900, "light"), ("dark", 1400, 900, "dark"), ("390", 390, 844, "light"))
+VIEWS = (
+    ("1400", 1400, 900, "light"),
+    ("dark", 1400, 900, "dark"),
+    ("390", 390, 844, "light"),
+    ("390-dark", 390, 844, "dark"),
+)
 #: a full page is cut into screens of this height, since very high pictures cannot be looked at
 SLICE = 1800
 FEW = "60000"
@@ -186,6 +191,10 @@ def made(folder: Path, names: list[str]) -> dict[str, Path]:
 
 def screens(browser: Any, name: str, page_file: Path, out: Path) -> None:
     """First screens and whole pages."""
+    for old in out.glob(f"{name}-*.png"):
+        # a page that has become shorter leaves none of its former screens
+        if re.fullmatch(rf"{re.escape(name)}-((390-)?dark|390|1400|page)-\d+", old.stem):
+            old.unlink()
     for view, width, height, colours in VIEWS:
         size = {"width": width, "height": height}
         context = browser.new_context(viewport=size, color_scheme=colours)

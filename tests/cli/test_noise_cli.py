@@ -69,7 +69,7 @@ def test_law_leaves_as_instrument_file(hall_file: Path, tmp_path: Path) -> None:
     assert table["beam_exit_mm"] == pytest.approx(3.5, rel=0.1)
     assert "Noise of ranges is a law of the intensity: ranges" in said
     assert "16 bits of LAS" in said
-    assert "After the intensity the range does not matter to speak of" in said
+    assert "Beyond the intensity, the range hardly matters" in said
     assert "upper bound" not in said
     document = json.loads(data.read_text())
     assert document["law"]["a"] * 1e3 == pytest.approx(table["range_law_a_mm"], rel=1e-4)

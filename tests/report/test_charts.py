@@ -56,7 +56,8 @@ def test_words_of_a_legend_end_before_the_next_colour() -> None:
     # capitals of a sans-serif of 12 pixels are up to 0.95 of it wide, others less than 0.6
     for (_, words), here, after in zip(entries, begins, begins[1:], strict=False):
         wide = sum(11.4 if c in "WM" else 9.4 if c.isupper() else 6.0 for c in words)
-        assert here + 16 + wide < after
+        # on paper letters may be a quarter larger
+        assert here + 16 + 1.25 * wide < after
 
 
 def test_colours_of_both_signs_are_turned_round_on_a_dark_page() -> None:

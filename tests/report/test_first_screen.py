@@ -28,7 +28,7 @@ from tribrach.report.epochs import direction_words, epochs_page
 from tribrach.report.field_check import check_page
 from tribrach.report.findings import Finding
 from tribrach.report.motions import motions_front
-from tribrach.report.names import some_of, told_apart
+from tribrach.report.names import numbered, some_of, told_apart
 from tribrach.report.page import FrontPage, page
 from tribrach.report.series import series_page
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
@@ -177,7 +177,7 @@ def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_mov
 
 def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
-    assert "3 of 4 scans hang together, 1 of 1 loop closes" in whole[1]
+    assert "3 of 4 scans hang together; 1 of 1 loop closes" in whole[1]
     assert "no pair holds" not in whole[1]
     assert "is known least, σ 3.5" in whole[2]  # of 2 mm along each axis
     made = pages._fit
@@ -246,7 +246,30 @@ def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
     sort, verdict, words = front(PAGES["completeness.completeness_page"](harmless))
     assert sort in ("good", "none")
     assert "required sigma is reached" in verdict
-    assert words.count("The required sigma of") == 1
+    assert words.count("is required (3D, of the best station") == 1
+
+
+@pytest.mark.parametrize(
+    "which", ["calibration.calibration_page", "planning.page.plan_page", "series.series_page"]
+)
+def test_what_is_signed_has_its_datum(which: str) -> None:
+    (section,) = parser.document_fromstring(PAGES[which](harmless)).xpath("//div[@class='sign']")
+    words = " ".join(section.text_content().split())
+    assert re.search(r"Datum: |weighted by given covariances|datum of the reference points", words)
+
+
+def test_a_test_that_passed_does_not_say_that_nothing_moved() -> None:
+    words = PAGES["epochs.epochs_page"](harmless)
+    assert "no displacement shown" in words
+    assert "not moved" not in words
+
+
+def test_numbers_that_follow_each_other_are_said_by_their_ends() -> None:
+    assert numbered(["1", "2", "3", "4", "7", "9", "10"]) == "1 to 4, 7, 9 and 10"
+    assert numbered(["3"]) == "3"
+    assert numbered(["1", "2"]) == "1 and 2"
+    # names that only begin like numbers stay, and so do those with leading zeros
+    assert numbered(["08", "09", "10", "wall 1", "wall 2"]) == "08, 09, 10, wall 1 and wall 2"
 
 
 def test_some_names_and_how_many_more() -> None:

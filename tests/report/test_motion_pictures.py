@@ -60,10 +60,10 @@ def test_what_moved_is_drawn_with_an_arrow_and_a_name(motions: CloudMotions) -> 
     assert "stable area" in words
     # in plan the shift is seen, in the elevation along the wall it comes towards the reader
     assert words.count("line ink") == 2
-    assert "too long" in parts.caption
+    assert "times as long as it is" in parts.caption
     still = replace(motions, parts=(replace(motions.parts[0], verdict="no motion found"),))
     quiet = motions_pictures(still)[1]
-    assert "too long" not in quiet.caption
+    assert "times as long" not in quiet.caption
     assert "line ink" not in str(quiet.drawing.marks)
 
 

@@ -121,11 +121,11 @@ class Completeness:
     def sentences(self) -> list[str]:
         """What a reader should take from it."""
         n = max(1, len(self.seen))
-        what = "the model" if self.modelled else "all that was scanned"
+        what = "of the model" if self.modelled else "were scanned"
         words = [f"{percent(count / n)} by {name}" for name, count in self.classes.items()]
         if not self.modelled:
             words = words[1:]
-        out = [f"Of {what}, {n:,} cells of {self.size:g} m, seen: {', '.join(words)}."]
+        out = [f"{n:,} cells of {self.size:g} m {what}; seen: {', '.join(words)}."]
         if not self.modelled:
             out.append(
                 "What no station saw cannot be told from the clouds alone: give a model for that."
@@ -135,10 +135,10 @@ class Completeness:
             there = max(1, sum(sigmas.values()))
             unknown = sigmas["unknown"]
             out.append(
-                f"The required sigma of {1e3 * self.required:g} mm (3D, best station) is reached "
-                f"on {percent(sigmas['reached'] / there)} of what is seen, not on "
-                f"{percent(sigmas['not reached'] / there)}"
-                f"{f', unknown on {percent(unknown / there)}' if unknown else ''}."
+                f"A sigma of {1e3 * self.required:g} mm is required (3D, of the best station in a "
+                f"cell): {percent(sigmas['reached'] / there)} of what is seen reach it, "
+                f"{percent(sigmas['not reached'] / there)} do not"
+                f"{f', of {percent(unknown / there)} it is not known' if unknown else ''}."
             )
         return out
 

@@ -304,14 +304,14 @@ class OffsetTest:
     def sentence(self) -> str:
         """The test in words."""
         how, cure = "as large as", ""
-        taken = f"Taken together the offsets of {self.count} sites are"
+        taken = f"Taken together, the offsets of {self.count} sites are"
         if self.count == 1:
             taken = "The offset of the site is"
         if self.statistic > self.limit:
             how = "larger than"
             cure = (
                 "; look at the sites with the largest ratio of offset and sigma, and for errors "
-                "of the scanners that the stations do not have"
+                "of the scanners that the sigmas of the stations leave out"
             )
         elif self.statistic < self.least:
             how = "smaller than"

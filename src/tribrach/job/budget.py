@@ -172,7 +172,7 @@ def _sentence(around: TargetsAround, where: Placement, points: Array) -> list[st
         return []
     return [
         f"the scans of station {around.station} reach {factor:.1f} times as far as its targets "
-        f"surround: what the station leaves uncertain is {1e3 * among:.1f} mm at the targets and "
+        f"stand: what the station leaves uncertain is {1e3 * among:.1f} mm at the targets and "
         f"{1e3 * out:.1f} mm out there (3D, 95 % of the points below); targets around the object "
         "would hold it"
     ]

@@ -268,9 +268,8 @@ class _Search:
         helped = f" and {_antennas(outcome.antennas)}" if outcome.antennas else ""
         self.say(
             f"{unit.name} {verb} placed by {len(matching.pairs)} of {whose} "
-            f"{len(unit.sighting.centers)} targets{helped}; before the adjustment they lie "
-            f"{rms:.1f} times as far from their points as the search for names expects (root mean "
-            "square)"
+            f"{len(unit.sighting.centers)} targets{helped}, off by {rms:.1f} times what the "
+            "search for names expects (root mean square, before the adjustment)"
         )
         return True
 

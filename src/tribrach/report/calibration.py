@@ -396,7 +396,7 @@ def _front(calibration: SelfCalibration) -> FrontPage:
         sort, begin = "bad", "Global test failed"
     signed = (
         f"{counted(count, 'calibration parameter')} with {'its' if count == 1 else 'their'} "
-        "sigmas, in the datum stated below."
+        f"sigmas {calibration.sigma_origin}. Datum: {calibration.datum_words}."
     )
     return FrontPage(sort, begin + asked, f"{_upper(test.sentence())}.", signed=signed)
 

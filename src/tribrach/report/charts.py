@@ -19,6 +19,7 @@ from tribrach._types import Array
 from tribrach.report.labels import Item, place_labels
 
 __all__ = [
+    "HALF",
     "LEVELS",
     "PALETTE",
     "SIGNED",
@@ -39,6 +40,9 @@ __all__ = [
 #: classes of colours in the style sheet: ``s0`` to ``s11``
 PALETTE = 12
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 14.0, 26.0, 44.0
+#: size of a chart that takes half the width of a page: with one size for all, letters of charts
+#: that stand beside each other are alike
+HALF = (560.0, 390.0)
 #: size of a letter in pixels
 _LETTER = 6.2
 #: stops of colours, evenly spaced from low to high: dark blue to yellow
@@ -63,6 +67,8 @@ TESTED = np.array(
 )  # fmt: skip
 #: cells of a table of numbers that are drawn one by one, each with what it says
 _MOST_CELLS = 1500
+#: words of a legend may become that much larger on paper, as the style sheet has it
+_LARGER = 1.25
 #: more points than these are drawn small
 _MANY_SPOTS = 2000
 #: cells nearer than this share to an end of the colours have white numbers
@@ -497,7 +503,7 @@ def legend(entries: Sequence[tuple[str, str]], width: float) -> tuple[DrawnMark,
     """Colours, classes or such as #1a7a48, with their words, and how high their rows are."""
     parts, x, y = [], _LEFT, 12.0
     for colour, text in entries:
-        need = 30 + _wide(text)
+        need = 30 + _LARGER * _wide(text)
         if x > _LEFT and x + need > width:
             x, y = _LEFT, y + 18.0
         plain = colour.startswith("#")
@@ -531,9 +537,9 @@ def colour_bar(
     parts = [mark("g", inner=parts, class_="signed" if scale is SIGNED else "bar-of-colours")]
     for value in nice_ticks(low, high, 5) if high > low else ():
         at = left + (value - low) / (high - low) * long
-        parts.append(mark("text", f"{value:.10g}", x=at, y=27, class_="tick"))
+        parts.append(mark("text", f"{value:.10g}", x=at, y=29, class_="tick"))
     parts.append(mark("text", label, x=left + long + 14, y=13, class_="entry"))
-    return mark("g", inner=parts), 34.0
+    return mark("g", inner=parts), 36.0
 
 
 def beside(

@@ -121,7 +121,7 @@ def _front(registration: CloudRegistration) -> FrontPage:
         verb = "closes" if closed == 1 else "close"
         words.append(f"{closed} of {counted(len(loops), 'loop')} {verb}")
     elif largest > 1:
-        words.append("nothing controls it: there is no loop")
+        words.append("there is no loop to control them")
     if outlying:
         verb = "contradicts" if outlying == 1 else "contradict"
         words.append(f"{counted(outlying, 'pair')} {verb} the network")
@@ -133,7 +133,7 @@ def _front(registration: CloudRegistration) -> FrontPage:
     signed = f"Poses of {largest} scans with their covariances, in the frame of {first}."
     return FrontPage(
         sort,
-        ", ".join(words),
+        "; ".join(words),
         _head(registration),
         signed=signed if largest > 1 else "",
     )
@@ -172,7 +172,7 @@ def _verdicts(registration: CloudRegistration) -> ReportTable:
         if edge is not None and edge.outlying:
             return text_cell("contradicts the network", "bad")
         if edge is None or edge.statistic is None:
-            return text_cell("not controlled", "bad")
+            return text_cell("not controlled")
         return text_cell("agrees", "good")
 
     columns = [

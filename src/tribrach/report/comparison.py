@@ -11,11 +11,12 @@ from tribrach._types import Array
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
 from tribrach.comparison.results import WHOLE, SiteResult
-from tribrach.report.charts import Chart, beside, colour_bar
+from tribrach.report.charts import HALF, Chart, beside, colour_bar
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
 from tribrach.report.motion_pictures import motions_pictures
 from tribrach.report.motions import motions_front, motions_sentences, motions_tables
+from tribrach.report.names import numbered
 from tribrach.report.numbers import Style, count_cell, counted, fixed_cell, percent_cell
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import (
@@ -126,7 +127,7 @@ def _sites_named(names: Sequence[str]) -> str:
         return "The clouds"
     if len(names) == 1:
         return f"Site {names[0]}"
-    return f"Sites {', '.join(names[:-1])} and {names[-1]}"
+    return f"Sites {numbered(names)}"
 
 
 def prediction_sentences(
@@ -356,7 +357,7 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
     predicted = 1e3 * np.array([p.sigma for p in known])
     observed = 1e3 * np.array([p.observed for p in known])
     end = 1.1 * float(max(predicted.max(), observed.max()))
-    chart = Chart((0.0, end), (0.0, end), ("predicted [mm]", "observed [mm]"), (480.0, 400.0))
+    chart = Chart((0.0, end), (0.0, end), ("predicted [mm]", "observed [mm]"), HALF)
     # the upper edge of the band leaves the panel at its top
     chart.area([0.0, end, end, end / BAND[1]], [0.0, BAND[0] * end, end, end], "s0")
     chart.line([0.0, end], [0.0, end])
@@ -466,7 +467,7 @@ def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
     end = 1e3 * float(edges[min(last + 1, _BINS)])
     title = "Histogram of distances"
     labels = ("nearest-neighbour distance [mm]", "points")
-    chart = Chart((0.0, end), (0.0, 1.05 * float(counts.max())), labels, (640.0, 300.0))
+    chart = Chart((0.0, end), (0.0, 1.05 * float(counts.max())), labels, HALF)
     for low, high, count in zip(1e3 * edges[:-1], 1e3 * edges[1:], counts, strict=True):
         if count and low < end:
             words = f"{low:.2f} to {high:.2f} mm: {count:,} points"
@@ -475,7 +476,7 @@ def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
     if known:
         mean = 1e3 * float(np.average([m for m, _ in known], weights=[n for _, n in known]))
         words = f"mean floor {mean:.1f} mm"
-        chart.line([mean, mean], [0.0, 1.02 * counts.max()], "s1", dashed=True, words=words)
+        chart.line([mean, mean], [0.0, 1.02 * counts.max()], "ink", dashed=True, words=words)
     floor = f" Dashed: the mean floor, {mean:.1f} mm." if known else ""
     caption = f"All sites; {counts.sum():,} distances within {1e3 * limit:g} mm.{floor}"
     return Picture("histogram-distances", title, beside([[chart]], title), caption)

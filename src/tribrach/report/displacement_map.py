@@ -12,15 +12,22 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.epochs.comparison import Comparison, Displacement
+from tribrach.epochs.systematics import Answer
 from tribrach.network.ellipsoids import plan_ellipses
 from tribrach.report.charts import Drawing, DrawnMark, mark
 from tribrach.report.labels import place_labels
 from tribrach.report.map import MapFrame, length_words, round_down
 
-__all__ = ["displacement_drawing"]
+__all__ = ["SAID", "displacement_drawing"]
 
 #: of the largest displacement or ellipse in pixels
 _LONGEST = 90.0
+#: what a test says of a point: that nothing moved is what no test can show
+SAID: dict[Answer, str] = {
+    "moved": "moved",
+    "not moved": "no displacement shown",
+    "cannot tell": "cannot be told",
+}
 _SORTS = {"moved": "moved", "not moved": "still", "cannot tell": "untold"}
 
 
@@ -99,7 +106,7 @@ def _point(d: Displacement, x: float, y: float, step: Array, axes: Array, plan: 
         else mark("circle", cx=x, cy=y, r=3.0, class_="place")
     )
     line = mark("line", x1=x, y1=y, x2=to[0], y2=to[1], class_="shift")
-    title = f"{d.name}: {1e3 * d.length:.2f} mm, {d.answer}"
+    title = f"{d.name}: {1e3 * d.length:.2f} mm, {SAID[d.answer]}"
     return mark("g", title=title, inner=(spread, line, place), class_=_SORTS[d.answer])
 
 

@@ -17,7 +17,7 @@ from tribrach.epochs.systematics import Answer
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
 from tribrach.network.quality import GlobalTest
-from tribrach.report.displacement_map import displacement_drawing
+from tribrach.report.displacement_map import SAID, displacement_drawing
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
@@ -250,7 +250,7 @@ def _each(c: Comparison) -> list[Finding]:
     return [
         Finding(
             f"Each {which} has its own test at {percent(alpha)}: of {len(single)} that "
-            f"did not move {alpha * len(single):.1f} exceed the limit on average."
+            f"did not move, {alpha * len(single):.1f} exceed the limit on average."
         )
     ]
 
@@ -268,7 +268,7 @@ def _common(c: Comparison) -> list[Finding]:
         unit, factor = {"scale": ("ppm", 1e6)}.get(
             m.name, ("mm", 1e3) if m.name.startswith("shift") else ("mgon", 2e5 / np.pi)
         )
-        real = "real" if abs(m.statistic) > m.limit else "not significant"
+        real = "significant" if abs(m.statistic) > m.limit else "not significant"
         out.append(
             Finding(
                 f"Common {m.name} {factor * m.value:.2f} {unit}, sigma {factor * m.sigma:.2f} "
@@ -357,7 +357,10 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
             else []
         ),
         (ColumnHead("limit"), lambda d: fixed_cell(d.limit, 2)),
-        (ColumnHead("verdict", numeric=False), lambda d: text_cell(d.answer, _MARKS[d.answer])),
+        (
+            ColumnHead("verdict", numeric=False),
+            lambda d: text_cell(SAID[d.answer], _MARKS[d.answer]),
+        ),
         (ColumnHead("detectable", "mm"), lambda d: mm_cell(number(d.detectable))),
     ]
     one, two = c.difference.labels

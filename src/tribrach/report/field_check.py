@@ -490,7 +490,10 @@ def _distances(test: DistanceCheck, of_standard: DistanceStatistics) -> ReportTa
             lambda k: text_cell("beyond" if beyond[k] else "", "bad" if beyond[k] else ""),
         ),
         (
-            ColumnHead(f"of standard ± {of_standard.difference_limit * 1e3:.2f} mm", numeric=False),
+            ColumnHead(
+                f"limit of the standard, ± {of_standard.difference_limit * 1e3:.2f} mm",
+                numeric=False,
+            ),
             lambda k: text_cell("beyond" if alone[k] else "kept"),
         ),
     ]

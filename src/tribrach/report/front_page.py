@@ -58,7 +58,7 @@ def front_page(content: Report) -> FrontPage:
         ("Check points", _checks(content)),
         *(("What moved", moved_sentence(one.comparison)) for one in content.job.epochs),
         ("Clouds", _clouds(content)),
-        ("Standard deviations", content.sigma_origin),
+        ("Sigmas", content.sigma_origin),
         *((name, value) for name, value in content.facts if name not in shown),
     ]
     return FrontPage(

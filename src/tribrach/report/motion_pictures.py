@@ -105,7 +105,7 @@ def _membership(motions: CloudMotions) -> Picture:
     if scale > 0:
         caption += (
             f" Arrows: shift along the mean normal of what moved, where its sign is sure with 95 "
-            f"%, {scale:,.0f} times too long (1 mm is {1e-3 * scale:.2g} m)."
+            f"%, drawn {scale:,.0f} times as long as it is (1 mm is {1e-3 * scale:.2g} m)."
         )
     drawing = beside(panels, title, legend(entries, _SIZE[0]))
     return Picture("motions-parts", title, drawing, caption, wide=True)

@@ -267,7 +267,7 @@ def _surface(surface: NotCompared) -> list[str]:
         places = [place for place in reason.places[:_PLACES] if place.area >= _SPECK]
         where = "; ".join(map(_where, places or reason.places[:1]))
         out.append(
-            f"Not compared, {reason.words}: {percent(reason.share)} (about {reason.area:.0f} "
+            f"Not compared ({reason.words}): {percent(reason.share)} (about {reason.area:.0f} "
             f"m²), most of it at {where}."
         )
     return out

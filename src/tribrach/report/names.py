@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["some_of", "spoken", "told_apart"]
+__all__ = ["numbered", "some_of", "spoken", "told_apart"]
+
+#: so many numbers in a row are said by the first and the last
+_ROW = 3
 
 
 def spoken(name: str) -> str:
@@ -27,6 +30,19 @@ def some_of(names: Sequence[str], most: int) -> str:
     if more > 0:
         shown.append(f"{more} more")
     return " and ".join(filter(None, [", ".join(shown[:-1]), *shown[-1:]]))
+
+
+def numbered(names: Sequence[str]) -> str:
+    """All names: 1 to 4, 7 and 9, where names are whole numbers that follow each other."""
+    rows: list[list[str]] = []
+    for name in names:
+        last = rows[-1][-1] if rows else ""
+        follows = last.isdecimal() and name == str(int(last) + 1)
+        rows[-1:] = [[*rows[-1], name]] if follows else [*rows[-1:], [name]]
+    said = [
+        part for row in rows for part in ([f"{row[0]} to {row[-1]}"] if len(row) >= _ROW else row)
+    ]
+    return some_of(said, len(said))
 
 
 def told_apart(one: Path, two: Path) -> tuple[str, str]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.report.charts import Chart, beside, legend
+from tribrach.report.charts import HALF, Chart, beside, legend
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
 from tribrach.report.numbers import Style, count_cell, counted, fixed_cell, mm_cell
@@ -140,12 +140,12 @@ def _law(estimate: NoiseEstimate) -> Iterable[str]:
             f"Intensities are as in the files, {', and '.join(estimate.units)}: the law holds for "
             "scans that were written alike, and classes show how well a power describes them."
         )
-    else:
-        yield f"There is no law of the intensity: {fitted.why}."
     yield (
         f"{'Without intensity' if law else 'Noise of ranges'}: {1e3 * fitted.range:.2f} mm + "
         f"{1e6 * fitted.range_scale:.0f} ppm of the range, over the cosine of the incidence."
     )
+    if law is None:
+        yield f"There is no law of the intensity: {fitted.why}."
 
 
 def _across(estimate: NoiseEstimate) -> Iterable[Finding]:
@@ -286,10 +286,10 @@ def _lasting(effect: LastingEffect, law: str, cause: str, where: str) -> Finding
     change, sigma = (Style.plain(100 * value, 1) for value in (effect.change, effect.sigma))
     figures = f"sigma changes by {change} ± {sigma} % (one sigma) {where}"
     if abs(effect.t) > _T and abs(effect.change) > _CHANGE:
-        return Finding(f"After {law} the {cause} still matters: {figures}.", True)
+        return Finding(f"Beyond {law}, the {cause} still matters: {figures}.", True)
     if abs(effect.change) + 2 * effect.sigma < _LITTLE:
-        return Finding(f"After {law} the {cause} does not matter to speak of: {figures}.")
-    return Finding(f"Whether the {cause} matters after {law} is not told: {figures}.")
+        return Finding(f"Beyond {law}, the {cause} hardly matters: {figures}.")
+    return Finding(f"Whether the {cause} matters beyond {law} is not told: {figures}.")
 
 
 def _limits(estimate: NoiseEstimate) -> Iterable[Finding]:
@@ -414,7 +414,7 @@ def _picture(estimate: NoiseEstimate) -> Picture:
             "range [m]" if law is None else "intensity, in the unit of the files",
             "sigma of the range [mm]",
         ),
-        (760.0, 420.0),
+        HALF,
         log="y" if law is None else "xy",
     )
     entries = [("s0", "smooth patches"), ("s1", what)]
@@ -428,7 +428,7 @@ def _picture(estimate: NoiseEstimate) -> Picture:
         "Slanted patches, where these add most, scatter most."
     )
     title = "Noise of patches and the law"
-    return Picture("noise", title, beside([[chart]], title, legend(entries, 760.0)), caption)
+    return Picture("noise", title, beside([[chart]], title, legend(entries, HALF[0])), caption)
 
 
 def _classes(estimate: NoiseEstimate) -> ReportTable:

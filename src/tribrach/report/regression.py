@@ -157,7 +157,8 @@ def _physical(values: Values, units: Mapping[str, str], regression: Regression) 
         given = values[fit.y]
         ends = float(min(given.min(), fit.fitted.min())), float(max(given.max(), fit.fitted.max()))
         axis = _ends(np.array(ends))
-        labels = _titled(fit.y, units), "model"
+        named = _titled(fit.y, units)
+        labels = named, f"model of {named}"
         chart = Chart(axis, axis, labels, (430.0, 330.0), f"R² {fit.r2:.3f}")
         chart.line(ends, ends)
         words = [f"given {u:.4g}, model {v:.4g}" for u, v in zip(given, fit.fitted, strict=True)]

@@ -25,7 +25,7 @@ from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
 from tribrach.report.page import FrontPage, page
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.epochs import SeriesDocument
-from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
 from tribrach.report.times import clock, clocks, stamp, time_label, time_ticks
 from tribrach.units import percent
 
@@ -147,12 +147,14 @@ def _moved_sentences(solved: Sequence[Cycle], points: Sequence[PointSeries]) -> 
             for axis, fit in zip(_AXES, fits, strict=False)
             if fit is not None and fit.trend
         ]
-        drift = f"it drifts by {', '.join(drifts)} in 30 days" if drifts else "it has no real trend"
+        drift = "it has no significant trend"
+        if drifts:
+            drift = f"it drifts by {', '.join(drifts)} in 30 days"
         yield f"{text}; {drift}."
 
 
 def _point_sentences(points: Sequence[PointSeries]) -> Iterator[str]:
-    """Trends and jumps that are real, the largest first."""
+    """Trends and jumps that are significant, the largest first."""
     trends = [
         (abs(fit.rate) * 30, p.name, axis, fit)
         for p in points
@@ -189,9 +191,15 @@ def series_tables(found: Series, points: Sequence[PointSeries]) -> list[ReportTa
         (ColumnHead("last", "mm"), lambda r: mm_cell(float(r[0].values[-1, _AXES.index(r[1])]))),
         (ColumnHead("30 days", "mm"), lambda r: mm_cell(30 * r[2].rate)),
         (ColumnHead("σ", "mm"), lambda r: mm_cell(30 * r[2].rate_sigma)),
-        (ColumnHead("trend", numeric=False), lambda r: text_cell("real" if r[2].trend else "")),
+        (
+            ColumnHead("trend", numeric=False),
+            lambda r: _significant(found=r[2].trend),
+        ),
         (ColumnHead("daily", "mm"), lambda r: mm_cell(r[2].amplitude)),
-        (ColumnHead("period", numeric=False), lambda r: text_cell("real" if r[2].period else "")),
+        (
+            ColumnHead("period", numeric=False),
+            lambda r: _significant(found=r[2].period),
+        ),
         (ColumnHead("jumps"), lambda r: fixed_cell(float(len(r[2].jumps)), 0)),
         (ColumnHead("outliers"), lambda r: fixed_cell(float(len(r[2].outliers)), 0)),
         (ColumnHead("scatter", wide=True), lambda r: fixed_cell(r[2].scatter, 2)),
@@ -225,6 +233,10 @@ def series_tables(found: Series, points: Sequence[PointSeries]) -> list[ReportTa
     ]
 
 
+def _significant(*, found: bool) -> Cell:
+    return text_cell("significant" if found else "")
+
+
 def _moved(cycle: Cycle) -> str:
     return ", ".join(cycle.moved) if cycle.resolved else "cannot be told"
 
@@ -234,9 +246,10 @@ def series_page(found: Series, points: Sequence[PointSeries], title: str) -> str
     ordered = sorted(points, key=lambda p: -_size(p))[:_DRAWN]
     pictures = [_chart(p, found, k) for k, p in enumerate(ordered)]
     findings = series_findings(found, points)
-    return page(
-        "Series", title, _front(found, points), findings, pictures, series_tables(found, points)
-    )
+    tables = series_tables(found, points)
+    scaled = f", times {np.sqrt(found.factor):.2f}" if found.factor > 1.0 else ""
+    footer = f"Sigmas of displacements are a priori, from those of the readings{scaled}."
+    return page("Series", title, _front(found, points), findings, pictures, tables, footer)
 
 
 def _front(found: Series, points: Sequence[PointSeries]) -> FrontPage:
@@ -265,7 +278,10 @@ def _front(found: Series, points: Sequence[PointSeries]) -> FrontPage:
             "is no more than chance makes in so many."
         )
     good = not parts and len(solved) == len(found.cycles) and solved
-    signed = "The motions stated here, with their tests, of the cycles that were solved."
+    signed = (
+        "The motions stated here, with their tests, of the cycles that were solved, in the datum "
+        "of the reference points that stayed."
+    )
     return FrontPage("good" if good else "none", verdict, sentence, signed=signed)
 
 
@@ -306,10 +322,13 @@ def _chart(p: PointSeries, found: Series, k: int) -> Picture:
         if fit is not None:
             panel.line(x, 1e3 * fit.fitted, "s1")
         panels.append(panel)
-    caption = (
-        f"Displacements of {p.name} since the baseline. The line is trend, daily period and jumps "
-        "as they are fitted; the table says which of them are real."
-    )
+    caption = f"Displacements of {p.name} since the baseline."
+    if k == 0:
+        # it is alike for all of them
+        caption += (
+            " The lines, here and below, are trend, daily period and jumps as they are fitted; the "
+            "table says which of them are significant."
+        )
     return Picture(
         f"series-{k}", p.name, beside([panels], f"Series of {p.name}"), caption, wide=True
     )

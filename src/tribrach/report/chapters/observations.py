@@ -17,7 +17,7 @@ from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head, Observation, ObservedValues
-from tribrach.report.numbers import Style, counted
+from tribrach.report.numbers import Style
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -146,8 +146,9 @@ def _advice(head: Head) -> tuple[str, ...]:
     blocks = int(quality.blocks.rejected.sum())
     if blocks:
         # the table below has single values: whole targets would be looked for in vain
-        whole = counted(blocks, "whole vector or target", "whole vectors or targets")
-        found += f" for a value, {whole} beyond {'its' if blocks == 1 else 'their'} own among them"
+        verb = "is" if blocks == 1 else "are"
+        own = "a whole vector or target, which has its own limit"
+        found += f" for a value; {blocks} of these {verb} of {own}"
     expected = f"{found}; {chance.expected:.1f} would be by chance."
     if chance.act:
         percent = 100 * quality.global_test.alpha

@@ -124,7 +124,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 def _sentences(found: StatedNoise) -> list[str]:
     """What the scans of an instrument say, each in a sentence."""
     if found.whole is None:
-        return [f"Noise of {found.instrument}: {found.why or 'its scans show no planes'}."]
+        return [f"Noise of the {found.instrument}: {found.why or 'its scans show no planes'}."]
     verdict, basis = found.verdict(found.whole), _basis(found)
     said = {
         "as stated": f"it is as {basis} states it",
@@ -133,8 +133,8 @@ def _sentences(found: StatedNoise) -> list[str]:
         "undecided": f"that is too little to say that {basis} is wrong",
     }[verdict]
     out = [
-        f"Noise of {found.instrument} along the beam, on {found.smooth} smooth planar patches of "
-        f"{_counted(found.scans)}: {_figures(found, found.whole)}: {said}."
+        f"Noise of the {found.instrument} along the beam, on {found.smooth} smooth planar patches "
+        f"of {_counted(found.scans)}: {_figures(found, found.whole)}: {said}."
     ]
     worst = found.farthest
     if worst is not None:
@@ -160,7 +160,7 @@ def _neighbours(instrument: str, seen: NeighbourNoise) -> str:
         if seen.stated is None
         else f"The project states that they share {seen.stated:.2f} of the variance."
     )
-    return f"Neighbours of {instrument}: {seen.words}. {stated}"
+    return f"Neighbouring points in scans of the {instrument}: {seen.words}. {stated}"
 
 
 def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:

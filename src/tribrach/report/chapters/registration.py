@@ -15,7 +15,7 @@ from tribrach.observations.registry import kind_named
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.views import Agreement, seen
 from tribrach.report.chapter import Chapter
-from tribrach.report.charts import Chart, beside
+from tribrach.report.charts import HALF, Chart, beside
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
@@ -146,10 +146,10 @@ def _verdict(pair_edges: Sequence[Edge]) -> list[str]:
     shared = f"{counted(len(pair_edges), 'pair')} of stations {verb} observations in common"
     if not tested:
         return [f"{shared}; none of them is controlled by other observations"]
-    contradict = "contradicts" if len(bad) == 1 else "contradict"
+    contradict = "contradicts" if len(bad) < 2 else "contradict"
     return [
-        f"{shared}; {len(bad) or 'none'} of {len(tested)} that others control {contradict} the "
-        f"network (tests at {100 * ALPHA:g} %)"
+        f"{shared}; others control {len(tested)} of them, of which {len(bad) or 'none'} "
+        f"{contradict} the network (tests at {100 * ALPHA:g} %)"
     ]
 
 
@@ -255,7 +255,7 @@ def _graph(adjustment: Adjustment, pair_edges: Sequence[Edge]) -> Picture:
     margin = 0.12 * max(float((high - low).max()), 1.0)
     chart = Chart(
         (low[0] - margin, high[0] + margin), (low[1] - margin, high[1] + margin),
-        ("E [m]", "N [m]"), (760.0, 480.0), equal=True,
+        ("E [m]", "N [m]"), HALF, equal=True,
     )  # fmt: skip
     for first, second in sorted({(e.first, e.second) for e in pair_edges}):
         group = [e for e in pair_edges if (e.first, e.second) == (first, second)]

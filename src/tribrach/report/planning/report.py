@@ -10,6 +10,7 @@ import numpy as np
 
 from tribrach.job.results import JobResults
 from tribrach.network.quality import assess
+from tribrach.network.roles import datum_sentence
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
@@ -74,19 +75,18 @@ def _front(plan: DesignResult) -> FrontPage:
     kind = plan.criterion.kind
     words = criterion_words(plan, kind)
     value = shown(kind, plan.after.value(kind))
+    signed = f"{_SIGNED} {datum_sentence(plan.adjustment)}"
     if plan.required is None:
         return FrontPage(
             "none",
             "Predicted",
             f"The {words} is {value}; no requirement is stated.",
-            signed=_SIGNED,
+            signed=signed,
         )
     sentence = f"The {words} is {value}."
     if not plan.reached and plan.sets is not None and plan.sets.reached:
         sentence += " More sets reach it, see below."
-    return FrontPage(
-        "good" if plan.reached else "bad", _requirement(plan), sentence, signed=_SIGNED
-    )
+    return FrontPage("good" if plan.reached else "bad", _requirement(plan), sentence, signed=signed)
 
 
 def _requirement(plan: DesignResult) -> str:
@@ -120,7 +120,7 @@ def _sentences(plan: DesignResult) -> list[str]:
     out += lever_arm_sentences(plan.lever_arm)
     if plan.lever_arm is None:
         out.append(
-            f"Of the points that are judged {after.names[int(np.argmax(after.sigma))]} is worst, "
+            f"Of the points that are judged, {after.names[int(np.argmax(after.sigma))]} is worst, "
             f"with {three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends "
             "on the datum."
         )

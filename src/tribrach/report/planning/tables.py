@@ -355,7 +355,7 @@ def _datums(plan: DesignResult) -> ReportTable:
                 number(d.redundancy), "" if math.isnan(d.redundancy) else f"{d.redundancy:.3f}"
             ),
         ),
-        (ColumnHead("", numeric=False), lambda d: text_cell(d.refused)),
+        (ColumnHead("why none", numeric=False), lambda d: text_cell(d.refused)),
     ]
     note = "Sigmas of points belong to their datum; distances and redundancies can be compared."
     return build_table("datums", "Datums", note, plan.datums, columns)
@@ -391,5 +391,5 @@ def _sights(sights: tuple[PlannedSight, ...], style: Style) -> ReportTable:
             ),
         ),
     ]
-    note = "undetected: largest displacement of any position by an error that stays undetected."
+    note = "Undetected: largest displacement of any position by an error that stays undetected."
     return build_table("sights", "Sights", note, sights, columns, most=2000)
