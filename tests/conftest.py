@@ -1,5 +1,6 @@
 """Fixtures that all tests share."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,8 @@ from hypothesis import settings
 settings.register_profile("default", deadline=None)
 settings.register_profile("check", derandomize=True, deadline=None)
 settings.load_profile("default")
+# commands of tests are many and short: no second process compiles ahead of each
+os.environ.setdefault("TRIBRACH_COMPILE_AHEAD", "0")
 
 
 @pytest.fixture(scope="session")

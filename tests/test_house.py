@@ -62,6 +62,7 @@ TOUCH_FILES = {
     "comparison/tiles.py": "keeps points in temporary files that only its own tasks read",
     "job/state.py": "keeps what is remembered between runs beside the results",
     "code_version.py": "reads the sources of the program itself",
+    "compiling_ahead.py": "reads a list of its own, and keeps stamps beside compiled code",
 }
 METHODS = {"open", "read_text", "read_bytes", "write_text", "write_bytes", "tofile"}
 FUNCTIONS = {

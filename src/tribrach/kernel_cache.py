@@ -13,7 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-__all__ = ["ensure_cache"]
+__all__ = ["cache_folder", "ensure_cache"]
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -35,6 +35,21 @@ def ensure_cache() -> Path | None:
     if "numba" in sys.modules:
         sys.modules["numba"].config.CACHE_DIR = str(folder)
     return folder
+
+
+def cache_folder() -> Path:
+    """The folder for what is said about all compiled code together.
+
+    Returns
+    -------
+    Path
+        Beside the compiled code, which has more folders; it need not exist yet.
+    """
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    if given:
+        return Path(given)
+    own = _PACKAGE / "__pycache__"
+    return own if _writable(own) else _of_user() / "numba"
 
 
 def _writable(folder: Path) -> bool:

@@ -28,7 +28,9 @@ def main() -> None:
     gc.disable()
     try:
         # loaded here, so that Ctrl-C ends the command in order from its first moment
-        import_module("tribrach.cli.commands").app()
+        ahead = import_module("tribrach.compiling_ahead")
+        with ahead.compiling_ahead(sys.argv[1:]):
+            import_module("tribrach.cli.commands").app()
     except BrokenPipeError:
         # piping into head or a closed pager is no error worth a traceback
         sys.exit(141)
