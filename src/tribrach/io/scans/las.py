@@ -54,6 +54,8 @@ _LAYERED, _LAYERS, _BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
 _VARIABLE = 0xFFFFFFFF
 #: the points of one chunk may need this much memory in any file, and this many times its size
 _CHUNK_BYTES, _CHUNK_GROWTH = 1 << 26, 300
+#: so many records are copied column by column, as they are at hand in the processor meanwhile
+_BLOCK = 4096
 #: scales and offsets beyond these are no lengths in metres
 _COARSEST, _FARTHEST = 1e3, 1e12
 
@@ -342,12 +344,14 @@ class LasScan(Scan):
 
         def fill(first: int, last: int) -> None:
             """Copy some records: numpy works without the interpreter's lock."""
-            for k, name in enumerate(_COORDINATES):
-                column = xyz[first:last, k]
-                np.multiply(array[name][first:last], points.scales[k], out=column)
-                column += points.offsets[k]
-            for theirs, ours in copies:
-                ours[first:last] = theirs[first:last]
+            for begin in range(first, last, _BLOCK):
+                rows = slice(begin, min(begin + _BLOCK, last))
+                for k, name in enumerate(_COORDINATES):
+                    column = xyz[rows, k]
+                    np.multiply(array[name][rows], points.scales[k], out=column)
+                    column += points.offsets[k]
+                for theirs, ours in copies:
+                    ours[rows] = theirs[rows]
 
         in_threads(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
