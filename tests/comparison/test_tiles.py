@@ -169,7 +169,8 @@ def test_core_points_by_brute_force(seed: int, parts: int, ordered: bool) -> Non
     # half a cell apart, those first that are nearest to a middle
     taken: dict[tuple[int, ...], int] = {}
     for cell, (_, row) in sorted(best.items(), key=lambda item: (item[1][0], item[0])):
-        if all(np.linalg.norm(xyz[row] - xyz[other]) >= 0.2 for other in taken.values()):
+        others = xyz[list(taken.values())]
+        if (np.linalg.norm(xyz[row] - others, axis=1) >= 0.2).all():
             taken[cell] = row
     expected = xyz[[taken[cell] for cell in sorted(taken)]]
 
