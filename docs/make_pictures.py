@@ -35,7 +35,7 @@ def style() -> str:
     text = STYLE.read_text(encoding="utf-8")
     light = re.search(r":root \{[^}]*\}", text)
     assert light is not None
-    drawn = "sheet|ellipse|arrow|suspect|sight|axis|line|ring|label|north|bar|curve|tick"
+    drawn = "still|sheet|ellipse|arrow|suspect|sight|axis|line|ring|label|north|bar|curve|tick"
     symbols = "control|check|station|free"
     rules = re.findall(
         rf"(?m)^\.(?:{drawn})[ ,{{.-].*$|^g\.(?:{symbols}).*$|^circle\.ring.*$", text

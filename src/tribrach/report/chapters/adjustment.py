@@ -267,7 +267,7 @@ def _by_chance(seen: _Seen) -> list[str]:
     if not active or seen.quality.chance.act:
         return []
     return [
-        f"{_counted(seen)}; the worst is none that a clean network of this size would not have, so "
+        f"{_counted(seen)}; the worst is no larger than chance makes it in a network of this size: "
         f"nothing is to be done about {_named(active)}"
     ]
 

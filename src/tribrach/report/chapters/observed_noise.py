@@ -173,9 +173,11 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
             f"{_basis(found)} states too little noise of single points, so that sigmas of clouds "
             "are too small: "
         )
-        cure = _with_incidence(found)
+        cure = _with_incidence(found) or (
+            "tribrach noise writes what the scans show as an instrument file"
+        )
         figures = _figures(found, found.whole)
-        yield from warned(Severity.WEAK, [text + figures + (f"; {cure}" if cure else "")])
+        yield from warned(Severity.WEAK, [f"{text}{figures}; {cure}"])
     elif verdict == "less than stated":
         text = (
             f"{_basis(found)} states too much noise of single points, so that sigmas of clouds "
