@@ -3,8 +3,10 @@
 import json
 from pathlib import Path
 
+from pydantic._internal._docs_extraction import extract_docstrings_from_cls
+
 from tribrach.report.json_result import result_model
-from tribrach.report.schema.base import Document
+from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.calibration import CalibrationDocument
 from tribrach.report.schema.check import CheckDocument
@@ -25,7 +27,7 @@ FOLDER = Path(__file__).parent / "schema"
 
 def documents() -> dict[str, type[Document]]:
     """The model of each document by the command that writes it."""
-    return {
+    found: dict[str, type[Document]] = {
         "result": result_model(),
         "baseline": BaselineDocument,
         "calibrate": CalibrationDocument,
@@ -46,6 +48,30 @@ def documents() -> dict[str, type[Document]]:
         "transform": TransformationDocument,
         "workbench": WorkbenchDocument,
     }
+    describe()
+    return found
+
+
+def describe() -> None:
+    """Give every key of every part the words that stand below its attribute.
+
+    Pydantic does so by itself where it is told to (``use_attribute_docstrings``), but for each
+    model whenever it is loaded.
+    """
+    parts = [DocumentPart]
+    for part in parts:
+        words = extract_docstrings_from_cls(part, use_inspect=True)
+        for name, field in part.model_fields.items():
+            above = [base.model_fields[name] for base in part.__bases__ if _has(base, name)]
+            said = [words.get(name), field.description, *(one.description for one in above)]
+            field.description = next(filter(None, said), None)
+        parts += [kind for kind in part.__subclasses__() if kind not in parts]
+    for part in parts:
+        part.model_rebuild(force=True)
+
+
+def _has(base: type, name: str) -> bool:
+    return name in getattr(base, "model_fields", {})
 
 
 def schema_text(model: type[Document]) -> str:

@@ -43,7 +43,9 @@ Finite = Annotated[float | None, BeforeValidator(_finite)]
 class DocumentPart(BaseModel):
     """A part of a document: its keys and no others, every number finite.
 
-    Keys that a part may lack are left out where nothing is known of them.
+    Keys that a part may lack are left out where nothing is known of them. What is written below an
+    attribute describes its key in the published schema; ``docs/make_schemas.py`` looks it up there,
+    as it would cost every command a tenth of its start.
     """
 
     model_config = ConfigDict(
@@ -53,7 +55,6 @@ class DocumentPart(BaseModel):
         from_attributes=True,
         populate_by_name=True,
         protected_namespaces=(),
-        use_attribute_docstrings=True,
         defer_build=True,
     )
 
