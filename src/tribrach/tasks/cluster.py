@@ -44,8 +44,11 @@ R = TypeVar("R")
 #: a task is begun so often beside others before it has to show with nothing beside it whether it
 #: kills its worker
 _BESIDE_OTHERS = 2
-#: so long a scheduler may take to answer, and so long there may be no worker at all [s]
-_ANSWER, _NO_WORKERS = 15.0, 60.0
+#: so long a scheduler may take to answer [s]
+_ANSWER = 15.0
+#: so long there may be no worker at all: those of this machine are started again by themselves,
+#: which takes a minute where it has other work [s]
+_NO_WORKERS, _NO_LOCAL_WORKERS = 60.0, 300.0
 #: between two looks at whether there are workers, and two words of a task on how far it is [s]
 _LOOK, _WORD = 1.0, 0.5
 #: libraries whose versions a worker has to share with the caller, for equal results
@@ -84,6 +87,8 @@ def local_workers(count: int, threads: int | None = None) -> Iterator[Engine]:
         yield _Cluster(
             lambda: stack.enter_context(_local(count, threads or max(1, _processors() // count))),
             f"{count} workers of this machine",
+            _NO_LOCAL_WORKERS,
+            "take fewer, or none: there may be too little memory for so many",
         )
 
 
@@ -109,7 +114,12 @@ def remote_workers(address: str) -> Iterator[Engine]:
     """
     _refuse_missing()
     with ExitStack() as stack:
-        yield _Cluster(lambda: stack.enter_context(_connected(address)), address)
+        yield _Cluster(
+            lambda: stack.enter_context(_connected(address)),
+            address,
+            _NO_WORKERS,
+            "start some with: dask worker ADDRESS --nthreads 1",
+        )
 
 
 def _processors() -> int:
@@ -279,8 +289,11 @@ class _Telling:
 class _Cluster:
     """Does tasks on workers; see :class:`tribrach.tasks.engine.Engine`."""
 
-    def __init__(self, connect: Callable[[], Client], where: str) -> None:
+    def __init__(
+        self, connect: Callable[[], Client], where: str, patience: float, cure: str
+    ) -> None:
         self._connect, self._where = connect, where
+        self._patience, self._cure = patience, cure
         self._known: Client | None = None
 
     def client(self) -> Client:
@@ -297,7 +310,7 @@ class _Cluster:
             return
         work = _Work(self.client(), task, calls, progress, self._where)
         try:
-            yield from work.results()
+            yield from work.results(self._patience, self._cure)
         finally:
             work.end()
 
@@ -350,8 +363,10 @@ class _Work:
             if self.begun:
                 self.client.cancel(list(self.begun.values()), force=True)
 
-    def results(self) -> Iterator[tuple[int, Any]]:
+    def results(self, patience: float, cure: str) -> Iterator[tuple[int, Any]]:
         """Yield numbers of calls and results until all are done or none of the rest matters.
+
+        patience : so long there may be no worker at all [s]; cure : what to do then.
 
         Raises
         ------
@@ -364,10 +379,9 @@ class _Work:
         while self.waiting or self.alone or self.begun:
             if self._begin():
                 alive = time.monotonic()
-            elif time.monotonic() - alive > _NO_WORKERS:
+            elif time.monotonic() - alive > patience:
                 raise InputError(
-                    f"there has been no worker for {_NO_WORKERS:.0f} s at {self.where}",
-                    cure="start some with: dask worker ADDRESS --nthreads 1",
+                    f"there has been no worker for {patience:.0f} s at {self.where}", cure=cure
                 )
             try:
                 number, said = self.news.get(timeout=_LOOK)
