@@ -62,16 +62,13 @@ def describe() -> None:
     for part in parts:
         words = extract_docstrings_from_cls(part, use_inspect=True)
         for name, field in part.model_fields.items():
-            above = [base.model_fields[name] for base in part.__bases__ if _has(base, name)]
-            said = [words.get(name), field.description, *(one.description for one in above)]
+            above = [base for base in part.__bases__ if issubclass(base, DocumentPart)]
+            inherited = [base.model_fields[name] for base in above if name in base.model_fields]
+            said = [words.get(name), field.description, *(one.description for one in inherited)]
             field.description = next(filter(None, said), None)
         parts += [kind for kind in part.__subclasses__() if kind not in parts]
     for part in parts:
         part.model_rebuild(force=True)
-
-
-def _has(base: type, name: str) -> bool:
-    return name in getattr(base, "model_fields", {})
 
 
 def schema_text(model: type[Document]) -> str:
