@@ -27,7 +27,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
 from tribrach.io.json_text import json_text
 from tribrach.io.scans.las import FACTS
-from tribrach.kernels import in_threads, njit
+from tribrach.kernels import in_blocks, in_threads, njit
 from tribrach.scan.scan import Field
 
 __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
@@ -36,8 +36,6 @@ __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
 #: our names of the format's own dimensions
 _RENAMED = {"time": "gps_time"}
 _RGB = ("red", "green", "blue")
-#: so many records are filled column by column, as they are at hand in the processor meanwhile
-_BLOCK = 4096
 #: returns that LAS 1.4 counts
 _RETURNS = 15
 #: numpy types of extra dimensions; others become float64
@@ -173,19 +171,18 @@ class LasRecords:
         packed = self._packed(columns)
 
         def fill(first: int, last: int) -> None:
-            """Copy some points: numpy works without the interpreter's lock."""
-            for begin in range(first, last, _BLOCK):
-                rows = slice(begin, min(begin + _BLOCK, last))
-                for name, column in columns.items():
-                    part = column[rows]
-                    record.array[name][rows] = self._light(part) if name == "intensity" else part
-                for name, parts in packed.items():
-                    byte = np.zeros(rows.stop - rows.start, dtype=np.uint8)
-                    for shift, column in parts:
-                        byte |= column[rows].astype(np.uint8) << np.uint8(shift)
-                    record.array[name][rows] = byte
+            """Copy some points."""
+            rows = slice(first, last)
+            for name, column in columns.items():
+                part = column[rows]
+                record.array[name][rows] = self._light(part) if name == "intensity" else part
+            for name, parts in packed.items():
+                byte = np.zeros(last - first, dtype=np.uint8)
+                for shift, column in parts:
+                    byte |= column[rows].astype(np.uint8) << np.uint8(shift)
+                record.array[name][rows] = byte
 
-        in_threads(fill, len(xyz))
+        in_blocks(fill, len(xyz))
         return record
 
     def _packed(

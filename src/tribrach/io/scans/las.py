@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
-from tribrach.kernels import in_threads
+from tribrach.kernels import in_blocks
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["FACTS", "read"]
@@ -54,8 +54,6 @@ _LAYERED, _LAYERS, _BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
 _VARIABLE = 0xFFFFFFFF
 #: the points of one chunk may need this much memory in any file, and this many times its size
 _CHUNK_BYTES, _CHUNK_GROWTH = 1 << 26, 300
-#: so many records are copied column by column, as they are at hand in the processor meanwhile
-_BLOCK = 4096
 #: scales and offsets beyond these are no lengths in metres
 _COARSEST, _FARTHEST = 1e3, 1e12
 
@@ -343,17 +341,15 @@ class LasScan(Scan):
                 copies.append((array[name], column))
 
         def fill(first: int, last: int) -> None:
-            """Copy some records: numpy works without the interpreter's lock."""
-            for begin in range(first, last, _BLOCK):
-                rows = slice(begin, min(begin + _BLOCK, last))
-                for k, name in enumerate(_COORDINATES):
-                    column = xyz[rows, k]
-                    np.multiply(array[name][rows], points.scales[k], out=column)
-                    column += points.offsets[k]
-                for theirs, ours in copies:
-                    ours[rows] = theirs[rows]
+            """Copy some records."""
+            for k, name in enumerate(_COORDINATES):
+                column = xyz[first:last, k]
+                np.multiply(array[name][first:last], points.scales[k], out=column)
+                column += points.offsets[k]
+            for theirs, ours in copies:
+                ours[first:last] = theirs[first:last]
 
-        in_threads(fill, len(points))
+        in_blocks(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
             if dimension.is_scaled:
                 values[dimension.name] = np.asarray(points[dimension.name], dtype=np.float64)
