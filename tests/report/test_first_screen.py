@@ -175,10 +175,27 @@ def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_mov
     assert one.startswith("The offset of the site is larger than")
 
 
+def test_it_is_said_why_sites_are_too_far_apart_together_and_none_by_itself() -> None:
+    noise = (1e-3, 1e-3)
+    near, far = (
+        Prediction(noise, noise, (9000, 9000), 1e-3, offset, 1e-4, (), 4e-3, 5e-3, None, 0.5)
+        for offset in (2e-3, 5e-3)
+    )
+    sites = [replace(site, prediction=near) for site in sites_of(harmless)]
+    failed = OffsetTest(16, 32.9, 6.9, 28.8)
+    why = "No site by itself is beyond three times the sigma of its offset"
+    assert any(why in words for words in comparison_sentences(sites, failed))
+    passed = OffsetTest(16, 20.0, 6.9, 28.8)
+    assert not any(why in words for words in comparison_sentences(sites, passed))
+    sites = [replace(sites[0], prediction=far), *sites[1:]]
+    assert not any(why in words for words in comparison_sentences(sites, failed))
+
+
 def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
     assert "3 of 4 scans hang together; 1 of 1 loop closes" in whole[1]
     assert "no pair holds" not in whole[1]
+    assert "Hollow:" not in PAGES["cloud_registration.cloud_registration_page"](harmless)
     assert "is known least, σ 3.5" in whole[2]  # of 2 mm along each axis
     made = pages._fit
 
@@ -189,9 +206,23 @@ def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.Monk
         return fit
 
     monkeypatch.setattr(pages, "_fit", loose)
-    sort, verdict, _ = front(PAGES["cloud_registration.cloud_registration_page"](harmless))
+    text = PAGES["cloud_registration.cloud_registration_page"](harmless)
+    sort, verdict, _ = front(text)
     assert sort == "none"
     assert f"no pair holds {harmless(2)} in all directions" in verdict
+    # the plan does not draw it as if it were known
+    drawn = parser.document_fromstring(text).xpath("//g[@class='loose']/title/text()")
+    assert drawn == [harmless(2)]
+    assert f"Hollow: {harmless(2)}, whose place is not known" in text
+
+
+def test_options_dates_and_standards_stay_on_one_line_and_are_copied_as_they_are() -> None:
+    words = "On 2025-03-04, by ISO 17123-9: tribrach adjust <x> --snoop --no-vce."
+    text = page("Kind", "title", FrontPage("good", "Passed", "All."), [words], [], [])
+    (item,) = parser.document_fromstring(text).xpath("//ul[@class='findings']/li")
+    assert item.text_content() == words
+    whole = item.xpath("./span[@class='whole']/text()")
+    assert whole == ["2025-03-04", "ISO 17123-9", "--snoop", "--no-vce"]
 
 
 def series_front(cycles: Sequence[Cycle]) -> tuple[str, str, str]:

@@ -130,9 +130,13 @@ def mark(
 
 
 def symbol(x: float, y: float, name: str, sort: str) -> DrawnMark:
-    """The symbol of a control, check or free point, of a station, or a ring, as in the plan."""
+    """The symbol of a control, check or free point, of a station, or a ring, as in the plan.
+
+    A station that is loose is hollow.
+    """
     shape = {
         "station": mark("path", d="M0 -5.5L5.5 0L0 5.5L-5.5 0z"),
+        "loose": mark("path", d="M0 -5.5L5.5 0L0 5.5L-5.5 0z"),
         "free": mark("circle", r=2.8),
         "ring": mark("circle", r=8),
     }.get(sort, mark("path", d="M0 -6.5L5.8 4.2L-5.8 4.2z"))
@@ -282,9 +286,9 @@ class Chart:
             self._marks.append(mark("path", d=d, class_=f"dots {colour}"))
 
     def place(
-        self, x: float, y: float, name: str, sort: Literal["station", "free", "ring"]
+        self, x: float, y: float, name: str, sort: Literal["station", "loose", "free", "ring"]
     ) -> None:
-        """A station, a point or a ring about a place, with its name beside it."""
+        """A station (loose: hollow), a point or a ring about a place, its name beside it."""
         at = self.across(x), self.up(y)
         self._marks.append(symbol(*at, name, sort))
         if name:

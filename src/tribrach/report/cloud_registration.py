@@ -97,14 +97,14 @@ def _place_sigmas(group: CloudGroup) -> dict[str, float]:
     return out
 
 
-def _loosely_held(registration: CloudRegistration) -> list[str]:
-    """Stations of the largest group whose pairs all leave a direction open."""
+def _loosely_held(registration: CloudRegistration, group: CloudGroup) -> list[str]:
+    """Stations of a group whose pairs all leave a direction open."""
     held: dict[str, int] = {}
     for pair in registration.pairs:
         if pair.fit is not None:
             for name in (pair.a, pair.b):
                 held[name] = max(held.get(name, 0), pair.fit.precision.rank)
-    return [name for name in registration.groups[0].stations if held.get(name, _ALL) < _ALL]
+    return [name for name in group.stations if held.get(name, _ALL) < _ALL]
 
 
 def _front(registration: CloudRegistration) -> FrontPage:
@@ -125,7 +125,7 @@ def _front(registration: CloudRegistration) -> FrontPage:
     if outlying:
         verb = "contradicts" if outlying == 1 else "contradict"
         words.append(f"{counted(outlying, 'pair')} {verb} the network")
-    loose = _loosely_held(registration)
+    loose = _loosely_held(registration, registration.groups[0])
     if loose:
         words.append(f"no pair holds {some_of(loose, _IN_VERDICT)} in all directions")
     whole = largest == scans and loops and closed == len(loops) and not outlying and not loose
@@ -255,14 +255,22 @@ def _plan(
         if edge.ends <= set(at):
             words = f"{edge.first} and {edge.second}: taken away, a loop does not close"
             _line(chart, at[edge.first], at[edge.second], "bad", words, dashed=True)
+    loose = [name for name in _loosely_held(registration, group) if name != group.stations[0]]
     for name, place in at.items():
-        chart.place(float(place[0]), float(place[1]), name, "station")
+        sort: Literal["station", "loose"] = "loose" if name in loose else "station"
+        chart.place(float(place[0]), float(place[1]), name, sort)
     caption = (
         f"Stations in the frame of {group.stations[0]} and some of the standing surfaces that they "
         "saw. Lines are pairs, coloured by their test against the network (above 1: it "
         "contradicts), grey where nothing controls them, dashed where a loop that does not close "
         "took them away; a line that is pointed at says its test."
     )
+    if loose:
+        them = "it" if len(loose) == 1 else "them"
+        caption += (
+            f" Hollow: {some_of(loose, _IN_VERDICT)}, whose place is not known, since no pair "
+            f"holds {them} in all directions."
+        )
     scale = colour_bar(0.0, _WORST, "test of the pair over its limit", 900.0, TESTED)
     title = "Stations in plan"
     drawing = beside([[chart]], title, scale)

@@ -81,6 +81,12 @@ _CLASSES_NOTE = (
     "distance between the clouds, which their stations and what neighbours have in common leave "
     "however many points there are, and the distances observed, root mean squares over the sites."
 )
+#: why sites may be farther apart than predicted together and none of them by itself
+_BOTH = (
+    "No site by itself is beyond three times the sigma of its offset, so that no row of the table "
+    "is called farther apart: the test of all sites together, at 95 %, knows what they share and "
+    "adds up many small excesses."
+)
 #: name of a picture
 _PREDICTED = "predicted-observed"
 #: bins of the histogram
@@ -152,6 +158,9 @@ def prediction_sentences(
         sentences.append(f"Too few points to tell 10 % on {', '.join(few)}.")
     if offsets is not None:
         sentences.append(f"{offsets.sentence()}.")
+        far = offsets.statistic > offsets.limit
+        if far and offsets.count > 1 and all(p.offset_agrees for _, p in known):
+            sentences.append(_BOTH)
     sentences += [f"Site {name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
     return sentences
 

@@ -26,6 +26,9 @@ _UNITS = re.compile(
     r"|(?<=\b[tFp]) (?== )"
 )
 
+#: an option of the command line, a standard or a date, which do not break at their hyphens
+_WHOLE = re.compile(r"(--[a-z][a-z-]*|\bISO \d+-\d+|\b\d{4}-\d\d-\d\d\b)")
+
 #: from one end of a sight to the other, on one line
 _TO = "\N{NO-BREAK SPACE}\N{RIGHTWARDS ARROW} "
 
@@ -33,7 +36,7 @@ _TO = "\N{NO-BREAK SPACE}\N{RIGHTWARDS ARROW} "
 @cache
 def _environment() -> Environment:
     """The one environment of the package."""
-    return Environment(
+    environment = Environment(
         loader=PackageLoader("tribrach.report", "templates"),
         autoescape=True,
         finalize=_seen,
@@ -41,6 +44,8 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["parts"] = _parts
+    return environment
 
 
 def _seen(value: Any) -> Any:
@@ -51,6 +56,11 @@ def _seen(value: Any) -> Any:
     if isinstance(value, str) and not hasattr(value, "__html__"):
         return _UNITS.sub("\N{NO-BREAK SPACE}", visible(value).replace(" -> ", _TO))
     return value
+
+
+def _parts(sentence: str) -> list[str]:
+    """A sentence in parts; every second of them is to stay on one line."""
+    return _WHOLE.split(sentence)
 
 
 def render_page(template: str, **values: Any) -> str:
