@@ -59,12 +59,12 @@ def test_model_and_sigma(tmp_path: Path) -> None:
     # the upper and the right edge of the mesh touch cells that the cloud does not reach
     share = float(said.split("seen: ")[1].split("%")[0])
     assert share == pytest.approx(40, abs=2.5)
-    assert "0 % of what is seen reach it" in said
+    assert "0 % of what is seen reaches it" in said
     assert "Seen by no station: " in said
     assert page.read_text().count("<figure") == 2
     points = run(a, "--model", cloud(tmp_path / "m.txt", wall(0, 10)), "--sigma-mm", 7)
     assert "39 % by no station" in points
-    assert "100 % of what is seen reach it" in points
+    assert "100 % of what is seen reaches it" in points
 
 
 def test_stations_named_by_points(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_a_sheet_that_is_right_is_told_so_in_every_class(tmp_path: Path) -> None
     everything = [found.whole, *(one for some in found.classes.values() for one in some)]
     assert {found.verdict(one) for one in everything} == {"as stated"}
     assert found.farthest is None
-    assert "it is as the project's section of A states it" in said(tmp_path)
+    assert "it is as the project ([instruments.A]) states it" in said(tmp_path)
     assert found.neighbours is not None
     assert (found.neighbours.share, found.neighbours.stated) == (0.0, None)
     assert "show nothing that neighbours share: correlation" in said(tmp_path)

@@ -11,6 +11,7 @@ from tribrach.errors import InputError, RankDefect, UnknownName
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.defects import datum_mask
 from tribrach.network.network import Datum
+from tribrach.network.roles import datum_sentence
 from tribrach.network.survey import Survey
 from tribrach.observations.sights import SlopeDistances
 
@@ -58,8 +59,16 @@ def test_free_trilateration_of_strang_and_borre() -> None:
     assert points["P"][:2] == pytest.approx((170.7123, 170.7185), abs=5e-5)
     assert points["1"][:2] == pytest.approx((170.7032, 270.7213), abs=5e-5)
     assert adjustment.sigma0_posterior == pytest.approx(1.1764, abs=5e-5)
+    # nobody is told of stations where there are none
+    assert "inner constraints over all points close" in datum_sentence(adjustment)
     assert (adjustment.defect, adjustment.dof) == (3, 1)
     assert_same_cofactor(adjustment)
+
+
+def test_points_and_stations_carry_a_free_datum_together() -> None:
+    survey, _ = scanner_network(np.random.default_rng(3), targets=6, stations=2)
+    sentence = datum_sentence(adjust(survey.network()))
+    assert "inner constraints over all points and stations close 6 open motions" in sentence
 
 
 def test_free_scanner_network() -> None:

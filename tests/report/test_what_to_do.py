@@ -58,6 +58,17 @@ def test_more_than_chance_is_a_warning_that_says_what_to_do() -> None:
     assert content.quality.chance.act
 
 
+def test_notes_tell_of_columns_that_are_there() -> None:
+    def notes(content: Report) -> dict[str, str]:
+        return {table.name: table.note for one in content.chapters for table in one.tables}
+
+    assert "Likely error" in notes(repeated(3.4, 5.0))["worst"]
+    clean = notes(repeated())
+    assert "Likely error" not in clean["worst"]
+    # A is held and nothing else is given
+    assert clean["control"].startswith("Held coordinates are taken as free of errors")
+
+
 def test_clean_networks_are_told_to_act_as_seldom_as_stated() -> None:
     """Of 80 networks of 60 values 5 %: 4 with a sigma of 2; 13 once in 10,000 times."""
     rng, acts = np.random.default_rng(3), 0

@@ -136,8 +136,8 @@ class Completeness:
             unknown = sigmas["unknown"]
             out.append(
                 f"A sigma of {1e3 * self.required:g} mm is required (3D, of the best station in a "
-                f"cell): {percent(sigmas['reached'] / there)} of what is seen reach it, "
-                f"{percent(sigmas['not reached'] / there)} do not"
+                f"cell): {percent(sigmas['reached'] / there)} of what is seen reaches it, "
+                f"{percent(sigmas['not reached'] / there)} does not"
                 f"{f', of {percent(unknown / there)} it is not known' if unknown else ''}."
             )
         return out

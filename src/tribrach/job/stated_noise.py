@@ -46,7 +46,7 @@ _LEAST_PATCHES, _LEAST_RECORDS, _MOST_RECORDS = 200, 100_000, 500_000
 
 #: who states the noise of an instrument
 _BASIS: Mapping[Origin, str] = {
-    "project": "the project's section of {}",
+    "project": "the project ([instruments.{}])",
     "file": "the instrument file of {}",
     "sheet": "the data sheet of {}",
 }

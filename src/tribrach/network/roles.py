@@ -148,7 +148,7 @@ def datum_sentence(adjustment: SolvedSystem) -> str:
     """What fixes the frame, in a sentence."""
     if adjustment.defect:
         names = datum_names(adjustment)
-        who = _listed(names) if names else "all points and stations"
+        who = _listed(names) if names else f"all {_positions(adjustment)}"
         motions = f"{adjustment.defect} open motion" + "s" * (adjustment.defect != 1)
         return (
             f"Free network: inner constraints over {who} close {motions}; the standard "
@@ -166,6 +166,13 @@ def datum_sentence(adjustment: SolvedSystem) -> str:
     kind = adjustment.network.datum.kind
     noun = nouns.get(kind, "Control" if held or weighted else "Observations")
     return f"{noun}: {'; '.join(parts)}."
+
+
+def _positions(adjustment: SolvedSystem) -> str:
+    """What there is in a network: points, stations, or both."""
+    families = {"points": "point", "stations": "pose"}
+    there = [words for words, name in families.items() if adjustment.layout.count(name)]
+    return " and ".join(there)
 
 
 def _listed(names: tuple[str, ...], most: int = 12) -> str:

@@ -276,9 +276,12 @@ def _beside_stated(estimate: NoiseEstimate) -> Finding:
     if factor > _APART and estimate.doubts:
         verdict += ", for which surfaces may be the reason"
     apart = not 1 / _APART <= factor <= _APART
-    return Finding(
-        f"Noise seen is {factor:.2f} times that of {estimate.stated_by}: {verdict}.", apart
-    )
+    return Finding(f"{_ratio(estimate)}: {verdict}.", apart)
+
+
+def _ratio(estimate: NoiseEstimate) -> str:
+    """Noise seen over noise stated, without a stop."""
+    return f"Noise seen is {_against_stated(estimate):.2f} times that of {estimate.stated_by}"
 
 
 def _lasting(effect: LastingEffect, law: str, cause: str, where: str) -> Finding:
@@ -343,11 +346,14 @@ def noise_text(estimate: NoiseEstimate) -> str:
 def noise_page(estimate: NoiseEstimate) -> str:
     """The whole of it as one HTML file."""
     title = ", ".join(scan.source for scan in estimate.scans[:6])
+    front = _front(estimate)
+    # a verdict on what is stated says it with its figure
+    said = [] if front.sort == "none" else [_beside_stated(estimate)]
     return page(
         "Noise of a scanner by its scans",
         title + (" and more" if len(estimate.scans) > 6 else ""),
-        _front(estimate),
-        noise_findings(estimate),
+        front,
+        [one for one in noise_findings(estimate) if one not in said],
         [_picture(estimate)],
         [_classes(estimate), _figures(estimate), _scans(estimate)],
         "Patches are fitted by planes; what they lose of the degrees of freedom is counted.",
@@ -370,7 +376,7 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
             f"{fitted.points:,} points; no data sheet or project is given to compare them with."
         )
         return FrontPage("none", "Noise of the scanner by its scans", rests, signed=_SIGNED)
-    factor, sentence = _against_stated(estimate), _beside_stated(estimate).words
+    factor, sentence = _against_stated(estimate), f"{_ratio(estimate)}."
     if factor > _APART:
         return FrontPage("bad", "More noise than stated", sentence, signed=_SIGNED)
     words = "As precise as stated" if factor >= 1 / _APART else "Less noise than stated"

@@ -179,6 +179,8 @@ def _table(head: Head) -> ReportTable:
         f"that metric against {'F' if head.scaled else 'chi-square'} at {limit:g} %. Check points "
         "take no part."
     )
+    if all(c.use == "held" for c in head.control):
+        note = "Held coordinates are taken as free of errors: nothing of them is tested."
     columns: list[Spec] = [
         head.columns.word("Point", "name"),
         head.columns.word("Use", "use"),

@@ -165,10 +165,9 @@ def _worst_table(head: Head) -> ReportTable:
     columns, chance = head.columns, head.quality.chance
     rows = worst_first(head.observations)
     rows = rows.chosen(rows.column("state") != "off")[:_SHOWN]
-    note = (
-        "By the size of the test value w. Likely error: what the reading would be wrong by if it "
-        "alone were wrong, - v / r."
-    )
+    note = "By the size of the test value w."
+    if any(_likely(o, columns).text for o in rows):
+        note += " Likely error: what the reading would be wrong by if it alone were wrong, - v / r."
     specs: list[Spec] = [
         (ColumnHead("Observation", numeric=False), lambda o: text_cell(_kind(o))),
         columns.word("From", "start"),
