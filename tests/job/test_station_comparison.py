@@ -11,9 +11,18 @@ from lxml import html as parser
 from tests.cli.test_scans_cli import fails, works
 from tests.comparison.hanoi_sites import with_step
 from tests.network.hanoi import twin
+from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
+from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.geometry.pose import Pose
+from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.scans.formats import read_scans
 from tribrach.io.twins import write_twin
+from tribrach.job.cloud_file import open_cloud
 from tribrach.job.poses import JOINT, read_poses
+from tribrach.job.scans import MeasuredScan
+from tribrach.job.station_comparison import _cloud, _PlacedScans
 from tribrach.pipeline import run
 from tribrach.project import Project
 from tribrach.report.content import Report
@@ -50,6 +59,23 @@ def test_every_json_that_simulation_and_run_leave_is_strict(job: tuple[Path, Rep
     for path in paths:
         json.loads(path.read_text(), parse_constant=words.append)
         assert words == [], path
+
+
+def test_intensities_are_those_of_the_scans_and_of_their_clouds(job: tuple[Path, Report]) -> None:
+    """The law of a noise is of the numbers in the scan, wherever that got them from."""
+    folder, _ = job
+    (scan,) = read_scans(folder / "scans" / "S3-sites.laz")
+    raw = np.concatenate([chunk.values["intensity"] for chunk in scan.chunks()])
+    assert raw.max() > 1
+    assert "intensity" in scan.facts
+    noise = ScanNoise(0.002, 0.0, 0.0, 0.0)
+    where = Placement("S3", Pose(np.eye(3), np.zeros(3)), np.zeros((6, 6)), noise)
+    side = _PlacedScans((MeasuredScan("S3-sites", "S3", scan, noise),), where)
+    cloud = _cloud(side, OutputFrame(WorkFrame()))
+    np.testing.assert_array_equal(np.concatenate(list(cloud.lit()))[:, 3], raw)
+    (path,) = (folder / "out" / "clouds").glob("*S3-sites.laz")
+    lit = np.concatenate(list(open_cloud(path).lit()))[:, 3]
+    np.testing.assert_array_equal(np.sort(lit), np.sort(raw))
 
 
 def test_the_report_has_a_chapter_of_the_comparison(job: tuple[Path, Report]) -> None:

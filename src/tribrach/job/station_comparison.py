@@ -35,6 +35,7 @@ from tribrach.job.each import Item, each
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
 from tribrach.scan.normals import normals
+from tribrach.scan.scan import Scan
 from tribrach.units import MM
 
 if TYPE_CHECKING:
@@ -394,7 +395,7 @@ def _tell(
 def _cloud(side: _PlacedScans, frame: OutputFrame) -> CloudFile:
     """Scans of one station as they are delivered, point by point in the frame of the clouds."""
     where = side.placement
-    placed = tuple(replace(scan.scan, pose=where.pose) for scan in side.scans)
+    placed = tuple(_as_measured(scan.scan, where) for scan in side.scans)
     there = where.delivered(frame)
     return CloudFile(
         side.scans[0].scan.path,
@@ -403,6 +404,16 @@ def _cloud(side: _PlacedScans, frame: OutputFrame) -> CloudFile:
         None if there.noise is None else there,
         frame=frame,
     )
+
+
+def _as_measured(scan: Scan, where: Placement) -> Scan:
+    """A scan at its place, with intensities as it has them, which the law of its noise is of.
+
+    A file that was written by this program may say from what its own were stretched; nothing here
+    is in those units.
+    """
+    facts = {name: said for name, said in scan.facts.items() if name != "intensity"}
+    return replace(scan, pose=where.pose, facts=facts)
 
 
 def _chosen(clouds: Sequence[CloudFile]) -> tuple[tuple[ComparisonSite, ...], list[str]]:
