@@ -31,8 +31,6 @@ __all__ = ["STORING", "Kernel", "blas_in_one_thread", "in_threads", "is_being_co
 
 #: parts of the rounds for each thread: the threads end together, though rounds differ
 _PARTS = 8
-#: rounds in a block
-_BLOCK = 4096
 #: one thread at a time declares kernels to numba
 _DECLARING = RLock()
 #: held while a kernel is stored: numba writes what there is before the code itself, and a process
@@ -297,27 +295,6 @@ def in_threads(kernel: Callable[..., None], rounds: int, *args: Any, least: int 
     with import_module("concurrent.futures").ThreadPoolExecutor(threads) as pool:
         for done in [pool.submit(kernel, *both, *args) for both in pairwise(ends)]:
             done.result()
-
-
-def in_blocks(work: Callable[[int, int], None], rounds: int) -> None:
-    """Share rounds among threads, few at a time.
-
-    For what numpy does to one column after the other: of a few thousand rows all columns stay at
-    hand in the processor, where whole ones would go to memory and back each time.
-
-    Parameters
-    ----------
-    work : Callable
-        Called as ``work(first, last)``; numpy works without the interpreter's lock.
-    rounds : int
-        How many there are.
-    """
-
-    def share(first: int, last: int) -> None:
-        for begin in range(first, last, _BLOCK):
-            work(begin, min(begin + _BLOCK, last))
-
-    in_threads(share, rounds)
 
 
 def blas_in_one_thread() -> AbstractContextManager[Any]:

@@ -27,7 +27,7 @@ from tribrach.job.grouping import groups, whole_source
 from tribrach.job.poses import PLACED, pose_words, station_order
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered, digest
-from tribrach.kernels import in_blocks
+from tribrach.kernels import in_threads
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
 from tribrach.units import percent
@@ -279,7 +279,7 @@ def _rounded(sigma: Single) -> Single:
     def fill(first: int, last: int) -> None:
         out[first:last] = rounded(sigma[first:last])
 
-    in_blocks(fill, len(sigma))
+    in_threads(fill, len(sigma))
     return out
 
 
@@ -291,7 +291,7 @@ def _in_space(sigma: Single) -> Single:
         x, y, z = sigma[first:last].T.astype(np.float64)
         out[first:last] = rounded(np.sqrt(x * x + y * y + z * z).astype(np.float32))
 
-    in_blocks(fill, len(sigma))
+    in_threads(fill, len(sigma))
     return out
 
 

@@ -170,31 +170,15 @@ def test_an_overflow_is_said_and_not_wrapped(tmp_path: Path) -> None:
 
 
 def test_bits_beyond_their_place_are_said(tmp_path: Path) -> None:
-    """Of a byte that has several fields none may spill into its neighbour."""
     header = CloudHeader("S1", FIELDS, 1e-4, UTM)
     xyz, values = points(10)
     values["return_number"][3] = 16
     with (
-        pytest.raises(InputError, match=r"a\.laz: return_number goes up to 16, .* holds 15"),
+        pytest.raises(InputError, match=r"a\.laz: a value does not fit the bits .*16.*15"),
         create(tmp_path / "a.laz", header) as writer,
     ):
         writer.write(xyz, values)
     assert not list(tmp_path.iterdir())
-
-
-def test_the_header_counts_as_laspy_does(tmp_path: Path) -> None:
-    header = CloudHeader("S1", FIELDS, 1e-4, UTM)
-    with create(tmp_path / "a.laz", header) as writer:
-        for seed in (1, 2):
-            writer.write(*points(1000, seed))
-    las = laspy.read(tmp_path / "a.laz")
-    with laspy.open(tmp_path / "a.laz") as file:
-        ours = file.header
-    las.update_header()
-    assert ours.point_count == las.header.point_count == 2000
-    assert (ours.number_of_points_by_return == las.header.number_of_points_by_return).all()
-    np.testing.assert_array_equal(ours.mins, las.header.mins)
-    np.testing.assert_array_equal(ours.maxs, las.header.maxs)
 
 
 def test_unknown_suffixes_are_named(tmp_path: Path) -> None:

@@ -13,7 +13,6 @@ from typing import Any, BinaryIO, Self
 
 import laspy
 import numpy as np
-from laspy.point.dims import COMPOSED_FIELDS
 from laspy.vlrs.known import WktCoordinateSystemVlr
 from laspy.vlrs.vlr import VLR
 from lazrs import LazrsError
@@ -27,7 +26,7 @@ from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.clouds.staged import Staged
 from tribrach.io.json_text import json_text
 from tribrach.io.scans.las import FACTS
-from tribrach.kernels import in_blocks, in_threads, njit
+from tribrach.kernels import in_threads, njit
 from tribrach.scan.scan import Field
 
 __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
@@ -36,8 +35,6 @@ __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
 #: our names of the format's own dimensions
 _RENAMED = {"time": "gps_time"}
 _RGB = ("red", "green", "blue")
-#: returns that LAS 1.4 counts
-_RETURNS = 15
 #: numpy types of extra dimensions; others become float64
 _TYPES = {"u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8"}
 #: day and year of creation in the header
@@ -46,25 +43,10 @@ _DATE, _DATE_BYTES = 90, 4
 _OPTIONS, _LIMITED, _LIMITS = 3, 0b110, slice(64, 112)
 
 
-class _Header(laspy.LasHeader):  # type: ignore[misc]
-    """A header that counts the points of each return without sorting them."""
-
-    def grow(self, points: laspy.PackedPointRecord) -> None:
-        """Add points to the counts and widen the limits to them."""
-        self.point_count += len(points)
-        for k, name in enumerate(("X", "Y", "Z")):
-            whole = np.ascontiguousarray(points.array[name])
-            ends = self.scales[k] * np.array([whole.min(), whole.max()]) + self.offsets[k]
-            self.mins[k] = min(self.mins[k], ends[0])
-            self.maxs[k] = max(self.maxs[k], ends[1])
-        counts = np.bincount(points.return_number, minlength=_RETURNS + 1)
-        self.number_of_points_by_return += counts[1 : _RETURNS + 1].astype(np.uint64)
-
-
 def las_header(header: CloudHeader) -> laspy.LasHeader:
     """The header of a file with these fields: point format 6, or 7 with colours."""
     colours = set(_RGB) <= {field.name for field in header.fields}
-    las = _Header(point_format=7 if colours else 6, version="1.4")
+    las = laspy.LasHeader(point_format=7 if colours else 6, version="1.4")
     las.scales, las.offsets = np.full(3, header.step), np.asarray(header.offset, dtype=float)
     las.system_identifier, las.generating_software = "", "Tribrach"
     own = set(las.point_format.dimension_names)
@@ -168,43 +150,28 @@ class LasRecords:
             if field.name in values:
                 columns[_RENAMED.get(field.name, field.name)] = values[field.name]
 
-        packed = self._packed(columns)
-
         def fill(first: int, last: int) -> None:
-            """Copy some points."""
-            rows = slice(first, last)
+            """Copy some points: numpy works without the interpreter's lock."""
+            some = record[first:last]
             for name, column in columns.items():
-                part = column[rows]
-                record.array[name][rows] = self._light(part) if name == "intensity" else part
-            for name, parts in packed.items():
-                byte = np.zeros(last - first, dtype=np.uint8)
-                for shift, column in parts:
-                    byte |= column[rows].astype(np.uint8) << np.uint8(shift)
-                record.array[name][rows] = byte
+                part = column[first:last]
+                part = self._light(part) if name == "intensity" else part
+                if name in (some.array.dtype.names or ()):
+                    some.array[name] = part
+                else:
+                    # a few bits of a byte that has others as well
+                    some[name] = part
 
-        in_blocks(fill, len(xyz))
+        try:
+            in_threads(fill, len(xyz))
+        except OverflowError as error:
+            # laspy: of a byte with several fields none may spill into its neighbour
+            raise InputError(
+                f"a value does not fit the bits that LAS has for it ({error})",
+                file=self._path,
+                cure="write the cloud as PLY or E57",
+            ) from error
         return record
-
-    def _packed(
-        self, columns: dict[str, NDArray[Any]]
-    ) -> dict[str, list[tuple[int, NDArray[Any]]]]:
-        """Take the columns out that are a few bits of a byte; their shifts, by the byte."""
-        out: dict[str, list[tuple[int, NDArray[Any]]]] = {}
-        for byte, parts in COMPOSED_FIELDS[self._las.point_format.id].items():
-            for part in parts:
-                if part.name not in columns:
-                    continue
-                column = columns.pop(part.name)
-                shift = (part.mask & -part.mask).bit_length() - 1
-                if len(column) and not 0 <= column.min() <= column.max() <= part.mask >> shift:
-                    raise InputError(
-                        f"{part.name} goes up to {column.max():g}, and the format holds "
-                        f"{part.mask >> shift}",
-                        file=self._path,
-                        cure="take another format for the cloud",
-                    )
-                out.setdefault(byte, []).append((shift, column))
-        return out
 
     def _light(self, intensity: NDArray[Any]) -> NDArray[np.uint16]:
         """Intensities (n,) as the integers of the format."""

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
-from tribrach.kernels import in_blocks
+from tribrach.kernels import in_threads
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["FACTS", "read"]
@@ -341,7 +341,7 @@ class LasScan(Scan):
                 copies.append((array[name], column))
 
         def fill(first: int, last: int) -> None:
-            """Copy some records."""
+            """Copy some records: numpy works without the interpreter's lock."""
             for k, name in enumerate(_COORDINATES):
                 column = xyz[first:last, k]
                 np.multiply(array[name][first:last], points.scales[k], out=column)
@@ -349,7 +349,7 @@ class LasScan(Scan):
             for theirs, ours in copies:
                 ours[first:last] = theirs[first:last]
 
-        in_blocks(fill, len(points))
+        in_threads(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
             if dimension.is_scaled:
                 values[dimension.name] = np.asarray(points[dimension.name], dtype=np.float64)

@@ -24,7 +24,7 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.survey.gama.axes import Axes
 from tribrach.io.survey.gama.element import NAMESPACE, Element, checked
 from tribrach.network.survey import Survey
-from tribrach.network.survey_rows import SurveyRows
+from tribrach.network.survey_rows import Row, SurveyRows
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinate
 from tribrach.observations.gnss import GnssBaselines
@@ -65,7 +65,9 @@ _PLAIN_SIGHTS: dict[str, type[Observations]] = {
 #: their columns, and those of directions, in the order of other sights
 _PLAIN_COLUMNS = ("start", "end", "height_instrument", "height_target", "use", "reason")
 _DIRECTION_COLUMNS = (*_PLAIN_COLUMNS[:4], "orientation", *_PLAIN_COLUMNS[4:])
-#: attributes of their set-ups as most files have them, in any order
+#: their attributes as most files have them, in any order
+_PLAIN = frozenset(("to", "val", "stdev", "from_dh", "to_dh"))
+#: and those of their set-ups
 _PLAIN_SETUP = frozenset(("from", "from_dh"))
 _ACTIVE = int(Use.ACTIVE)
 #: numbers of theirs above this are looked at
@@ -227,34 +229,7 @@ def _whole(element: Element, name: str) -> int:
     return int(value)
 
 
-#: station, end, both heights, circle, value [rad, m], standard deviation as written, line
-_Sight = tuple[str, str, float, float, str, float, float, int]
-
-
-@dataclass(frozen=True)
-class _PlainKind:
-    """What makes a sight of one kind plain, and those that were found since the last flush.
-
-    Attributes
-    ----------
-    kind
-        Of the observations.
-    unit
-        Of the values [rad, m].
-    most
-        The largest value that is usual [rad, m].
-    sigma_unit
-        Of the standard deviations [rad, m].
-    default
-        Standard deviation of the section, NaN where it is no number: such sights are special.
-    """
-
-    kind: type[Observations]
-    unit: float
-    most: float
-    sigma_unit: float
-    default: float
-    sights: list[_Sight] = field(default_factory=list)
+_Sight = tuple[type[Observations], Row]
 
 
 class _PlainSights:
@@ -274,20 +249,13 @@ class _PlainSights:
     def __init__(self, reader: ObservationReader, section: Element) -> None:
         self._whole, self._hand, self._file = reader.whole, reader.hand, section.file
         self._rows = reader.rows
-        self._kinds = {tag: self._plain(tag, kind, section) for tag, kind in _PLAIN_SIGHTS.items()}
-
-    @staticmethod
-    def _plain(tag: str, kind: type[Observations], section: Element) -> _PlainKind:
-        given = section.node.get(_DEFAULTS.get(tag.rpartition("}")[2], "distance-stdev"), "")
-        try:
-            default = float(given)
-        except ValueError:
-            default = np.nan
-        if kind is Directions:
-            return _PlainKind(kind, GON, _TURN, CC, default)
-        if kind is ZenithAngles:
-            return _PlainKind(kind, GON, np.nextafter(np.pi, 0), CC, default)
-        return _PlainKind(kind, 1.0, _USUAL, MM, default)
+        #: rows of each kind, from its first on
+        self._of: dict[type[Observations], list[Row]] = {}
+        # where it is a number: all others are special
+        self._default = {
+            tag: section.node.get(_DEFAULTS.get(tag.rpartition("}")[2], "distance-stdev"), "")
+            for tag in _PLAIN_SIGHTS
+        }
 
     def setup(self, node: Any) -> bool:
         """Take a set-up of nothing but plain sights; False for any other, untouched."""
@@ -301,73 +269,56 @@ class _PlainSights:
         if station not in self._whole or not abs(height) < _USUAL:
             return False
         circle = _circle(station, f"{self._file}:{node.sourceline}")
-        found = []
+        sights = []
         for child in node:
-            plain = self._kinds.get(child.tag)
-            sight = None if plain is None else self._sight(child, plain, station, height, circle)
-            if plain is None or sight is None:
+            sight = self.sight(child, station, height, circle)
+            if sight is None:
                 return False
-            found.append((plain.sights, sight))
-        for sights, sight in found:
             sights.append(sight)
+        for sight in sights:
+            self.take(sight)
         return True
 
-    def one(self, node: Any, station: str, height: float, circle: str) -> bool:
-        """Take a sight from a station with this height and circle; False if it is special."""
-        plain = self._kinds.get(node.tag)
-        sight = None if plain is None else self._sight(node, plain, station, height, circle)
-        if plain is None or sight is None:
-            return False
-        plain.sights.append(sight)
-        return True
-
-    def _sight(
-        self, node: Any, plain: _PlainKind, station: str, height: float, circle: str
-    ) -> _Sight | None:
-        """What a sight says, None if it is special."""
+    def sight(self, node: Any, station: str, height: float, circle: str) -> _Sight | None:
+        """A sight from a station with this height and circle, None if it is special."""
+        kind = _PLAIN_SIGHTS.get(node.tag)
+        if kind is None:
+            return None
         given = dict(node.items())
-        others = len(given) - 2
-        sigma, own, other = plain.default, height, 0.0
+        if not _PLAIN.issuperset(given):
+            return None
         try:
-            end, value = given["to"].strip(), float(given["val"]) * plain.unit
-            if "stdev" in given:
-                sigma, others = float(given["stdev"]), others - 1
-            if "from_dh" in given:
-                own, others = float(given["from_dh"]), others - 1
-            if "to_dh" in given:
-                other, others = float(given["to_dh"]), others - 1
+            end = given["to"].strip()
+            value = float(given["val"])
+            sigma = float(given["stdev"] if "stdev" in given else self._default[node.tag])
+            own, other = float(given.get("from_dh", height)), float(given.get("to_dh", 0.0))
         except (KeyError, ValueError):
             return None
-        # NaN is not below anything; attributes that are left are none of a plain sight
-        usual = 0 < value <= plain.most and 0 < sigma < _USUAL
-        usual = usual and -_USUAL < own < _USUAL and -_USUAL < other < _USUAL
-        if others or not usual or end == station or end not in self._whole:
+        # NaN is not below anything
+        small = max(abs(value), sigma, abs(own), abs(other)) < _USUAL and sigma > 0 and value > 0
+        if not small or end == station or end not in self._whole:
             return None
-        return station, end, own, other, circle, value, sigma, node.sourceline
+        source = f"{self._file}:{node.sourceline}"
+        if kind is Directions:
+            value *= GON
+            if value > _TURN:
+                return None
+            columns = (station, end, own, other, circle, _ACTIVE, "")
+            return kind, (self._hand * value % _TURN, sigma * CC, source, columns)
+        unit = MM
+        if kind is ZenithAngles:
+            value, unit = value * GON, CC
+            if value >= np.pi:
+                return None
+        return kind, (value, sigma * unit, source, (station, end, own, other, _ACTIVE, ""))
 
-    def flush(self) -> None:
-        """Give the sights to the survey, before others follow."""
-        for plain in self._kinds.values():
-            if not plain.sights:
-                continue
-            start, end, own, other, circle, value, sigma, line = zip(*plain.sights, strict=True)
-            plain.sights.clear()
-            turned, n = plain.kind is Directions, len(line)
-            values = np.array(value)
-            values = self._hand * values % _TURN if turned else values
-            columns = [start, end, own, other, circle, [_ACTIVE] * n, [""] * n]
-            names = _DIRECTION_COLUMNS if turned else _PLAIN_COLUMNS
-            if not turned:
-                del columns[4]
-            self._rows.table(plain.kind, names).extend(
-                zip(
-                    values.tolist(),
-                    (np.array(sigma) * plain.sigma_unit).tolist(),
-                    [f"{self._file}:{k}" for k in line],
-                    zip(*columns, strict=True),
-                    strict=True,
-                )
-            )
+    def take(self, sight: _Sight) -> None:
+        """Give a sight to the survey."""
+        kind, row = sight
+        if kind not in self._of:
+            names = _DIRECTION_COLUMNS if kind is Directions else _PLAIN_COLUMNS
+            self._of[kind] = self._rows.table(kind, names)
+        self._of[kind].append(row)
 
 
 class ObservationReader:
@@ -419,7 +370,6 @@ class ObservationReader:
             child = section.allowed(node, ("point", *readers))
             if child is None or child.tag == "point":
                 continue
-            plain.flush()
             before = child.refused.count
             with child.refused.record():
                 cluster = GamaCluster(child)
@@ -428,7 +378,6 @@ class ObservationReader:
                 # a matrix fits all values of its cluster
                 if child.refused.count == before:
                     self._correlate(cluster)
-        plain.flush()
 
     def _obs(
         self, element: Element, cluster: GamaCluster, section: Element, plain: _PlainSights
@@ -441,9 +390,10 @@ class ObservationReader:
         circle = _circle(station, element.source)
         own = cluster.matrix_element is None and station in self.whole
         for node in element.node:
-            if own and plain.one(node, station, height, circle):
+            sight = plain.sight(node, station, height, circle) if own else None
+            if sight is not None:
+                plain.take(sight)
                 continue
-            plain.flush()
             child = element.allowed(node, (*SIGHTS, "dh", "cov-mat"))
             if child is None or child.tag == "cov-mat":
                 continue

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from tribrach.io.survey.gama.axes import Axes
 from tribrach.io.survey.gama.element import Element
-from tribrach.units import LARGEST
 
 __all__ = ["GamaPoint", "read_points"]
 
@@ -119,17 +118,6 @@ def _define(points: dict[str, GamaPoint], element: Element) -> None:
 
 
 def _record(element: Element) -> GamaPoint:
-    """What an element says; most have nothing that asks for a closer look."""
-    given = dict(element.node.items())
-    name, fixed, adjusted = (given.get(key, "").strip() for key in ("id", "fix", "adj"))
-    if name and fixed in _ROLES and adjusted in _ROLES and ("x" in given) == ("y" in given):
-        try:
-            numbers = [float(given[axis]) if axis in given else None for axis in "xyz"]
-        except ValueError:
-            numbers = [np.inf]
-        # NaN is not below anything
-        if all(number is None or abs(number) < LARGEST for number in numbers):
-            return GamaPoint(element, name, np.array(numbers, dtype=float), fixed, adjusted)
     xyz = np.array([element.number(axis, np.nan) for axis in "xyz"])
     if element.has("x") != element.has("y"):
         raise element.error("x and y must be given together", "give both or none")
