@@ -24,18 +24,25 @@ BEGINNINGS = {
 }
 
 
+def beginning(name: str) -> str:
+    """How files of a format begin."""
+    assert name in BEGINNINGS, f"BEGINNINGS has no {name}: add the first line of one of its files"
+    return BEGINNINGS[name]
+
+
 @pytest.mark.parametrize("name", formats.READERS)
 def test_by_content_whatever_the_suffix(tmp_path, name):
     path = tmp_path / "field.book"
-    path.write_text(BEGINNINGS[name])
+    path.write_text(beginning(name))
     assert formats.format_of(path) == name
     assert format_of(path) == "totalstation"
+    assert formats._unread(beginning(name)) is None, f"{name} is read now: take it out of UNREAD"
 
 
 @pytest.mark.parametrize("name", formats.READERS)
 def test_a_beginning_alone_ends_with_a_sentence(tmp_path, name):
     path = tmp_path / "field.book"
-    path.write_text(BEGINNINGS[name])
+    path.write_text(beginning(name))
     with pytest.raises(InputError):
         formats.read(path)
 
@@ -85,6 +92,6 @@ def test_bytes_that_are_no_text(tmp_path):
 def test_garbage_reads_or_ends_with_a_sentence(tmp_path, name, rest, cut):
     """Whatever follows a beginning, there is a result or an InputError."""
     path = tmp_path / "x"
-    path.write_text("\n".join([BEGINNINGS[name], *rest])[: len(BEGINNINGS[name]) + cut])
+    path.write_text("\n".join([beginning(name), *rest])[: len(beginning(name)) + cut])
     with contextlib.suppress(InputError):
         assert formats.read(path).understood

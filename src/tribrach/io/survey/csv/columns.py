@@ -333,7 +333,7 @@ CIRCLES = TableLayout(
 )
 
 
-#: the kinds of table; the first whose needs are all there is taken
+#: the kinds of table, which no file can be two of (tests/io/survey/test_csv_layouts.py)
 LAYOUTS: tuple[TableLayout, ...] = (
     TELESCOPE,
     CIRCLES,

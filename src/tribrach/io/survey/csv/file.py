@@ -311,9 +311,15 @@ def _scanned(plan: list[tuple[str, str | None]]) -> list[tuple[str, str | None]]
 
 
 def _layout(path: Path, line: int, quantities: list[str]) -> TableLayout:
-    """What kind of table has these columns."""
-    for layout in LAYOUTS:
-        if all(need in quantities for need in layout.needs):
+    """What kind of table has these columns, in whatever order the kinds are listed.
+
+    Among those whose needs are there, one that knows every column goes before one that does not,
+    and one that needs more before one that needs a part of it.
+    """
+    fitting = [layout for layout in LAYOUTS if set(layout.needs) <= set(quantities)]
+    fitting = [layout for layout in fitting if all(map(layout.knows, quantities))] or fitting
+    for layout in fitting:
+        if not any(set(layout.needs) < set(other.needs) for other in fitting):
             return layout
     raise InputError(
         "the columns do not say what kind of table this is",
