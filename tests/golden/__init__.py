@@ -1,0 +1,1 @@
+"""What every command says and writes, frozen: `python -m tests.golden --help`."""

@@ -1,0 +1,379 @@
+"""Runs the command of a case and holds what it says and writes against files of before.
+
+A case has a text (exit status, standard output and error, text files, pages as their text and
+table cells) and one JSON file for each that the command wrote. Texts are compared as they are.
+Numbers of JSON files are written to 12 significant digits; they may differ by 1e-9 of themselves or
+of the largest number of their list, and by 1e-12 (1e-15 in lists, which have covariances). Today's
+date, the version, folders, durations and digests are words of their own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import difflib
+import importlib.metadata
+import json
+import math
+import os
+import re
+import shlex
+import shutil
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lxml import html
+from typer.testing import CliRunner
+
+from tribrach.cli import app
+
+__all__ = ["FILES", "Case", "Group", "Runs", "differences", "write"]
+
+FILES = Path(__file__).parent / "files"
+REPOSITORY = Path(__file__).resolve().parents[2]
+#: of files of text, by their suffix
+TEXTS = {".txt", ".csv", ".toml", ".svg", ".gkf", ".xml", ".dat", ".jsonl", ".pose"}
+#: what runs keep for themselves: file names that have a place and no golden text
+MACHINERY = re.compile(r"(^|/)(\.tribrach|work|lock|written\.json)(/|$)")
+#: characters of a line of JSON that holds a whole value
+_WIDE = 110
+_ENVIRONMENT = {
+    "COLUMNS": "100",
+    "LINES": "40",
+    "TERM": "dumb",
+    "NO_COLOR": "1",
+    "TRIBRACH_COMPILE_AHEAD": "0",
+}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A command line in the folder of its group; `{out}` is a folder of the case alone."""
+
+    name: str
+    words: str
+    #: cases that must have run before in the same folder
+    needs: tuple[str, ...] = ()
+
+    def command(self) -> list[str]:
+        return [word.replace("{out}", self.name) for word in shlex.split(self.words)]
+
+
+@dataclass(frozen=True)
+class Group:
+    """Cases that share a folder of inputs."""
+
+    name: str
+    prepare: Callable[[Path], None]
+    cases: tuple[Case, ...]
+
+    def case(self, name: str) -> Case:
+        return next(case for case in self.cases if case.name == name)
+
+
+@dataclass
+class Runs:
+    """Groups in folders, each prepared once and each case run once."""
+
+    root: Path = field(default_factory=lambda: Path(tempfile.mkdtemp(prefix="golden-")))
+    _found: dict[tuple[str, str], dict[str, str]] = field(default_factory=dict)
+    _folders: dict[str, Path] = field(default_factory=dict)
+
+    def of(self, group: Group, case: Case) -> dict[str, str]:
+        """Golden files of a case by their names."""
+        key = (group.name, case.name)
+        if key not in self._found:
+            folder = self._folder(group)
+            for name in case.needs:
+                self.of(group, group.case(name))
+            self._found[key] = _run(case, folder)
+        return self._found[key]
+
+    def _folder(self, group: Group) -> Path:
+        if group.name not in self._folders:
+            folder = self.root / group.name
+            folder.mkdir(parents=True)
+            with _there(folder):
+                group.prepare(folder)
+            self._folders[group.name] = folder
+        return self._folders[group.name]
+
+    def close(self) -> None:
+        shutil.rmtree(self.root, ignore_errors=True)
+
+
+def differences(group: Group, case: Case, runs: Runs) -> list[str]:
+    """What a case says and writes other than its golden files do, a line each."""
+    new, old = runs.of(group, case), _stored(group, case)
+    out = []
+    for name in sorted(new.keys() | old.keys()):
+        if name not in new or name not in old:
+            out.append(f"{name}: {'is not written any more' if name not in new else 'is new'}")
+        elif name.endswith(".json"):
+            pairs = _unlike(json.loads(old[name]), json.loads(new[name]))
+            out += [f"{name}: {line}" for line in pairs]
+        else:
+            lines = difflib.unified_diff(
+                old[name].splitlines(), new[name].splitlines(), "old", "new", n=1, lineterm=""
+            )
+            out += [f"{name}: {line}" for line in lines]
+    return out
+
+
+def write(group: Group, case: Case, runs: Runs) -> bool:
+    """Write the golden files of a case where they differ; whether they do."""
+    if not differences(group, case, runs):
+        return False
+    for name in _stored(group, case):
+        (FILES / group.name / name).unlink()
+    for name, text in runs.of(group, case).items():
+        path = FILES / group.name / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return True
+
+
+def _stored(group: Group, case: Case) -> dict[str, str]:
+    folder = FILES / group.name
+    paths = [folder / f"{case.name}.txt", *sorted(folder.glob(f"{case.name}.*.json"))]
+    return {p.name: p.read_text(encoding="utf-8") for p in paths if p.is_file()}
+
+
+# one case
+
+
+@contextlib.contextmanager
+def _there(folder: Path) -> Iterator[None]:
+    """In a folder, with an environment that texts do not depend on."""
+    before = dict(os.environ)
+    os.environ.update(_ENVIRONMENT)
+    try:
+        with contextlib.chdir(folder), warnings.catch_warnings():
+            warnings.simplefilter("error")
+            yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)
+
+
+def _run(case: Case, folder: Path) -> dict[str, str]:
+    words = case.command()
+    out = folder / case.name
+    if any(case.name in word for word in words):
+        out.mkdir(exist_ok=True)
+    days = {datetime.date.today()}
+    with _there(folder):
+        result = CliRunner().invoke(app, words)
+    days.add(datetime.date.today())
+    if result.exception is not None and not isinstance(result.exception, SystemExit):
+        raise AssertionError(f"{shlex.join(words)}: {result.output}") from result.exception
+
+    def plain(text: str) -> str:
+        return _normalised(text, folder, days)
+
+    parts = [f"$ tribrach {case.words}", f"exit status {result.exit_code}"]
+    files: dict[str, str] = {}
+    for head, text in (("stdout", result.stdout), ("stderr", result.stderr)):
+        parts += [f"===== {head}", plain(text).rstrip("\n")] if text.strip() else []
+    for path in sorted(p for p in out.rglob("*") if p.is_file()) if out.is_dir() else ():
+        name = path.relative_to(out).as_posix()
+        if MACHINERY.search(name):
+            continue
+        if path.suffix in (".json", ".geojson"):
+            data = json.loads(plain(path.read_text(encoding="utf-8")))
+            files[f"{case.name}.{name.replace('/', '-').removesuffix('.json')}.json"] = _json(data)
+        elif path.suffix == ".html":
+            page = plain(path.read_text(encoding="utf-8"))
+            parts += [f"===== page {name}", "\n".join(_page(page))]
+        elif path.suffix in TEXTS:
+            text = plain(path.read_text(encoding="utf-8"))
+            lines = _drawing(html.fromstring(text.encode())) if path.suffix == ".svg" else [text]
+            parts += [f"===== {name}", "\n".join(lines).rstrip("\n")]
+        else:
+            parts += [f"===== {name} is written"]
+    files[f"{case.name}.txt"] = "\n".join(parts) + "\n"
+    return files
+
+
+def _normalised(text: str, folder: Path, days: set[datetime.date]) -> str:
+    """Without what differs from day to day and from machine to machine."""
+    # stages that took long enough to be told: "  name, 12: 3.4 s (after 0:05)"
+    text = re.sub(r"^  .*: \d+\.\d s \(after \d+:\d\d\)\n", "", text, flags=re.M)
+    for path, word in ((folder, "FOLDER"), (REPOSITORY, "REPOSITORY")):
+        text = text.replace(str(path), word).replace(str(path.resolve()), word)
+    version = importlib.metadata.version("tribrach")
+    text = re.sub(rf"(?i)(tribrach\W{{1,6}}){re.escape(version)}", r"\1VERSION", text)
+    for day in days:
+        text = text.replace(day.isoformat(), "DATE")
+    text = re.sub(r"DATE[T ]\d\d:\d\d:\d\d(\.\d+)?([+-]\d\d:\d\d|Z)?", "DATE-TIME", text)
+    return re.sub(r"\b[0-9a-f]{32,64}\b", "DIGEST", text)
+
+
+# JSON
+
+
+def _json(data: Any) -> str:
+    return "".join(_written(_rounded(data), "")) + "\n"
+
+
+def _rounded(data: Any) -> Any:
+    if isinstance(data, float):
+        return float(f"{data:.12g}")
+    if isinstance(data, dict):
+        return {key: _rounded(value) for key, value in data.items()}
+    return [_rounded(value) for value in data] if isinstance(data, list) else data
+
+
+def _written(data: Any, indent: str) -> Iterator[str]:
+    """A value on one line where it fits, else a line for each of its parts."""
+    line = json.dumps(data, ensure_ascii=False)
+    if not isinstance(data, dict | list) or len(indent) + len(line) <= _WIDE:
+        yield line
+        return
+    inner = indent + " "
+    brackets = "{}" if isinstance(data, dict) else "[]"
+    items = data.items() if isinstance(data, dict) else ((None, value) for value in data)
+    yield brackets[0]
+    for k, (key, value) in enumerate(items):
+        yield ",\n" if k else "\n"
+        yield inner if key is None else f"{inner}{json.dumps(key, ensure_ascii=False)}: "
+        yield from _written(value, inner)
+    yield f"\n{indent}{brackets[1]}"
+
+
+def _unlike(old: Any, new: Any, key: str = "", size: float | None = None) -> Iterator[str]:
+    """Where two values differ, by key, with both values.
+
+    `size` is the largest number of the list that the values stand in.
+    """
+    if isinstance(old, dict) and isinstance(new, dict):
+        for name in [*old, *(n for n in new if n not in old)]:
+            if name not in new:
+                yield f"{key}.{name} is missing; it was {_short(old[name])}"
+            elif name not in old:
+                yield f"{key}.{name} is new: {_short(new[name])}"
+            else:
+                yield from _unlike(old[name], new[name], f"{key}.{name}", size)
+    elif isinstance(old, list) and isinstance(new, list):
+        if len(old) != len(new):
+            yield f"{key} had {len(old)} items and has {len(new)}"
+        inside = max((abs(x) for x in _numbers(old)), default=None) if size is None else size
+        for k, (one, other) in enumerate(zip(old, new, strict=False)):
+            yield from _unlike(one, other, f"{key}[{k}]", inside)
+    elif not _same(old, new, size):
+        yield f"{key} was {_short(old)} and is {_short(new)}"
+
+
+def _numbers(data: Any) -> Iterator[float]:
+    """Numbers of lists of lists, but not of rows with names."""
+    for value in data:
+        if isinstance(value, list):
+            yield from _numbers(value)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield value
+
+
+def _same(old: Any, new: Any, size: float | None) -> bool:
+    if isinstance(old, bool) or isinstance(new, bool) or old is None or new is None:
+        return old is new
+    if isinstance(old, int | float) and isinstance(new, int | float):
+        if isinstance(old, int) and isinstance(new, int):
+            return old == new
+        if size is not None:
+            return math.isclose(old, new, rel_tol=1e-9, abs_tol=1e-9 * size + 1e-15)
+        return math.isclose(old, new, rel_tol=1e-9, abs_tol=1e-12)
+    return bool(old == new)
+
+
+def _short(value: Any) -> str:
+    text = json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 120 else text[:117] + "..."
+
+
+# pages
+
+_BLOCKS = {
+    *("p", "li", "dt", "dd", "h1", "h2", "h3", "h4", "caption", "figcaption", "summary", "label"),
+    *("div", "section", "nav", "main", "header", "footer", "ul", "ol", "dl", "figure", "details"),
+    *("table", "thead", "tbody", "body", "a", "button", "option", "pre"),
+}
+_HEADINGS = {"h1": "# ", "h2": "## ", "h3": "### ", "h4": "#### "}
+#: attributes that people read, or that a name is found by
+_SAID = ("title", "aria-label", "alt", "placeholder", "data-name")
+
+
+def _page(text: str) -> list[str]:
+    """A page as lines: its text, a row of a table each, drawings as their words and parts."""
+    root = html.fromstring(text)
+    lines: list[str] = []
+    pending: list[str] = []
+
+    def flush(head: str = "") -> None:
+        words = " ".join("".join(pending).split())
+        pending.clear()
+        if words:
+            lines.append(head + words)
+
+    def walk(element: Any) -> None:
+        tag = element.tag
+        if not isinstance(tag, str) or tag in ("script", "style", "template", "head"):
+            return
+        if tag == "svg":
+            flush()
+            lines.extend(_drawing(element))
+            return
+        block = tag in _BLOCKS and not (tag == "a" and element.getparent().tag in ("p", "li"))
+        if block or tag == "tr":
+            flush()
+        said = [f"[{name}: {element.get(name)}]" for name in _SAID if element.get(name)]
+        if said:
+            pending.append(" ".join(said) + " ")
+        if tag in ("section", "table", "figure", "details") and element.get("id"):
+            lines.append(f"({tag} {element.get('id')})")
+        if tag == "tr":
+            lines.append(" | ".join(_cell(cell) for cell in element if isinstance(cell.tag, str)))
+            return
+        apart = " " if tag in ("span", "b", "time") else ""
+        pending.append(apart + (element.text or ""))
+        for child in element:
+            walk(child)
+            pending.append(child.tail or "")
+        pending.append(apart)
+        if block:
+            flush(_HEADINGS.get(tag, ""))
+
+    walk(root.find("body"))
+    flush()
+    return lines
+
+
+def _cell(cell: Any) -> str:
+    said = [f"[{name}: {e.get(name)}]" for e in cell.iter() for name in _SAID if e.get(name)]
+    return " ".join(" ".join([*cell.itertext(), *said]).split())
+
+
+def _drawing(svg: Any) -> list[str]:
+    """How many parts of each kind a drawing has, and its words."""
+    parts: Counter[str] = Counter()
+    words: list[str] = []
+    for element in svg.iter():
+        tag = element.tag if isinstance(element.tag, str) else ""
+        tag = tag.rpartition("}")[2]
+        if tag in ("text", "title"):
+            said = " ".join("".join(element.itertext()).split())
+            words += [said] if said else []
+        elif tag not in ("svg", "g", "defs", "tspan", ""):
+            parts[tag] += 1
+    label = svg.get("aria-label") or ""
+    counts = ", ".join(f"{n} {tag}" for tag, n in sorted(parts.items()))
+    return [f"(drawing {label}: {counts})", *([" · ".join(words)] if words else [])]
+
+
+def by_name(groups: tuple[Group, ...]) -> Mapping[str, tuple[Group, Case]]:
+    """Cases by `group/case`."""
+    return {f"{group.name}/{case.name}": (group, case) for group in groups for case in group.cases}
