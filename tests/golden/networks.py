@@ -112,10 +112,11 @@ def sights(rng: np.random.Generator, wrong: Mapping[str, float]) -> list[str]:
             direction += wrong.get(f"{name} direction", 0.0)
             distance += wrong.get(f"{name} distance", 0.0)
             direction += np.arctan2(e, n) * 200 / np.pi + turn
+            high = height + wrong.get(f"{station} height", 0.0)
             zenith += np.arctan2(flat, u) * 200 / np.pi
             lines.append(
                 f"{station},{target},{direction % 400:.5f},{zenith:.5f},"
-                f"{np.hypot(flat, u) + distance:.4f},{height + wrong.get(f'{station} height', 0.0):.3f},{tall:.3f}"
+                f"{np.hypot(flat, u) + distance:.4f},{high:.3f},{tall:.3f}"
             )
     return lines
 
