@@ -5,7 +5,6 @@ import pickle
 import re
 import signal
 import threading
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -13,6 +12,7 @@ import psutil
 import pytest
 
 from tests.job.test_killed import copied, finish_here, job, results
+from tests.tasks.workers import MAY_BE_RESET, workers
 from tribrach._types import Progress
 from tribrach.comparison import tiles
 from tribrach.demo import write_project
@@ -27,13 +27,9 @@ from tribrach.simulate.twins import build
 from tribrach.tasks.cluster import local_workers
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["job"]  # a fixture
+__all__ = ["job", "workers"]  # fixtures
 
-
-@pytest.fixture(scope="module")
-def workers() -> Iterator[Engine]:
-    with local_workers(2) as engine:
-        yield engine
+pytestmark = MAY_BE_RESET
 
 
 def silent(what: str, done: int, total: int | None) -> None:

@@ -158,6 +158,8 @@ def _local(count: int, threads: int) -> Iterator[Client]:
         "distributed.worker.memory.target": False,
         "distributed.worker.memory.spill": False,
         "distributed.worker.memory.pause": False,
+        # one that is not there again by then is given up for good, and a busy machine takes long
+        "distributed.deploy.lost-worker-timeout": "1 day",
         "distributed.nanny.pre-spawn-environ": dict.fromkeys(_SUMS, "1"),
     }
     with scratch_folder() as folder, dask.config.set(settings), _silent():
