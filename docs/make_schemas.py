@@ -1,15 +1,17 @@
 """Writes the JSON Schemas of all documents into ``docs/schema``."""
 
 import json
+from importlib import import_module
 from pathlib import Path
 
 from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 
+from tribrach import questions
+from tribrach.answers import Form
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.calibration import CalibrationDocument
-from tribrach.report.schema.check import CheckDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.completeness import CompletenessDocument
 from tribrach.report.schema.diff import DiffDocument
@@ -22,16 +24,19 @@ from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
 
+#: questions whose forms are made from their results
+QUESTIONS = sorted(
+    path.parent.name for path in Path(questions.__file__).parent.glob("*/chapters.py")
+)
 FOLDER = Path(__file__).parent / "schema"
 
 
-def documents() -> dict[str, type[Document]]:
+def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
-    found: dict[str, type[Document]] = {
+    found: dict[str, type[Document] | Form] = {
         "result": result_model(),
         "baseline": BaselineDocument,
         "calibrate": CalibrationDocument,
-        "check": CheckDocument,
         "compare": ComparisonDocument,
         "complete": CompletenessDocument,
         "diff": DiffDocument,
@@ -49,7 +54,9 @@ def documents() -> dict[str, type[Document]]:
         "workbench": WorkbenchDocument,
     }
     describe()
-    return found
+    for name in QUESTIONS:
+        import_module(f"tribrach.questions.{name}.chapters")
+    return found | Form.every
 
 
 def describe() -> None:
@@ -71,10 +78,13 @@ def describe() -> None:
         part.model_rebuild(force=True)
 
 
-def schema_text(model: type[Document]) -> str:
+def schema_text(model: type[Document] | Form) -> str:
     """The JSON Schema of a document (draft 2020-12)."""
     schema = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    schema |= model.model_json_schema(by_alias=True, mode="serialization")
+    if isinstance(model, Form):
+        schema |= model.json_schema()
+    else:
+        schema |= model.model_json_schema(by_alias=True, mode="serialization")
     return json.dumps(schema, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 

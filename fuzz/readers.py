@@ -32,11 +32,11 @@ from tribrach.io.survey import formats as surveys
 from tribrach.io.survey.csv.matrix import read_matrix
 from tribrach.io.survey.riscan.info import describe_project
 from tribrach.io.transformation_file import read_transformation
-from tribrach.job.check import read_earlier
 from tribrach.job.poses import read_poses
 from tribrach.job.truth import read_truth
 from tribrach.project import Project
 from tribrach.project.edits import read_edits
+from tribrach.questions.check.readings import read_earlier
 
 __all__ = ["READERS", "SEEDS", "Reader", "Seed", "seeds_of"]
 

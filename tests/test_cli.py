@@ -276,7 +276,7 @@ def test_no_command_loads_what_only_some_runs_need() -> None:
     modules = sorted({module for module, _ in COMMANDS.values()})
     code = (
         f"import sys; from importlib import import_module\n"
-        f"for name in {modules}: import_module('tribrach.cli.' + name)\n"
+        f"for name in {modules}: import_module('tribrach.' + name)\n"
         "print([n for n in ('matplotlib', 'scipy.stats', 'polars', 'laspy') if n in sys.modules])"
     )
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

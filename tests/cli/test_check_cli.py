@@ -16,7 +16,7 @@ from tribrach.geometry.polar import xyz_from_polar
 from tribrach.instruments.precision import Precision
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.reader import Context
-from tribrach.job import check as job_check
+from tribrach.questions.check import readings as job_check
 
 RUN = CliRunner()
 SIGMAS = ("--range-mm", "1.2", "--angle-arcsec", "8.25")

@@ -6,7 +6,7 @@ import pytest
 
 from tests.cli.test_bad_scans import RUN, end
 from tribrach.cli import app
-from tribrach.cli.shell import guarded
+from tribrach.shell.flow import guarded
 
 NETWORK = """<?xml version="1.0"?>
 <gama-local xmlns="http://www.gnu.org/software/gama/gama-local"><network><points-observations>

@@ -5,8 +5,8 @@ import io
 import pytest
 from rich.console import Console
 
-from tribrach.cli.printing import printed
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+from tribrach.shell.printing import printed
 
 ROWS = [(f"S{k}", 1234.5678 + k, 18.2 + k) for k in range(3)]
 

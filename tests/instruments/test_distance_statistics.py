@@ -61,7 +61,7 @@ def test_the_full_procedure_term_by_term():
         )
     }
     omega = 0.0
-    for k, (a, b) in enumerate(found.pairs):
+    for k, (a, b) in enumerate(zip(found.differences.from_, found.differences.to, strict=True)):
         length = {
             station: [
                 np.linalg.norm(place[station, one, b] - place[station, one, a]) for one in THREE
@@ -69,7 +69,9 @@ def test_the_full_procedure_term_by_term():
             for station in STATIONS
         }
         means = {station: np.mean(values) for station, values in length.items()}
-        assert found.difference[k] == pytest.approx(means["inside"] - means["outside"], abs=1e-12)
+        assert found.differences.difference[k] == pytest.approx(
+            means["inside"] - means["outside"], abs=1e-12
+        )
         middle = (means["inside"] + means["outside"]) / 2
         omega += sum((d - middle) ** 2 for values in length.values() for d in values)
     shown = found.repeated

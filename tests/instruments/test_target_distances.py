@@ -18,11 +18,12 @@ def test_range_zero_in_line_is_twice_itself():
         np.random.default_rng(0), {"x10": 1e-3}, targets=line, stations=stations, noise=0.0
     )
     found = compare_distances(face_means(given), "A", "B")
-    at = found.pairs.index(("T0", "T1"))
-    assert found.difference[at] == pytest.approx(-2e-3, abs=1e-6)
-    assert found.zero == pytest.approx(1e-3, rel=1e-4)
+    pairs = found.pairs
+    at = list(zip(pairs.from_, pairs.to, strict=True)).index(("T0", "T1"))
+    assert pairs.difference[at] == pytest.approx(-2e-3, abs=1e-6)
+    assert found.range_zero.value == pytest.approx(1e-3, rel=1e-4)
     np.testing.assert_allclose(
-        found.lengths[:, 0] - found.lengths[:, 1], found.difference, atol=1e-12
+        pairs.lengths[:, 0] - pairs.lengths[:, 1], pairs.difference, atol=1e-12
     )
 
 
@@ -36,9 +37,9 @@ def test_degrees_of_freedom_and_false_alarms(count):
     for _ in range(runs):
         found = compare_distances(face_means(readings(rng, targets=targets)), "inside", "outside")
         statistics.append(found.statistic)
-        single += bool((np.abs(found.difference) > found.limit).any())
+        single += bool((np.abs(found.pairs.difference) > found.pairs.limit).any())
     assert found.dof == 3 * count - 6
-    rejected = np.mean(np.array(statistics) > found.critical)
+    rejected = np.mean(np.array(statistics) > found.limit)
     assert abs(rejected - alpha) < 4 * np.sqrt(alpha * (1 - alpha) / runs)
     # Sidak's bound holds for correlated differences as well
     assert single / runs < alpha + 4 * np.sqrt(alpha * (1 - alpha) / runs)
@@ -51,22 +52,20 @@ def test_range_zero_is_found_and_its_sigma_is_true():
     zeros, found = [], None
     for _ in range(300):
         found = compare_distances(face_means(readings(rng, {"x10": 3e-3})), "inside", "outside")
-        zeros.append(found.zero)
-    assert np.mean(zeros) == pytest.approx(3e-3, abs=4 * found.sigma_zero / 17)
-    assert np.std(zeros) / found.sigma_zero == pytest.approx(1, abs=0.17)
+        zeros.append(found.range_zero.value)
+    assert np.mean(zeros) == pytest.approx(3e-3, abs=4 * found.range_zero.sigma / 17)
+    assert np.std(zeros) / found.range_zero.sigma == pytest.approx(1, abs=0.17)
     large = face_means(readings(rng, {"x10": 6e-3}))
     found = compare_distances(large, "inside", "outside")
     assert not found.passed
-    assert found.explanation.causes[0].name == "x10"
+    assert found.explanation.causes[0].parameter == "x10"
     assert found.explanation.fits
-    assert found.faces
 
 
 def test_readings_of_one_face_are_explained_as_such():
     given = readings(np.random.default_rng(1), {"x2": 9e-3}, faces=(1.0,))
     found = compare_distances(face_means(given), "inside", "outside")
-    assert not found.faces
-    names = {n for c in found.explanation.causes for n in (c.name, *c.alternatives)}
+    names = {n for c in found.explanation.causes for n in (c.parameter, *c.alternatives)}
     assert {"x2", "x10"} & names
 
 

@@ -76,7 +76,7 @@ def test_a_misalignment_is_found_and_named(parameter, value):
     for _ in range(60):
         found = two_face_test(face_pairs(readings(rng, {parameter: value}, targets=SPREAD)))
         assert not found.passed
-        names = [c.name for c in found.explanation.causes]
+        names = [c.parameter for c in found.explanation.causes]
         alike = [a for c in found.explanation.causes for a in c.alternatives]
         assert parameter in names or parameter in alike
         if names == [parameter]:
@@ -96,7 +96,7 @@ def test_what_looks_alike_is_named_too():
         np.random.default_rng(2), {"x6": 2e-4}, targets=ring, stations={"S": np.zeros(3)}
     )
     (cause,) = two_face_test(face_pairs(given)).explanation.causes
-    assert {"x3", "x6"} <= {cause.name, *cause.alternatives}
+    assert {"x3", "x6"} <= {cause.parameter, *cause.alternatives}
 
 
 def test_targets_twice_are_refused():

@@ -50,8 +50,8 @@ def test_a_full_check_has_all_tests():
     assert found.statistics[0].procedure == "full"
     assert found.lengths is not None
     assert found.change_of_distances is not None
-    assert found.repeated is not None
-    assert found.repeated.stations is not None
+    assert found.series is not None
+    assert found.series.stations is not None
     # worse than last year
     assert found.failures == ["the precision against the earlier check"]
     # both faces, differences, u, lengths, two of series, two against last year

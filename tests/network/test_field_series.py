@@ -20,7 +20,7 @@ def test_redundancy_is_that_of_the_closed_form():
     found = one(np.random.default_rng(0))
     assert (found.scans, found.targets, found.series) == (6, 4, 3)
     assert found.dof == 30
-    assert found.critical == pytest.approx(43.773, abs=1e-3)
+    assert found.limit == pytest.approx(43.773, abs=1e-3)
     assert set(found.s_station) == {"inside", "outside"}
     assert found.stations.dof == (6, 24)
     assert found.stations.upper == pytest.approx(f.ppf(0.95, 6, 24))

@@ -41,6 +41,7 @@ from tribrach.observations.control import Coordinates
 from tribrach.observations.scanner import TargetCentres
 from tribrach.observations.sights import Directions, SlopeDistances
 from tribrach.planning.prediction import Criterion, figures
+from tribrach.questions.check.chapters import answer_of as check_answer
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
@@ -56,7 +57,6 @@ from tribrach.report.comparison import comparison_page
 from tribrach.report.completeness import completeness_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_page, epochs_svg
-from tribrach.report.field_check import check_page
 from tribrach.report.figures import Picture
 from tribrach.report.noise import noise_page
 from tribrach.report.planning.page import gain_map, plan_page
@@ -191,7 +191,7 @@ def _check(name: Naming) -> str:
         series=(name(4), name(5), name(6)),
     )
     targets = np.array([name(10 + int(t[1:])) for t in given.target], dtype=object)
-    return check_page(check_readings(replace(given, target=targets), name(7)))
+    return check_answer(check_readings(replace(given, target=targets), name(7))).page()
 
 
 def _calibration(name: Naming) -> str:
@@ -326,7 +326,7 @@ PAGES = {
     "html.render": _report,
     "comparison.comparison_page": _comparison,
     "completeness.completeness_page": _completeness,
-    "field_check.check_page": _check,
+    "questions.check": _check,
     "calibration.calibration_page": _calibration,
     "regression.regression_page": _regression,
     "planning.page.plan_page": _plan,

@@ -22,10 +22,10 @@ from tribrach.epochs.differences import Epoch, difference
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.motions import CloudMotions, MovedPart, Verdict
 from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings
+from tribrach.questions.check.chapters import answer_of
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.report.comparison import comparison_sentences
 from tribrach.report.epochs import direction_words, epochs_page
-from tribrach.report.field_check import check_page
 from tribrach.report.findings import Finding
 from tribrach.report.motions import motions_front
 from tribrach.report.names import numbered, some_of, told_apart
@@ -88,12 +88,12 @@ def test_what_the_verdict_says_is_not_said_again_and_warnings_are_marked() -> No
 
 def test_a_scanner_that_passes_and_one_that_does_not() -> None:
     measured = readings(np.random.default_rng(3))
-    sort, verdict, words = front(check_page(check_readings(measured, "yard")))
+    sort, verdict, words = front(answer_of(check_readings(measured, "yard")).page())
     assert (sort, verdict) == ("good", "The scanner passes")
     assert "To sign" in words
     # a range zero of 20 mm: the distances from inside and outside no longer agree
     wrong = readings(np.random.default_rng(3), {"x10": 0.02})
-    sort, verdict, words = front(check_page(check_readings(wrong, "yard")))
+    sort, verdict, words = front(answer_of(check_readings(wrong, "yard")).page())
     assert (sort, verdict) == ("bad", "The scanner does not pass")
     assert "distances from inside and outside" in words
 
@@ -104,7 +104,7 @@ def test_a_number_that_is_not_tested_says_so_and_how_often_it_is_as_large() -> N
     for factor, words in ((0.01, "0 of"), (100.0, "or more with less than 1 %")):
         covariance = measured.covariance / factor
         _, _, said = front(
-            check_page(check_readings(replace(measured, covariance=covariance), "yard"))
+            answer_of(check_readings(replace(measured, covariance=covariance), "yard")).page()
         )
         (sentence,) = re.findall(r"Distance statistics .*?mm\.\s", said + " ", re.DOTALL)
         assert words in " ".join(sentence.split())

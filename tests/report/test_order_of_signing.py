@@ -21,7 +21,7 @@ from tribrach.report.chapters.adjustment import Marked, marked
 from tribrach.report.charts import SIGNED, Chart, DrawnMark, beside, nice_ticks, shade
 from tribrach.report.front_page import front_page
 from tribrach.report.names import spoken
-from tribrach.report.notation import Notation
+from tribrach.report.notation import ReportNotation
 from tribrach.report.panoramas import panorama_drawing
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
 
@@ -126,9 +126,9 @@ def test_a_suspicious_sight_is_drawn_and_rows_name_their_ends() -> None:
 )
 def test_numbers_of_sentences(given: str, comma: str, grouped: str | None) -> None:
     names = frozenset({"12.3"})
-    assert Notation(",", "", names).words(given) == comma
-    assert Notation(",", " ", names).words(given) == (grouped or comma)
-    assert Notation().words(given) == given
+    assert ReportNotation(",", "", names=names).words(given) == comma
+    assert ReportNotation(",", " ", names=names).words(given) == (grouped or comma)
+    assert ReportNotation().words(given) == given
 
 
 @pytest.mark.parametrize(
@@ -150,9 +150,9 @@ def test_numbers_of_sentences(given: str, comma: str, grouped: str | None) -> No
     ],
 )
 def test_angles_of_sentences_have_one_unit(said: str, gon: str | None, deg: str | None) -> None:
-    assert Notation(angle="gon").words(said) == (gon or said)
-    assert Notation(angle="deg").words(said) == (deg or said)
-    assert Notation().words(said) == said
+    assert ReportNotation(angle="gon").words(said) == (gon or said)
+    assert ReportNotation(angle="deg").words(said) == (deg or said)
+    assert ReportNotation().words(said) == said
 
 
 def test_a_warning_is_in_the_unit_of_the_report() -> None:
@@ -176,7 +176,7 @@ def test_a_zero_in_a_table_has_no_sign() -> None:
 
 
 def test_numbers_of_cells() -> None:
-    notation = Notation(",", ".")
+    notation = ReportNotation(",", ".")
     assert notation.cell("-412345.6789") == "-412.345,6789"
     assert notation.cell("1234.5") == "1234,5"
     assert notation.cell("1.53 mm") == "1,53 mm"

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result, Table, Vector
 from tribrach.calibration.field_series import FTest
 from tribrach.calibration.quadratic_forms import (
     equivalent_dof,
@@ -36,7 +37,7 @@ from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.calibration.target_distances import MeasuredDistances, measured_distances
 from tribrach.statistics import chi2, norm
 
-__all__ = ["DistanceStatistics", "DistanceUncertainty", "distance_statistics"]
+__all__ = ["DistanceStatistics", "DistanceUncertainty", "TargetDifferences", "distance_statistics"]
 
 #: scanners as precise as stated whose differences beyond the limit are counted
 _DRAWS = 4000
@@ -45,41 +46,28 @@ TARGETS, SIMPLIFIED, FULL = 4, 1, 3
 
 
 @dataclass(frozen=True)
-class DistanceUncertainty:
-    """The uncertainty of a target that repeated distances show.
+class DistanceUncertainty(Result, also=("passed",)):
+    """The uncertainty of a target that repeated distances show [m]."""
 
-    Attributes
-    ----------
-    u
-        ``u_ISO-TLS`` [m]: root of the mean square of the residuals of all distances over sqrt(2).
-    dof
-        ``nu = p (m - 1)``.
-    dof_equivalent
-        Of the chi-square with the same mean and variance, as distances are correlated.
-    within
-        The same of the series of either station by themselves [m].
-    standard_limit
-        Largest u by the chi-square of nu, as the standard has it [m].
-    standard_rate
-        Probability that a scanner as precise as stated exceeds it.
-    limit
-        Largest u by the distribution of correlated distances [m].
-    p
-        Probability of as much by chance, of the same.
-    ratio
-        Variance within the first station over that within the second, each over what is stated,
-        against two-sided limits.
-    """
-
+    #: ``u_ISO-TLS``: root of the mean square of the residuals of all distances over sqrt(2)
     u: float
+    #: ``nu = p (m - 1)``
     dof: int
+    #: of the chi-square with the same mean and variance, as distances are correlated
     dof_equivalent: float
-    within: tuple[float, float]
-    standard_limit: float
-    standard_rate: float
-    limit: float
-    p: float
-    ratio: FTest
+    #: the same of the series of either station by themselves
+    within: tuple[Number, Number]
+    #: largest u by the chi-square of nu, as the standard has it
+    standard_limit: Number
+    #: probability that a scanner as precise as stated exceeds it
+    standard_rate: Number
+    #: largest u by the distribution of correlated distances
+    limit: Number
+    #: probability of as much by chance, of the same
+    p: Number
+    #: variance within the first station over that within the second, each over what is stated,
+    #: against two-sided limits
+    stations: FTest
 
     @property
     def passed(self) -> bool:
@@ -88,56 +76,44 @@ class DistanceUncertainty:
 
 
 @dataclass(frozen=True)
-class DistanceStatistics:
-    """Distance statistics of two stations.
+class TargetDifferences(Table):
+    """``Delta_ij``: a mean distance from the first station less that from the second [m]."""
 
-    Attributes
-    ----------
-    stations
-        The two stations.
-    scans
-        Number of series of either.
-    targets
-        Number of targets.
-    pairs
-        Names of the targets of each of the p distances.
-    difference : array (p,)
-        ``Delta_ij``, mean of the first station less mean of the second [m].
-    u_stated
-        ``u_T`` of the stated precision [m]: root of half of the mean variance of a distance.
-    difference_limit
-        ``z u_T sqrt(2 / n_1 + 2 / n_2)``, for each difference by itself [m].
-    expected_beyond
-        How many differences of a scanner as precise as stated are beyond it on average.
-    beyond_rate
-        Probability that such a scanner has as many beyond it as this one, or more; differences
-        share targets, so that their number varies more than that of independent ones.
-    repeated
-        What repeated series show, None if a station has only one.
-    alpha, alpha_standard
-        Error probability of the test of u, and of the limits of the standard.
-    departures
-        What the numbers of targets, stations and series of the standard differ in.
-    """
+    from_: tuple[str, ...]
+    to: tuple[str, ...]
+    difference: Vector
+
+
+@dataclass(frozen=True)
+class DistanceStatistics(Result, also=("beyond", "procedure"), without=("alpha_standard",)):
+    """Distance statistics of ISO 17123-9; the procedure is empty where its numbers are others."""
 
     stations: tuple[str, str]
+    #: number of series of either
     scans: tuple[int, int]
+    #: number of targets
     targets: int
-    pairs: tuple[tuple[str, str], ...]
-    difference: Array
+    differences: TargetDifferences
+    #: ``u_T`` of the stated precision [m]: root of half of the mean variance of a distance
     u_stated: float
+    #: ``z u_T sqrt(2 / n_1 + 2 / n_2)``, for each difference by itself [m]
     difference_limit: float
+    #: how many differences of a scanner as precise as stated are beyond it on average
     expected_beyond: float
+    #: probability that such a scanner has as many beyond it as this one, or more; differences
+    #: share targets, so that their number varies more than that of independent ones
     beyond_rate: float
+    #: what repeated series show, null if a station has only one
     repeated: DistanceUncertainty | None
-    alpha: float
+    #: error probability of the limits of the standard
     alpha_standard: float
+    #: what the numbers of targets, stations and series of the standard differ in
     departures: tuple[str, ...]
 
     @property
     def beyond(self) -> int:
         """Number of differences beyond the limit of the standard."""
-        return int((np.abs(self.difference) > self.difference_limit).sum())
+        return int((np.abs(self.differences.difference) > self.difference_limit).sum())
 
     @property
     def procedure(self) -> str:
@@ -190,8 +166,7 @@ def distance_statistics(
         stations=(first, second),
         scans=scans,
         targets=len(measured.targets),
-        pairs=measured.pairs,
-        difference=difference,
+        differences=TargetDifferences(*measured.ends, difference),
         u_stated=u_stated,
         difference_limit=limit,
         expected_beyond=float(2 * norm.sf(limit / sigma).sum()),
@@ -199,7 +174,6 @@ def distance_statistics(
         repeated=_repeated(measured, first, u_stated, alpha, alpha_standard)
         if min(scans) > 1
         else None,
-        alpha=alpha,
         alpha_standard=alpha_standard,
         departures=_departures(readings, measured, scans),
     )
@@ -266,7 +240,7 @@ def _repeated(
         standard_rate=exceedance(2 * dof * standard**2, weights),
         limit=float(np.sqrt(quantile(1 - alpha, weights) / dof / 2)),
         p=exceedance(total, weights),
-        ratio=FTest(
+        stations=FTest(
             float(ratio),
             (equivalent_dof(relative[0]), equivalent_dof(relative[1])),
             ratio_quantile(alpha_standard / 2, *relative),

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from tribrach.answers import Result
 from tribrach.calibration.distance_statistics import DistanceStatistics, distance_statistics
 from tribrach.calibration.field_series import FTest, SeriesCheck, against_earlier, check_series
 from tribrach.calibration.known_lengths import (
@@ -55,54 +56,32 @@ class Earlier:
 
 
 @dataclass(frozen=True)
-class FieldCheck:
-    """Everything that was tested.
-
-    Attributes
-    ----------
-    title
-        Of the check.
-    readings
-        Number of readings.
-    stations, targets, series
-        Their names.
-    two_face
-        Test of both faces, None without pairs.
-    distances
-        Tests of distances, one for each pair of stations.
-    statistics
-        Distance statistics of the standard, one for each pair of stations.
-    lengths
-        Test against known lengths, None without.
-    repeated
-        Test of the series, None if there is only one.
-    earlier
-        An earlier check, None if none was given.
-    change, change_of_distances
-        F-tests against it, of coordinates and of distances.
-    alpha
-        Error probability of the whole.
-    alpha_each
-        Error probability of one test.
-    notes
-        What could not be tested, and why.
-    """
+class FieldCheck(Result, also=("passed", "failures"), without=("series_names", "earlier", "notes")):
+    """Everything that was tested of a scanner in the field."""
 
     title: str
+    #: error probability of the whole, and of one test
+    alpha: float
+    alpha_each: float
+    #: number of readings
     readings: int
     stations: tuple[str, ...]
     targets: tuple[str, ...]
-    series: tuple[str, ...]
+    series_names: tuple[str, ...]
+    #: null without readings in both faces
     two_face: TwoFaceTest | None
+    #: one for each pair of stations
     distances: tuple[DistanceCheck, ...]
     statistics: tuple[DistanceStatistics, ...]
+    #: against known lengths
     lengths: LengthCheck | None
-    repeated: SeriesCheck | None
+    #: repeated scans; null if there is only one series
+    series: SeriesCheck | None
+    #: an earlier check, and F tests against it, of coordinates and of distances
     earlier: Earlier | None
     change: FTest | None
     change_of_distances: FTest | None
-    alpha: float
-    alpha_each: float
+    #: what could not be tested, and why
     notes: tuple[str, ...]
 
     @property
@@ -110,7 +89,7 @@ class FieldCheck:
         """The tests that failed, in words."""
         out = []
         if self.two_face is not None:
-            out += [f"{c.name} of both faces" for c in self.two_face.components if not c.passed]
+            out += [f"{c.reading} of both faces" for c in self.two_face.components if not c.passed]
             if self.two_face.explanation.causes and not out:
                 out.append("a misalignment seen in both faces")
         out += [
@@ -126,9 +105,9 @@ class FieldCheck:
         ]
         if self.lengths is not None and not self.lengths.passed:
             out.append("distances against known lengths")
-        if self.repeated is not None and not self.repeated.passed:
+        if self.series is not None and not self.series.passed:
             out.append("the experimental standard deviation against the stated precision")
-        stations = None if self.repeated is None else self.repeated.stations
+        stations = None if self.series is None else self.series.stations
         if stations is not None and not stations.passed:
             out.append("what the stations differ by against their own scatter")
         if self.change is not None and not self.change.passed:
@@ -234,12 +213,12 @@ def check_readings(
         readings=len(readings),
         stations=stations,
         targets=tuple(dict.fromkeys(str(t) for t in readings.target)),
-        series=series,
+        series_names=series,
         two_face=two_face_test(pairs, each) if len(pairs) else None,
         distances=tuple(compare_distances(means, a, b, each) for a, b in couples),
         statistics=statistics,
         lengths=lengths,
-        repeated=whole,
+        series=whole,
         earlier=earlier,
         change=change,
         change_of_distances=change_of_distances,

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result
 from tribrach.calibration.quadratic_forms import equivalent_dof
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.errors import InputError
@@ -34,23 +35,15 @@ __all__ = ["FTest", "SeriesCheck", "against_earlier", "check_series"]
 
 
 @dataclass(frozen=True)
-class FTest:
-    """A ratio of two variances against its limits.
+class FTest(Result, also=("passed",)):
+    """A ratio of two variances against its limits; the lower is zero in a one-sided test."""
 
-    Attributes
-    ----------
-    ratio
-        First variance over the second.
-    dof
-        Degrees of freedom of both.
-    lower, upper
-        Limits of the ratio; lower is zero in a one-sided test.
-    """
-
-    ratio: float
+    #: first variance over the second
+    ratio: Number
+    #: degrees of freedom of both
     dof: tuple[float, float]
-    lower: float
-    upper: float
+    lower: Number
+    upper: Number
 
     @property
     def passed(self) -> bool:
@@ -59,60 +52,45 @@ class FTest:
 
 
 @dataclass(frozen=True)
-class SeriesCheck:
-    """The test of all series together.
-
-    Attributes
-    ----------
-    scans, targets, series
-        How many there are.
-    s
-        Experimental standard deviation of a coordinate of a target centre [m], all coordinates
-        weighted equally.
-    dof
-        Its redundancy.
-    dof_equivalent
-        Degrees of freedom of the chi-square that spreads as s^2 does with the stated precision,
-        since coordinates are neither independent nor equally precise.
-    s_station
-        Experimental standard deviation within each station's own series [m], by name.
-    sigma
-        Standard deviation of a coordinate by the stated precision, mean [m].
-    statistic, critical
-        Weighted sum of squares with the stated precision against its limit.
-    p
-        Probability of as much by chance.
-    s_bound
-        Largest true standard deviation that s does not contradict [m].
-    stations
-        What stations differ by against their own scatter; None without repeated series.
-    largest, largest_at
-        Largest residual of a coordinate [m], and where.
-    alpha
-        Error probability of each test.
-    """
+class SeriesCheck(
+    Result, also=("passed",), without=("series", "s_bound", "largest", "largest_at", "alpha")
+):
+    """Repeated scans of a few targets."""
 
     scans: int
     targets: int
     series: int
+    #: experimental standard deviation of a coordinate of a target centre [m], all coordinates
+    #: weighted equally
     s: float
+    #: its redundancy
     dof: int
+    #: degrees of freedom of the chi-square that spreads as s^2 does with the stated precision,
+    #: since coordinates are neither independent nor equally precise
     dof_equivalent: float
+    #: experimental standard deviation within each station's own series [m]
     s_station: dict[str, float]
-    sigma: float
-    statistic: float
-    critical: float
-    p: float
+    #: standard deviation of a coordinate by the stated precision, mean [m]
+    stated: float
+    #: weighted sum of squares with the stated precision against its limit
+    statistic: Number
+    limit: Number
+    #: probability of as much by chance
+    p: Number
+    #: largest true standard deviation that s does not contradict [m]
     s_bound: float
+    #: what stations differ by against their own scatter; null without repeated series
     stations: FTest | None
+    #: largest residual of a coordinate [m], and where
     largest: float
     largest_at: str
+    #: error probability of each test
     alpha: float
 
     @property
     def passed(self) -> bool:
         """True if the scanner is as precise as stated."""
-        return self.statistic <= self.critical
+        return self.statistic <= self.limit
 
 
 def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
@@ -159,9 +137,9 @@ def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
         dof=dof,
         dof_equivalent=spread,
         s_station={name: float(np.sqrt(a.vtpv / a.dof)) for name, a in own.items()},
-        sigma=_coordinate_sigma(readings),
+        stated=_coordinate_sigma(readings),
         statistic=stated.vtpv,
-        critical=float(chi2.ppf(1 - alpha, dof)),
+        limit=float(chi2.ppf(1 - alpha, dof)),
         p=float(chi2.sf(stated.vtpv, dof)),
         s_bound=float(np.sqrt(s2 * spread / chi2.ppf(alpha, spread))),
         stations=_between(readings, alpha),

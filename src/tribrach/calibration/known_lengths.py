@@ -12,18 +12,20 @@ gives the scale s beside the range zero, whose columns c are those of the compar
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.answers import Estimate, Number, Table, Test, Vector
 from tribrach.calibration.misalignment_search import whitened
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.calibration.target_distances import measured_distances
 from tribrach.statistics import chi2, norm
 
-__all__ = ["KnownLengths", "LengthCheck", "compare_lengths", "without_blunders"]
+__all__ = ["KnownLengths", "LengthCheck", "LengthRows", "compare_lengths", "without_blunders"]
 
 #: directions of a covariance with a smaller share of its largest variance have no own information:
 #: what is left there is of second order in the errors
@@ -79,58 +81,46 @@ class KnownLengths:
 
 
 @dataclass(frozen=True)
-class LengthCheck:
-    """Measured distances less known ones.
+class LengthRows(Table):
+    """A known length and what a station measured [m]."""
 
-    Attributes
-    ----------
-    stations : tuple of k str
-        From where each was measured; means over the series of a station.
-    pairs : tuple of k pairs of str
-        Targets of each.
-    lengths : array (k, 2)
-        Measured and known [m].
-    difference, sigma : array (k,)
-        Measured less known, and its standard deviation [m].
-    limit : array (k,)
-        Limits so that all hold together with 1 - alpha or more [m].
-    statistic, dof, critical
-        Weighted sum of squares of all, its degrees of freedom and chi-square limit.
-    p
-        Probability of as much by chance.
-    scale, sigma_scale
-        Scale of the range.
-    with_zero
-        True if it was estimated beside a range zero.
-    zero, sigma_zero
-        That range zero [m]; NaN if there is none.
-    after, after_limit
-        Weighted sum of squares that scale and range zero leave, and its chi-square limit.
-    t_limit
-        Largest ratio of scale and its sigma.
-    alpha
-        Error probability of both tests together.
-    """
+    station: tuple[str, ...]
+    from_: tuple[str, ...]
+    to: tuple[str, ...]
+    #: mean over the series of the station
+    measured: Vector
+    known: Vector
+    #: measured less known
+    difference: Vector
+    sigma: Vector
+    #: limits that hold together with 1 - alpha or more
+    limit: Vector
 
-    stations: tuple[str, ...]
-    pairs: tuple[tuple[str, str], ...]
-    lengths: Array
-    difference: Array
-    sigma: Array
-    limit: Array
-    statistic: float
-    dof: int
-    critical: float
-    p: float
-    scale: float
-    sigma_scale: float
-    with_zero: bool
-    zero: float
-    sigma_zero: float
+
+@dataclass(frozen=True)
+class LengthCheck(Test, without=("zero", "after", "after_limit", "alpha")):
+    """Measured distances against known ones."""
+
+    #: scale of the range
+    scale: Number
+    sigma_scale: Number
+    #: true if it was estimated beside a range zero
+    beside_zero: bool
+    #: that range zero [m]; NaN if there is none
+    zero: Estimate
+    #: largest ratio of scale and its sigma
+    t_limit: Number
+    rows: LengthRows
+    #: weighted sum of squares that scale and range zero leave, and its chi-square limit
     after: float
     after_limit: float
-    t_limit: float
+    #: error probability of both tests together
     alpha: float
+
+    @property
+    def fits(self) -> bool:
+        """True if the differences are noise."""
+        return self.statistic <= self.limit
 
     @property
     def scale_passed(self) -> bool:
@@ -140,7 +130,7 @@ class LengthCheck:
     @property
     def passed(self) -> bool:
         """True if the differences are noise and there is no scale."""
-        return self.statistic <= self.critical and self.scale_passed
+        return self.fits and self.scale_passed
 
 
 def compare_lengths(
@@ -174,21 +164,24 @@ def compare_lengths(
     value, sigmas, after = _scale(white, design)
     left = dof - len(value)
     return LengthCheck(
-        stations=stations,
-        pairs=tuple(known.pairs[k] for k in row),
-        lengths=np.stack([measured, known.lengths[row]], axis=1),
-        difference=difference,
-        sigma=sigma,
-        limit=sigma * norm.ppf(1 - each / 2),
+        rows=LengthRows(
+            stations,
+            tuple(known.pairs[k][0] for k in row),
+            tuple(known.pairs[k][1] for k in row),
+            measured,
+            known.lengths[row],
+            difference,
+            sigma,
+            sigma * norm.ppf(1 - each / 2),
+        ),
         statistic=statistic,
         dof=dof,
-        critical=float(chi2.ppf(1 - half, dof)),
+        limit=float(chi2.ppf(1 - half, dof)),
         p=float(chi2.sf(statistic, dof)),
         scale=float(value[0]),
         sigma_scale=float(sigmas[0]),
-        with_zero=len(value) > 1,
-        zero=float(value[1]) if len(value) > 1 else float("nan"),
-        sigma_zero=float(sigmas[1]) if len(value) > 1 else float("nan"),
+        beside_zero=len(value) > 1,
+        zero=Estimate(*(float(v[1]) if len(value) > 1 else math.nan for v in (value, sigmas))),
         after=after,
         after_limit=float(chi2.ppf(1 - half, left)) if left else 0.0,
         t_limit=float(norm.ppf(1 - half / 2)),

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Estimate, Number, Result
 from tribrach.instruments.calibration import meaning_of
 from tribrach.statistics import chi2, norm
 
@@ -28,54 +29,31 @@ _INDEPENDENT = 1e-6
 
 
 @dataclass(frozen=True)
-class Cause:
-    """A parameter that explains something.
+class Cause(Estimate, also=("t",)):
+    """A misalignment that would explain what was found [m or rad]."""
 
-    Attributes
-    ----------
-    name
-        The parameter.
-    value, sigma
-        Estimated beside the other causes [m or rad].
-    t
-        Value over sigma.
-    alternatives
-        Others that the observations do not tell from it.
-    """
-
-    name: str
-    value: float
-    sigma: float
-    t: float
+    parameter: str
+    #: others that the observations do not tell from it
     alternatives: tuple[str, ...]
 
     @property
     def words(self) -> str:
         """The parameter in words."""
-        return meaning_of(self.name)
+        return meaning_of(self.parameter)
 
 
 @dataclass(frozen=True)
-class Explanation:
-    """What the observations point to.
-
-    Attributes
-    ----------
-    causes
-        The parameters, the clearest first.
-    before, after
-        Weighted sum of squares without and with the causes.
-    dof, limit
-        Degrees of freedom of ``after`` and its chi-square limit.
-    t_limit
-        From which on a parameter counts.
-    """
+class Explanation(Result, without=("dof", "t_limit")):
+    """Misalignments, the clearest first, and the sum of squares before and after."""
 
     causes: tuple[Cause, ...]
-    before: float
-    after: float
+    #: weighted sum of squares without and with the causes
+    before: Number
+    after: Number
+    #: degrees of freedom of ``after`` and its chi-square limit
     dof: int
-    limit: float
+    limit: Number
+    #: from which on a parameter counts
     t_limit: float
 
     @property
@@ -180,12 +158,6 @@ def _estimated(
     value = cofactor @ (unit.T @ observed) / scale
     sigma = np.sqrt(np.diag(cofactor)) / scale
     return tuple(
-        Cause(
-            names[k],
-            float(v),
-            float(s),
-            float(v / s),
-            (*ALIASES.get(names[k], ()), *others),
-        )
+        Cause(float(v), float(s), names[k], (*ALIASES.get(names[k], ()), *others))
         for k, v, s, others in zip(chosen, value, sigma, alternatives, strict=True)
     )

@@ -11,6 +11,7 @@ covariance has directions.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -18,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.answers import Estimate, Matrix, Table, Test, Vector
 from tribrach.calibration.misalignment_search import Explanation, explain, whitened
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.errors import InputError
@@ -29,6 +31,7 @@ __all__ = [
     "DISTANCE_PARAMETERS",
     "DistanceCheck",
     "MeasuredDistances",
+    "TargetPairs",
     "common_targets",
     "compare_distances",
     "measured_distances",
@@ -81,7 +84,13 @@ class MeasuredDistances:
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
         """Names of the targets of each distance."""
-        return tuple((self.targets[i], self.targets[j]) for i, j in self.index)
+        return tuple(zip(*self.ends, strict=True))
+
+    @property
+    def ends(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Names of the first and of the second target of each distance."""
+        first, second = (tuple(self.targets[k] for k in column) for column in self.index.T)
+        return first, second
 
     @property
     def variances(self) -> Array:
@@ -102,61 +111,35 @@ class MeasuredDistances:
 
 
 @dataclass(frozen=True)
-class DistanceCheck:
-    """Differences of distances between targets, first station less second.
+class TargetPairs(Table):
+    """A distance between two targets from two stations [m]."""
 
-    Attributes
-    ----------
-    stations
-        The two stations.
-    scans
-        Number of series of either, over which means are taken.
-    pairs
-        Names of the targets of each of the p distances.
-    lengths : array (p, 2)
-        Mean distance from either station [m].
-    difference, sigma : array (p,)
-        Difference and its standard deviation [m].
-    limit : array (p,)
-        Limits so that all hold together with 1 - alpha or more [m].
-    statistic, dof, critical
-        Weighted sum of squares, its degrees of freedom and chi-square limit.
-    p
-        Probability of as much by chance.
-    zero, sigma_zero
-        Range zero from the differences alone [m].
-    explanation
-        Misalignments that explain the differences.
-    alpha
-        Error probability of the check.
-    faces
-        True if every reading is a mean of both faces.
-    in_common
-        Number of targets that all scans have, of which MOST are compared at most.
-    """
+    from_: tuple[str, ...]
+    to: tuple[str, ...]
+    #: mean distance from either station
+    lengths: Matrix
+    #: first station less second
+    difference: Vector
+    sigma: Vector
+    #: limits that hold together with 1 - alpha or more
+    limit: Vector
+
+
+@dataclass(frozen=True)
+class DistanceCheck(Test, without=("alpha", "in_common")):
+    """Distances between targets from two stations."""
 
     stations: tuple[str, str]
+    #: number of series of either, over which means are taken
     scans: tuple[int, int]
-    pairs: tuple[tuple[str, str], ...]
-    lengths: Array
-    difference: Array
-    sigma: Array
-    limit: Array
-    statistic: float
-    dof: int
-    critical: float
-    p: float
-    zero: float
-    sigma_zero: float
+    pairs: TargetPairs
+    #: zero of ranges from the differences alone [m]
+    range_zero: Estimate
     explanation: Explanation
+    #: error probability of the check
     alpha: float
-    faces: bool
+    #: number of targets that all scans have, of which MOST are compared at most
     in_common: int
-
-    @property
-    def passed(self) -> bool:
-        """True if all differences together are noise."""
-        return self.statistic <= self.critical
 
 
 def measured_distances(
@@ -245,27 +228,26 @@ def compare_distances(
     columns = sides[0][2] - sides[1][2]
     white, design = whitened(covariance, measured.rank, difference, columns)
     dof = len(white)
-    statistic, critical = float(white @ white), float(chi2.ppf(1 - alpha, dof))
+    statistic = float(white @ white)
     each = 1 - (1 - alpha) ** (1 / len(measured.index))
     sigma = np.sqrt(np.diag(covariance))
     weight = float(design[:, 0] @ design[:, 0])
     return DistanceCheck(
         stations=(first, second),
         scans=(measured.station.count(first), measured.station.count(second)),
-        pairs=measured.pairs,
-        lengths=lengths,
-        difference=difference,
-        sigma=sigma,
-        limit=sigma * norm.ppf(1 - each / 2),
+        pairs=TargetPairs(
+            *measured.ends, lengths, difference, sigma, sigma * norm.ppf(1 - each / 2)
+        ),
         statistic=statistic,
         dof=dof,
-        critical=critical,
+        limit=float(chi2.ppf(1 - alpha, dof)),
         p=float(chi2.sf(statistic, dof)),
-        zero=float(design[:, 0] @ white) / weight if weight > 0 else float("nan"),
-        sigma_zero=1 / np.sqrt(weight) if weight > 0 else float("inf"),
+        range_zero=Estimate(
+            float(design[:, 0] @ white) / weight if weight > 0 else math.nan,
+            1 / math.sqrt(weight) if weight > 0 else math.inf,
+        ),
         explanation=explain(measured.parameters, design, white),
         alpha=alpha,
-        faces=measured.faces,
         in_common=measured.in_common,
     )
 

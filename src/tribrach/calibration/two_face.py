@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result, Test
 from tribrach.calibration.misalignment_search import Explanation, explain
 from tribrach.calibration.scanner_readings import FacePairs
 from tribrach.instruments.calibration import NIST
@@ -35,64 +36,32 @@ COMPONENTS = ("range", "horizontal", "zenith")
 
 
 @dataclass(frozen=True)
-class ComponentTest:
-    """Half differences of one reading against noise.
+class ComponentTest(Test, without=("largest", "at")):
+    """Half differences of both faces of one reading against noise."""
 
-    Attributes
-    ----------
-    name
-        ``range``, ``horizontal`` or ``zenith``.
-    rms
-        Root mean square of the half differences [m, rad].
-    rms_metres
-        The same across or along the beam [m].
-    largest, at
-        The largest half difference [m, rad], and its station and target.
-    statistic, dof, limit
-        Sum of weighted squares, its degrees of freedom and chi-square limit.
-    p
-        Probability of as much by chance.
-    """
-
-    name: str
-    rms: float
-    rms_metres: float
+    #: ``range``, ``horizontal`` or ``zenith``
+    reading: str
+    #: root mean square of the half differences [m, rad], and across or along the beam [m]
+    rms: Number
+    rms_metres: Number
+    #: the largest half difference [m, rad], and its station and target
     largest: float
     at: str
-    statistic: float
-    dof: int
-    limit: float
-    p: float
-
-    @property
-    def passed(self) -> bool:
-        """True if the half differences are noise."""
-        return self.statistic <= self.limit
 
 
 @dataclass(frozen=True)
-class TwoFaceTest:
-    """The test of all components and what it points to.
+class TwoFaceTest(Result, also=("passed",), without=("pairs", "alpha")):
+    """The comparison of both faces, and what it points to."""
 
-    Attributes
-    ----------
-    pairs
-        Half differences of the faces.
-    components
-        Tests of range, horizontal and zenith angle.
-    explanation
-        Misalignments that explain them.
-    detectable : array (k,)
-        Smallest misalignment of each signature, alone, that is found with 80 % at an error
-        probability of 0.1 % [m or rad]; infinite where the readings do not show it.
-    alpha
-        Error probability of the components and of the signatures together.
-    """
-
+    #: half differences of the faces
     pairs: FacePairs
+    #: of range, horizontal and zenith angle
     components: tuple[ComponentTest, ...]
     explanation: Explanation
-    detectable: Array
+    #: smallest misalignment of each signature, alone, that is found with 80 % at an error
+    #: probability of 0.1 % [m or rad]; null where the readings do not show it
+    detectable: dict[str, Number]
+    #: error probability of the components and of the signatures together
     alpha: float
 
     @property
@@ -152,7 +121,7 @@ def two_face_test(pairs: FacePairs, alpha: float = 0.05) -> TwoFaceTest:
         worst = int(np.argmax(np.abs(half) / sigma[:, k]))
         components.append(
             ComponentTest(
-                name=name,
+                reading=name,
                 rms=float(np.sqrt(np.mean(half**2))),
                 rms_metres=float(np.sqrt(np.mean((half * across[:, k]) ** 2))),
                 largest=float(half[worst]),
@@ -168,4 +137,5 @@ def two_face_test(pairs: FacePairs, alpha: float = 0.05) -> TwoFaceTest:
     length = np.linalg.norm(columns, axis=0)
     least = np.where(length > 0, _SHIFT / np.where(length > 0, length, 1.0), np.inf)
     explanation = explain(SIGNATURES, columns, white, alpha0, each)
-    return TwoFaceTest(pairs, tuple(components), explanation, least, alpha)
+    detectable = dict(zip(SIGNATURES, least.tolist(), strict=True))
+    return TwoFaceTest(pairs, tuple(components), explanation, detectable, alpha)

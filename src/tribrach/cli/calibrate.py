@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from tribrach.calibration.run_comparison import compare_runs
-from tribrach.cli.shell import Overwrite, Quiet, claim, fail, guarded, say, shown
 from tribrach.io.calibration_file import calibration_text
 from tribrach.io.outputs import write_texts
 from tribrach.job.calibrate import calibrate_project, calibration_of, calibrations_of
@@ -18,6 +17,7 @@ from tribrach.project import Project
 from tribrach.report.calibration import calibration_document, calibration_page
 from tribrach.report.calibration import calibration_text as summary
 from tribrach.report.schema.base import document_text
+from tribrach.shell.flow import Overwrite, Quiet, claim, fail, guarded, say, shown
 
 __all__ = ["calibrate"]
 

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import fail, guarded, say
 from tribrach.job.check_project import ProjectCheck
 from tribrach.job.check_project import check_project as look_at
+from tribrach.shell.flow import fail, guarded, say
 
 __all__ = ["check_project", "tell"]
 

@@ -19,92 +19,95 @@ from tribrach.cli.help_words import SpokenCommand, SpokenGroup, spoken
 
 __all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
 
-#: by name in the order of a job: the module in this package that has a function or a group of
-#: that name, and what it does, in the words of its first line
+#: by name in the order of a job: the module that has a function or a group of that name, and what
+#: it does, in the words of its first line
 COMMANDS: dict[str, tuple[str, str]] = {
     "init": (
-        "init",
+        "cli.init",
         "Write a project file for a folder: looks at scans, observations and lists, and asks.",
     ),
     "check-project": (
-        "check_project",
+        "cli.check_project",
         "Read a project and all its files, and list every mistake at once; nothing is run.",
     ),
-    "run": ("run", "Run a project: adjust, check, report."),
+    "run": ("cli.run", "Run a project: adjust, check, report."),
     "demo": (
-        "demo",
+        "cli.demo",
         "Simulate a survey of two facades, run it, and compare everything with the truth.",
     ),
     "adjust": (
-        "network",
+        "cli.network",
         "Adjust a network from files of any known format, or a project without scans.",
     ),
     "export": (
-        "export",
+        "cli.export",
         "Write a network for another program; what its format cannot hold is named.",
     ),
     "view": (
-        "view",
+        "cli.view",
         "Look at results: clouds with their sigmas, the network, its tests, in the browser.",
     ),
     "workbench": (
-        "workbench",
+        "cli.workbench",
         "Work on a project in the browser: switch observations off, see at once what moves.",
     ),
-    "plan": ("plan", "Predict precision and reliability, and propose targets, stations and sets."),
-    "baseline": ("gnss", "Compute a static baseline from RINEX files."),
+    "plan": (
+        "cli.plan",
+        "Predict precision and reliability, and propose targets, stations and sets.",
+    ),
+    "baseline": ("cli.gnss", "Compute a static baseline from RINEX files."),
     "targets": (
-        "targets",
+        "cli.targets",
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
     ),
     "register": (
-        "register",
+        "cli.register",
         "Register scans by their clouds; no targets, planes or approximate poses are needed.",
     ),
-    "transform": ("transform", "Fit a transformation to common points, and apply it."),
+    "transform": ("cli.transform", "Fit a transformation to common points, and apply it."),
     "calibrate": (
-        "calibrate",
+        "cli.calibrate",
         "Calibrate scanners from targets that they saw from several stations.",
     ),
     "check": (
-        "check",
+        "questions.check.command",
         "Test a scanner in the field: both faces, distances between targets, repeated series.",
     ),
     "noise": (
-        "noise",
+        "cli.noise",
         "Estimate the noise of a scanner from planes in its scans: a law for each point.",
     ),
     "compare": (
-        "compare",
+        "cli.compare",
         "Compare two clouds, on test sites or as a whole, with the sampling floor beside.",
     ),
     "epochs": (
-        "epochs",
+        "cli.epochs",
         "Say what has moved between epochs: which points, how far, how sure.",
     ),
     "series": (
-        "series",
+        "cli.series",
         "Adjust all cycles of a monitored network: which points move, trends, jumps, alarms.",
     ),
     "regress": (
-        "regress",
+        "cli.regress",
         "Fit differences of clouds against range and incidence, and say what that tells.",
     ),
     "complete": (
-        "complete",
+        "cli.complete",
         "Say which surfaces no station, one or several saw, and where the sigma is not reached.",
     ),
     "diff": (
-        "diff",
+        "cli.diff",
         "Say what differs between two results: what moved, sigmas, states of observations, edits.",
     ),
     "info": (
-        "scans",
+        "cli.scans",
         "Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.",
     ),
-    "convert": ("scans", "Write scans in another format, every field kept."),
+    "convert": ("cli.scans", "Write scans in another format, every field kept."),
     "simulate": (
-        "simulate",
+        "cli.simulate",
         "Simulate a whole survey job: scans, observations, project file and its truth.",
     ),
 }
@@ -139,7 +142,7 @@ class LoadedWhenCalled(TyperCommand):
         """The command itself, or the group of commands."""
         assert self.name is not None
         own = self.name.replace("-", "_")
-        command = getattr(import_module(f"tribrach.cli.{self._module}"), own)
+        command = getattr(import_module(f"tribrach.{self._module}"), own)
         if not isinstance(command, typer.Typer):
             function, command = command, typer.Typer(add_completion=False)
             command.command(self.name, cls=SpokenCommand)(function)

@@ -9,8 +9,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Quiet, Scheduler, Workers, claim, guarded, shown, working
 from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
@@ -31,6 +29,8 @@ from tribrach.report.motions import motions_part, motions_sentences, motions_tab
 from tribrach.report.names import told_apart
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.comparison import comparison_document
+from tribrach.shell.flow import Overwrite, Quiet, Scheduler, Workers, claim, guarded, shown, working
+from tribrach.shell.printing import printed
 
 __all__ = ["compare"]
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.complete import complete_clouds
 from tribrach.report.completeness import completeness_page, completeness_text
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.completeness import SCHEMA, CompletenessDocument
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["complete"]
 

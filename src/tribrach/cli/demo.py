@@ -10,8 +10,8 @@ import typer
 from tribrach import demo as demonstration
 from tribrach import pipeline
 from tribrach.cli.network import finish
-from tribrach.cli.shell import Overwrite, Quiet, guarded, say, shown
 from tribrach.project import Project
+from tribrach.shell.flow import Overwrite, Quiet, guarded, say, shown
 
 __all__ = ["demo"]
 

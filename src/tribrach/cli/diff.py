@@ -8,13 +8,13 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded
 from tribrach.io.outputs import write_text
 from tribrach.io.result_file import read_result_file, result_path
 from tribrach.report.characters import visible
 from tribrach.report.diff import difference, difference_tables
 from tribrach.report.schema.base import document_text
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded
+from tribrach.shell.printing import printed
 
 __all__ = ["diff"]
 

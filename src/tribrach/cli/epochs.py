@@ -8,8 +8,6 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded
 from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
 from tribrach.errors import InputError, UnknownName
@@ -26,6 +24,8 @@ from tribrach.report.epochs import (
 )
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.epochs import EpochsDocument
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded
+from tribrach.shell.printing import printed
 
 __all__ = ["epochs"]
 

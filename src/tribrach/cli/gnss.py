@@ -8,7 +8,6 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
@@ -18,6 +17,7 @@ from tribrach.io.outputs import write_text
 from tribrach.report.baseline import baseline_facts, baseline_lines
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.baseline import SCHEMA, BaselineDocument
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["baseline"]
 

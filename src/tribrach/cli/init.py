@@ -11,7 +11,6 @@ from typing import Annotated, Any, Literal, TypeVar
 import typer
 from pyproj.exceptions import CRSError, ProjError
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say
 from tribrach.errors import InputError
 from tribrach.geodesy.grid_datum import GridDatum
 from tribrach.io.instrument_sheets import Sheet
@@ -27,6 +26,7 @@ from tribrach.job.first_project import (
     without_sigmas,
 )
 from tribrach.job.folder import AXES, Axes, FolderFile, look_through
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say
 
 __all__ = ["init"]
 

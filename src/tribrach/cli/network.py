@@ -14,7 +14,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tribrach.cli.settings import (
+from tribrach.io.outputs import Content, write_texts
+from tribrach.io.survey.formats import read_files
+from tribrach.network.observed_part import observed_part
+from tribrach.report import text
+from tribrach.report.content import Report
+from tribrach.shell.flow import Overwrite, Quiet, claim, fail, guarded, say, shown
+from tribrach.shell.settings import (
     Angle,
     Confidence,
     DatumWords,
@@ -24,12 +30,6 @@ from tribrach.cli.settings import (
     Vce,
     given,
 )
-from tribrach.cli.shell import Overwrite, Quiet, claim, fail, guarded, say, shown
-from tribrach.io.outputs import Content, write_texts
-from tribrach.io.survey.formats import read_files
-from tribrach.network.observed_part import observed_part
-from tribrach.report import text
-from tribrach.report.content import Report
 from tribrach.solution import AdjustmentSettings, adjust_network
 
 if TYPE_CHECKING:

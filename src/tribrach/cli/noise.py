@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.instrument_sheets import find_sheet
@@ -22,6 +21,7 @@ from tribrach.report.schema.base import document_text
 from tribrach.report.schema.noise import noise_document
 from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["noise"]
 

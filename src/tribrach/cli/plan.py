@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.io.outputs import write_texts
 from tribrach.job.opened import open_job
 from tribrach.job.plan.steps import plan_project
@@ -17,6 +16,7 @@ from tribrach.project import Project
 from tribrach.report.planning.page import plan_page, plan_text
 from tribrach.report.planning.report import plan_document, plan_report
 from tribrach.report.schema.base import document_text
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["plan"]
 

@@ -9,8 +9,6 @@ from typing import Annotated, Literal
 import typer
 from rich.console import Console
 
-from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.job.register import PlacedOutput, register_files, write_placed
@@ -25,6 +23,8 @@ from tribrach.report.cloud_registration import (
 )
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.registration import registration_document
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, shown
+from tribrach.shell.printing import printed
 from tribrach.units import SEC
 
 __all__ = ["register"]

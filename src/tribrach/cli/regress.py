@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say
 from tribrach.comparison.regression import regress as fit
 from tribrach.errors import InputError
 from tribrach.io.comparison_table import read_comparison
@@ -16,6 +15,7 @@ from tribrach.io.outputs import write_texts
 from tribrach.report.regression import regression_page, regression_text
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.comparison import regression_document
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say
 
 __all__ = ["regress"]
 

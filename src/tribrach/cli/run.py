@@ -9,7 +9,10 @@ import typer
 
 from tribrach import pipeline
 from tribrach.cli.network import finish
-from tribrach.cli.settings import (
+from tribrach.errors import InputError
+from tribrach.project import Project
+from tribrach.shell.flow import Overwrite, Quiet, Scheduler, Workers, guarded, shown, working
+from tribrach.shell.settings import (
     Angle,
     Confidence,
     DatumWords,
@@ -20,9 +23,6 @@ from tribrach.cli.settings import (
     given,
     with_options,
 )
-from tribrach.cli.shell import Overwrite, Quiet, Scheduler, Workers, guarded, shown, working
-from tribrach.errors import InputError
-from tribrach.project import Project
 
 __all__ = ["run"]
 

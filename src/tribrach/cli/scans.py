@@ -10,7 +10,6 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import TribrachError
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
@@ -20,6 +19,7 @@ from tribrach.job.convert import convert_scans
 from tribrach.report.characters import visible
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, ScansDocument
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["convert", "info"]
 

@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.point_list import read_point_list
@@ -24,6 +22,8 @@ from tribrach.report.series import (
     series_page,
     series_tables,
 )
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, shown
+from tribrach.shell.printing import printed
 from tribrach.units import SEC
 
 __all__ = ["series"]

@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import Overwrite, Quiet, guarded, say, shown
 from tribrach.io.twins import write_twin
+from tribrach.shell.flow import Overwrite, Quiet, guarded, say, shown
 from tribrach.simulate.twins import TWINS, build
 
 __all__ = ["simulate"]

@@ -8,17 +8,6 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import (
-    Overwrite,
-    Quiet,
-    Scheduler,
-    Workers,
-    claim,
-    guarded,
-    say,
-    shown,
-    working,
-)
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
@@ -29,6 +18,17 @@ from tribrach.project.sections import TargetSection
 from tribrach.report.found_targets import targets_document
 from tribrach.report.panoramas import panorama_file
 from tribrach.scan.prepared import seen_from
+from tribrach.shell.flow import (
+    Overwrite,
+    Quiet,
+    Scheduler,
+    Workers,
+    claim,
+    guarded,
+    say,
+    shown,
+    working,
+)
 from tribrach.tasks.engine import Call
 
 __all__ = ["targets"]

@@ -9,8 +9,6 @@ import typer
 from rich.console import Console
 
 from tribrach.cli.help_words import SpokenCommand, SpokenGroup
-from tribrach.cli.printing import printed
-from tribrach.cli.shell import Overwrite, Quiet, claim, guarded, say, shown
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_text, write_texts
 from tribrach.io.scans.formats import read_scans
@@ -20,6 +18,8 @@ from tribrach.report.characters import visible
 from tribrach.report.schema.base import document_text
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.transformation import transformation_results, transformation_tables
+from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
+from tribrach.shell.printing import printed
 from tribrach.transformation.carrying import Carrier
 
 __all__ = ["apply", "fit", "transform"]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import (
+from tribrach.shell.flow import (
     NoBrowser,
     Overwrite,
     PagePort,

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from tribrach.cli.shell import (
+from tribrach.io.keeping import keeping
+from tribrach.shell.flow import (
     NoBrowser,
     PagePort,
     ShownClouds,
@@ -16,7 +17,6 @@ from tribrach.cli.shell import (
     say,
     shown,
 )
-from tribrach.io.keeping import keeping
 
 __all__ = ["workbench"]
 

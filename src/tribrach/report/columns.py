@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from operator import attrgetter
 from pathlib import PurePath
@@ -9,12 +10,65 @@ from typing import Any
 
 from tribrach.report.names import spoken
 from tribrach.report.numbers import Style
-from tribrach.report.tables import ColumnHead, Spec, number_cell, text_cell
+from tribrach.report.tables import Cell, ColumnHead, Spec, number_cell, text_cell
+from tribrach.sentences import written
 from tribrach.units import format_angle
 
-__all__ = ["AXES", "ColumnSet", "component"]
+__all__ = ["AXES", "ColumnSet", "column", "component", "passed"]
 
 AXES = ("E", "N", "U")
+
+
+def column(
+    head: str,
+    get: str | Callable[[Any], Any],
+    spec: str | Callable[[Any, Any], str] = "",
+    *,
+    unit: str = "",
+    mark: Callable[[Any], str] = lambda item: "",
+    wide: bool = False,
+) -> Spec:
+    """A column of words, or of quantities that are written like those of sentences.
+
+    Parameters
+    ----------
+    head
+        Its head; the unit of the quantities stands below it.
+    get
+        Path of the attribute of an item, or what takes it.
+    spec
+        How a quantity is written, such as ``mm2`` (:mod:`tribrach.sentences`), or what writes it
+        with its item; words without it.
+    unit
+        Below the head, where no spec says it.
+    mark
+        How the cell of an item stands out, see :class:`Cell`.
+    wide
+        True if narrow prints leave it out.
+    """
+    take = attrgetter(get) if isinstance(get, str) else get
+    if not spec:
+        return ColumnHead(head, numeric=False, wide=wide), lambda item: text_cell(
+            take(item), mark(item)
+        )
+
+    def cell(item: Any) -> Cell:
+        value = take(item)
+        if value is None or math.isnan(value):
+            return Cell("")
+        value = float(value)
+        text = written(value, f"{spec}~") if isinstance(spec, str) else spec(value, item)
+        return number_cell(value if math.isfinite(value) else None, text, mark(item))
+
+    below = unit or (spec.rstrip("0123456789g,") if isinstance(spec, str) else "")
+    return ColumnHead(head, below, wide=wide), cell
+
+
+def passed(get: Callable[[Any], bool], words: tuple[str, str] = ("passed", "failed")) -> Spec:
+    """A column of verdicts without a head: what passes is green, the rest red."""
+    return ColumnHead("", numeric=False), lambda item: text_cell(
+        words[not get(item)], ("good", "bad")[not get(item)]
+    )
 
 
 def component(path: str, k: int) -> Callable[[Any], float | None]:

@@ -1,27 +1,31 @@
-"""Sentences of a report, and which of them ask for something."""
+"""Findings: a key, a sentence that keeps its figures, and whether it asks for something."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
+
+from tribrach.sentences import Sentence
 
 __all__ = ["Finding", "words"]
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A sentence with its figures.
+    """Something that was found."""
 
-    Attributes
-    ----------
-    words
-        The sentence.
-    warns
-        True if something is to be done, or doubted.
-    """
-
+    #: the sentence
     words: str
+    #: true if something is to be done, or doubted
     warns: bool = False
+    #: what it is about, for programs and tests
+    key: str = ""
+
+    @classmethod
+    def of(cls, key: str, template: str, warns: bool = False, **values: Any) -> Finding:
+        """A finding of a template and its figures (:class:`tribrach.sentences.Sentence`)."""
+        return cls(Sentence(template, **values), warns, key)
 
     def line(self) -> str:
         """The sentence as a terminal shows it: "!" before what warns."""

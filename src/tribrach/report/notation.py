@@ -11,15 +11,15 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
+
+from tribrach import sentences
 
 if TYPE_CHECKING:
     from tribrach.report.content import Report
 
-__all__ = ["PLAIN", "Notation", "notation_of"]
+__all__ = ["PLAIN", "ReportNotation", "notation_of"]
 
-#: a number that fills a cell
-_CELL = re.compile(r"([-+]?)(\d+)(?:\.(\d+))?( (?:%|mm|″|mgon))?")
 #: numbers in sentences: with groups of thousands, or with a fraction; versions, dates, lines of
 #: files and names with letters are none
 _SENTENCE = re.compile(
@@ -48,8 +48,8 @@ _GROUPED = 5
 
 
 @dataclass(frozen=True)
-class Notation:
-    """How numbers are written.
+class ReportNotation(sentences.Notation):
+    """How numbers are written, also those of text that is no :class:`Sentence` yet.
 
     Parameters
     ----------
@@ -63,26 +63,17 @@ class Notation:
         Unit of the angles in sentences; without it they stay as they were said.
     """
 
-    decimal: str = "."
-    thousands: str = ""
     names: frozenset[str] = field(default=frozenset(), repr=False)
-    angle: Literal["gon", "deg"] | None = None
 
     @property
     def plain(self) -> bool:
         """True if numbers stay as they are, but for angles."""
         return self.decimal == "." and not self.thousands
 
-    def cell(self, text: str) -> str:
-        """The number of a cell; what is none stays."""
-        found = None if self.plain else _CELL.fullmatch(text)
-        if found is None:
-            return text
-        sign, whole, fraction, unit = found.groups()
-        return f"{sign}{self._number(whole, fraction)}{unit or ''}"
-
     def words(self, text: str) -> str:
         """A sentence with its numbers as they are to be written; a space before every %."""
+        if isinstance(text, sentences.Sentence):
+            return text.written(self)
         text = _PERCENT.sub(" %", text)
         if self.angle is not None:
             text = _ANGLE.sub(self._turned, text)
@@ -116,18 +107,18 @@ class Notation:
 
 
 #: numbers as they are made
-PLAIN = Notation()
+PLAIN = ReportNotation()
 
 
-def notation_of(content: Report) -> Notation:
+def notation_of(content: Report) -> ReportNotation:
     """The notation that the project of a report asks for."""
     project, angle = content.job.project, content.settings.angle
     if project is None:
-        return Notation(angle=angle)
+        return ReportNotation(angle=angle)
     output = project.output
     if output.decimal == "." and not output.thousands:
-        return Notation(angle=angle)
-    return Notation(output.decimal, output.thousands, frozenset(_names(content)), angle)
+        return ReportNotation(angle=angle)
+    return ReportNotation(output.decimal, output.thousands, angle, frozenset(_names(content)))
 
 
 def _names(content: Report) -> Iterable[str]:

@@ -13,7 +13,7 @@ from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
 from tribrach.report.map import network_map
-from tribrach.report.notation import PLAIN, Notation
+from tribrach.report.notation import PLAIN, ReportNotation
 from tribrach.report.tables import ReportTable
 
 __all__ = ["FrontPage", "page", "running"]
@@ -53,7 +53,7 @@ def page(
     footer: str = "",
     first: Sequence[ReportTable] = (),
     network: Report | None = None,
-    notation: Notation = PLAIN,
+    notation: ReportNotation = PLAIN,
 ) -> str:
     """HTML text that needs nothing but a browser; everything put into it is escaped.
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import visible
 from tribrach.report.content import Report
-from tribrach.report.notation import PLAIN, Notation, notation_of
+from tribrach.report.notation import PLAIN, ReportNotation, notation_of
 from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
 
 if TYPE_CHECKING:
@@ -107,7 +107,7 @@ def wrapped(line: str) -> str:
     return textwrap.fill(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _chapter(chapter: Chapter, row_limit: int, notation: Notation) -> list[str]:
+def _chapter(chapter: Chapter, row_limit: int, notation: ReportNotation) -> list[str]:
     """The findings of a chapter and its tables."""
     tables = [table.first(row_limit) for table in chapter.tables]
     said = [notation.words(text) for text in chapter.sentences]
@@ -121,7 +121,7 @@ def _chapter(chapter: Chapter, row_limit: int, notation: Notation) -> list[str]:
     ]
 
 
-def table_text(table: ReportTable, notation: Notation = PLAIN, *, titled: bool = True) -> str:
+def table_text(table: ReportTable, notation: ReportNotation = PLAIN, *, titled: bool = True) -> str:
     """Title, note and grid of a table."""
     title = [table.title, "-" * len(table.title)] if titled else []
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
@@ -130,7 +130,7 @@ def table_text(table: ReportTable, notation: Notation = PLAIN, *, titled: bool =
     return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table, notation)])
 
 
-def _grid(table: ReportTable, notation: Notation = PLAIN) -> str:
+def _grid(table: ReportTable, notation: ReportNotation = PLAIN) -> str:
     """Aligned columns: numbers to the right, words to the left; units under the heads."""
     table = table.narrow()
     grid = [
@@ -152,7 +152,7 @@ def _grid(table: ReportTable, notation: Notation = PLAIN) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _words(cell: Cell, column: ColumnHead, notation: Notation) -> str:
+def _words(cell: Cell, column: ColumnHead, notation: ReportNotation) -> str:
     """A cell with the blanks that put decimal points one below the other, and its unit."""
     unit = f" {cell.unit:4s}" if cell.unit else ""
     text = notation.cell(cell.text) if column.numeric else notation.words(cell.text)

@@ -11,7 +11,7 @@ from tribrach._types import Array
 from tribrach.report.charts import PALETTE, Chart, beside, legend
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
-from tribrach.report.notation import Notation
+from tribrach.report.notation import ReportNotation
 from tribrach.report.tables import (
     ColumnHead,
     ReportTable,
@@ -107,7 +107,7 @@ def _chart(station: str, rows: Sequence[BudgetRow], columns: ColumnSet) -> Pictu
 
 def _class(region: str, columns: ColumnSet) -> str:
     """A class of range and incidence with angles in the unit of the report."""
-    return Notation(angle=columns.style.angle).words(region)
+    return ReportNotation(angle=columns.style.angle).words(region)
 
 
 def _stack(

@@ -1,0 +1,409 @@
+"""The one form of an answer: a result class is what is computed, written as JSON, and read again.
+
+A result is a dataclass on the base :class:`Result`, which is written with its fields and the
+properties that it names. A table is one on the base :class:`Table`: its fields are columns, and it
+is written as a list of objects. NaN and infinities are null; a name that is a word of Python has an
+underscore behind it (``from_``), and its key has none. :class:`Form` is the whole document.
+
+pydantic makes the JSON, its schema, and the way back; it is loaded when the first of them is asked
+for.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections import namedtuple
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from pydantic import TypeAdapter
+
+__all__ = [
+    "Estimate",
+    "Form",
+    "Matrices",
+    "Matrix",
+    "Number",
+    "Result",
+    "Table",
+    "Test",
+    "Vector",
+    "described",
+]
+
+
+def _null(value: Any) -> Any:
+    """A number as JSON has it; minus zero loses its sign."""
+    value = float(value)
+    return value + 0.0 if math.isfinite(value) else None
+
+
+class _Number:
+    """Marks a float that may be NaN or infinite, which is null."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema as cs
+
+        number = cs.nullable_schema(cs.float_schema())
+        return cs.no_info_after_validator_function(
+            lambda value: math.nan if value is None else value,
+            number,
+            serialization=cs.plain_serializer_function_ser_schema(_null, return_schema=number),
+        )
+
+
+@dataclass(frozen=True)
+class _Nested:
+    """Marks an array of numbers with so many axes; of columns the first counts the rows."""
+
+    axes: int
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema as cs
+
+        out: Any = cs.nullable_schema(cs.float_schema())
+        for _ in range(self.axes):
+            out = cs.list_schema(out)
+        return cs.no_info_after_validator_function(
+            lambda value: np.array(value, dtype=np.float64),
+            out,
+            serialization=cs.plain_serializer_function_ser_schema(_lists, return_schema=out),
+        )
+
+
+def _lists(values: Any) -> Any:
+    """Nested lists of numbers, None for what is none."""
+    values = np.asarray(values, dtype=np.float64)
+    if np.isfinite(values).all():
+        return (values + 0.0).tolist()
+    return np.where(np.isfinite(values), values + 0.0, np.array(None)).tolist()
+
+
+#: a number that may be missing: NaN inside, null in JSON
+Number = Annotated[float, _Number()]
+#: numbers along one axis
+Vector = Annotated[NDArray[np.float64], _Nested(1)]
+#: numbers along two axes
+Matrix = Annotated[NDArray[np.float64], _Nested(2)]
+#: numbers along three axes
+Matrices = Annotated[NDArray[np.float64], _Nested(3)]
+
+#: set while published schemas are made: what stands at the fields is read from their source
+_describing = False
+
+
+class Result:
+    """Base of a dataclass that is written as an object: its fields, and properties by name.
+
+    Parameters of a subclass
+    ------------------------
+    also : tuple of str
+        Properties that are written behind the fields.
+    without : tuple of str
+        Fields that are not written: what was computed with, not what was found.
+    """
+
+    _also: ClassVar[tuple[str, ...]] = ()
+    _without: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(
+        cls, *, also: tuple[str, ...] = (), without: tuple[str, ...] = (), **more: Any
+    ) -> None:
+        super().__init_subclass__(**more)
+        cls._also, cls._without = (*cls._also, *also), (*cls._without, *without)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema as cs
+
+        hints, notes = _hints(cls), _notes(cls)
+        own: Any = cls
+        names = (*(f.name for f in fields(own) if f.name not in cls._without), *cls._also)
+        parts = {
+            _key(name): cs.typed_dict_field(
+                handler.generate_schema(hints[name]), metadata=_described(notes.get(name))
+            )
+            for name in names
+        }
+        built = {f.name for f in fields(own) if f.init} & set(names)
+        whole = cs.typed_dict_schema(
+            parts, extra_behavior="forbid", metadata=_described(_first_line(cls), cls.__name__)
+        )
+        return cs.no_info_after_validator_function(
+            lambda data: cls(**{name: data[_key(name)] for name in built}),
+            whole,
+            serialization=cs.plain_serializer_function_ser_schema(
+                lambda one: {_key(name): _plain(getattr(one, name)) for name in names},
+                return_schema=whole,
+            ),
+        )
+
+
+class Table:
+    """Base of a dataclass whose fields are columns of one length: a list of objects in JSON.
+
+    The first axis of an array and the items of a tuple are the rows.
+    """
+
+    def __len__(self) -> int:
+        own: Any = self
+        return len(getattr(self, fields(own)[0].name))
+
+    def each(self, order: Iterable[int] | None = None) -> list[Any]:
+        """The rows, all or some in an order, each with the names of the columns."""
+        own: Any = self
+        columns = {f.name: getattr(self, f.name) for f in fields(own)}
+        row = namedtuple(type(self).__name__, columns)  # type: ignore[misc]
+        chosen = range(len(self)) if order is None else order
+        return [row(*(column[k] for column in columns.values())) for k in chosen]
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema as cs
+
+        hints, notes = _hints(cls), _notes(cls)
+        own: Any = cls
+        parts = {
+            _key(f.name): cs.typed_dict_field(
+                _item(hints[f.name], handler), metadata=_described(notes.get(f.name))
+            )
+            for f in fields(own)
+        }
+        one = cs.typed_dict_schema(
+            parts, extra_behavior="forbid", metadata=_described(_first_line(cls), cls.__name__)
+        )
+        whole = cs.list_schema(one)
+        return cs.no_info_after_validator_function(
+            lambda data: _columns(cls, hints, data),
+            whole,
+            serialization=cs.plain_serializer_function_ser_schema(_objects, return_schema=whole),
+        )
+
+
+def _object(cls: type, parts: dict[str, Any]) -> Any:
+    """The schema of an object with these keys and no others."""
+    from pydantic_core import core_schema as cs
+
+    said = _described(_first_line(cls), cls.__name__)
+    return cs.typed_dict_schema(parts, extra_behavior="forbid", metadata=said)
+
+
+def _objects(table: Any) -> list[dict[str, Any]]:
+    """The rows of a table as dictionaries."""
+    columns = {}
+    for field in fields(table):
+        value = getattr(table, field.name)
+        is_number = isinstance(value, np.ndarray) and value.dtype.kind == "f"
+        columns[_key(field.name)] = _lists(value) if is_number else _plain(value)
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def _columns(cls: type, hints: Mapping[str, Any], data: list[dict[str, Any]]) -> Any:
+    """A table of its rows."""
+    out: dict[str, Any] = {}
+    for field in fields(cls):
+        values = [row[_key(field.name)] for row in data]
+        nested = _nested(hints[field.name])
+        out[field.name] = tuple(values) if nested is None else np.array(values, dtype=np.float64)
+    return cls(**out)
+
+
+def _nested(hint: Any) -> _Nested | None:
+    """The mark of an array of numbers."""
+    marks = getattr(hint, "__metadata__", ())
+    return next((mark for mark in marks if isinstance(mark, _Nested)), None)
+
+
+def _item(hint: Any, handler: Any) -> Any:
+    """The schema of what one row has of a column."""
+    from pydantic_core import core_schema as cs
+
+    nested = _nested(hint)
+    if nested is None:
+        return handler.generate_schema(hint.__args__[0])
+    out: Any = cs.nullable_schema(cs.float_schema())
+    for _ in range(nested.axes - 1):
+        out = cs.list_schema(out)
+    return out
+
+
+def _plain(value: Any) -> Any:
+    """A value without types of numpy that JSON does not have."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, np.ndarray) and value.dtype.kind in "ibUO":
+        return value.tolist()
+    return value
+
+
+def _key(name: str) -> str:
+    """The key of a name in JSON."""
+    return name.removesuffix("_")
+
+
+def _hints(cls: type) -> dict[str, Any]:
+    """Types of the fields and of the properties of a class."""
+    hints = get_type_hints(cls, include_extras=True)
+    for name, found in inspect.getmembers(cls):
+        getter = getattr(found, "fget", None) or getattr(found, "func", None)
+        if getter is not None and "return" in getattr(getter, "__annotations__", {}):
+            hints[name] = get_type_hints(getter, include_extras=True)["return"]
+    return hints
+
+
+def _described(words: str | None, title: str = "") -> dict[str, Any]:
+    """What a schema says of one of its parts."""
+    said = {"description": words} if words else {}
+    if title:
+        said["title"] = title
+    return {"pydantic_js_updates": said} if said else {}
+
+
+def _first_line(cls: type) -> str:
+    """What a class is, in one line."""
+    return (inspect.getdoc(cls) or "").split("\n")[0]
+
+
+def _notes(cls: type) -> dict[str, str]:
+    """What stands at the fields of a class (``#: ...``) and first in its properties."""
+    if not _describing:
+        return {}
+    out: dict[str, str] = {}
+    for base in reversed(cls.__mro__[:-1]):
+        if not is_dataclass(base):
+            continue
+        above: list[str] = []
+        for line in inspect.getsource(base).splitlines():
+            stripped = line.strip()
+            if stripped.startswith("#:"):
+                above.append(stripped[2:].strip())
+                continue
+            found = re.match(r"    (\w+)\s*:(?!:)[^#]*(?:#: (.*))?$", line)
+            words = " ".join([*above, *([found[2]] if found and found[2] else [])])
+            if found and words:
+                out[found[1]] = words
+            above = []
+    for name, found in inspect.getmembers(cls):
+        if isinstance(found, property | cached_property) and found.__doc__:
+            out.setdefault(name, found.__doc__.split("\n")[0])
+    return out
+
+
+class described:  # noqa: N801
+    """A block in which schemas are made with what stands at the fields."""
+
+    def __enter__(self) -> None:
+        global _describing
+        _describing = True
+
+    def __exit__(self, *error: object) -> None:
+        global _describing
+        _describing = False
+
+
+@dataclass(frozen=True)
+class Estimate(Result):
+    """A value and its standard deviation."""
+
+    value: Number
+    sigma: Number
+
+    @property
+    def t(self) -> float:
+        """Value over sigma."""
+        return self.value / self.sigma
+
+
+@dataclass(frozen=True)
+class Test(Result, also=("passed",)):
+    """A sum of weighted squares against its chi-square limit."""
+
+    statistic: Number
+    dof: int
+    limit: Number
+    #: probability of as much by chance
+    p: Number
+
+    #: a class of the program, not of its tests
+    __test__ = False
+
+    @property
+    def passed(self) -> bool:
+        """True if it is within the limit."""
+        return self.statistic <= self.limit
+
+
+class Form:
+    """The JSON document of a question: what stands first, its result, and words about it.
+
+    Parameters
+    ----------
+    name
+        Of its schema in ``docs/schema``.
+    result
+        Class of the result.
+    schema
+        Version of the layout; it changes when a key or a meaning does.
+    **words
+        Types of keys that are no figures of the result, such as sentences, by key.
+    """
+
+    #: all that were made, by name
+    every: ClassVar[dict[str, Form]] = {}
+
+    def __init__(self, name: str, result: type, schema: int, **words: Any) -> None:
+        self.name, self.result, self.schema, self.words = name, result, schema, words
+        self.every[name] = self
+
+    @cached_property
+    def adapter(self) -> TypeAdapter[Any]:
+        """What makes JSON of a result."""
+        from pydantic import TypeAdapter
+
+        return TypeAdapter(self.result)
+
+    def data(self, result: Any, **words: Any) -> dict[str, Any]:
+        """The document as Python has JSON."""
+        head = {"tribrach": version("tribrach"), "schema": self.schema}
+        own: dict[str, Any] = self.adapter.dump_python(result, mode="json")
+        return head | own | words
+
+    def text(self, result: Any, **words: Any) -> str:
+        """The document as text."""
+        from pydantic_core import to_json
+
+        return to_json(self.data(result, **words), indent=1).decode() + "\n"
+
+    def read(self, data: Mapping[str, Any]) -> Any:
+        """The result of a document.
+
+        Raises
+        ------
+        ValueError
+            A key is missing or has another type.
+        """
+        skip = {"tribrach", "schema", *self.words}
+        return self.adapter.validate_python({k: v for k, v in data.items() if k not in skip})
+
+    def json_schema(self) -> dict[str, Any]:
+        """The JSON Schema (draft 2020-12), with what stands at the fields."""
+        from pydantic import TypeAdapter
+
+        with described():
+            own = TypeAdapter(self.result).json_schema(mode="serialization")
+            more = {key: TypeAdapter(kind).json_schema() for key, kind in self.words.items()}
+        said = {"tribrach": {"type": "string"}, "schema": {"type": "integer"}}
+        return {
+            **own,
+            "properties": {**said, **own["properties"], **more},
+            "required": ["tribrach", "schema", *own["required"], *more],
+        }

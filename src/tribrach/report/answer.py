@@ -1,0 +1,72 @@
+"""An answer as people read it: made once, and rendered as page, text, terminal and JSON.
+
+A question makes one :class:`Answer` of its result: what stands first, findings, pictures, tables.
+Renderings know no question.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from tribrach.answers import Form
+from tribrach.io.outputs import Content
+from tribrach.report.content import Report
+from tribrach.report.figures import Picture
+from tribrach.report.findings import Finding
+from tribrach.report.notation import PLAIN, ReportNotation
+from tribrach.report.page import FrontPage, page
+from tribrach.report.tables import ReportTable
+
+__all__ = ["Answer"]
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command found."""
+
+    #: what was asked, and of what
+    kind: str
+    title: str
+    #: the verdict, and what is to be signed
+    front: FrontPage
+    #: the figures, and the form in which they are written as JSON; further keys of words
+    result: Any
+    form: Form | None = None
+    words: Mapping[str, Any] = field(default_factory=dict)
+    findings: Sequence[Finding] = ()
+    #: tables before the pictures and behind them; those without rows are left out
+    first: Sequence[ReportTable] = ()
+    pictures: Sequence[Picture] = ()
+    tables: Sequence[ReportTable] = ()
+    #: what holds for the whole page
+    footer: str = ""
+    #: a network whose map stands on the page
+    network: Report | None = None
+    notation: ReportNotation = PLAIN
+    #: what a terminal shows: text as it is, findings, tables
+    terminal: Sequence[str | Finding | ReportTable] = ()
+    #: further files that were asked for
+    files: Mapping[Path, Content] = field(default_factory=dict)
+
+    def page(self) -> str:
+        """The whole of it as one HTML file."""
+        return page(
+            self.kind,
+            self.title,
+            self.front,
+            self.findings,
+            self.pictures,
+            self.tables,
+            self.footer,
+            first=self.first,
+            network=self.network,
+            notation=self.notation,
+        )
+
+    def json(self) -> str:
+        """The figures as JSON text."""
+        assert self.form is not None
+        return self.form.text(self.result, **self.words)

@@ -1,0 +1,185 @@
+"""Sentences that keep their figures: text with quantities, written in the unit of a project.
+
+A :class:`Sentence` is made where something is found, of a template and of values in metres, radians
+or one. It is a string, with a decimal point and in the units that the template names; a report asks
+it for the same in its own notation, so that nobody reads numbers out of finished English.
+
+A field of a template is ``{name}`` for words and counts, or ``{name:unit digits}``: ``{s:mm2}`` is
+a length in millimetres with two digits, ``{a:arcsec1}``, ``{a:°0}``, ``{share:%1}``, ``{k:ppm0}``,
+``{t:2}`` a plain number, ``{x:g3}`` one with three digits that count. ``~`` behind it leaves the
+unit out, for the first of two figures: ``{v:mm2~} ± {s:mm2}``. ``,`` groups thousands.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import string
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, Self
+
+from tribrach.units import UNITS
+
+__all__ = ["PLAIN", "Notation", "Sentence", "scaled", "written"]
+
+_SPEC = re.compile(r"(?P<unit>[^\d,~]*?)(?P<how>g?)(?P<digits>\d*)(?P<group>,?)(?P<bare>~?)")
+#: by unit the factor from metres, radians or one, and how it stands behind a number
+_SCALES: dict[str, tuple[float, str]] = {
+    "": (1.0, ""),
+    "m": (1.0, " m"),
+    "km": (1e-3, " km"),
+    "cm": (1e2, " cm"),
+    "mm": (1e3, " mm"),
+    "ppm": (1e6, " ppm"),
+    "%": (1e2, " %"),
+    "°": (1 / UNITS["deg"], "°"),
+    "degrees": (1 / UNITS["deg"], " degrees"),
+    "arcsec": (1 / UNITS["arcsec"], " arcsec"),
+    "″": (1 / UNITS["arcsec"], "″"),
+    "gon": (1 / UNITS["gon"], " gon"),
+    "mgon": (1 / UNITS["mgon"], " mgon"),
+}
+#: units of the other circle
+_TURNED = {
+    "gon": {"°": "gon", "degrees": "gon", "arcsec": "mgon"},
+    "deg": {"gon": "°", "mgon": "arcsec"},
+}
+_FORMATTER = string.Formatter()
+#: digits from which on a number is grouped
+_GROUPED = 5
+
+
+@dataclass(frozen=True)
+class Notation:
+    """How numbers are written.
+
+    Parameters
+    ----------
+    decimal : {".", ","}
+        Between the whole number and its fraction.
+    thousands : str
+        Between groups of three digits, nothing if empty.
+    angle : {"gon", "deg"}, optional
+        Unit of the angles in sentences; without it they stay as they were said.
+    """
+
+    decimal: str = "."
+    thousands: str = ""
+    angle: Literal["gon", "deg"] | None = None
+
+    def words(self, text: str) -> str:
+        """A sentence with its figures in this notation; other text as it is."""
+        return text.written(self) if isinstance(text, Sentence) else text
+
+    def cell(self, text: str) -> str:
+        """The text of a number, with a decimal point, in this notation; what is none stays."""
+        if self.decimal == "." and not self.thousands:
+            return text
+        found = _CELL.fullmatch(text)
+        if found is None:
+            return text
+        sign, whole, fraction, unit = found.groups()
+        whole = whole.replace(",", "")
+        if self.thousands and len(whole) >= _GROUPED:
+            whole = f"{int(whole):,}".replace(",", self.thousands)
+        return f"{sign}{whole}{'' if fraction is None else self.decimal + fraction}{unit or ''}"
+
+
+#: a number that fills a cell
+_CELL = re.compile(r"([-+]?)(\d[\d,]*)(?:\.(\d+))?( (?:%|mm|″|mgon))?")
+#: numbers as they are made
+PLAIN = Notation()
+
+
+class Sentence(str):
+    """Text with its figures.
+
+    Parameters
+    ----------
+    template : str
+        With fields in braces, see above.
+    **values
+        Of the fields: words, counts, other sentences, quantities in metres, radians or one, and
+        objects whose attributes and items the fields name: ``{test.statistic:1}``, ``{pair[0]}``.
+
+    Attributes
+    ----------
+    values : mapping
+        What each field has, by its name in the template.
+
+    Examples
+    --------
+    >>> Sentence("{name} moved {by:mm1}", name="P7", by=0.00321)
+    'P7 moved 3.2 mm'
+    """
+
+    template: str
+    values: Mapping[str, Any]
+
+    def __new__(cls, template: str, **values: Any) -> Self:
+        """Fill the template."""
+        fields = [name for _, name, _, _ in _FORMATTER.parse(template) if name is not None]
+        return cls._of(
+            template, {name: _FORMATTER.get_field(name, (), values)[0] for name in fields}
+        )
+
+    @classmethod
+    def _of(cls, template: str, values: Mapping[str, Any]) -> Self:
+        made = super().__new__(cls, _filled(template, values, PLAIN))
+        made.template, made.values = template, values
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return self._of, (self.template, self.values)
+
+    def written(self, notation: Notation) -> str:
+        """The sentence with its figures in a notation."""
+        return _filled(self.template, self.values, notation)
+
+
+def written(value: float, spec: str, notation: Notation = PLAIN) -> str:
+    """A quantity as a field of a template has it: ``written(0.0012, "mm1")`` is 1.2 mm."""
+    found = _SPEC.fullmatch(spec)
+    if found is None or found["unit"] not in _SCALES:
+        raise ValueError(f"no quantity is written as {spec!r}")
+    unit = found["unit"]
+    factor, behind = _SCALES[unit]
+    text = _text(value * factor, found["how"], found["digits"], found["group"])
+    turned = _TURNED.get(notation.angle or "", {}).get(unit)
+    if turned is not None and math.isfinite(value):
+        factor, behind = _SCALES[turned]
+        # as sharp as it would have been
+        sharp = max(2, len(text.lstrip("-+").replace(".", "").lstrip("0")))
+        size = abs(value * factor)
+        digits = max(0, sharp - 1 - math.floor(math.log10(size * (1 + 1e-9)))) if size else 0
+        text = f"{value * factor:.{digits}f}"
+    return notation.cell(text) + ("" if found["bare"] else behind)
+
+
+def scaled(value: Any, spec: str) -> Any:
+    """Quantities in the unit of a field: ``scaled(metres, "mm1")``, one or an array."""
+    found = _SPEC.fullmatch(spec)
+    return value * _SCALES[found["unit"] if found else ""][0]
+
+
+def _text(value: float, how: str, digits: str, group: str) -> str:
+    """Digits of a number."""
+    if not digits and not how:
+        return f"{int(value) if value == int(value) else value:{group}}"
+    return f"{value:{group}.{digits}{'g' if how else 'f'}}"
+
+
+def _filled(template: str, values: Mapping[str, Any], notation: Notation) -> str:
+    """A template with its values."""
+    parts = []
+    for text, name, spec, _ in _FORMATTER.parse(template):
+        parts.append(text)
+        if name is None:
+            continue
+        value = values[name]
+        if spec:
+            parts.append(written(float(value), spec, notation))
+        else:
+            parts.append(notation.words(value) if isinstance(value, str) else str(value))
+    return "".join(parts)

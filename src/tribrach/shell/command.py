@@ -1,0 +1,164 @@
+"""A command of a question: its inputs are claimed, its answer is made, written and shown."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import typer
+from rich.console import Console
+
+from tribrach.io.outputs import Content, write_texts
+from tribrach.report.answer import Answer
+from tribrach.report.characters import visible
+from tribrach.report.findings import Finding
+from tribrach.report.tables import ReportTable
+from tribrach.shell.flow import (
+    Overwrite,
+    Quiet,
+    Scheduler,
+    Workers,
+    claim,
+    guarded,
+    say,
+    shown,
+    working,
+)
+from tribrach.shell.printing import printed
+
+__all__ = ["WRITTEN", "command", "deliver"]
+
+#: marks the parameter of a command that names a file which the command writes
+WRITTEN = "written"
+#: terminals with as many columns show all columns of the tables
+_WIDE = 118
+
+
+def command(
+    *, json: str | None = "Write it as JSON.", html: str | None = "Write a page."
+) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
+    """Make a command of the function that answers a question.
+
+    Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
+    answer brings in ``files``. A parameter ``progress`` is told what is being done; ``engine`` is
+    who does it, which brings the options ``--workers`` and ``--scheduler``.
+
+    Parameters
+    ----------
+    json, html
+        Help of the options that write the answer; None for a command without them.
+    """
+
+    def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
+        own = dict(inspect.signature(work).parameters)
+        hints = get_type_hints(work, include_extras=True)
+        progress, engine = "progress" in own, "engine" in own
+        options = {n: (hints[n], p.default) for n, p in own.items() if n not in _GIVEN}
+        read = [n for n, (hint, _) in options.items() if _path(hint) and not _written(hint)]
+        written = [n for n, (hint, _) in options.items() if _written(hint)]
+        if json is not None:
+            options["json_file"] = (_file("--json", json), None)
+        if html is not None:
+            options["html_file"] = (_file("--html", html), None)
+        if engine:
+            options |= {"workers": (Workers, None), "scheduler": (Scheduler, None)}
+        options |= {"overwrite": (Overwrite, False), "quiet": (Quiet, False)}
+
+        @wraps(work)
+        def run(**given: Any) -> None:
+            guarded(lambda: _answer(given))
+
+        def _answer(given: dict[str, Any]) -> None:
+            quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
+            outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
+            crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
+            files = [given[name] for name in written]
+            claim(
+                _paths(given[name] for name in read),
+                [*outputs.values(), *files],
+                overwrite=overwrite,
+            )
+            with ExitStack() as stack:
+                if progress:
+                    given["progress"] = stack.enter_context(shown(quiet))
+                if crew is not None:
+                    given["engine"] = stack.enter_context(working(*crew))
+                answer = work(**given)
+            deliver(answer, outputs, quiet=quiet)
+
+        kind = inspect.Parameter.KEYWORD_ONLY
+        run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+            [
+                inspect.Parameter(name, kind, annotation=hint, default=default)
+                for name, (hint, default) in options.items()
+            ]
+        )
+        run.__annotations__ = {name: hint for name, (hint, _) in options.items()}
+        return run
+
+    return decorated
+
+
+#: parameters that a command gives itself
+_GIVEN = ("progress", "engine")
+#: options that render the answer
+_RENDERED: dict[str, Callable[[Answer], Content]] = {
+    "json_file": Answer.json,
+    "html_file": Answer.page,
+}
+
+
+def deliver(
+    answer: Answer,
+    outputs: Mapping[Callable[[Answer], Content], Path | None],
+    *,
+    quiet: bool = False,
+) -> None:
+    """Write an answer in the forms that were asked for, all together, and show it.
+
+    Raises
+    ------
+    InputError
+        A file cannot be written; then none has changed.
+    """
+    texts = {path: render(answer) for render, path in outputs.items() if path is not None}
+    write_texts(texts | dict(answer.files))
+    if quiet:
+        return
+    console = Console()
+    for part in answer.terminal:
+        if isinstance(part, ReportTable):
+            fitting = part if console.width >= _WIDE else part.narrow()
+            console.print(printed(fitting, console.width))
+        elif isinstance(part, Finding):
+            console.print(visible(part.line()), markup=False)
+        else:
+            say(part)
+
+
+def _file(name: str, help: str) -> Any:
+    return Annotated[Path | None, typer.Option(name, help=help)]
+
+
+def _path(hint: Any) -> bool:
+    """Does a parameter take files?"""
+    return "pathlib.Path" in str(getattr(hint, "__origin__", hint))
+
+
+def _written(hint: Any) -> bool:
+    return WRITTEN in getattr(hint, "__metadata__", ())
+
+
+def _paths(values: Any) -> list[Path]:
+    """All paths among the values of parameters."""
+    out: list[Path] = []
+    for value in values:
+        if isinstance(value, Path):
+            out.append(value)
+        elif value is not None:
+            out += _paths(value)
+    return out
