@@ -34,6 +34,9 @@ def main() -> int:
             if given.list:
                 print(f"{name}: tribrach {case.words}")
                 continue
+            if group.data is not None and not group.data.exists():
+                print(f"{name}: its data are not in {group.data}")
+                continue
             begun = time.perf_counter()
             lines = differences(group, case, runs)
             if given.write:

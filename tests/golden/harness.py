@@ -1,10 +1,11 @@
 """Runs the command of a case and holds what it says and writes against files of before.
 
 A case has a text (exit status, standard output and error, text files, pages as their text and
-table cells) and one JSON file for each that the command wrote. Texts are compared as they are.
-Numbers of JSON files are written to 12 significant digits; they may differ by 1e-9 of themselves or
-of the largest number of their list, and by 1e-12 (1e-15 in lists, which have covariances). Today's
-date, the version, folders, durations and digests are words of their own.
+table cells) and one JSON file for each that the command wrote. Texts are compared as they are, but
+for the sign of zero. Numbers of JSON files are written to 12 significant digits; they may differ by
+1e-9 of themselves or of the largest number of their list, and by 1e-12 (1e-15 in lists, which have
+covariances). Of clouds in LAS the range and mean of each dimension are kept. Today's date, the
+version, folders, durations and digests are words of their own.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import re
 import shlex
 import shutil
 import tempfile
+import tomllib
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
@@ -27,12 +29,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import laspy
+import numpy as np
+import pytest
 from lxml import html
 from typer.testing import CliRunner
 
 from tribrach.cli import app
 
-__all__ = ["FILES", "Case", "Group", "Runs", "differences", "write"]
+__all__ = ["FILES", "Case", "Group", "Runs", "by_name", "differences", "frozen", "write"]
 
 FILES = Path(__file__).parent / "files"
 REPOSITORY = Path(__file__).resolve().parents[2]
@@ -42,6 +47,13 @@ TEXTS = {".txt", ".csv", ".toml", ".svg", ".gkf", ".xml", ".dat", ".jsonl", ".po
 MACHINERY = re.compile(r"(^|/)(\.tribrach|work|lock|written\.json)(/|$)")
 #: characters of a line of JSON that holds a whole value
 _WIDE = 110
+#: files of text whose long numbers are compared as those of JSON
+_DATA: dict[str, Callable[[str], Any]] = {
+    ".toml": tomllib.loads,
+    ".jsonl": lambda text: [json.loads(line) for line in text.splitlines()],
+}
+#: numbers of more digits than the last of them is sure
+_LONG = re.compile(r"-?\d+\.\d{8,}(e[-+]\d+)?")
 _ENVIRONMENT = {
     "COLUMNS": "100",
     "LINES": "40",
@@ -57,6 +69,8 @@ class Case:
 
     name: str
     words: str
+    #: by which numbers of its JSON files may differ, as a share
+    tolerance: float = 1e-9
     #: cases that must have run before in the same folder
     needs: tuple[str, ...] = ()
 
@@ -71,6 +85,8 @@ class Group:
     name: str
     prepare: Callable[[Path], None]
     cases: tuple[Case, ...]
+    #: folder of third-party data that is needed
+    data: Path | None = None
 
     def case(self, name: str) -> Case:
         return next(case for case in self.cases if case.name == name)
@@ -115,7 +131,7 @@ def differences(group: Group, case: Case, runs: Runs) -> list[str]:
         if name not in new or name not in old:
             out.append(f"{name}: {'is not written any more' if name not in new else 'is new'}")
         elif name.endswith(".json"):
-            pairs = _unlike(json.loads(old[name]), json.loads(new[name]))
+            pairs = _unlike(json.loads(old[name]), json.loads(new[name]), case.tolerance)
             out += [f"{name}: {line}" for line in pairs]
         else:
             lines = difflib.unified_diff(
@@ -178,8 +194,8 @@ def _run(case: Case, folder: Path) -> dict[str, str]:
 
     parts = [f"$ tribrach {case.words}", f"exit status {result.exit_code}"]
     files: dict[str, str] = {}
-    for head, text in (("stdout", result.stdout), ("stderr", result.stderr)):
-        parts += [f"===== {head}", plain(text).rstrip("\n")] if text.strip() else []
+    for head, text in (("stdout", plain(result.stdout)), ("stderr", plain(result.stderr))):
+        parts += [f"===== {head}", text.rstrip("\n")] if text.strip() else []
     for path in sorted(p for p in out.rglob("*") if p.is_file()) if out.is_dir() else ():
         name = path.relative_to(out).as_posix()
         if MACHINERY.search(name):
@@ -193,17 +209,32 @@ def _run(case: Case, folder: Path) -> dict[str, str]:
         elif path.suffix in TEXTS:
             text = plain(path.read_text(encoding="utf-8"))
             lines = _drawing(html.fromstring(text.encode())) if path.suffix == ".svg" else [text]
-            parts += [f"===== {name}", "\n".join(lines).rstrip("\n")]
+            parts += [f"===== {name}", _LONG.sub(_shorter, "\n".join(lines).rstrip("\n"))]
+            if path.suffix in _DATA:
+                data = _DATA[path.suffix](path.read_text(encoding="utf-8"))
+                known = json.loads(plain(json.dumps(data, default=str, ensure_ascii=False)))
+                files[f"{case.name}.{name.replace('/', '-')}.json"] = _json(known)
         else:
             parts += [f"===== {name} is written"]
-    files[f"{case.name}.txt"] = "\n".join(parts) + "\n"
+            if path.suffix in (".las", ".laz"):
+                files[f"{case.name}.{name.replace('/', '-')}.json"] = _json(_cloud(path))
+    lines = "\n".join(parts).splitlines()
+    files[f"{case.name}.txt"] = "\n".join(line.rstrip() for line in lines) + "\n"
     return files
+
+
+def _shorter(number: re.Match[str]) -> str:
+    """To eight digits, and nothing of what is zero but for rounding."""
+    return f"{float(number.group()):.8g}" if abs(float(number.group())) > 1e-10 else "0.0"
 
 
 def _normalised(text: str, folder: Path, days: set[datetime.date]) -> str:
     """Without what differs from day to day and from machine to machine."""
     # stages that took long enough to be told: "  name, 12: 3.4 s (after 0:05)"
     text = re.sub(r"^  .*: \d+\.\d s \(after \d+:\d\d\)\n", "", text, flags=re.M)
+    # zero has no sign, and what is zero but for rounding no size
+    text = re.sub(r"(?<![\d.,])-(0[.,]0+)(?!\d)", r"\1", text)
+    text = re.sub(r"\bsingular values \S+e-1\d ", "singular values SMALL ", text)
     for path, word in ((folder, "FOLDER"), (REPOSITORY, "REPOSITORY")):
         text = text.replace(str(path), word).replace(str(path.resolve()), word)
     version = importlib.metadata.version("tribrach")
@@ -212,6 +243,21 @@ def _normalised(text: str, folder: Path, days: set[datetime.date]) -> str:
         text = text.replace(day.isoformat(), "DATE")
     text = re.sub(r"DATE[T ]\d\d:\d\d:\d\d(\.\d+)?([+-]\d\d:\d\d|Z)?", "DATE-TIME", text)
     return re.sub(r"\b[0-9a-f]{32,64}\b", "DIGEST", text)
+
+
+def _cloud(path: Path) -> dict[str, Any]:
+    """Least, mean and greatest of every dimension of a LAS file, and how many points it has."""
+    las = laspy.read(path)
+    columns = {
+        name: np.asarray(las[name], dtype=float) for name in las.point_format.dimension_names
+    }
+    columns |= dict(zip("xyz", las.xyz.T, strict=True))
+    figures = {
+        name: [float(f(values)) for f in (np.nanmin, np.nanmean, np.nanmax)]
+        for name, values in columns.items()
+        if name not in "XYZ" and np.isfinite(values).any()
+    }
+    return {"points": len(las.points), "dimensions": figures}
 
 
 # JSON
@@ -246,8 +292,10 @@ def _written(data: Any, indent: str) -> Iterator[str]:
     yield f"\n{indent}{brackets[1]}"
 
 
-def _unlike(old: Any, new: Any, key: str = "", size: float | None = None) -> Iterator[str]:
-    """Where two values differ, by key, with both values.
+def _unlike(
+    old: Any, new: Any, share: float, key: str = "", size: float | None = None
+) -> Iterator[str]:
+    """Where two values differ by more than a share, by key, with both values.
 
     `size` is the largest number of the list that the values stand in.
     """
@@ -258,14 +306,14 @@ def _unlike(old: Any, new: Any, key: str = "", size: float | None = None) -> Ite
             elif name not in old:
                 yield f"{key}.{name} is new: {_short(new[name])}"
             else:
-                yield from _unlike(old[name], new[name], f"{key}.{name}", size)
+                yield from _unlike(old[name], new[name], share, f"{key}.{name}", size)
     elif isinstance(old, list) and isinstance(new, list):
         if len(old) != len(new):
             yield f"{key} had {len(old)} items and has {len(new)}"
         inside = max((abs(x) for x in _numbers(old)), default=None) if size is None else size
         for k, (one, other) in enumerate(zip(old, new, strict=False)):
-            yield from _unlike(one, other, f"{key}[{k}]", inside)
-    elif not _same(old, new, size):
+            yield from _unlike(one, other, share, f"{key}[{k}]", inside)
+    elif not _same(old, new, share, size):
         yield f"{key} was {_short(old)} and is {_short(new)}"
 
 
@@ -278,15 +326,15 @@ def _numbers(data: Any) -> Iterator[float]:
             yield value
 
 
-def _same(old: Any, new: Any, size: float | None) -> bool:
+def _same(old: Any, new: Any, share: float, size: float | None) -> bool:
     if isinstance(old, bool) or isinstance(new, bool) or old is None or new is None:
         return old is new
     if isinstance(old, int | float) and isinstance(new, int | float):
         if isinstance(old, int) and isinstance(new, int):
             return old == new
         if size is not None:
-            return math.isclose(old, new, rel_tol=1e-9, abs_tol=1e-9 * size + 1e-15)
-        return math.isclose(old, new, rel_tol=1e-9, abs_tol=1e-12)
+            return math.isclose(old, new, rel_tol=share, abs_tol=share * size + 1e-15)
+        return math.isclose(old, new, rel_tol=share, abs_tol=1e-12)
     return bool(old == new)
 
 
@@ -372,6 +420,21 @@ def _drawing(svg: Any) -> list[str]:
     label = svg.get("aria-label") or ""
     counts = ", ".join(f"{n} {tag}" for tag, n in sorted(parts.items()))
     return [f"(drawing {label}: {counts})", *([" · ".join(words)] if words else [])]
+
+
+def frozen(groups: tuple[Group, ...]) -> Callable[..., None]:
+    """The test of all cases of some groups."""
+    cases = by_name(groups)
+
+    @pytest.mark.parametrize("name", cases)
+    def test_as_before(name: str, runs: Runs) -> None:
+        group, case = cases[name]
+        if group.data is not None and not group.data.exists():
+            pytest.skip(f"third-party data are not in {group.data}")
+        lines = differences(group, case, runs)
+        assert not lines, "\n".join([f"python -m tests.golden --write {name}", *lines[:40]])
+
+    return test_as_before
 
 
 def by_name(groups: tuple[Group, ...]) -> Mapping[str, tuple[Group, Case]]:

@@ -94,16 +94,19 @@ def rows(path: Path, head: str, lines: Iterable[str]) -> None:
     path.write_text("\n".join([head, *lines]) + "\n", encoding="utf-8")
 
 
-def sights(rng: np.random.Generator, wrong: Mapping[str, float]) -> list[str]:
+Places = Mapping[str, tuple[float, float, float]]
+
+
+def sights(rng: np.random.Generator, places: Places, wrong: Mapping[str, float]) -> list[str]:
     """Readings of both stations in one face, with mistakes of some readings by their names."""
     lines = []
     for station, height in (("S1", 1.55), ("S2", 1.62)):
         turn = float(rng.uniform(0, 400))
-        for target in PLACES:
+        for target in places:
             if target == station:
                 continue
             tall = 0.0 if target.startswith("T") else 1.5
-            e, n, u = np.subtract(PLACES[target], PLACES[station])
+            e, n, u = np.subtract(places[target], places[station])
             u += tall - height
             flat = float(np.hypot(e, n))
             u -= flat**2 * (1 - 0.13) / (2 * 6_371_000)
@@ -121,8 +124,9 @@ def sights(rng: np.random.Generator, wrong: Mapping[str, float]) -> list[str]:
     return lines
 
 
-def yard(folder: Path) -> None:
-    rng = np.random.default_rng(32)
+def yard(folder: Path, seed: int = 32, places: Places = PLACES) -> None:
+    """Its files, with several mistakes, and projects that read them."""
+    rng = np.random.default_rng(seed)
     head = "from,to,direction_gon,zenith_gon,slope_distance_m,height_instrument_m,height_target_m"
     state = rng.bit_generator.state
     mistakes: dict[str, dict[str, float]] = {
@@ -134,24 +138,24 @@ def yard(folder: Path) -> None:
     }
     for name, wrong in mistakes.items():
         rng.bit_generator.state = state
-        rows(folder / f"sights{name}.csv", head, sights(rng, wrong))
+        rows(folder / f"sights{name}.csv", head, sights(rng, places, wrong))
     lines = [
         f"{name},{e:.4f},{n:.4f},{u:.4f},2,2,3,{'check' if name == 'D' else 'control'}"
         for name in "ABCD"
-        for e, n, u in [ORIGIN + PLACES[name] + rng.normal(0, 1, 3) * (0.002, 0.002, 0.003)]
+        for e, n, u in [ORIGIN + places[name] + rng.normal(0, 1, 3) * (0.002, 0.002, 0.003)]
     ]
     rows(folder / "control.csv", "point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm,role", lines)
     line = []
     for a, b in ("AB", "BC", "CD", "DA"):
-        length = float(np.linalg.norm(np.subtract(PLACES[b], PLACES[a])[:2])) / 1000
-        step = PLACES[b][2] - PLACES[a][2] + rng.normal(0, 1e-3 * length**0.5)
+        length = float(np.linalg.norm(np.subtract(places[b], places[a])[:2])) / 1000
+        step = places[b][2] - places[a][2] + rng.normal(0, 1e-3 * length**0.5)
         line.append(f"{a},{b},{step:.5f},{length:.5f}")
     rows(folder / "levels.csv", "from,to,height_difference_m,length_km", line)
     turn, place = 0.7, np.array([40.0, 22.0, 1.9])
     c, s = np.cos(turn), np.sin(turn)
     line = []
     for name in ("A", "C", "T1", "T2", "T3"):
-        e, n, u = np.subtract(PLACES[name], place)
+        e, n, u = np.subtract(places[name], place)
         x, y, z = np.array([c * e + s * n, c * n - s * e, u]) + rng.normal(0, 1e-3, 3)
         line.append(f"L1,{name},{x:.5f},{y:.5f},{z:.5f}")
     rows(folder / "targets.csv", "scan,point,x_m,y_m,z_m", line)
@@ -248,12 +252,14 @@ def files(folder: Path) -> None:
         "from,to,height_difference_m,sigma_height_difference_mm",
         ["A,B,1.001,1", "B,C,1.001,1", "C,A,-1.999,1"],
     )
+    rows(folder / "held.csv", "point,e_m,n_m,u_m,role", ["A,0,0,10,fixed"])
 
 
 FILE_CASES = (
     Case("facade", f"adjust facade.toml {ALL}"),
     Case("raw", "adjust control.csv traverse.gsi"),
-    Case("loop", f"adjust loop.csv {ALL}"),
+    Case("loop", "adjust loop.csv"),
+    Case("loop-held", f"adjust loop.csv held.csv {ALL}"),
     *(Case(f"gama-{name}", f"adjust gama/{name}.gkf {TEXT}") for name in "acdefgh"),
     *(Case(f"starnet-{name}", f"adjust starnet/{name}.dat {TEXT}") for name in "abcefgh"),
 )
