@@ -1,6 +1,7 @@
 """Writes the JSON Schemas of all documents into ``docs/schema``."""
 
 import json
+import pkgutil
 from importlib import import_module
 from pathlib import Path
 
@@ -24,10 +25,6 @@ from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
 
-#: questions whose forms are made from their results
-QUESTIONS = sorted(
-    path.parent.name for path in Path(questions.__file__).parent.glob("*/chapters.py")
-)
 FOLDER = Path(__file__).parent / "schema"
 
 
@@ -54,8 +51,8 @@ def documents() -> dict[str, type[Document] | Form]:
         "workbench": WorkbenchDocument,
     }
     describe()
-    for name in QUESTIONS:
-        import_module(f"tribrach.questions.{name}.chapters")
+    for module in pkgutil.walk_packages(questions.__path__, "tribrach.questions."):
+        import_module(module.name)
     return found | Form.every
 
 
