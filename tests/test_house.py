@@ -1,6 +1,7 @@
 """The house style: docstrings, public names, words; ruff, mypy and import-linter see the rest."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -120,3 +121,15 @@ def test_json_is_written_in_one_place_for_each_sort() -> None:
         if any(word in path.read_text() for word in words)
     }
     assert places == WRITE_JSON.keys()
+
+
+def test_the_classes_of_the_map_stand_where_it_says() -> None:
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    section = text.split("## Forty classes to know\n")[1].split("\n## ")[0]
+    rows = re.findall(r"^\| `(\w+)` \| `([\w/.]+)` \|", section, re.MULTILINE)
+    assert len(rows) >= 40
+    for name, place in rows:
+        classes = [
+            node.name for node in TREES[SOURCE / place].body if isinstance(node, ast.ClassDef)
+        ]
+        assert name in classes, (name, place)

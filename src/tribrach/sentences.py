@@ -7,7 +7,8 @@ it for the same in its own notation, so that nobody reads numbers out of finishe
 A field of a template is ``{name}`` for words and counts, or ``{name:unit digits}``: ``{s:mm2}`` is
 a length in millimetres with two digits, ``{a:arcsec1}``, ``{a:°0}``, ``{share:%1}``, ``{k:ppm0}``,
 ``{t:2}`` a plain number, ``{x:g3}`` one with three digits that count. ``~`` behind it leaves the
-unit out, for the first of two figures: ``{v:mm2~} ± {s:mm2}``. ``,`` groups thousands.
+unit out, for the first of two figures: ``{v:mm2~} ± {s:mm2}``. ``,`` groups thousands, ``+`` always
+shows the sign.
 """
 
 from __future__ import annotations
@@ -15,15 +16,17 @@ from __future__ import annotations
 import math
 import re
 import string
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
 from tribrach.units import UNITS
 
-__all__ = ["PLAIN", "Notation", "Sentence", "scaled", "written"]
+__all__ = ["PLAIN", "Notation", "Sentence", "capital", "joined", "scaled", "written"]
 
-_SPEC = re.compile(r"(?P<unit>[^\d,~]*?)(?P<how>g?)(?P<digits>\d*)(?P<group>,?)(?P<bare>~?)")
+_SPEC = re.compile(
+    r"(?P<unit>[^\d,~+]*?)(?P<sign>\+?)(?P<how>g?)(?P<digits>\d*)(?P<group>,?)(?P<bare>~?)"
+)
 #: by unit the factor from metres, radians or one, and how it stands behind a number
 _SCALES: dict[str, tuple[float, str]] = {
     "": (1.0, ""),
@@ -120,18 +123,25 @@ class Sentence(str):
     def __new__(cls, template: str, **values: Any) -> Self:
         """Fill the template."""
         fields = [name for _, name, _, _ in _FORMATTER.parse(template) if name is not None]
-        return cls._of(
+        return cls.of(
             template, {name: _FORMATTER.get_field(name, (), values)[0] for name in fields}
         )
 
     @classmethod
-    def _of(cls, template: str, values: Mapping[str, Any]) -> Self:
+    def of(cls, template: str, values: Mapping[str, Any]) -> Self:
+        """A sentence of what each of its fields has."""
         made = super().__new__(cls, _filled(template, values, PLAIN))
         made.template, made.values = template, values
         return made
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return self._of, (self.template, self.values)
+        return type(self).of, (self.template, self.values)
+
+    def __add__(self, more: str) -> Sentence:
+        return Sentence("{own}{more}", own=self, more=more)
+
+    def __radd__(self, before: str) -> Sentence:
+        return Sentence("{before}{own}", own=self, before=before)
 
     def written(self, notation: Notation) -> str:
         """The sentence with its figures in a notation."""
@@ -145,7 +155,7 @@ def written(value: float, spec: str, notation: Notation = PLAIN) -> str:
         raise ValueError(f"no quantity is written as {spec!r}")
     unit = found["unit"]
     factor, behind = _SCALES[unit]
-    text = _text(value * factor, found["how"], found["digits"], found["group"])
+    text = _text(value * factor, found["sign"] + found["group"], found["how"], found["digits"])
     turned = _TURNED.get(notation.angle or "", {}).get(unit)
     if turned is not None and math.isfinite(value):
         factor, behind = _SCALES[turned]
@@ -157,17 +167,40 @@ def written(value: float, spec: str, notation: Notation = PLAIN) -> str:
     return notation.cell(text) + ("" if found["bare"] else behind)
 
 
+def joined(between: str, parts: Iterable[str]) -> str:
+    """Parts one behind the other, with their figures."""
+    given = list(parts)
+    if not any(isinstance(part, Sentence) for part in given):
+        return between.join(given)
+    between = between.replace("{", "{{").replace("}", "}}")
+    fields = {f"part{k}": part for k, part in enumerate(given)}
+    return Sentence(between.join(f"{{{name}}}" for name in fields), **fields)
+
+
+def capital(text: str) -> str:
+    """A text that begins with a capital."""
+    if not isinstance(text, Sentence):
+        return text[:1].upper() + text[1:]
+    if text.template[:1] != "{":
+        return Sentence.of(text.template[:1].upper() + text.template[1:], text.values)
+    name = text.template[1:].split("}")[0]
+    value = text.values.get(name)
+    if not isinstance(value, str):
+        return text
+    return Sentence.of(text.template, {**text.values, name: capital(value)})
+
+
 def scaled(value: Any, spec: str) -> Any:
     """Quantities in the unit of a field: ``scaled(metres, "mm1")``, one or an array."""
     found = _SPEC.fullmatch(spec)
     return value * _SCALES[found["unit"] if found else ""][0]
 
 
-def _text(value: float, how: str, digits: str, group: str) -> str:
-    """Digits of a number."""
+def _text(value: float, before: str, how: str, digits: str) -> str:
+    """Digits of a number; ``before`` them a sign or groups of thousands."""
     if not digits and not how:
-        return f"{int(value) if value == int(value) else value:{group}}"
-    return f"{value:{group}.{digits}{'g' if how else 'f'}}"
+        return f"{int(value) if value == int(value) else value:{before}}"
+    return f"{value:{before}.{digits}{'g' if how else 'f'}}"
 
 
 def _filled(template: str, values: Mapping[str, Any], notation: Notation) -> str:

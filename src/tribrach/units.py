@@ -14,8 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
     "CC",
+    "DEG",
     "GON",
     "LARGEST",
+    "MGON",
     "MM",
     "SEC",
     "UNITS",
@@ -28,10 +30,12 @@ __all__ = [
     "too_large",
 ]
 
-#: radians per gon, per arc second, per ten-thousandth of a gon
+#: radians per gon, arc second, ten-thousandth of a gon, degree, thousandth of a gon
 GON = math.pi / 200
 SEC = math.pi / 648000
 CC = GON / 10000
+DEG = math.pi / 180
+MGON = GON / 1000
 #: metres per millimetre
 MM = 1e-3
 #: no file means a number from here on; squares of smaller ones can still be added up

@@ -19,6 +19,7 @@ from pyproj.exceptions import CRSError, ProjError
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy import frames
+from tribrach.sentences import Sentence
 
 __all__ = ["PLATES", "Motion", "Passage", "Realisation", "carry", "crs_is_dynamic", "plates"]
 
@@ -67,7 +68,7 @@ class Realisation:
     @property
     def words(self) -> str:
         """The frame, and its epoch if it has one."""
-        return f"{self.frame} at {self.epoch:.2f}" if self.dynamic else self.frame
+        return Sentence("{own.frame} at {own.epoch:2}", own=self) if self.dynamic else self.frame
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ from tribrach.errors import InputError
 from tribrach.geodesy.grid_datum import GridDatum
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
+from tribrach.sentences import Sentence
+from tribrach.units import SEC
 
 __all__ = ["FlatEffect", "ProjectedGrid", "flat_effects", "grid_scale", "stereographic"]
 
@@ -265,18 +267,25 @@ def flat_effects(xyz: Array, crs: str | None, *, curved: bool) -> list[FlatEffec
         centre = np.array([*known[:, :2].mean(axis=0), height.mean() if len(height) else np.nan])
         scale = grid_scale(crs, centre)
         if abs(scale) * extent > NEGLIGIBLE:
-            words = (
-                f"the coordinates of {crs} are taken as Cartesian: their scale differs from the "
-                f"ground by {1e6 * scale:.1f} ppm, {1e3 * abs(scale) * extent:.1f} mm over the "
-                f"{extent:.0f} m of the site; a site of kind projected takes it into account"
+            words = Sentence(
+                "the coordinates of {crs} are taken as Cartesian: their scale differs from the "
+                "ground by {scale:ppm1}, {scale2:1} mm over the {extent:0} m of the site; a "
+                "site of kind projected takes it into account",
+                crs=crs,
+                scale=scale,
+                scale2=1000.0 * abs(scale) * extent,
+                extent=extent,
             )
             out.append(FlatEffect(words, abs(scale) * extent, (0, 1)))
     bend = extent**2 / (2 * RADIUS)
     if bend > NEGLIGIBLE and not curved:
-        words = (
-            f"the site is taken as flat: over its {extent:.0f} m the Earth curves by "
-            f"{1e3 * bend:.1f} mm and plumb lines turn by {extent / 30.9:.1f} arcsec; "
-            "a radius of curvature for the site, or a site on the ellipsoid, takes it into account"
+        words = Sentence(
+            "the site is taken as flat: over its {extent:0} m the Earth curves by "
+            "{bend:mm1} and plumb lines turn by {extent2:arcsec1}; a radius of curvature "
+            "for the site, or a site on the ellipsoid, takes it into account",
+            extent=extent,
+            bend=bend,
+            extent2=extent / 30.9 * SEC,
         )
         out.append(FlatEffect(words, bend, (2,)))
     return out

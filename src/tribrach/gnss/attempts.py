@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from tribrach.sentences import Sentence
 from tribrach.units import percent
 
 __all__ = ["FREQUENCIES", "Attempt", "choose", "comparison", "reason"]
@@ -71,15 +72,18 @@ class Attempt:
     @property
     def words(self) -> str:
         """Its figures."""
-        words = (
-            f"{self.ambiguities}, {percent(self.fixed_share)} of the epochs fixed, ratio "
-            f"{self.ratio:.1f}"
+        words = Sentence(
+            "{own.ambiguities}, {percent} of the epochs fixed, ratio {own.ratio:1}",
+            own=self,
+            percent=percent(self.fixed_share),
         )
         if self.scatter is None:
             return words
-        return (
-            f"{words}, {self.pieces} pieces scatter by {1e3 * self.scatter:.1f} mm (standard "
-            "deviation, none left out)"
+        return Sentence(
+            "{words}, {own.pieces} pieces scatter by {own.scatter:mm1} (standard "
+            "deviation, none left out)",
+            words=words,
+            own=self,
         )
 
 
@@ -155,8 +159,8 @@ def comparison(attempts: Sequence[Attempt]) -> list[str]:
         The first is the baseline as it was asked for.
     """
     return [
-        f"{a.what}: {a.words}, sigma {1e3 * a.sigma:.1f} mm"
-        + (f", {1e3 * a.away:.1f} mm from the first" if k else "")
+        Sentence("{a.what}: {a.words}, sigma {a.sigma:mm1}", a=a)
+        + (Sentence(", {a.away:mm1} from the first", a=a) if k else "")
         + (" (taken)" if a.taken else "")
         for k, a in enumerate(attempts)
     ]

@@ -51,6 +51,7 @@ from tribrach.io.gnss.solution_file import (
     read_status,
 )
 from tribrach.scratch import scratch_folder
+from tribrach.sentences import Sentence
 from tribrach.units import percent
 
 __all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
@@ -83,9 +84,14 @@ def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
     if not away > ASTRAY:
         return []
     return [
-        f"the coordinates of the base are {away:.0f} m from the position in the header of "
-        f"{base.path.name}: are they right, or are base and rover exchanged? The baseline would be "
-        f"off by some {1e6 * away / 6.4e6:.0f} ppm"
+        Sentence(
+            "the coordinates of the base are {away:0} m from the position in the header of "
+            "{base.path.name}: are they right, or are base and rover exchanged? The "
+            "baseline would be off by some {away2:0} ppm",
+            away=away,
+            base=base,
+            away2=1000000.0 * away / 6400000.0,
+        )
     ]
 
 
@@ -181,9 +187,14 @@ def doubts_of_phases(name: str, residual: float | None) -> list[str]:
     if residual is None or residual <= NOISY:
         return []
     return [
-        f"{name}: phases scatter by {1e3 * residual:.1f} mm (root mean square), more than the "
-        f"{1e3 * NOISY:.1f} mm "
-        "that their weights let expect: multipath, the ionosphere, wrong integers or mixed signals"
+        Sentence(
+            "{name}: phases scatter by {residual:mm1} (root mean square), more than the "
+            "{NOISY:mm1} that their weights let expect: multipath, the ionosphere, wrong "
+            "integers or mixed signals",
+            name=name,
+            residual=residual,
+            NOISY=NOISY,
+        )
     ]
 
 
@@ -213,8 +224,14 @@ def doubts_of_length(name: str, length: float, *, precise: bool, satellites: boo
     elif not satellites:
         causes.insert(0, "phase centres of satellites, which an ANTEX file would give")
     return [
-        f"{name}: over {length / 1000:.0f} km errors of {', '.join(causes[:-1])} and {causes[-1]} "
-        "add up, which the covariance leaves out"
+        Sentence(
+            "{name}: over {length:0} km errors of {causes} and {causes2} add up, which the "
+            "covariance leaves out",
+            name=name,
+            length=length / 1000,
+            causes=", ".join(causes[:-1]),
+            causes2=causes[-1],
+        )
     ]
 
 

@@ -26,6 +26,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.gnss.fixed_phases import ClockFreePhases
 from tribrach.instruments.gnss_solutions import CORRELATION_TIME
+from tribrach.sentences import Sentence
 
 __all__ = ["FEWEST", "PhaseNoise", "phase_noise", "usual_noise"]
 
@@ -122,22 +123,31 @@ class PhaseNoise:
 
     def sentence(self) -> str:
         """What was found."""
-        words = (
-            f"phases scatter {self.scale:.2f} times as much as the engine assumes, and one epoch "
-            f"in {self.duration:.0f} s is independent"
+        words = Sentence(
+            "phases scatter {own.scale:2} times as much as the engine assumes, and one "
+            "epoch in {own.duration:0} s is independent",
+            own=self,
         )
         if not self.learned:
-            return (
-                f"{words} (float ambiguities take up what stays alike, so that the usual "
-                f"{CORRELATION_TIME:.0f} s are taken)"
+            return Sentence(
+                "{words} (float ambiguities take up what stays alike, so that the usual "
+                "{CORRELATION_TIME:0} s are taken)",
+                words=words,
+                CORRELATION_TIME=CORRELATION_TIME,
             )
         weight = self.weights * self.variance
         white, fast, slow = 100 * (weight @ self.shares) / weight.sum()
         part = weight * self.shares[:, 1]
         time = np.exp(part @ np.log(self.times[:, 0]) / part.sum())
-        return (
-            f"{words} ({white:.0f} % of the variance are new at every epoch, {fast:.0f} % stay "
-            f"alike over {time:.0f} s, {slow:.0f} % over {SLOW:.0f} s)"
+        return Sentence(
+            "{words} ({white:0} % of the variance are new at every epoch, {fast:0} % stay "
+            "alike over {time:0} s, {slow:0} % over {SLOW:0} s)",
+            words=words,
+            white=white,
+            fast=fast,
+            time=time,
+            slow=slow,
+            SLOW=SLOW,
         )
 
 

@@ -28,6 +28,7 @@ from itertools import pairwise
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
 __all__ = ["UNSEEN", "PieceScatter", "piece_scatter", "piece_spans"]
@@ -115,11 +116,12 @@ class PieceScatter:
         count = f"{self.pieces} pieces of the session"
         if self.pieces < self.cut:
             count = f"{self.pieces} of {self.cut} pieces of the session (the others solve less)"
-        return (
-            f"{count} scatter by {1e3 * self.scatter:.1f} mm in space (standard deviation), "
-            f"{self.ratio:.2f} +- {self.ratio_sigma:.2f} times what they state "
-            f"(chi-square {self.statistic:.1f} with {self.dof} degrees of freedom, "
-            f"limit {self.limit:.1f})"
+        return Sentence(
+            "{count} scatter by {own.scatter:mm1} in space (standard deviation), "
+            "{own.ratio:2} +- {own.ratio_sigma:2} times what they state (chi-square "
+            "{own.statistic:1} with {own.dof} degrees of freedom, limit {own.limit:1})",
+            count=count,
+            own=self,
         )
 
     def sentence(self) -> str:
@@ -131,26 +133,32 @@ class PieceScatter:
         if not self.floating:
             return ""
         stated = 1e3 * float(np.linalg.norm(self.stated))
-        return (
-            f"; {self.floating} of these pieces have float ambiguities and state {stated:.1f} mm "
-            "in space each: without integers only the motion of the satellites separates "
-            "ambiguities from coordinates, so that a piece is much less certain than its share of "
-            "the session"
+        return Sentence(
+            "; {own.floating} of these pieces have float ambiguities and state {stated:1} "
+            "mm in space each: without integers only the motion of the satellites "
+            "separates ambiguities from coordinates, so that a piece is much less certain "
+            "than its share of the session",
+            own=self,
+            stated=stated,
         )
 
     def _verdict(self) -> str:
         """The figures and what they say of the sigmas."""
         if self.generous:
             factor = 1 / max(self.ratio, 1e-3)
-            return (
-                f"{self.figures()}: sigmas are larger than the pieces need, by a factor of "
-                f"{factor:.3g}; they stay so, since pieces do not see all"
+            return Sentence(
+                "{figures}: sigmas are larger than the pieces need, by a factor of "
+                "{factor:g3}; they stay so, since pieces do not see all",
+                figures=self.figures(),
+                factor=factor,
             )
         if self.agree:
             return f"{self.figures()}: sigmas hold"
-        return (
-            f"{self.figures()}: noise, multipath and air that change in minutes or wrong integers "
-            f"are larger than the phases show, and sigmas are widened by {self.factor:.2f}"
+        return Sentence(
+            "{figures}: noise, multipath and air that change in minutes or wrong integers "
+            "are larger than the phases show, and sigmas are widened by {own.factor:2}",
+            figures=self.figures(),
+            own=self,
         )
 
 

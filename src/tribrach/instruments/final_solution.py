@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.sentences import Sentence
 from tribrach.units import percent
 
 __all__ = [
@@ -87,9 +88,10 @@ class FinalSolution:
                 f"{percent(self.share_end)} of the last {self.epochs_end} epochs are fixed, and "
                 f"{percent(SHARE)} are needed"
             )
-        return (
-            f"fixed epochs at the end differ by {1e3 * self.apart:.0f} mm, and "
-            f"{1e3 * self.limit:.0f} mm are the limit: some are fixed to wrong integers"
+        return Sentence(
+            "fixed epochs at the end differ by {own.apart:mm0}, and {own.limit:mm0} are "
+            "the limit: some are fixed to wrong integers",
+            own=self,
         )
 
 

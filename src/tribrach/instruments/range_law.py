@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 from tribrach.units import span
 
 __all__ = ["RangeLaw"]
@@ -109,7 +110,8 @@ class RangeLaw:
     @property
     def words(self) -> str:
         """The law in words, for facts and reports."""
-        return (
-            f"ranges {1e3 * self.a:.3g} mm · I^{self.b:.3g} + {1e3 * self.c:.3g} mm for "
-            f"intensities I from {span(self.low, self.high)}"
+        return Sentence(
+            "ranges {own.a:mmg3} · I^{own.b:g3} + {own.c:mmg3} for intensities I from {span}",
+            own=self,
+            span=span(self.low, self.high),
         )

@@ -20,6 +20,7 @@ from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
 from tribrach.instruments.range_law import RangeLaw
+from tribrach.sentences import Sentence, joined
 from tribrach.units import SEC
 
 __all__ = ["ScanNoise"]
@@ -165,23 +166,37 @@ class ScanNoise:
     @property
     def words(self) -> str:
         """The figures in words, for facts and reports."""
-        angles = " and ".join(f'{a / SEC:.3g}"' for a in (self.horizontal, self.vertical))
-        plain = f"ranges {1e3 * self.range:.3g} mm + {1e6 * self.range_scale:.3g} ppm"
+        angles = joined(
+            " and ", (Sentence('{a:g3}"', a=a / SEC) for a in (self.horizontal, self.vertical))
+        )
+        plain = Sentence("ranges {own.range:mmg3} + {own.range_scale:ppmg3}", own=self)
         parts = [
             plain if self.law is None else f"{self.law.words} (without intensity {plain})",
             f"angles {angles}",
         ]
         if self.systematic:
-            parts.append(f'systematic {self.systematic / SEC:.3g}"')
+            parts.append(Sentence('systematic {systematic:g3}"', systematic=self.systematic / SEC))
         if self.beam_exit or self.beam_divergence:
             parts.append(
-                f"beam {1e3 * self.beam_exit:.3g} mm and {1e3 * self.beam_divergence:.3g} mrad"
+                Sentence(
+                    "beam {own.beam_exit:mmg3} and {beam_divergence:g3} mrad",
+                    own=self,
+                    beam_divergence=1000.0 * self.beam_divergence,
+                )
                 + (" as a cone" if self.beam_cone else "")
             )
         if self.shared_share is not None:
             parts.append(
-                f"neighbours share {self.shared_share:.2g} of the variance of ranges"
-                + (f" over {1e3 * self.shared_angle:.3g} mrad" if self.shared_angle else "")
+                Sentence(
+                    "neighbours share {own.shared_share:g2} of the variance of ranges", own=self
+                )
+                + (
+                    Sentence(
+                        " over {shared_angle:g3} mrad", shared_angle=1000.0 * self.shared_angle
+                    )
+                    if self.shared_angle
+                    else ""
+                )
             )
         return "noise of the scanner: " + ", ".join(parts)
 

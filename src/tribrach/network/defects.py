@@ -26,6 +26,7 @@ from tribrach.network.network import Network
 from tribrach.network.weakness import weak_place_of
 from tribrach.observations.sights import HEIGHT_UNKNOWNS
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
 __all__ = [
@@ -554,7 +555,11 @@ def _screw(mix: Array) -> str:
     turn = mix[3:6]
     size = float(np.linalg.norm(turn))
     if size < 1e-9:
-        terms = [f"{c:+.3g} {n}" for c, n in zip(mix, GENERATORS, strict=True) if abs(c) > 1e-6]
+        terms = [
+            Sentence("{c:+g3} {n}", c=c, n=n)
+            for c, n in zip(mix, GENERATORS, strict=True)
+            if abs(c) > 1e-6
+        ]
         return " ".join(terms)
     axis = turn / size
     along = int(np.argmax(np.abs(axis)))
@@ -562,7 +567,11 @@ def _screw(mix: Array) -> str:
         return GENERATORS[3 + along]
     azimuth = np.degrees(np.arctan2(axis[0], axis[1])) % 360
     elevation = np.degrees(np.arcsin(np.clip(axis[2], -1, 1)))
-    return f"rotation about an axis of azimuth {azimuth:.0f} deg and elevation {elevation:.0f} deg"
+    return Sentence(
+        "rotation about an axis of azimuth {azimuth:0} deg and elevation {elevation:0} deg",
+        azimuth=azimuth,
+        elevation=elevation,
+    )
 
 
 def not_computed(assembly: Assembly, design: sp.csr_array, white: Array) -> str:
@@ -622,7 +631,9 @@ def worst_misclosure(assembly: Assembly, state: State) -> str:
     rows = assembly.rows
     observations = assembly.network.observations[rows.table[worst]]
     words = assembly.network.describe(observations, int(rows.item[worst]), state)
-    return f"the worst misfit is {white[worst]:.3g} sigma at {words}"
+    return Sentence(
+        "the worst misfit is {white:g3} sigma at {words}", white=white[worst], words=words
+    )
 
 
 def _weak_sentence(assembly: Assembly, design: sp.csr_array, vector: Array, value: float) -> str:
@@ -636,7 +647,11 @@ def _weak_sentence(assembly: Assembly, design: sp.csr_array, vector: Array, valu
             f"{body}; an orientation takes a sight to a point that is neither straight above nor "
             "below, any other a known value with its sigma"
         )
-    return (
-        f"{body}; {place.name} can move {place.sigma:.2g} m {place.along()} within one sigma of "
-        f"all observations; {place.cure()}"
+    return Sentence(
+        "{body}; {place.name} can move {place.sigma:g2} m {place2} within one sigma of "
+        "all observations; {place3}",
+        body=body,
+        place=place,
+        place2=place.along(),
+        place3=place.cure(),
     )

@@ -11,6 +11,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.sentences import Sentence, capital
 
 __all__ = [
     "AssumedSigmas",
@@ -207,11 +208,15 @@ class FrameChange(Fact):
             return None
         what = "vector" if self.vectors else "position"
         things = f"{self.count} {what}{'s' * (self.count != 1)} of {self.file}"
-        size = f"{1e3 * self.largest:.1f} mm" if self.largest < 10 else f"{self.largest:.0f} m"
+        size = (
+            Sentence("{own.largest:mm1}", own=self)
+            if self.largest < 10
+            else Sentence("{own.largest:0} m", own=self)
+        )
         done = "turned" if self.vectors else "taken"
         known = "no accuracy is stated for the way"
         if self.uncertain >= 0:
-            known = f"EPSG's accuracy of the way makes {1e3 * self.uncertain:.1f} mm"
+            known = Sentence("EPSG's accuracy of the way makes {own.uncertain:mm1}", own=self)
         return (
             f"{things} {'are' if self.count != 1 else 'is'} {done} from {self.source} to "
             f"{self.target}: by {size} at most, {known}"
@@ -229,4 +234,4 @@ def frame_sentences(facts: Iterable[Fact], *, vectors: bool) -> list[str]:
     """What vectors, or positions, of other frames were taken to that of the network."""
     changes = [fact for fact in facts_of(facts, FrameChange) if fact.vectors == vectors]
     sentences = [change.sentence for change in changes]
-    return [f"{text[:1].upper()}{text[1:]}." for text in sentences if text is not None]
+    return [capital(text) + "." for text in sentences if text is not None]

@@ -20,6 +20,7 @@ from tribrach.observations.base import Use
 from tribrach.observations.control import Offsets, VectorPriors
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations, TargetCentres
+from tribrach.sentences import Sentence
 
 __all__ = [
     "corrected_heights",
@@ -128,16 +129,27 @@ def _changed(
         values[m.item] += change * network.site.axes(values[m.item][None])[0, 2]
         tables[m.table] = replace(o, values=values)
     words = [
-        f"heights of marks are by the recipe: that of {names[kept]} is kept with its whole error "
-        f"(sigma {1e3 * one.sigma:.0f} mm), the others follow from the scan of {chosen}; the "
-        "stated covariances do not know this"
+        Sentence(
+            "heights of marks are by the recipe: that of {names} is kept with its whole "
+            "error (sigma {one.sigma:mm0}), the others follow from the scan of {chosen}; "
+            "the stated covariances do not know this",
+            names=names[kept],
+            one=one,
+            chosen=chosen,
+        )
     ]
     for k, m in enumerate(marks):
         off, limit = given[k] - corrected[k], float(np.hypot(one.sigma, m.sigma))
         if abs(off) > limit:
             words.append(
-                f"the GNSS height of {names[k]} is {1e3 * off:+.0f} mm from {names[kept]} and the "
-                f"scan, beyond {1e3 * limit:.0f} mm"
+                Sentence(
+                    "the GNSS height of {names} is {off:mm+0} from {names2} and the scan, beyond "
+                    "{limit:mm0}",
+                    names=names[k],
+                    off=off,
+                    names2=names[kept],
+                    limit=limit,
+                )
             )
     for t, o in enumerate(tables):
         if isinstance(o, Inclinations):

@@ -18,6 +18,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import given_coordinates, used_axes
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import End
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 from tribrach.units import UNITS
 
@@ -98,7 +99,7 @@ def misread_checks(adjustment: Adjustment) -> list[str]:
     """
     if not isinstance(adjustment.network.site, FlatSite):
         return []
-    out, left = [], _disagreeing(adjustment)
+    out, left = list[str](), _disagreeing(adjustment)
     readings = list(_readings())
     while left:
         found = []
@@ -123,9 +124,20 @@ def misread_checks(adjustment: Adjustment) -> list[str]:
         more = f" and {len(fits) - 6} more" if len(fits) > 6 else ""
         noun, verb = ("check point", "agrees") if len(fits) == 1 else ("check points", "agree")
         out.append(
-            f"{noun} {names}{more} {verb} if read {readings[best].words}: test {tests[worst]:.1f} "
-            f"against {limits[worst]:.1f}, as given {before:.3g}{doubt}; correct the file, or the "
-            "unit or order of its columns"
+            Sentence(
+                "{noun} {names}{more} {verb} if read {readings}: test {tests:1} against "
+                "{limits:1}, as given {before:g3}{doubt}; correct the file, or the unit or "
+                "order of its columns",
+                noun=noun,
+                names=names,
+                more=more,
+                verb=verb,
+                readings=readings[best].words,
+                tests=tests[worst],
+                limits=limits[worst],
+                before=before,
+                doubt=doubt,
+            )
         )
         left = [check for k, check in enumerate(left) if k not in fits]
     return out

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import Category
+from tribrach.sentences import Sentence
 
 __all__ = ["is_gnss_position", "placement_sentences"]
 
@@ -34,12 +35,19 @@ def placement_sentences(adjustment: Adjustment) -> list[str]:
         names = list(dict.fromkeys(o.ends(adjustment.layout)[i][0] for i in active))
         absolute = _sigma(_block(adjustment, names[0], names[0]))
         who = "GNSS" if o.group == o.kind else o.group
-        words = f"{who} places {names[0]} with a standard deviation of {1e3 * absolute:.1f} mm (3D)"
+        words = Sentence(
+            "{who} places {names[0]} with a standard deviation of {absolute:mm1} (3D)",
+            who=who,
+            names=names,
+            absolute=absolute,
+        )
         if len(names) > 1:
             length = _length_sigma(adjustment, names[0], names[1])
-            words += (
-                f"; the distance from {names[0]} to {names[1]} is known to {1e3 * length:.2f} mm "
-                "from all observations together"
+            words += Sentence(
+                "; the distance from {names[0]} to {names[1]} is known to {length:mm2} from "
+                "all observations together",
+                names=names,
+                length=length,
             )
             if not any(_WHAT_FOR in said for said in out):
                 words += _WHAT_FOR

@@ -17,7 +17,8 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import Category, Role
 from tribrach.observations.poses import RelativePoses
 from tribrach.observations.sights import Azimuths
-from tribrach.units import SEC
+from tribrach.sentences import Sentence
+from tribrach.units import DEG, SEC
 
 __all__ = ["held_azimuths", "implausible_sigmas"]
 
@@ -142,5 +143,13 @@ def _sized(sigma: float, unit: str) -> str:
     """A standard deviation in a unit that people know."""
     if unit == "rad":
         degrees = np.degrees(sigma)
-        return f"{degrees:.3g} degrees" if degrees > 1 else f"{sigma / SEC:.2g} arc seconds"
-    return f"{sigma:.3g} m" if sigma > 0.1 else f"{1e3 * sigma:.2g} mm"
+        return (
+            Sentence("{degrees:degreesg3}", degrees=degrees * DEG)
+            if degrees > 1
+            else Sentence("{sigma:g2} arc seconds", sigma=sigma / SEC)
+        )
+    return (
+        Sentence("{sigma:g3} m", sigma=sigma)
+        if sigma > 0.1
+        else Sentence("{sigma:mmg2}", sigma=sigma)
+    )

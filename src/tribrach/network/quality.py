@@ -47,6 +47,7 @@ from tribrach.network.significance import (
 )
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, f, t
 
 __all__ = [
@@ -111,14 +112,16 @@ class GlobalTest:
         """The verdict in words."""
         if self.dof <= 0:
             return "no redundancy: nothing is checked"
-        limits = f"{self.vtpv:.2f} against {self.lower:.2f} to {self.upper:.2f}"
+        limits = Sentence("{own.vtpv:2} against {own.lower:2} to {own.upper:2}", own=self)
         level = f"at {100 * (1 - self.alpha):g} % with redundancy {self.dof}"
         if self.vtpv > self.upper:
             return f"the global test fails ({limits} {level}): blunders, or sigmas too small"
         if self.vtpv < self.lower:
-            return (
-                f"the global test passes ({self.vtpv:.2f}, at most {self.upper:.2f} {level}); "
-                f"below {self.lower:.2f} the sigmas look too large"
+            return Sentence(
+                "the global test passes ({own.vtpv:2}, at most {own.upper:2} {level}); below "
+                "{own.lower:2} the sigmas look too large",
+                own=self,
+                level=level,
             )
         return f"the global test passes ({limits} {level})"
 

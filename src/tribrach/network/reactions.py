@@ -16,6 +16,7 @@ import scipy.sparse.linalg as sla
 from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
+from tribrach.sentences import Sentence
 
 __all__ = ["Reactions", "constraint_reactions"]
 
@@ -52,9 +53,15 @@ class Reactions:
     def sentences(self, critical: float = 3.29) -> list[str]:
         """One sentence for each constraint that the observations contradict."""
         return [
-            f"the constraint {label} is contradicted: without it the observations miss it by "
-            f"{gap / size:.2f}{name} with a sigma of {sigma / size:.2f}{name}, "
-            f"{abs(test):.1f} times as much"
+            Sentence(
+                "the constraint {label} is contradicted: without it the observations miss it "
+                "by {gap:2}{name} with a sigma of {sigma:2}{name}, {test:1} times as much",
+                label=label,
+                gap=gap / size,
+                name=name,
+                sigma=sigma / size,
+                test=abs(test),
+            )
             for label, gap, sigma, test, (size, name) in zip(
                 self.labels,
                 self.gap,

@@ -29,6 +29,7 @@ from tribrach.network.observation_rows import ObservationRows, html_table, obser
 from tribrach.network.quality import Quality, assess, global_test
 from tribrach.network.roles import Role, datum_sentence, point_roles, scalar_roles, used_axes
 from tribrach.network.solved import Scale, SolvedSystem
+from tribrach.sentences import capital
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -423,7 +424,7 @@ class Results:
             f"sigma0 a priori {solved.sigma0:g}, a posteriori {solved.sigma0_posterior:.4f}"
             if solved.dof > 0
             else f"sigma0 a priori {solved.sigma0:g}",
-            f"{test[:1].upper()}{test[1:]}. {solved.network.edits_sentence}".rstrip(),
+            f"{capital(test)}. {solved.network.edits_sentence}".rstrip(),
         ]
         rows = self.observations.worst(_WORST)
         if len(rows):

@@ -24,6 +24,7 @@ from tribrach.network.reliability import (
     weigh,
 )
 from tribrach.network.solved import SolvedSystem
+from tribrach.sentences import Sentence
 from tribrach.statistics import largest_first
 
 __all__ = [
@@ -161,15 +162,21 @@ def _alike(
     words = list(dict.fromkeys(describe_row(adjustment, row) for row in group))
     if len(words) <= 2:
         value = max((v for pair, v in pairs.items() if set(pair) <= set(group)), key=abs)
-        return (
-            f"cannot tell whether {' or '.join(words)} is wrong: "
-            f"their test values have the correlation {value:+.2f}"
+        return Sentence(
+            "cannot tell whether {words} is wrong: their test values have the correlation "
+            "{value:+2}",
+            words=" or ".join(words),
+            value=value,
         )
     most = f" and {len(words) - NAMED} more" if len(words) > NAMED else ""
     least = min(abs(v) for pair, v in pairs.items() if set(pair) <= set(group))
-    return (
-        f"cannot tell which of {len(words)} is wrong, {'; '.join(words[:NAMED])}{most}: "
-        f"their test values are correlated by {least:.2f} or more"
+    return Sentence(
+        "cannot tell which of {words} is wrong, {words2}{most}: their test values are "
+        "correlated by {least:2} or more",
+        words=len(words),
+        words2="; ".join(words[:NAMED]),
+        most=most,
+        least=least,
     )
 
 

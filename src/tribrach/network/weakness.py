@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from tribrach._types import Array, Index
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.unknowns import Layout
+from tribrach.sentences import Sentence
 from tribrach.statistics import largest_first
 from tribrach.units import GON
 
@@ -160,21 +161,38 @@ def weakness_sentences(adjustment: SolvedSystem) -> list[str]:
     ]
     if len(weak) > 1 and len(weak) == int((free >= 0).any(axis=1).sum()):
         return [
-            f"the network as a whole is weak, which is geometry and no blunder: the sigma "
-            f"of {worst.name} {worst.along()} is {_metres(worst.sigma)}, {worst.ratio:.2g} times "
-            "what its own observations would give if all else were known; control with smaller "
-            "sigmas would hold it, or inner constraints (datum free) where only its shape is wanted"
+            Sentence(
+                "the network as a whole is weak, which is geometry and no blunder: the sigma "
+                "of {worst.name} {worst2} is {metres}, {worst.ratio:g2} times what its own "
+                "observations would give if all else were known; control with smaller sigmas "
+                "would hold it, or inner constraints (datum free) where only its shape is "
+                "wanted",
+                worst=worst,
+                worst2=worst.along(),
+                metres=_metres(worst.sigma),
+            )
         ]
     also = [f"{w.name} ({_metres(w.sigma)})" for w in weak[1 : 1 + _NAMED]]
     more = f" and {len(weak) - 1 - _NAMED} more" if len(weak) > 1 + _NAMED else ""
     others = f"; weak with it: {', '.join(also)}{more}" if also else ""
     return [
-        f"{worst.name} is weak {worst.along()}, which is geometry and no blunder: sigma "
-        f"{_metres(worst.sigma)}, {worst.ratio:.3g} times what its own observations would give if "
-        f"all else were known; {worst.cure()}{others}"
+        Sentence(
+            "{worst.name} is weak {worst2}, which is geometry and no blunder: sigma "
+            "{metres}, {worst.ratio:g3} times what its own observations would give if all "
+            "else were known; {worst3}{others}",
+            worst=worst,
+            worst2=worst.along(),
+            metres=_metres(worst.sigma),
+            worst3=worst.cure(),
+            others=others,
+        )
     ]
 
 
 def _metres(sigma: float) -> str:
     """A standard deviation in the unit that suits it."""
-    return f"{sigma:.3g} m" if sigma >= 1 else f"{1e3 * sigma:.3g} mm"
+    return (
+        Sentence("{sigma:g3} m", sigma=sigma)
+        if sigma >= 1
+        else Sentence("{sigma:mmg3}", sigma=sigma)
+    )

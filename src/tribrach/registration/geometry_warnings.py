@@ -16,6 +16,8 @@ from tribrach._types import Array
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import End, Role
+from tribrach.sentences import Sentence
+from tribrach.units import DEG
 
 __all__ = ["TargetsAround", "extrapolation_factor", "geometry_sentences", "targets_around"]
 
@@ -86,19 +88,38 @@ class TargetsAround:
         degrees = np.degrees(self.sector)
         if count > 1 and self.sector < _NARROW:
             sentences.append(
-                f"the targets of station {self.station} lie within {degrees:.0f}° as seen from it: "
-                "its heading and its place across that direction are weak; 20 to 160° are better"
+                Sentence(
+                    "the targets of station {own.station} lie within {degrees:°0} as seen from it: "
+                    "its heading and its place across that direction are weak; {low:°0~} to "
+                    "{high:°0} are better",
+                    own=self,
+                    degrees=degrees * DEG,
+                    low=20 * DEG,
+                    high=160 * DEG,
+                )
             )
         elif count == 2 and self.sector > _FLAT:
             sentences.append(
-                f"station {self.station} stands almost on the line between its two targets "
-                f"({degrees:.0f}°): its place rests on distances along that line; 20 to 160° are "
-                "better"
+                Sentence(
+                    "station {own.station} stands almost on the line between its two targets "
+                    "({degrees:°0}): its place rests on distances along that line; {low:°0~} to "
+                    "{high:°0} are better",
+                    own=self,
+                    degrees=degrees * DEG,
+                    low=20 * DEG,
+                    high=160 * DEG,
+                )
             )
         elif count > 2 and self.sector < _ONE_SIDED:
             sentences.append(
-                f"the targets of station {self.station} are on one side of it, within "
-                f"{degrees:.0f}°: what was scanned on the other sides is extrapolated"
+                Sentence(
+                    "the targets of station {own.station} are on one side of it, within "
+                    "{degrees:°0}: what was scanned on the other sides is extrapolated",
+                    own=self,
+                    degrees=degrees * DEG,
+                    low=20 * DEG,
+                    high=160 * DEG,
+                )
             )
         if not self.levelled and count > 2 and self.slenderness < _COLLINEAR:
             sentences.append(

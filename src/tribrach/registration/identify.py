@@ -24,6 +24,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.registration.matching import Matching, match
 from tribrach.registration.rigid_units import Mounted, RigidUnit, Sighting, rigid_units
+from tribrach.sentences import Sentence
 
 __all__ = [
     "Identification",
@@ -267,9 +268,18 @@ class _Search:
         verb, whose = ("are", "their") if len(unit.members) > 1 else ("is", "its")
         helped = f" and {_antennas(outcome.antennas)}" if outcome.antennas else ""
         self.say(
-            f"{unit.name} {verb} placed by {len(matching.pairs)} of {whose} "
-            f"{len(unit.sighting.centers)} targets{helped}, off by {rms:.1f} times what the "
-            "search for names expects (root mean square, before the adjustment)"
+            Sentence(
+                "{unit.name} {verb} placed by {matching} of {whose} {unit2} targets{helped}, "
+                "off by {rms:1} times what the search for names expects (root mean square, "
+                "before the adjustment)",
+                unit=unit,
+                verb=verb,
+                matching=len(matching.pairs),
+                whose=whose,
+                unit2=len(unit.sighting.centers),
+                helped=helped,
+                rms=rms,
+            )
         )
         return True
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach.geometry.pose import Pose
+from tribrach.sentences import Sentence
 
 __all__ = ["GATES", "Joint", "LoopGates", "PoseGraph", "join"]
 
@@ -179,9 +180,13 @@ def _consistent(joints: list[Joint]) -> tuple[list[Joint], list[str]]:
 def _words(loop: _Loop, doubtful: Sequence[Joint]) -> str:
     names = _around(loop.joints)
     pairs = " and ".join(f"{j.first} - {j.second}" for j in doubtful)
-    return (
-        f"the loop {' - '.join(names)} does not close by {loop.gap:.2f} m and "
-        f"{np.degrees(loop.turn):.2f} deg: the registration of {pairs} is not used"
+    return Sentence(
+        "the loop {names} does not close by {loop.gap:2} m and {degrees:2} deg: the "
+        "registration of {pairs} is not used",
+        names=" - ".join(names),
+        loop=loop,
+        degrees=np.degrees(loop.turn),
+        pairs=pairs,
     )
 
 

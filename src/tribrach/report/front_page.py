@@ -15,6 +15,7 @@ from tribrach.report.epochs import moved_sentence
 from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
+from tribrach.sentences import capital
 from tribrach.units import percent
 
 __all__ = ["Letterhead", "front_page", "letterhead"]
@@ -160,7 +161,7 @@ def _worst(content: Report) -> str:
 
 def _begun(text: str) -> str:
     """A sentence that begins with the word of a kind, which no name is."""
-    return text[:1].upper() + text[1:]
+    return capital(text)
 
 
 def _largest(items: tuple[Point, ...] | tuple[StationRow, ...]) -> tuple[str, float, str] | None:

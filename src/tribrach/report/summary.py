@@ -16,6 +16,7 @@ from tribrach.report.content import (
     Summary,
 )
 from tribrach.report.numbers import number
+from tribrach.sentences import capital
 
 __all__ = ["datum_statement", "sigma_origin", "summary"]
 
@@ -82,7 +83,7 @@ def summary(adjustment: Adjustment, quality: Quality) -> Summary:
 
 
 def _capital(sentence: str) -> str:
-    return sentence[:1].upper() + sentence[1:] + "." * (not sentence.endswith("."))
+    return capital(sentence) + "." * (not sentence.endswith("."))
 
 
 def _values(o: Observations, use: Use) -> int:

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
+from tribrach.sentences import capital
+
 __all__ = ["ReportWarning", "Severity", "in_order", "warned"]
 
 
@@ -48,7 +50,6 @@ def in_order(warnings: Iterable[ReportWarning]) -> tuple[str, ...]:
 
 def _sentence(text: str) -> str:
     """A sentence with a full stop, and a capital unless it begins with the name of a file."""
-    text = text.strip()
     first = text.split(":")[0].split(" ")[0]
-    begin = text[:1] if "." in first.rstrip(".") else text[:1].upper()
-    return begin + text[1:] + "." * (not text.endswith((".", "!", "?")))
+    text = text if "." in first.rstrip(".") else capital(text)
+    return text if text.endswith((".", "!", "?")) else text + "."

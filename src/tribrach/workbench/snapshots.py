@@ -19,6 +19,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.quality import global_test
 from tribrach.network.roles import used_axes
 from tribrach.report.content import ObservedValues
+from tribrach.sentences import capital
 
 __all__ = ["Snapshot", "compared", "last_run", "moves", "plain", "snapshot", "with_tests"]
 
@@ -89,7 +90,7 @@ def sigma0_block(adjustment: Adjustment, posterior: bool, confidence: float) -> 
             "alpha": test.alpha,
             "accepted": test.passed,
         },
-        "words": f"{words[:1].upper()}{words[1:]}. {adjustment.network.edits_sentence}".rstrip(),
+        "words": f"{capital(words)}. {adjustment.network.edits_sentence}".rstrip(),
     }
 
 

@@ -34,6 +34,7 @@ from tribrach.network.significance import log_significance, sidak
 from tribrach.observations.base import wrap
 from tribrach.observations.declaration import End
 from tribrach.observations.sights import Sights
+from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, largest_first
 
 __all__ = ["CommonCause", "CommonCauses", "Pattern", "common_causes"]
@@ -103,17 +104,36 @@ class CommonCause:
         """All of it in one sentence."""
         if not self.given:
             size, sigma = 1e3 * self.size[0], 1e3 * self.sigma[0]
-            much = f"its sights fit with {size:+.1f} mm ± {sigma:.1f} mm"
+            much = Sentence(
+                "its sights fit with {size:+1} mm ± {sigma:1} mm", size=size, sigma=sigma
+            )
         elif len(self.size) == 1:
             side = "low" if self.size[0] > 0 else "high"
-            much = f"{1e3 * abs(self.size[0]):.1f} mm ± {1e3 * self.sigma[0]:.1f} mm too {side}"
+            much = Sentence(
+                "{size:mm1} ± {own.sigma[0]:mm1} too {side}",
+                size=abs(self.size[0]),
+                own=self,
+                side=side,
+            )
         else:
-            parts = ", ".join(f"{a} {1e3 * x:+.1f}" for a, x in zip("ENU", self.size, strict=True))
-            much = f"{1e3 * np.linalg.norm(self.size):.1f} mm ({parts} mm)"
+            parts = joined(
+                ", ",
+                (
+                    Sentence("{a} {value:+1}", a=a, value=1000.0 * x)
+                    for a, x in zip("ENU", self.size, strict=True)
+                ),
+            )
+            much = Sentence(
+                "{length:mm1} ({parts} mm)", length=np.linalg.norm(self.size), parts=parts
+            )
         also = f"; it could as well be {' or '.join(self.alternatives)}" * bool(self.alternatives)
-        return (
-            f"Several observations are wrong in the way of one mistake: {self.words}, {much} "
-            f"(test {self.statistic:.1f}, chi-square of {len(self.size)}){also}"
+        return Sentence(
+            "Several observations are wrong in the way of one mistake: {own.words}, {much} "
+            "(test {own.statistic:1}, chi-square of {size}){also}",
+            own=self,
+            much=much,
+            size=len(self.size),
+            also=also,
         )
 
 
@@ -148,15 +168,19 @@ class Pattern:
     def sentence(self) -> str:
         """All of it in one sentence."""
         sign = f", {self.same_sign} of {self.count} with the same sign" * bool(self.same_sign)
-        return (
-            f"The observations would fit better with other {self.sort} in most cases, by "
-            f"{1e3 * self.middle:.1f} mm in the middle and {1e3 * self.largest:.1f} mm at most"
-            f"{sign}: {self.scatter:.1f} times what their sigmas say, most at "
-            f"{', '.join(self.worst)}. Where so many are off, none of them is shown to be a "
-            f"mistake: what they share may be {_SHARED[self.sort]}, and readings that were "
-            "repeated share it too, though their sigmas count them as independent. Look for it, or "
-            "give these observations larger sigmas; until then such heights and places are less "
-            "certain than their standard deviations say"
+        return Sentence(
+            "The observations would fit better with other {own.sort} in most cases, by "
+            "{own.middle:mm1} in the middle and {own.largest:mm1} at most{sign}: "
+            "{own.scatter:1} times what their sigmas say, most at {worst}. Where so many "
+            "are off, none of them is shown to be a mistake: what they share may be "
+            "{value}, and readings that were repeated share it too, though their sigmas "
+            "count them as independent. Look for it, or give these observations larger "
+            "sigmas; until then such heights and places are less certain than their "
+            "standard deviations say",
+            own=self,
+            sign=sign,
+            worst=", ".join(self.worst),
+            value=_SHARED[self.sort],
         )
 
 
@@ -603,7 +627,7 @@ class _Candidates:
         """A wrong height of an instrument or of a target."""
         is_target, at, height = every[number]
         what, name = "target" if is_target else "instrument", self.adjustment.layout.position_name
-        size = f"{height:.4f} m" if height else "none is given"
+        size = Sentence("{height:4} m", height=height) if height else "none is given"
         rows, slopes = list[Index](), list[Array]()
         for table, items in members.items():
             place = self._rows_of(table, items)

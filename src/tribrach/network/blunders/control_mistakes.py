@@ -45,6 +45,7 @@ from tribrach.network.quality import global_test
 from tribrach.network.reliability import weigh
 from tribrach.network.significance import log_significance
 from tribrach.observations.base import Use
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, f
 
 __all__ = ["WrongCoordinate", "wrong_coordinate"]
@@ -105,11 +106,14 @@ class WrongCoordinate:
             for g, x, s in zip(self.coordinates, self.error, self.sigma, strict=True)
         )
         it, be = ("them", "are") if many else ("it", "is")
-        figures = (
-            f"{sizes} off what everything else says ({'chi-square' if many else 'test'} "
-            f"{self.statistic:.1f} against {self.limit:.1f}); sigma0 is "
-            f"{self.before.sigma0_posterior:.2f} with {it} and "
-            f"{self.after.sigma0_posterior:.2f} without {it}"
+        figures = Sentence(
+            "{sizes} off what everything else says ({chi} {own.statistic:1} against "
+            "{own.limit:1}); sigma0 is {own.before.sigma0_posterior:2} with {it} and "
+            "{own.after.sigma0_posterior:2} without {it}",
+            sizes=sizes,
+            chi="chi-square" if many else "test",
+            own=self,
+            it=it,
         )
         if self.certain:
             cure = f"compare {it} with where the coordinates come from"
@@ -300,8 +304,12 @@ def _rivals(
 
 def _sized(error: float, sigma: float) -> str:
     """An error with its sigma, in metres from one on."""
-    size = f"{error:+.3f} m" if abs(error) >= 1 else f"{1e3 * error:+.1f} mm"
-    return f"{size} ± {1e3 * sigma:.1f} mm"
+    size = (
+        Sentence("{error:+3} m", error=error)
+        if abs(error) >= 1
+        else Sentence("{error:mm+1}", error=error)
+    )
+    return Sentence("{size} ± {sigma:mm1}", size=size, sigma=sigma)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ from tribrach.network.reliability import weigh
 from tribrach.observations.base import Observations, Use, wrap
 from tribrach.observations.declaration import End, StartTie
 from tribrach.observations.unknowns import State
+from tribrach.sentences import Sentence
 
 __all__ = ["Slip", "SlipSearch", "explain"]
 
@@ -83,9 +84,15 @@ class Slip:
     def sentence(self) -> str:
         """The finding in one sentence."""
         if np.isfinite(self.before):
-            fit = f"sigma0 falls from {np.sqrt(self.before):.1f} to {np.sqrt(self.after):.2f}"
+            fit = Sentence(
+                "sigma0 falls from {before:1} to {after:2}",
+                before=np.sqrt(self.before),
+                after=np.sqrt(self.after),
+            )
         else:
-            fit = f"the network can be adjusted, with sigma0 {np.sqrt(self.after):.2f}"
+            fit = Sentence(
+                "the network can be adjusted, with sigma0 {after:2}", after=np.sqrt(self.after)
+            )
         return f"{self.words}: {self.undone} {fit}"
 
 
@@ -288,7 +295,13 @@ def _feet(network: Network, before: float, search: SlipSearch) -> Slip | None:
         )
         after = search.factor(replace(network, observations=observations))
         if after is not None and after < _LEFT * before:
-            return Slip(words, f"times {factor:.4f}", before, after, "give the unit in the file")
+            return Slip(
+                words,
+                Sentence("times {factor:4}", factor=factor),
+                before,
+                after,
+                "give the unit in the file",
+            )
     return None
 
 

@@ -22,6 +22,7 @@ from tribrach.network.network import Network
 from tribrach.network.reliability import UNCONTROLLED, redundancy_numbers, weigh
 from tribrach.network.significance import w_critical
 from tribrach.observations.base import Observations
+from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 
 __all__ = ["RobustResult", "adjust_robust", "weight_function", "with_sigmas"]
@@ -113,9 +114,11 @@ class RobustResult:
         return [
             *self.warnings,
             *(
-                "the robust adjustment gives "
-                f"{Network.describe(network.observations[table], item, state)} the weight "
-                f"{weight:.2f}: check it"
+                Sentence(
+                    "the robust adjustment gives {etwork} the weight {weight:2}: check it",
+                    etwork=Network.describe(network.observations[table], item, state),
+                    weight=weight,
+                )
                 for (table, item), weight in smallest.items()
             ),
         ]

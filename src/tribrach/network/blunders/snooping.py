@@ -26,6 +26,7 @@ from tribrach.network.reliability import WeightedResiduals, correlations_of_test
 from tribrach.network.separability import partners
 from tribrach.network.significance import log_significance, w_critical
 from tribrach.observations.base import Use
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
 __all__ = ["SnoopingLog", "SnoopingStep", "restart", "snoop"]
@@ -74,11 +75,22 @@ class SnoopingStep:
     def sentence(self) -> str:
         """The step in words."""
         scale, name = (1e3, "mm") if self.unit == "m" else (206264.806, "arcsec")
-        size = f", error about {self.gross_error * scale:.2f} {name}" if self.gross_error else ""
+        size = (
+            Sentence(
+                ", error about {gross_error:2} {name}",
+                gross_error=self.gross_error * scale,
+                name=name,
+            )
+            if self.gross_error
+            else ""
+        )
         doubt = f"; it could as well be {self._others()}" if self.alternatives else ""
-        return (
-            f"{self.observation}: {self.action} (test {self.statistic:.2f} against "
-            f"{self.critical:.2f}{size}){doubt}"
+        return Sentence(
+            "{own.observation}: {own.action} (test {own.statistic:2} against "
+            "{own.critical:2}{size}){doubt}",
+            own=self,
+            size=size,
+            doubt=doubt,
         )
 
     def _others(self) -> str:
@@ -182,9 +194,10 @@ class _Search:
             if tables[key[0]].group in CONTROL_GROUPS and not self.include_control:
                 continue
             words = self._words(key)
-            reason = (
-                f"robust estimate: largest standardised residual {size:.2f}, limit "
-                f"{w_critical():.2f}"
+            reason = Sentence(
+                "robust estimate: largest standardised residual {size:2}, limit {w_critical:2}",
+                size=size,
+                w_critical=w_critical(),
             )
             if self._without([key], [reason]):
                 limit = w_critical(self.alpha0)
@@ -223,7 +236,9 @@ class _Search:
 
     def _switched(self, system: WeightedResiduals, chosen: list[Suspect]) -> bool:
         """Switch suspects off together; False if the network cannot do without them."""
-        reasons = [f"snooping: test {s.statistic:.2f} against {s.critical:.2f}" for s in chosen]
+        reasons: list[str] = [
+            Sentence("snooping: test {s.statistic:2} against {s.critical:2}", s=s) for s in chosen
+        ]
         if not self._without([s.key for s in chosen], reasons):
             return False
         for suspect in chosen:

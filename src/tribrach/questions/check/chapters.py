@@ -27,7 +27,7 @@ from tribrach.report.numbers import chance, counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, Spec, build_table
 from tribrach.report.text import table_text, wrapped
-from tribrach.sentences import Sentence, scaled, written
+from tribrach.sentences import Sentence, capital, scaled, written
 from tribrach.statistics import largest_first
 from tribrach.units import percent
 
@@ -75,7 +75,7 @@ def answer_of(check: FieldCheck) -> Answer:
     front = FrontPage(
         "bad" if check.failures else "good",
         verdict,
-        f"{because[:1].upper()}{because[1:]}.",
+        capital(because) + ".",
         (
             ("Measured", f"{measured}{counted(len(check.series_names), 'series', 'series')}."),
             ("Error probability", chance_of),
@@ -120,7 +120,7 @@ def _tested(check: FieldCheck) -> Iterator[Finding]:
     if check.series is not None:
         yield from _series(check.series)
     yield from _changes(check)
-    yield from (Finding(f"{note[:1].upper()}{note[1:]}.", key="note") for note in check.notes)
+    yield from (Finding(capital(note) + ".", key="note") for note in check.notes)
 
 
 def _unit(name: str) -> str:
@@ -175,7 +175,7 @@ def _cause(cause: Cause, what: str) -> Finding:
         "{what} point to {cause.parameter}, {cause.words}: "
         f"{{cause.value:{unit}~}} ± {{cause.sigma:{unit}}} (t = {{cause.t:1}}){{alike}}.",
         True,
-        what=f"{what[:1].upper()}{what[1:]}",
+        what=capital(what),
         cause=cause,
         alike=f"; {others} would explain it as well" if others else "",
     )

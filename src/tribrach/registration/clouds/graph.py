@@ -21,7 +21,9 @@ from tribrach.geometry.rotation import log, skew
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.observations.poses import RelativePoses
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
+from tribrach.units import SEC
 
 __all__ = [
     "CloudEdge",
@@ -118,11 +120,14 @@ class StationLoop:
     @property
     def words(self) -> str:
         """The loop and its closure in words."""
-        return (
-            f"{' - '.join((*self.stations, self.stations[0]))}: {1e3 * self.shift:.1f} mm "
-            f"(predicted {1e3 * self.shift_sigma:.1f}), {np.degrees(self.turn) * 3600:.0f} arcsec "
-            f"(predicted {np.degrees(self.turn_sigma) * 3600:.0f}), test {self.statistic:.1f} "
-            f"of {self.limit:.1f}"
+        return Sentence(
+            "{stations}: {own.shift:mm1} (predicted {shift_sigma:1}), {degrees:arcsec0} "
+            "(predicted {degrees2:0}), test {own.statistic:1} of {own.limit:1}",
+            stations=" - ".join((*self.stations, self.stations[0])),
+            own=self,
+            shift_sigma=1000.0 * self.shift_sigma,
+            degrees=np.degrees(self.turn) * 3600 * SEC,
+            degrees2=np.degrees(self.turn_sigma) * 3600,
         )
 
 

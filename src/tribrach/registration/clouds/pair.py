@@ -28,6 +28,7 @@ from tribrach.registration.clouds.relative_covariance import (
 from tribrach.registration.clouds.starts import kiss_pose, plan_poses
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
+from tribrach.sentences import Sentence
 from tribrach.units import percent
 
 __all__ = [
@@ -620,30 +621,43 @@ def _no_overlap(a: str, b: str) -> str:
 
 def _suspect(a: str, b: str, fit: PairFit) -> str:
     shift, turn = apart(fit.pose, Pose.identity())
-    return (
-        f"no pose between {a} and {b} is taken: where they fit best they lie on each other "
-        f"({1e3 * shift:.0f} mm and {np.degrees(turn):.1f} degrees apart), and what agrees there "
-        "are points at equal ranges from either scanner, as beams without return make them; "
-        "without these the scans do not agree"
+    return Sentence(
+        "no pose between {a} and {b} is taken: where they fit best they lie on each "
+        "other ({shift:mm0} and {turn:degrees1} apart), and what agrees there are "
+        "points at equal ranges from either scanner, as beams without return make "
+        "them; without these the scans do not agree",
+        a=a,
+        b=b,
+        shift=shift,
+        turn=turn,
     )
 
 
 def _contradicted(a: str, b: str, best: PairFit) -> str:
     v = best.verdict
     share = v.through / max(v.agree, 1e-9)
-    return (
-        f"no pose between {a} and {b} is taken: where they fit best {percent(v.consistency)} of "
-        f"the overlap agrees, and for every 100 m2 that agree the other scanner looked through "
-        f"{100 * share:.1f} m2"
+    return Sentence(
+        "no pose between {a} and {b} is taken: where they fit best {percent} of the "
+        "overlap agrees, and for every 100 m2 that agree the other scanner looked "
+        "through {share:1} m2",
+        a=a,
+        b=b,
+        percent=percent(v.consistency),
+        share=100 * share,
     )
 
 
 def _ambiguous(a: str, b: str, best: PairFit, rivals: Sequence[PairFit]) -> str:
     shift, turn = apart(best.pose, rivals[0].pose)
     count = len(rivals) + 1
-    return (
-        f"{a} and {b} fit in {count} places alike, {shift:.2f} m and {np.degrees(turn):.0f} "
-        "degrees apart (something repeats itself, or is symmetric): no pose is taken from them"
+    return Sentence(
+        "{a} and {b} fit in {count} places alike, {shift:2} m and {turn:degrees0} "
+        "apart (something repeats itself, or is symmetric): no pose is taken from them",
+        a=a,
+        b=b,
+        count=count,
+        shift=shift,
+        turn=turn,
     )
 
 
@@ -654,6 +668,12 @@ def _prior_sentences(
         return []
     shift, turn = _off(fit, prior)
     return [
-        f"the approximate pose of {b} in {a} is wrong by {shift:.1f} m and "
-        f"{np.degrees(turn):.0f} degrees; the clouds say otherwise"
+        Sentence(
+            "the approximate pose of {b} in {a} is wrong by {shift:1} m and "
+            "{turn:degrees0}; the clouds say otherwise",
+            b=b,
+            a=a,
+            shift=shift,
+            turn=turn,
+        )
     ]

@@ -33,6 +33,7 @@ from tribrach.geometry.rotation import skew
 from tribrach.kernels import njit
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matches
 from tribrach.registration.clouds.sweep import SweepTest, sweep_test
+from tribrach.sentences import Sentence, joined
 from tribrach.units import SEC
 
 __all__ = [
@@ -155,18 +156,32 @@ class RelativeCovariance:
         list of str
             One sentence for each weakness.
         """
-        out = [
-            f"the overlap of {a} and {b} does not hold {_words(d, self.lever)} (axes of {a}); "
-            f"there its sigma is set to {self.lever:.1f} m"
+        out: list[str] = [
+            Sentence(
+                "the overlap of {a} and {b} does not hold {words} (axes of {a}); there its "
+                "sigma is set to {own.lever:1} m",
+                a=a,
+                b=b,
+                words=_words(d, self.lever),
+                own=self,
+            )
             for d in self.unheld.T
         ]
         if self.sweep.factor > 1:
             factor, ratio, limit = self.sweep.factor, self.sweep.ratio, self.sweep.limit
             out.append(
-                f"parts of {a} and {b} fit differently, as if a scanner moved while it scanned "
-                f"(variance {factor:.1f} times what their neighbours allow in the worst "
-                f"direction, {ratio:.1f} times in all together, chance makes {limit:.1f}): "
-                f"sigmas are {np.sqrt(factor):.1f} times as wide"
+                Sentence(
+                    "parts of {a} and {b} fit differently, as if a scanner moved while it scanned "
+                    "(variance {factor:1} times what their neighbours allow in the worst "
+                    "direction, {ratio:1} times in all together, chance makes {limit:1}): sigmas "
+                    "are {factor2:1} times as wide",
+                    a=a,
+                    b=b,
+                    factor=factor,
+                    ratio=ratio,
+                    limit=limit,
+                    factor2=np.sqrt(factor),
+                )
             )
         return out
 
@@ -430,4 +445,8 @@ def _axis(vector: Array) -> str:
     """A direction in numbers, its largest component positive."""
     unit = vector / np.linalg.norm(vector)
     unit = unit * np.sign(unit[np.argmax(np.abs(unit))])
-    return "(" + ", ".join(f"{v:.2f} {n}" for v, n in zip(unit, "xyz", strict=True)) + ")"
+    return (
+        "("
+        + joined(", ", (Sentence("{v:2} {n}", v=v, n=n) for v, n in zip(unit, "xyz", strict=True)))
+        + ")"
+    )

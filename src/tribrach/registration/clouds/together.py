@@ -43,6 +43,7 @@ from tribrach.registration.clouds.proposals import (
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.edges import Edge, edges
+from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 
 __all__ = [
@@ -360,8 +361,11 @@ def settled(
     sentences += consistency.sentences
     for group in hung:
         sentences += [
-            f"the pair {e.first} - {e.second} contradicts the network (test {e.statistic:.1f}, "
-            f"limit {e.limit:.1f})"
+            Sentence(
+                "the pair {e.first} - {e.second} contradicts the network (test "
+                "{e.statistic:1}, limit {e.limit:1})",
+                e=e,
+            )
             for e in group.edges
             if e.outlying and e.statistic is not None and e.limit is not None
         ]

@@ -35,6 +35,8 @@ from tribrach.registration.planes.poses import (
 from tribrach.registration.pose_graph import GATES as LOOP
 from tribrach.registration.pose_graph import Joint, PoseGraph, join
 from tribrach.registration.views import Surroundings, merged, seen
+from tribrach.sentences import Sentence
+from tribrach.units import GON
 
 __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
 
@@ -228,7 +230,7 @@ def _joint(pair: PairPoses, chosen: PlanePose | None = None) -> Joint:
 def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joint], list[str]]:
     """Joints of two kinds, one for each pair; pairs on which they contradict each other."""
     others = {j.ends: j for j in further}
-    out, sentences = [], []
+    out, sentences = [], list[str]()
     for joint in joints:
         other = others.pop(joint.ends, None)
         if other is None:
@@ -241,8 +243,13 @@ def _united(joints: Sequence[Joint], further: Sequence[Joint]) -> tuple[list[Joi
             out.append(replace(joint, alone=True))
         else:
             sentences.append(
-                f"planes and clouds of {joint.first} and {joint.second} contradict each other by "
-                f"{gap:.2f} m and {np.degrees(turn):.2f} deg: neither joins them"
+                Sentence(
+                    "planes and clouds of {joint.first} and {joint.second} contradict each other "
+                    "by {gap:2} m and {degrees:2} deg: neither joins them",
+                    joint=joint,
+                    gap=gap,
+                    degrees=np.degrees(turn),
+                )
             )
     return [*out, *others.values()], sentences
 
@@ -331,9 +338,9 @@ def _ways(name: str, pair: PairPoses) -> str:
     turn = best.inverse @ rival
     angle = np.degrees(np.arccos(np.clip((np.trace(turn.rotation) - 1) / 2, -1, 1)))
     how = (
-        f"shifted by {np.linalg.norm(shift):.2f} m"
+        Sentence("shifted by {length:2} m", length=np.linalg.norm(shift))
         if angle < np.degrees(GATES.shifted_rad)
-        else f"turned by {angle:.0f} deg"
+        else Sentence("turned by {angle:0} deg", angle=angle)
     )
     return (
         f"it fits on {other} in {len(pair.poses)} ways ({how} for instance: a repeated pattern or "
@@ -377,5 +384,11 @@ def _along(directions: Array) -> str:
             continue
         around = np.degrees(np.arctan2(d[1], d[0])) % 180 / 0.9
         level = "level " if abs(d[2]) < GATES.level_cosine else ""
-        words.append(f"the shift {level}along H = {around:.0f} gon of its scan")
+        words.append(
+            Sentence(
+                "the shift {level}along H = {around:gon0} of its scan",
+                level=level,
+                around=around * GON,
+            )
+        )
     return " and ".join(words)

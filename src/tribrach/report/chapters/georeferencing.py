@@ -24,6 +24,7 @@ from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.sentences import capital
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -105,7 +106,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         "georeferencing",
         "Georeferencing",
         (
-            *(f"{text[:1].upper()}{text[1:]}." for text in sentences),
+            *(capital(text) + "." for text in sentences),
             *frame_sentences(adjustment.network.facts, vectors=False),
         ),
         (),

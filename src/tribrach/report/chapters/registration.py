@@ -31,6 +31,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import Severity, warned
+from tribrach.sentences import capital
 from tribrach.units import percent
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 def _sentences(texts: Sequence[str]) -> tuple[str, ...]:
     """Texts with a capital and a full stop."""
-    return tuple(f"{text[:1].upper()}{text[1:]}." for text in texts)
+    return tuple(capital(text) + "." for text in texts)
 
 
 def _views(registered: Registered, adjustment: Adjustment) -> dict[frozenset[str], Agreement]:
