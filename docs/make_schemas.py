@@ -12,7 +12,6 @@ from tribrach.answers import Form
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
-from tribrach.report.schema.calibration import CalibrationDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.completeness import CompletenessDocument
 from tribrach.report.schema.diff import DiffDocument
@@ -33,7 +32,6 @@ def documents() -> dict[str, type[Document] | Form]:
     found: dict[str, type[Document] | Form] = {
         "result": result_model(),
         "baseline": BaselineDocument,
-        "calibrate": CalibrationDocument,
         "compare": ComparisonDocument,
         "complete": CompletenessDocument,
         "diff": DiffDocument,

@@ -23,11 +23,11 @@ from tribrach.instruments.correction import Correction
 from tribrach.io.calibration_file import calibration_text, read_calibration
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.twins import write_twin
-from tribrach.job.calibrate import calibrate_project, calibrations_of
 from tribrach.job.grouping import whole_source
 from tribrach.job.opened import open_job
 from tribrach.job.poses import JOINT, read_poses
 from tribrach.project import Project
+from tribrach.questions.calibrate.project import calibrate_project, calibrations_of
 from tribrach.report import text as text_report
 from tribrach.scan.prepared import corrected_scan
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS, build, places

@@ -136,7 +136,7 @@ def test_a_single_station_says_what_would_help() -> None:
 def test_what_cannot_be_separated_is_left_out_on_request() -> None:
     network = measured(lab(NIST.parameters), TRUTH, 1)
     found = calibrate(network, CalibrationOptions(reduce=True))
-    assert found.left_out == ("x5n(scanner)", "x5z(scanner)")
+    assert found.dropped == ("x5n(scanner)", "x5z(scanner)")
     assert len(found.parameters) == 16
     hardly = {item.name for item in found.proposal.hardly}
     assert "x12a(scanner)" in hardly
@@ -150,11 +150,11 @@ def test_everything_is_found_and_nothing_else_is_called_for() -> None:
     for p in found.parameters:
         assert abs(p.value - MISALIGNMENTS[p.name.split("(")[0]]) < 4 * p.sigma
     assert all(p.significant for p in found.parameters)
-    assert not any(o.missing for o in found.omitted)
-    assert found.gain is not None
-    assert found.gain.p < 1e-6
-    assert found.differ is not None
-    assert found.differ.p > 1e-4
+    assert not any(o.missing for o in found.tests.omitted)
+    assert found.tests.gain is not None
+    assert found.tests.gain.p < 1e-6
+    assert found.tests.stations_differ is not None
+    assert found.tests.stations_differ.p > 1e-4
 
 
 def test_a_missing_parameter_is_called_for() -> None:
@@ -162,7 +162,7 @@ def test_a_missing_parameter_is_called_for() -> None:
     kept = tuple(p for p in PHYSICAL if p != "x6")
     network = lab_without(kept, dict(MISALIGNMENTS), 5)
     found = calibrate(network)
-    missing = {o.name: o for o in found.omitted if o.missing}
+    missing = {o.name: o for o in found.tests.omitted if o.missing}
     assert "x6" in missing
     strongest = max(missing.values(), key=lambda o: abs(o.w))
     assert strongest.name in ("x6", "x3")  # nearly the same effect at equal ranges
@@ -178,10 +178,10 @@ def test_elevation_in_place_of_zenith_angles_is_detected() -> None:
     names = ("a1", "a3", "a4", "a5")
     wrong = lab(names, model=PAPER_EIGHT_ELEVATION)
     found = calibrate(misaligned(wrong, dict(MISALIGNMENTS), 9))
-    assert sum(o.missing for o in found.omitted) >= 2
+    assert sum(o.missing for o in found.tests.omitted) >= 2
     right = lab(("a1", "a2", "a3", "a4", "a5"), model=PAPER_EIGHT)
     good = calibrate(misaligned(right, dict(MISALIGNMENTS), 9))
-    assert not any(o.missing for o in good.omitted)
+    assert not any(o.missing for o in good.tests.omitted)
     assert good.adjustment.vtpv < found.adjustment.vtpv - 100
 
 
@@ -205,8 +205,8 @@ def test_sets_of_stations_that_differ_are_noticed() -> None:
     at_second = table.station == 1
     table.values[at_second, 2] -= table.face[at_second] * 20 * SEC  # another vertical index there
     found = calibrate(drawn)
-    assert found.differ is not None
-    assert found.differ.p < 1e-10
+    assert found.tests.stations_differ is not None
+    assert found.tests.stations_differ.p < 1e-10
 
 
 def test_sigmas_of_parameters_are_the_same_in_every_datum() -> None:
@@ -216,7 +216,7 @@ def test_sigmas_of_parameters_are_the_same_in_every_datum() -> None:
     np.testing.assert_allclose(effects[1].parameters, effects[0].parameters, rtol=1e-6)
     np.testing.assert_allclose(effects[1].distances, effects[0].distances, rtol=1e-6)
     assert (effects[1].stations[0] == 0).all()
-    assert effects[1].points.mean() > effects[0].points.mean()
+    assert effects[1].of_points.mean() > effects[0].of_points.mean()
     held = adjust(found.adjustment.network.with_datum(Datum("fixed", ("S1",))))
     own = np.sqrt([held.covariance(name)[0, 0] for name in found.names])
     np.testing.assert_allclose(own, effects[0].parameters, rtol=1e-5)
@@ -226,7 +226,7 @@ def test_sigmas_of_parameters_are_the_same_in_every_datum() -> None:
 
 def test_correlations_are_those_of_the_covariance() -> None:
     found = calibrate(measured(lab(PHYSICAL), dict(MISALIGNMENTS), 4))
-    a, c = found.adjustment, found.correlations
+    a, c = found.adjustment, found.rho
     block = np.array([[a.covariance(i, j)[0, 0] for j in found.names] for i in found.names])
     size = np.sqrt(np.diag(block))
     np.testing.assert_allclose(c.within, block / np.outer(size, size), atol=1e-9)
@@ -259,7 +259,7 @@ def test_of_parameters_that_share_an_effect_one_is_proposed() -> None:
     network = measured(lab(("x10", "x2"), ceiling=False, faces=(1.0,)), {"x10": 4e-3, "x2": 0.0}, 1)
     found = calibrate(network)
     assert not any(p.significant for p in found.parameters)
-    assert found.suggested == ("x10(scanner)",)
+    assert found.proposed == ("x10(scanner)",)
     alone = adjust(without(found.adjustment.network, ["x2(scanner)"]))
     assert alone.state.scalars[0] > 3.29 * np.sqrt(alone.covariance("x10(scanner)")[0, 0])
 

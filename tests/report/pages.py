@@ -41,6 +41,7 @@ from tribrach.observations.control import Coordinates
 from tribrach.observations.scanner import TargetCentres
 from tribrach.observations.sights import Directions, SlopeDistances
 from tribrach.planning.prediction import Criterion, figures
+from tribrach.questions.calibrate.chapters import answer_of as calibration_answer
 from tribrach.questions.check.chapters import answer_of as check_answer
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
@@ -48,7 +49,6 @@ from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
 from tribrach.registration.edges import edges
 from tribrach.report import html
 from tribrach.report.build import build
-from tribrach.report.calibration import calibration_page
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.comparisons import comparison_chapter
 from tribrach.report.charts import Chart, beside, legend
@@ -201,7 +201,8 @@ def _calibration(name: Naming) -> str:
     ]
     stations = {name(k): pose for k, pose in enumerate(poses)}
     network = measured(lab(("x10", "x2"), stations=stations), {}, 3)
-    return calibration_page(name(7), calibrate(network, CalibrationOptions()), [name(8), name(9)])
+    calibration = calibrate(network, CalibrationOptions())
+    return calibration_answer(name(7), calibration, [name(8), name(9)]).page()
 
 
 def _regression(name: Naming) -> str:
@@ -327,7 +328,7 @@ PAGES = {
     "comparison.comparison_page": _comparison,
     "completeness.completeness_page": _completeness,
     "questions.check": _check,
-    "calibration.calibration_page": _calibration,
+    "questions.calibrate": _calibration,
     "regression.regression_page": _regression,
     "planning.page.plan_page": _plan,
     "cloud_registration.cloud_registration_page": _registration,

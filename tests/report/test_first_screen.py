@@ -281,7 +281,7 @@ def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
 
 
 @pytest.mark.parametrize(
-    "which", ["calibration.calibration_page", "planning.page.plan_page", "series.series_page"]
+    "which", ["questions.calibrate", "planning.page.plan_page", "series.series_page"]
 )
 def test_what_is_signed_has_its_datum(which: str) -> None:
     (section,) = parser.document_fromstring(PAGES[which](harmless)).xpath("//div[@class='sign']")

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.answers import Number, Result
 from tribrach.network.adjustment import Adjustment
 
 __all__ = ["LIMITS", "CorrelatedPair", "Correlations", "calibration_correlations"]
@@ -22,20 +23,12 @@ LIMITS = (0.7, 0.9, 0.99)
 
 
 @dataclass(frozen=True)
-class CorrelatedPair:
-    """Two correlated unknowns.
-
-    Attributes
-    ----------
-    a, b
-        In words.
-    value
-        Their correlation.
-    """
+class CorrelatedPair(Result):
+    """Two unknowns that are hard to tell apart, and their correlation."""
 
     a: str
     b: str
-    value: float
+    value: Number
 
 
 @dataclass(frozen=True)

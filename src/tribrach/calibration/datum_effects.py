@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.answers import Matrix, Result, Vector
 from tribrach.calibration.extra_columns import linearise
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.datum import Cofactor
@@ -27,28 +28,24 @@ _PAIRS = 60
 
 
 @dataclass(frozen=True)
-class DatumSigmas:
-    """Standard deviations in one datum.
+class DatumSigmas(Result):
+    """Standard deviations of the same observations in one datum."""
 
-    Attributes
-    ----------
-    datum
-        The datum in words.
-    parameters : array (k,)
-        Of the parameters [m, rad or 1].
-    stations : array (S, 6)
-        Of E, N, U [m], tilts and heading [rad].
-    points : array (P, 3)
-        Of E, N, U [m].
-    distances : array (m,)
-        Of distances between some pairs of points, which are estimable [m].
-    """
-
+    #: the datum in words
     datum: str
-    parameters: Array
-    stations: Array
-    points: Array
-    distances: Array
+    #: of the parameters [m, rad or 1]
+    parameters: Vector
+    #: of E, N, U [m], tilts and heading [rad] of each station
+    stations: Matrix
+    #: of E, N, U of each point [m]
+    points: dict[str, Vector]
+    #: of distances between some pairs of points, which are estimable [m]
+    distances: Vector
+
+    @property
+    def of_points(self) -> Array:
+        """Those of the points (P, 3)."""
+        return np.array(list(self.points.values())).reshape(-1, 3)
 
 
 def datum_effects(adjustment: Adjustment, names: Sequence[str]) -> list[DatumSigmas]:
@@ -129,11 +126,12 @@ def _collect(
         return out
 
     index = np.array([layout.index("scalar", name) for name in names], dtype=np.int64)
+    poses, points = (layout.columns(n, np.arange(layout.count(n))) for n in ("pose", "point"))
     return DatumSigmas(
         words,
         sigma(layout.columns("scalar", index).ravel()),
-        sigma(layout.columns("pose", np.arange(layout.count("pose"))).ravel()).reshape(-1, 6),
-        sigma(layout.columns("point", np.arange(layout.count("point"))).ravel()).reshape(-1, 3),
+        sigma(poses.ravel()).reshape(-1, 6),
+        dict(zip(layout.names["point"], sigma(points.ravel()).reshape(-1, 3), strict=True)),
         distance_sigmas(state, cofactor, reduced),
     )
 

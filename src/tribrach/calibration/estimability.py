@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.answers import Result
 from tribrach.calibration.extra_columns import linearise, unexplained
 from tribrach.instruments.calibration import ORDER
 from tribrach.network.assembly import Assembly
@@ -37,16 +38,8 @@ _RANK = 1e-6
 
 
 @dataclass(frozen=True)
-class Left:
-    """A parameter that is left out.
-
-    Attributes
-    ----------
-    name
-        The parameter.
-    why
-        The reason in words.
-    """
+class Left(Result):
+    """A parameter that cannot be separated, or hardly, and why."""
 
     name: str
     why: str

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.answers import Result, Vector
 from tribrach.calibration.estimability import EstimableSet, propose
 from tribrach.geometry.polar import NEAREST, POLE, polar_from_xyz
 from tribrach.geometry.rotation import exp
@@ -35,19 +36,28 @@ _STEEP, _STEEP_RANGE = np.radians([20.0, 40.0, 130.0]), 3.0
 
 
 @dataclass(frozen=True)
-class Remedy:
-    """What an addition to the network would give.
+class Remedy(Result, without=("proposal",), also=("estimable", "well_separated", "sigma")):
+    """What an addition to the network would make estimable."""
 
-    Attributes
-    ----------
-    what
-        The addition in words.
-    proposal
-        Parameters that could be estimated with it.
-    """
-
+    #: the addition in words
     what: str
+    #: parameters that could be estimated with it
     proposal: EstimableSet
+
+    @property
+    def estimable(self) -> tuple[str, ...]:
+        """Parameters that could be estimated with it."""
+        return self.proposal.names
+
+    @property
+    def well_separated(self) -> tuple[str, ...]:
+        """Those of them that are not hardly separated from others."""
+        return self.proposal.recommended
+
+    @property
+    def sigma(self) -> Vector:
+        """Their standard deviations a priori [m, rad or 1]."""
+        return self.proposal.sigma
 
 
 def remedies(

@@ -10,14 +10,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.calibration.correlations import Correlations, calibration_correlations
+from tribrach.answers import Matrix, Number, Result
+from tribrach.calibration.correlations import (
+    CorrelatedPair,
+    Correlations,
+    calibration_correlations,
+)
 from tribrach.calibration.datum_effects import DatumSigmas, datum_effects
 from tribrach.calibration.estimability import (
     Estimability,
     EstimableSet,
+    Left,
     estimability,
     parameter_columns_of,
     propose,
@@ -57,58 +62,37 @@ __all__ = [
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """How a calibration is done.
+    """How a calibration is done."""
 
-    Attributes
-    ----------
-    near
-        Correlation above which two parameters are hardly separated.
-    limit_t
-        Smallest t of a significant parameter.
-    posterior
-        Are sigmas scaled with the sigma0 that the residuals give?
-    minimum_norm
-        Is what is open closed by the smallest solution?
-    reduce
-        Are parameters left out that cannot be separated?
-    back
-        Has the scanner a back face?
-    snoop
-        Are blunders searched for?
-    alpha
-        Significance of the tests of parameters that are no unknowns, all together.
-    """
-
+    #: correlation above which two parameters are hardly separated
     near: float = 0.95
+    #: smallest t of a significant parameter
     limit_t: float = 3.29
+    #: are sigmas scaled with the sigma0 that the residuals give?
     posterior: bool = False
+    #: is what is open closed by the smallest solution?
     minimum_norm: bool = False
+    #: are parameters left out that cannot be separated?
     reduce: bool = False
+    #: has the scanner a back face?
     back: bool = True
+    #: are blunders searched for?
     snoop: bool = False
+    #: significance of the tests of parameters that are no unknowns, all together
     alpha: float = 0.05
 
 
 @dataclass(frozen=True)
-class Parameter:
-    """An estimated calibration parameter.
+class Parameter(Result, also=("meaning", "t")):
+    """An estimated calibration parameter: true = measured + correction."""
 
-    Attributes
-    ----------
-    name
-        Such as ``x10(scanner)``: parameter, and instrument or station that it belongs to.
-    unit
-        ``m``, ``rad`` or ``1``.
-    value, sigma
-        In that unit.
-    significant
-        True if t is beyond its limit.
-    """
-
+    #: such as ``x10(scanner)``: parameter, and instrument or station that it belongs to
     name: str
+    #: ``m``, ``rad`` or ``1``
     unit: str
-    value: float
-    sigma: float
+    value: Number
+    sigma: Number
+    #: true if t is beyond its limit
     significant: bool
 
     @property
@@ -127,100 +111,106 @@ class Parameter:
         return meaning_of(self.plain)
 
     @property
-    def t(self) -> float:
+    def t(self) -> Number:
         """Value over sigma."""
         return self.value / self.sigma if self.sigma > 0 else float("nan")
 
 
 @dataclass(frozen=True)
 class PolarReadings:
-    """Polar observations that took part.
+    """Polar observations that took part."""
 
-    Attributes
-    ----------
-    stations : array (n,)
-        Pose index.
-    polar : array (n, 3)
-        Measured r, H, V [m, rad], folded to the front.
-    face : array (n,)
-        +1 front, -1 back.
-    sigma : array (n, 3)
-        Standard deviations of r, H, V [m, rad].
-    after : array (n, 3)
-        Residuals [m, rad].
-    before : array (n, 3)
-        Residuals of the same network without parameters; None if it cannot be adjusted.
-    """
-
-    stations: NDArray[np.int64]
+    #: measured r, H, V (n, 3) [m, rad], folded to the front
     polar: Array
-    face: Array
-    sigma: Array
+    #: residuals (n, 3) [m, rad], and of the same network without parameters, if it can be adjusted
     after: Array
     before: Array | None
 
 
 @dataclass(frozen=True)
-class SelfCalibration:
-    """A finished calibration: estimates, their tests, and what the network could not separate.
+class Tests(Result):
+    """Tests of the parameters and of the model."""
 
-    Attributes
-    ----------
-    adjustment
-        The network with parameters.
-    before
-        The same network without parameters, None if it cannot be adjusted.
-    parameters
-        Estimates in the order of the network.
-    estimability
-        What was open to begin with.
-    proposal
-        Parameters that the network can separate.
-    remedies
-        What further observations would give.
-    together
-        Test of all parameters against zero.
-    gain
-        F-test of how much the sum of squares falls with the parameters.
-    omitted
-        Tests of parameters that are no unknowns.
-    differ
-        Test of stations of one instrument against each other.
-    correlations
-        Of the parameters with each other, orientations and points.
-    datums
-        Sigmas in several datums; empty for a minimum norm.
-    readings
-        Polar observations with residuals.
-    factor
-        Variance that sigmas are scaled with.
-    sigma_origin
-        Where the factor comes from, in words.
-    left_out
-        Parameters that were left out.
-    log
-        Blunders, None if none were searched for.
-    limit_t
-        Smallest t of a significant parameter.
-    """
+    #: all parameters against zero
+    together: BlockTest
+    #: how much the sum of squares falls with the parameters
+    gain: BlockTest | None
+    #: stations of one instrument against each other
+    stations_differ: BlockTest | None
+    #: parameters that are no unknowns
+    omitted: tuple[Omitted, ...]
 
+    #: a class of the program, not of its tests
+    __test__ = False
+
+
+@dataclass(frozen=True)
+class Sigma0(Result):
+    """Sigma of unit weight and redundancy."""
+
+    prior: Number
+    posterior: Number
+    dof: int
+    vtpv: Number
+
+
+@dataclass(frozen=True)
+class Counts(Result):
+    """Sizes of the adjustment."""
+
+    observed: int
+    unknowns: int
+    constraints: int
+    defect: int
+
+
+@dataclass(frozen=True)
+class Pose(Result):
+    """A pose, 4 x 4, with its covariance 6 x 6 of left increments."""
+
+    world_from_scanner: Matrix
+    covariance: Matrix
+
+
+@dataclass(frozen=True)
+class SelfCalibration(
+    Result,
+    without=(
+        "adjustment", "estimability", "proposal", "rho", "readings", "factor", "dropped", "log",
+        "limit_t",
+    ),
+    also=(
+        "datum", "sigma0", "counts", "covariance", "stations", "open", "closed_by_datum",
+        "left_out", "hardly_separated", "proposed", "correlations",
+    ),
+):  # fmt: skip
+    """A finished calibration: estimates, their tests, and what the network could not separate."""
+
+    #: the network with parameters
     adjustment: Adjustment
-    before: Adjustment | None
+    #: estimates in the order of the network
     parameters: tuple[Parameter, ...]
+    #: what was open to begin with, and parameters that the network can separate
     estimability: Estimability
     proposal: EstimableSet
+    #: what further observations would give
     remedies: tuple[Remedy, ...]
-    together: BlockTest
-    gain: BlockTest | None
-    omitted: tuple[Omitted, ...]
-    differ: BlockTest | None
-    correlations: Correlations
+    tests: Tests
+    #: correlations of the parameters with each other, orientations and points
+    rho: Correlations
+    #: sigmas in several datums; empty for a minimum norm
     datums: tuple[DatumSigmas, ...]
+    #: polar observations with residuals
     readings: PolarReadings
+    #: variance that sigmas are scaled with
     factor: float
+    #: where the factor comes from, in words
     sigma_origin: str
-    left_out: tuple[str, ...]
+    #: names of parameters that were left out
+    dropped: tuple[str, ...]
+    #: blunders, None if none were searched for
     log: SnoopingLog | None
+    #: smallest t of a significant parameter
     limit_t: float = 3.29
 
     @property
@@ -229,7 +219,7 @@ class SelfCalibration:
         return tuple(p.name for p in self.parameters)
 
     @property
-    def datum_words(self) -> str:
+    def datum(self) -> str:
         """The datum in words."""
         datum = self.adjustment.network.datum
         names = ", ".join(datum.names[:6]) + (" and more" if len(datum.names) > 6 else "")
@@ -240,13 +230,59 @@ class SelfCalibration:
         return f"{names} held" if datum.kind == "fixed" else "control as given"
 
     @property
-    def covariance(self) -> Array:
-        """Covariance (k, k) of the parameters, scaled with the factor."""
+    def sigma0(self) -> Sigma0:
+        """Sigma of unit weight and redundancy."""
+        a = self.adjustment
+        return Sigma0(a.sigma0, a.sigma0_posterior, a.dof, a.vtpv)
+
+    @property
+    def counts(self) -> Counts:
+        """Sizes of the adjustment."""
+        a = self.adjustment
+        return Counts(a.n_observations, a.n_unknowns, a.n_constraints, a.defect)
+
+    @property
+    def covariance(self) -> Matrix:
+        """Covariance of the parameters, scaled like their sigmas."""
         columns = np.concatenate([self.adjustment.columns(name) for name in self.names])
         return self.factor * self.adjustment.covariance_columns(columns, columns)
 
     @property
-    def suggested(self) -> tuple[str, ...]:
+    def stations(self) -> dict[str, Pose]:
+        """Poses with their covariance."""
+        a = self.adjustment
+        frames = np.tile(np.eye(4), (a.layout.count("pose"), 1, 1))
+        frames[:, :3, :3], frames[:, :3, 3] = a.state.pose_r, a.state.pose_t
+        poses = map(Pose, frames, self.factor * a.family_covariances("pose"))
+        return dict(zip(a.layout.names["pose"], poses, strict=True))
+
+    @property
+    def open(self) -> tuple[str, ...]:
+        """Combinations that neither the observations nor the datum determine, in sentences."""
+        return self.estimability.open
+
+    @property
+    def closed_by_datum(self) -> tuple[str, ...]:
+        """Motions of the network as a whole that inner constraints close, in words."""
+        return self.estimability.datum
+
+    @property
+    def left_out(self) -> tuple[Left, ...]:
+        """Parameters that cannot be separated."""
+        return self.proposal.left
+
+    @property
+    def hardly_separated(self) -> tuple[Left, ...]:
+        """Parameters that can be separated, but only just."""
+        return self.proposal.hardly
+
+    @property
+    def correlations(self) -> tuple[CorrelatedPair, ...]:
+        """Strong ones of parameters with each other and with orientations, the strongest first."""
+        return self.rho.pairs
+
+    @property
+    def proposed(self) -> tuple[str, ...]:
         """Parameters that are worth keeping, by elimination.
 
         What is hardly separated goes first, then the least significant one after the other, each
@@ -392,21 +428,22 @@ def _analysed(
     ]
     return SelfCalibration(
         adjustment=adjustment,
-        before=before,
         parameters=_parameters(adjustment, names, factor, options.limit_t),
         estimability=open_unknowns,
         proposal=proposal,
         remedies=further,
-        together=_together(adjustment, names, options, posterior),
-        gain=None if before is None or options.minimum_norm else _gain(before, adjustment),
-        omitted=tuple(omitted),
-        differ=_differ(adjustment, names, posterior),
-        correlations=calibration_correlations(adjustment, names),
+        tests=Tests(
+            _together(adjustment, names, options, posterior),
+            None if before is None or options.minimum_norm else _gain(before, adjustment),
+            _differ(adjustment, names, posterior),
+            tuple(omitted),
+        ),
+        rho=calibration_correlations(adjustment, names),
         datums=() if options.minimum_norm else tuple(datum_effects(adjustment, names)),
         readings=_readings(adjustment, before),
         factor=factor,
         sigma_origin=_origin(adjustment, posterior),
-        left_out=left_out,
+        dropped=left_out,
         log=log,
         limit_t=options.limit_t,
     )
@@ -528,24 +565,17 @@ def _origin(adjustment: Adjustment, posterior: bool) -> str:
 
 def _readings(adjustment: Adjustment, before: Adjustment | None) -> PolarReadings:
     """Polar observations with their residuals."""
-    stations, polar, face, sigma, after, earlier = [], [], [], [], [], []
+    polar, after, earlier = [], [], []
     for o in adjustment.network.observations:
         if not isinstance(o, ScannerPolar):
             continue
         items = np.flatnonzero(o.use == Use.ACTIVE)
-        folded = o.folded()[items]
-        stations.append(o.station[items])
-        polar.append(folded)
-        face.append(o.face[items])
-        sigma.append(o.sigma[items])
+        polar.append(o.folded()[items])
         after.append(-o.misclosure(adjustment.state)[items])
         if before is not None:
             earlier.append(-o.misclosure(before.state)[items])
     return PolarReadings(
-        np.concatenate(stations),
         np.concatenate(polar),
-        np.concatenate(face),
-        np.concatenate(sigma),
         np.concatenate(after),
         np.concatenate(earlier) if before is not None else None,
     )

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tribrach.answers import Number, Result
 from tribrach.calibration.extra_columns import model_columns, unexplained
-from tribrach.instruments.calibration import CalibrationModel
+from tribrach.instruments.calibration import CalibrationModel, meaning_of, unit_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.significance import sidak
 from tribrach.observations.scanner import ScannerPolar
@@ -27,52 +28,48 @@ _RANK = 1e-6
 
 
 @dataclass(frozen=True)
-class BlockTest:
-    """Several parameters tested against zero together.
+class BlockTest(Result, without=("posterior",), also=("kind",)):
+    """Several parameters tested against zero together."""
 
-    Attributes
-    ----------
-    freedom
-        Number of parameters tested.
-    redundancy
-        Of the adjustment.
-    statistic
-        Quadratic form over its degrees of freedom; with ``posterior`` an F value of (freedom,
-        redundancy), else chi-square over freedom.
-    p
-        Probability of as much by chance.
-    posterior
-        True if sigma0 is a posteriori.
-    """
-
+    #: number of parameters tested
     freedom: int
+    #: of the adjustment
     redundancy: int
-    statistic: float
-    p: float
+    #: quadratic form over its degrees of freedom: F or chi-square over freedom, see ``kind``
+    statistic: Number
+    #: probability of as much by chance
+    p: Number
+    #: true if sigma0 is a posteriori
     posterior: bool
+
+    @property
+    def kind(self) -> str:
+        """What the statistic is."""
+        return "F" if self.posterior else "chi-square over freedom"
 
 
 @dataclass(frozen=True)
-class Omitted:
-    """A parameter that is no unknown: what it would be, and the test that it is zero.
-
-    Attributes
-    ----------
-    name
-        The parameter.
-    value, sigma
-        As one further unknown [m, rad or 1].
-    w
-        Standard normal if it is zero.
-    limit
-        Of w for all such tests together.
-    """
+class Omitted(Result):
+    """A parameter that is no unknown: what it would be, and the test that it is zero."""
 
     name: str
-    value: float
-    sigma: float
-    w: float
-    limit: float
+    #: as one further unknown [m, rad or 1]
+    value: Number
+    sigma: Number
+    #: standard normal if it is zero
+    w: Number
+    #: of w for all such tests together
+    limit: Number
+
+    @property
+    def unit(self) -> str:
+        """``m``, ``rad`` or ``1``."""
+        return unit_of(self.name)
+
+    @property
+    def meaning(self) -> str:
+        """What it is, such as ``collimation axis error``."""
+        return meaning_of(self.name)
 
     @property
     def missing(self) -> bool:

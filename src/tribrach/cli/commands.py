@@ -66,7 +66,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "transform": ("cli.transform", "Fit a transformation to common points, and apply it."),
     "calibrate": (
-        "cli.calibrate",
+        "questions.calibrate.command",
         "Calibrate scanners from targets that they saw from several stations.",
     ),
     "check": (

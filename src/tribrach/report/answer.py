@@ -48,6 +48,8 @@ class Answer:
     notation: ReportNotation = PLAIN
     #: what a terminal shows: text as it is, findings, tables
     terminal: Sequence[str | Finding | ReportTable] = ()
+    #: why it may not be used as it is: said last, with exit status 2
+    failure: str = ""
     #: further files that were asked for
     files: Mapping[Path, Content] = field(default_factory=dict)
 

@@ -23,6 +23,7 @@ from tribrach.shell.flow import (
     Scheduler,
     Workers,
     claim,
+    fail,
     guarded,
     say,
     shown,
@@ -76,18 +77,17 @@ def command(
             quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
-            files = [given[name] for name in written]
-            claim(
-                _paths(given[name] for name in read),
-                [*outputs.values(), *files],
-                overwrite=overwrite,
-            )
+            inputs = _paths(given[name] for name in read)
+            files = set(_paths(given[name] for name in written))
+            claim(inputs, [*outputs.values(), *files], overwrite=overwrite)
             with ExitStack() as stack:
                 if progress:
                     given["progress"] = stack.enter_context(shown(quiet))
                 if crew is not None:
                     given["engine"] = stack.enter_context(working(*crew))
                 answer = work(**given)
+            if not files >= set(answer.files):
+                claim(inputs, [*outputs.values(), *answer.files], overwrite=overwrite)
             deliver(answer, outputs, quiet=quiet)
 
         kind = inspect.Parameter.KEYWORD_ONLY
@@ -138,6 +138,8 @@ def deliver(
             console.print(visible(part.line()), markup=False)
         else:
             say(part)
+    if answer.failure:
+        fail(answer.failure)
 
 
 def _file(name: str, help: str) -> Any:

@@ -142,7 +142,7 @@ def _calibration(
         unit_lengths=tuple(section.unit_lengths_m),
         architecture=section.scanner,
         date=datetime.date.today(),
-        datum=calibration.datum_words,
+        datum=calibration.datum,
         sigma_origin=calibration.sigma_origin,
         observations=a.n_observations,
         redundancy=a.dof,
