@@ -14,6 +14,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import Antennas
 from tribrach.registration.rigid_model import RigidModel, TooFewPlaces
+from tribrach.sentences import Sentence
 
 __all__ = ["CarriedAntennas", "carried_antennas", "height_sentences"]
 
@@ -33,9 +34,15 @@ def height_sentences(adjustment: Adjustment) -> list[str]:
             if abs(up) > _UPRIGHT * max(plan, float(o.sigma[k, 2])):
                 side = "above" if up > 0 else "below"
                 out.append(
-                    f"The antenna on {names[o.station[k]]}, which is switched off, was measured "
-                    f"{1e3 * abs(up):.0f} mm {side} where all the rest puts it, and only "
-                    f"{1e3 * plan:.0f} mm beside: look at its height."
+                    Sentence(
+                        "The antenna on {names}, which is switched off, was measured {up:mm0} "
+                        "{side} where all the rest puts it, and only {plan:mm0} beside: look at "
+                        "its height.",
+                        names=names[o.station[k]],
+                        up=abs(up),
+                        side=side,
+                        plan=plan,
+                    )
                 )
     return out
 

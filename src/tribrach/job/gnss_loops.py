@@ -18,6 +18,7 @@ from tribrach.network.facts import Reference
 from tribrach.network.network import Network
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines
+from tribrach.sentences import Sentence
 
 __all__ = ["BaselineSet", "baselines_of", "epoch_sentences", "loops_of"]
 
@@ -42,7 +43,7 @@ def epoch_sentences(reference: Reference, sessions: Sequence[SessionResult]) -> 
         return []
     if epoch is None or not frames.is_dynamic(frame):
         return [f"Coordinates are in {frame}."]
-    out = [f"Coordinates are in {frame} at epoch {epoch:.2f}."]
+    out = [Sentence("Coordinates are in {frame} at epoch {epoch:2}.", frame=frame, epoch=epoch)]
     ages = [
         (abs(1980.014 + b.start / _YEAR - epoch) * FASTEST_TURN * b.length, b)
         for session in sessions
@@ -51,8 +52,13 @@ def epoch_sentences(reference: Reference, sessions: Sequence[SessionResult]) -> 
     if ages and (worst := max(ages, key=lambda pair: pair[0]))[0] > NOTICEABLE:
         year = 1980.014 + worst[1].start / _YEAR
         out.append(
-            f"Baselines measured in {year:.1f} are used at {epoch:.2f}: the turn of the plate in "
-            f"between is neglected, at most {1e3 * worst[0]:.1f} mm in the longest."
+            Sentence(
+                "Baselines measured in {year:1} are used at {epoch:2}: the turn of the plate "
+                "in between is neglected, at most {worst[0]:mm1} in the longest.",
+                year=year,
+                epoch=epoch,
+                worst=worst,
+            )
         )
     return out
 

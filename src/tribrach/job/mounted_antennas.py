@@ -13,6 +13,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import Antennas, MountedPoints
 from tribrach.registration.rigid_units import Mounted
+from tribrach.sentences import Sentence
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
@@ -84,8 +85,13 @@ def raised_antennas(adjustment: Adjustment, sessions: Sequence[SessionResult]) -
         if name in on and abs(height) > _RAISED
     }
     return [
-        f"The baselines to {name}, which is mounted on {on[name]}, end {height:.3f} m under the "
-        "reference point of its antenna, as its file or antenna_height_m says: does its lever arm "
-        "end there as well?"
+        Sentence(
+            "The baselines to {name}, which is mounted on {on}, end {height:3} m under the "
+            "reference point of its antenna, as its file or antenna_height_m says: does "
+            "its lever arm end there as well?",
+            name=name,
+            on=on[name],
+            height=height,
+        )
         for name, height in heights.items()
     ]

@@ -17,6 +17,7 @@ from tribrach.network.ellipsoids import plan_ellipses
 from tribrach.report.charts import Drawing, DrawnMark, mark
 from tribrach.report.labels import place_labels
 from tribrach.report.map import MapFrame, length_words, round_down
+from tribrach.sentences import Sentence
 
 __all__ = ["SAID", "displacement_drawing"]
 
@@ -69,7 +70,11 @@ def displacement_drawing(comparison: Comparison, factor: float) -> Drawing | Non
         for label in place_labels(names, frame.width, frame.height)
     ]
     bar, small = round_down(0.22 * frame.width / frame.scale), round_down(60.0 / size)
-    enlarged = f"enlarged {exaggeration:,.0f} ×" if exaggeration >= 1 else "reduced"
+    enlarged = (
+        Sentence("enlarged {exaggeration:0,} ×", exaggeration=exaggeration)
+        if exaggeration >= 1
+        else "reduced"
+    )
     words = f"{length_words(small)} for displacements and ellipses ({enlarged})"
     marks += [
         *_bar(16, frame.height + 22, bar * frame.scale, length_words(bar), "bar"),
@@ -106,7 +111,7 @@ def _point(d: Displacement, x: float, y: float, step: Array, axes: Array, plan: 
         else mark("circle", cx=x, cy=y, r=3.0, class_="place")
     )
     line = mark("line", x1=x, y1=y, x2=to[0], y2=to[1], class_="shift")
-    title = f"{d.name}: {1e3 * d.length:.2f} mm, {SAID[d.answer]}"
+    title = Sentence("{d.name}: {d.length:mm2}, {d2}", d=d, d2=SAID[d.answer])
     return mark("g", title=title, inner=(spread, line, place), class_=_SORTS[d.answer])
 
 

@@ -15,7 +15,7 @@ from tribrach.report.epochs import moved_sentence
 from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
-from tribrach.sentences import capital
+from tribrach.sentences import Sentence, capital, joined
 from tribrach.units import percent
 
 __all__ = ["Letterhead", "front_page", "letterhead"]
@@ -155,7 +155,15 @@ def _worst(content: Report) -> str:
         worst = _largest(items)
         if worst is not None:
             name, sigma, axis = worst
-            parts.append(f"{noun} {name} with σ {1e3 * sigma:.2f} mm in {axis}")
+            parts.append(
+                Sentence(
+                    "{noun} {name} with σ {sigma:mm2} in {axis}",
+                    noun=noun,
+                    name=name,
+                    sigma=sigma,
+                    axis=axis,
+                )
+            )
     return _begun(", ".join(parts) + f" ({content.origin}).") if parts else ""
 
 
@@ -186,8 +194,13 @@ def _checks(content: Report) -> str:
     judged = [c for c in checks if c.verdict is not None]
     agree = sum(c.verdict.agrees for c in judged if c.verdict is not None)
     rms = [_rms(checks, k) for k in range(3)]
-    words = ", ".join(
-        f"{value:.2f} mm in {axis}" for value, axis in zip(rms, _AXES, strict=True) if value
+    words = joined(
+        ", ",
+        (
+            Sentence("{value:2} mm in {axis}", value=value, axis=axis)
+            for value, axis in zip(rms, _AXES, strict=True)
+            if value
+        ),
     )
     told = f"{agree} of {len(judged)} agree with the network" if judged else "none can be judged"
     return f"{told}; root mean square of the differences {words}." if words else f"{told}."
@@ -209,14 +222,19 @@ def _clouds(content: Report) -> str:
     total = sum(summary.points for summary in summaries)
     known = [(s.quantile(0.95), p) for p, s in zip(placed.products, summaries, strict=True)
              if len(s.sample)]  # fmt: skip
-    words = f"{counted(len(summaries), 'cloud')} with {total:,} points"
+    words = Sentence(
+        "{counted} with {total:,} points", counted=counted(len(summaries), "cloud"), total=total
+    )
     if not known:
         return f"{words}, without sigmas."
     worst, product = max(known, key=lambda one: one[0])
     name = ", ".join(spoken(scan) for scan in product.scans[:2])
-    return (
-        f"{words}; in each of them 95 % of the points have a 3D σ of {1e3 * worst:.1f} mm or less, "
-        f"the largest in {name}."
+    return Sentence(
+        "{words}; in each of them 95 % of the points have a 3D σ of {worst:mm1} or "
+        "less, the largest in {name}.",
+        words=words,
+        worst=worst,
+        name=name,
     )
 
 

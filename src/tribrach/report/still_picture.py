@@ -20,6 +20,7 @@ from tribrach._types import Array
 from tribrach.report.charts import Drawing, DrawnMark, colour_bar, mark, shades, symbol
 from tribrach.report.figures import Picture
 from tribrach.report.labels import Item, place_labels
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
 if TYPE_CHECKING:
@@ -65,11 +66,15 @@ def still_picture(content: Report) -> Picture | None:
     scale, high_bar = colour_bar(1e3 * low, 1e3 * high, "3D sigma [mm]", _WIDTH)
     below = mark("g", inner=[scale], transform=f"translate(0 {_HEIGHT + 8})")
     total = sum(product.summary.points for product in placed.products)
-    caption = (
-        f"{len(sample):,} of {total:,} points from the south-west and above, coloured by their 3D "
-        f"sigma; stations and points as in the plan, with their {content.percent} ellipsoids, "
-        f"{factor:,.0f} times as large as they are"
-        f"{f', without {outside} farther out' if outside else ''}."
+    caption = Sentence(
+        "{sample:,} of {total:,} points from the south-west and above, coloured by "
+        "their 3D sigma; stations and points as in the plan, with their "
+        "{content.percent} ellipsoids, {factor:0,} times as large as they are{without}.",
+        sample=len(sample),
+        total=total,
+        content=content,
+        factor=factor,
+        without=f", without {outside} farther out" if outside else "",
     )
     title = "The clouds in space"
     ground = mark("rect", width=_WIDTH, height=_HEIGHT, class_="ground")

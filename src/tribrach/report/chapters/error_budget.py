@@ -20,6 +20,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.sentences import Sentence
 from tribrach.units import percent
 
 if TYPE_CHECKING:
@@ -136,7 +137,13 @@ def _stack(
     for k, name in enumerate(names):
         for j, region in enumerate(classes):
             top, own = float(tops[k, j]), float(heights[k, j])
-            words = f"{region}: {name} {own:.3g} mm², sigma {np.sqrt(max(own, 0.0)):.2g} mm"
+            words = Sentence(
+                "{region}: {name} {own:g3} mm², sigma {own2:g2} mm",
+                region=region,
+                name=name,
+                own=own,
+                own2=np.sqrt(max(own, 0.0)),
+            )
             panel.bar(
                 j - _WIDTH / 2, j + _WIDTH / 2, min(top - own, highest), min(top, highest),
                 f"s{k % PALETTE}", words,
@@ -146,7 +153,7 @@ def _stack(
         # words of neighbours would stand in each other, so that every second one is higher
         low = bool(total > highest) and not low
         if total > highest:
-            panel.note(j, highest * (_LOW if low else _HIGH), f"↑ {total:.0f}")
+            panel.note(j, highest * (_LOW if low else _HIGH), Sentence("↑ {total:0}", total=total))
     return panel
 
 

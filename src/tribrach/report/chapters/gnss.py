@@ -41,6 +41,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import Severity, warned
+from tribrach.sentences import Sentence, capital
 from tribrach.units import percent
 
 if TYPE_CHECKING:
@@ -182,7 +183,11 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
     fixed = sum(b.fixed_share * b.epochs for b in rows)
     solved = sum(b.ambiguities == "fixed" for b in rows)
     factors = sorted({round(b.factor, 2) for b in rows})
-    spread = f"{factors[0]:.2f}" if len(factors) == 1 else f"{factors[0]:.2f} to {factors[-1]:.2f}"
+    spread = (
+        Sentence("{factors[0]:2}", factors=factors)
+        if len(factors) == 1
+        else Sentence("{factors[0]:2} to {factors2:2}", factors=factors, factors2=factors[-1])
+    )
     origin = " and ".join(dict.fromkeys(b.factor_source for b in rows))
     out = [
         f"{counted(len(sessions), 'session')} gave {counted(len(rows), 'independent baseline')}, "
@@ -211,9 +216,16 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         ratios = [p.ratio for p in checked]
         wide = sum(not p.agree for p in checked)
         out.append(
-            f"Sigmas of {len(checked)} were checked by computing pieces of their sessions, which "
-            f"scatter {min(ratios):.2f} to {max(ratios):.2f} times as much as they state; those of "
-            f"{wide or 'none'} were widened because of it. {UNSEEN[0].upper()}{UNSEEN[1:]}."
+            Sentence(
+                "Sigmas of {checked} were checked by computing pieces of their sessions, which "
+                "scatter {ratios:2} to {ratios2:2} times as much as they state; those of "
+                "{wide} were widened because of it. {unseen}.",
+                checked=len(checked),
+                ratios=min(ratios),
+                ratios2=max(ratios),
+                wide=wide or "none",
+                unseen=capital(UNSEEN),
+            )
         )
     files = dict.fromkeys(name for b in rows for name in b.orbits)
     if files:
@@ -237,15 +249,19 @@ def _loop_sentences(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> li
     failing = sum(not loop.passes for loop in loops)
     further = len(loops) - len(basis)
     more = f" and {counted(further, 'further triangle')}" if further else ""
-    words = (
-        f"{counted(len(basis), 'minimal loop')}{more}: the largest closure is "
-        f"{1e3 * largest.size:.1f} mm ({largest.ppm:.2f} ppm of {largest.length:.0f} m) in "
-        f"{_path(baselines, largest)}"
+    words = Sentence(
+        "{counted}{more}: the largest closure is {largest.size:mm1} ({largest.ppm:2} "
+        "ppm of {largest.length:0} m) in {path}",
+        counted=counted(len(basis), "minimal loop"),
+        more=more,
+        largest=largest,
+        path=_path(baselines, largest),
     )
     if steepest is not largest:
-        words += (
-            f", the largest in proportion {steepest.ppm:.2f} ppm "
-            f"({1e3 * steepest.size:.1f} mm) in {_path(baselines, steepest)}"
+        words += Sentence(
+            ", the largest in proportion {steepest.ppm:2} ppm ({steepest.size:mm1}) in {path}",
+            steepest=steepest,
+            path=_path(baselines, steepest),
         )
     verb = "fails" if failing in (0, 1) else "fail"
     out = [f"{words}; {failing or 'none'} of {len(loops)} {verb} the test at 5 %."]
@@ -253,8 +269,11 @@ def _loop_sentences(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> li
     if dof >= 3:
         factor = float(np.sqrt(sum(loop.statistic for loop in basis) / dof))
         out.append(
-            f"Closures are {factor:.2f} times what the covariances let expect, in the mean; "
-            "vce = true under [adjustment] estimates such a factor with all observations."
+            Sentence(
+                "Closures are {factor:2} times what the covariances let expect, in the mean; "
+                "vce = true under [adjustment] estimates such a factor with all observations.",
+                factor=factor,
+            )
         )
     return out
 
@@ -264,8 +283,12 @@ def _loop_warnings(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> lis
     # a share of the tests fails by chance: only closures far beyond are worth a warning
     far = [loop for loop in bad if loop.statistic > 2 * loop.limit]
     words = [
-        f"GNSS loop {_path(baselines, loop)} does not close by {1e3 * loop.size:.1f} mm "
-        f"({loop.ppm:.1f} ppm): its test is {loop.statistic:.1f}, the limit {loop.limit:.1f}."
+        Sentence(
+            "GNSS loop {path} does not close by {loop.size:mm1} ({loop.ppm:1} ppm): its "
+            "test is {loop.statistic:1}, the limit {loop.limit:1}.",
+            path=_path(baselines, loop),
+            loop=loop,
+        )
         for loop in far[:MOST_NAMED]
     ]
     if len(far) > MOST_NAMED:
