@@ -6,7 +6,7 @@ by :mod:`tribrach.pipeline`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.control_mistakes import WrongCoordinate, wrong_coordinate
-from tribrach.network.blunders.mistakes import first_adjustment, mistakes
+from tribrach.network.blunders.mistakes import Mistakes, first_adjustment, mistakes
 from tribrach.network.blunders.robust import RobustResult, adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, snoop
 from tribrach.network.datum_control import unchecked_control
@@ -34,7 +34,16 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["AdjustmentSettings", "SolvedNetwork", "Solving", "adjust_network", "report", "solve"]
+__all__ = [
+    "DIAGNOSES",
+    "AdjustmentSettings",
+    "Diagnosis",
+    "SolvedNetwork",
+    "Solving",
+    "adjust_network",
+    "report",
+    "solve",
+]
 
 
 @dataclass(frozen=True)
@@ -179,29 +188,71 @@ class Solving:
         return assess(self.adjustment, posterior=settings.posterior, confidence=settings.confidence)
 
     @cached_property
+    def mistakes(self) -> Mistakes:
+        """Mistakes of reading, writing and naming, without a coordinate that is wrong for sure."""
+        return mistakes(self.first if self.wrong is None else self.wrong.after)
+
+    @cached_property
+    def apart(self) -> Adjustment:
+        """The solution without a given coordinate that is wrong for certain."""
+        return self.adjustment if self.wrong is None else self.wrong.without(self.adjustment)
+
+    @cached_property
+    def quality_apart(self) -> Quality:
+        """All tests of :attr:`apart`."""
+        if self.wrong is None:
+            return self.quality
+        return assess(self.apart, confidence=self.settings.confidence)
+
+    @cached_property
     def solved(self) -> SolvedNetwork:
         """All of it, with what looks wrong."""
-        first, wrong, accused = self.first, self.wrong, self.accused
-        warnings = [*warned(Severity.INPUT, implausible_sigmas(self.network))]
-        warnings += [*warned(Severity.INPUT, [] if accused is None else [accused.sentence()])]
-        # what else is wrong is looked for without a coordinate that is wrong for certain
-        found = mistakes(first if wrong is None else wrong.after)
-        warnings += warned(Severity.INPUT, found.sentences)
-        warnings += warned(Severity.NOTE, (*found.notes, *held_azimuths(self.network)))
-        if self.robust is not None:
-            warnings += warned(Severity.BLUNDER, self.robust.sentences())
+        warnings = [warning for one in DIAGNOSES for warning in one.warnings(self)]
         adjustment, log = self.adjustment, self.cleaned[1]
-        apart = adjustment if wrong is None else wrong.without(adjustment)
-        alone = self.quality
-        if wrong is not None:
-            alone = assess(apart, confidence=self.settings.confidence)
-        warnings += warned(Severity.WEAK, confusable(apart, alone)[:10])
-        warnings += warned(Severity.NOTE, placement_sentences(adjustment))
-        warnings += warned(Severity.INPUT, misread_checks(apart))
-        warnings += warned(Severity.WEAK, unchecked_control(adjustment))
-        warnings += warned(Severity.WEAK, weakness_sentences(adjustment))
-        warnings += warned(Severity.WEAK, geometry_sentences(adjustment)[:20])
-        return SolvedNetwork(adjustment, self.quality, log, self.components, tuple(warnings), apart)
+        return SolvedNetwork(
+            adjustment, self.quality, log, self.components, tuple(warnings), self.apart
+        )
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Something that is looked for in every solution, by a test that could say otherwise."""
+
+    #: what it is called by programs and tests
+    key: str
+    #: how much it weighs where it is found
+    severity: Severity
+    #: sentences with their cures; none where nothing is found
+    look: Callable[[Solving], Iterable[str]]
+
+    def warnings(self, solving: Solving) -> tuple[ReportWarning, ...]:
+        """What is found."""
+        return warned(self.severity, self.look(solving), self.key)
+
+
+#: all that is looked for, in the order of the report
+DIAGNOSES = (
+    Diagnosis("implausible_sigma", Severity.INPUT, lambda s: implausible_sigmas(s.network)),
+    Diagnosis(
+        "wrong_coordinate",
+        Severity.INPUT,
+        lambda s: [] if s.accused is None else [s.accused.sentence()],
+    ),
+    Diagnosis("mistake", Severity.INPUT, lambda s: s.mistakes.sentences),
+    Diagnosis("shared_bias", Severity.NOTE, lambda s: s.mistakes.notes),
+    Diagnosis("held_azimuth", Severity.NOTE, lambda s: held_azimuths(s.network)),
+    Diagnosis(
+        "robust_suspect",
+        Severity.BLUNDER,
+        lambda s: [] if s.robust is None else s.robust.sentences(),
+    ),
+    Diagnosis("confusable", Severity.WEAK, lambda s: confusable(s.apart, s.quality_apart)[:10]),
+    Diagnosis("placement", Severity.NOTE, lambda s: placement_sentences(s.adjustment)),
+    Diagnosis("misread_check", Severity.INPUT, lambda s: misread_checks(s.apart)),
+    Diagnosis("unchecked_control", Severity.WEAK, lambda s: unchecked_control(s.adjustment)),
+    Diagnosis("weak_network", Severity.WEAK, lambda s: weakness_sentences(s.adjustment)),
+    Diagnosis("weak_geometry", Severity.WEAK, lambda s: geometry_sentences(s.adjustment)[:20]),
+)
 
 
 def solve(network: Network, settings: AdjustmentSettings) -> SolvedNetwork:

@@ -35,11 +35,13 @@ class ReportWarning:
 
     text: str
     severity: Severity
+    #: what was found, for programs and tests
+    key: str = ""
 
 
-def warned(severity: Severity, texts: Iterable[str]) -> tuple[ReportWarning, ...]:
+def warned(severity: Severity, texts: Iterable[str], key: str = "") -> tuple[ReportWarning, ...]:
     """Warnings of one weight; each text gets a capital and a full stop where it has none."""
-    return tuple(ReportWarning(_sentence(text), severity) for text in texts)
+    return tuple(ReportWarning(_sentence(text), severity, key) for text in texts)
 
 
 def in_order(warnings: Iterable[ReportWarning]) -> tuple[str, ...]:
