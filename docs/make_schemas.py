@@ -13,7 +13,6 @@ from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
-from tribrach.report.schema.completeness import CompletenessDocument
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.noise import NoiseDocument
@@ -33,7 +32,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "result": result_model(),
         "baseline": BaselineDocument,
         "compare": ComparisonDocument,
-        "complete": CompletenessDocument,
         "diff": DiffDocument,
         "epoch": EpochDocument,
         "epochs": EpochsDocument,

@@ -8,7 +8,8 @@ A field of a template is ``{name}`` for words and counts, or ``{name:unit digits
 a length in millimetres with two digits, ``{a:arcsec1}``, ``{a:°0}``, ``{share:%1}``, ``{k:ppm0}``,
 ``{t:2}`` a plain number, ``{x:g3}`` one with three digits that count. ``~`` behind it leaves the
 unit out, for the first of two figures: ``{v:mm2~} ± {s:mm2}``. ``,`` groups thousands, ``+`` always
-shows the sign.
+shows the sign. ``{share:%}`` has the digits that tell it from nothing and from all
+(:func:`tribrach.units.percent`).
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Self
 
-from tribrach.units import UNITS
+from tribrach.units import UNITS, percent
 
 __all__ = ["PLAIN", "Notation", "Sentence", "capital", "joined", "scaled", "written"]
 
@@ -155,7 +156,10 @@ def written(value: float, spec: str, notation: Notation = PLAIN) -> str:
         raise ValueError(f"no quantity is written as {spec!r}")
     unit = found["unit"]
     factor, behind = _SCALES[unit]
-    text = _text(value * factor, found["sign"] + found["group"], found["how"], found["digits"])
+    if spec.rstrip("~") == "%":
+        text = percent(value).removesuffix(behind)
+    else:
+        text = _text(value * factor, found["sign"] + found["group"], found["how"], found["digits"])
     turned = _TURNED.get(notation.angle or "", {}).get(unit)
     if turned is not None and math.isfinite(value):
         factor, behind = _SCALES[turned]

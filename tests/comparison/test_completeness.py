@@ -5,14 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tribrach.comparison import completeness as module
-from tribrach.comparison.completeness import (
+from tribrach.errors import InputError
+from tribrach.questions.complete import completeness as module
+from tribrach.questions.complete.chapters import FORM, answer_of
+from tribrach.questions.complete.completeness import (
     PatchGrid,
     SurfacePatches,
     assess_completeness,
     found_in,
 )
-from tribrach.errors import InputError
 
 GRID = PatchGrid(np.zeros(3), 0.1)
 
@@ -82,27 +83,27 @@ def test_shares_of_a_wall() -> None:
     found = assess_completeness(GRID, both)
     assert len(found.seen) == 100 * 20
     # a station also sees the cell beside its last one
-    assert found.classes == {
+    assert found.seen_by == {
         "no station": 0,
         "one station": (39 + 39) * 20,
         "two stations": 22 * 20,
         "three and more": 0,
     }
-    assert found.shares["A"] == pytest.approx(0.61)
-    assert [gap.cells for gap in found.single_gaps] == [39 * 20, 39 * 20]
-    assert found.single_gaps[0].extent == pytest.approx((3.9, 0.1, 2.0))
-    assert found.single_gaps[0].middle == pytest.approx((1.95, 0.05, 1.0))
-    assert "cannot be told" in " ".join(found.sentences())
+    assert found.stations["A"] == pytest.approx(0.61)
+    assert [gap.cells for gap in found.gaps.one_station] == [39 * 20, 39 * 20]
+    assert found.gaps.one_station[0].extent == pytest.approx((3.9, 0.1, 2.0))
+    assert found.gaps.one_station[0].middle == pytest.approx((1.95, 0.05, 1.0))
+    assert [one.key for one in answer_of("wall", found).findings] == ["seen", "no_model"]
 
 
 def test_a_model_shows_what_nobody_saw() -> None:
     stations = {"A": patches(wall(0, 6)), "B": patches(wall(4, 8))}
     found = assess_completeness(GRID, stations, model=patches(wall(0, 10)).keys)
-    assert found.classes["no station"] == 19 * 20
-    (gap,) = found.unseen_gaps
+    assert found.seen_by["no station"] == 19 * 20
+    (gap,) = found.gaps.no_station
     assert gap.middle[0] == pytest.approx((8.1 + 10) / 2)
-    assert "19 % by no station" in found.sentences()[0]
-    assert found.to_json()["surface"] == "model"
+    assert [one.key for one in answer_of("wall", found).findings] == ["seen"]
+    assert FORM.data(found)["surface"] == "model"
 
 
 def test_noise_across_a_border_of_cells_hides_nothing() -> None:
@@ -114,7 +115,7 @@ def test_noise_across_a_border_of_cells_hides_nothing() -> None:
         xyz[:, 1] = 0.1 + side * np.abs(rng.normal(0, 0.002, len(xyz)))
         stations[name] = patches(xyz)
     found = assess_completeness(GRID, stations)
-    assert found.classes["one station"] == 0
+    assert found.seen_by["one station"] == 0
 
 
 def test_stray_points_are_no_surface() -> None:
@@ -129,16 +130,18 @@ def test_sigma_is_that_of_the_best_station() -> None:
         "C": patches(wall(0, 1)),
     }
     found = assess_completeness(GRID, stations, required=0.005)
-    assert np.unique(np.round(found.sigma, 9)).tolist() == [0.004, 0.008]
-    assert found.sigmas == {"reached": 61 * 20, "not reached": 39 * 20, "unknown": 0}
-    assert found.weak_gaps[0].cells == 39 * 20
-    assert "61 %" in found.sentences()[-1]
+    assert np.unique(np.round(found.sigmas, 9)).tolist() == [0.004, 0.008]
+    assert found.sigma == {"reached": 61 * 20, "not reached": 39 * 20, "unknown": 0}
+    assert found.gaps.sigma_not_reached[0].cells == 39 * 20
+    told = answer_of("wall", found).findings[-1]
+    assert told.key == "sigma_reached"
+    assert told.values["reached"] == pytest.approx(0.61)
     nothing = assess_completeness(GRID, {"C": patches(wall(0, 1))}, required=0.005)
-    assert nothing.sigmas == {"reached": 0, "not reached": 0, "unknown": 200}
+    assert nothing.sigma == {"reached": 0, "not reached": 0, "unknown": 200}
 
 
 def test_many_points_do_not_make_a_sigma_small() -> None:
     few, many = patches(wall(0, 1, 0.05), 0.003), patches(wall(0, 1, 0.01), 0.003)
     for one in (few, many):
-        sigma = assess_completeness(GRID, {"A": one}).sigma
+        sigma = assess_completeness(GRID, {"A": one}).sigmas
         assert sigma == pytest.approx(0.003)

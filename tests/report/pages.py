@@ -18,7 +18,6 @@ from tests.report.hostile import Naming
 from tests.scan.noisy_scenes import simulated
 from tribrach.calibration.field_check import check_readings
 from tribrach.calibration.self_calibration import CalibrationOptions, calibrate
-from tribrach.comparison.completeness import assess_completeness
 from tribrach.comparison.regression import regress
 from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import Geometry
@@ -43,6 +42,8 @@ from tribrach.observations.sights import Directions, SlopeDistances
 from tribrach.planning.prediction import Criterion, figures
 from tribrach.questions.calibrate.chapters import answer_of as calibration_answer
 from tribrach.questions.check.chapters import answer_of as check_answer
+from tribrach.questions.complete.chapters import answer_of as complete_answer
+from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
@@ -54,7 +55,6 @@ from tribrach.report.chapters.comparisons import comparison_chapter
 from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.cloud_registration import cloud_registration_page
 from tribrach.report.comparison import comparison_page
-from tribrach.report.completeness import completeness_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_page, epochs_svg
 from tribrach.report.figures import Picture
@@ -179,7 +179,7 @@ def _completeness(name: Naming) -> str:
     stations = {
         name(k): patches(wall(3 * k, 3 * k + 4, 0.05), 0.003 + 0.003 * (k > 1)) for k in range(4)
     }
-    return completeness_page(name(9), assess_completeness(GRID, stations, required=0.005))
+    return complete_answer(name(9), assess_completeness(GRID, stations, required=0.005)).page()
 
 
 def _check(name: Naming) -> str:
@@ -326,7 +326,7 @@ def _epochs_svg(name: Naming) -> str:
 PAGES = {
     "html.render": _report,
     "comparison.comparison_page": _comparison,
-    "completeness.completeness_page": _completeness,
+    "questions.complete": _completeness,
     "questions.check": _check,
     "questions.calibrate": _calibration,
     "regression.regression_page": _regression,

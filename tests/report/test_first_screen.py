@@ -274,7 +274,7 @@ def test_a_site_is_said_to_have_moved_only_if_its_test_says_so(
 
 
 def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
-    sort, verdict, words = front(PAGES["completeness.completeness_page"](harmless))
+    sort, verdict, words = front(PAGES["questions.complete"](harmless))
     assert sort in ("good", "none")
     assert "required sigma is reached" in verdict
     assert words.count("is required (3D, of the best station") == 1

@@ -94,7 +94,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Fit differences of clouds against range and incidence, and say what that tells.",
     ),
     "complete": (
-        "cli.complete",
+        "questions.complete.command",
         "Say which surfaces no station, one or several saw, and where the sigma is not reached.",
     ),
     "diff": (

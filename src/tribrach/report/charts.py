@@ -29,6 +29,7 @@ __all__ = [
     "DrawnMark",
     "beside",
     "colour_bar",
+    "ends_of",
     "legend",
     "mark",
     "nice_ticks",
@@ -501,6 +502,23 @@ def _about(ends: tuple[float, float], span: float) -> tuple[float, float]:
     """An interval of a length about the middle of another."""
     middle = (ends[0] + ends[1]) / 2
     return middle - span / 2, middle + span / 2
+
+
+def ends_of(values: Array, margin: float = 0.03, least: float = 1e-6) -> tuple[float, float]:
+    """Ends of an axis for values, with a little space beside them.
+
+    Parameters
+    ----------
+    values : array (n,)
+        What is drawn.
+    margin
+        Share of their extent on either side.
+    least
+        Added to it, for values that are all the same.
+    """
+    low, high = float(values.min()), float(values.max())
+    more = margin * (high - low) + least
+    return low - more, high + more
 
 
 def legend(entries: Sequence[tuple[str, str]], width: float) -> tuple[DrawnMark, float]:

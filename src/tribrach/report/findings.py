@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,6 +26,11 @@ class Finding:
     def of(cls, key: str, template: str, warns: bool = False, **values: Any) -> Finding:
         """A finding of a template and its figures (:class:`tribrach.sentences.Sentence`)."""
         return cls(Sentence(template, **values), warns, key)
+
+    @property
+    def values(self) -> Mapping[str, Any]:
+        """The figures of its sentence, by their names in the template."""
+        return self.words.values if isinstance(self.words, Sentence) else {}
 
     def line(self) -> str:
         """The sentence as a terminal shows it: "!" before what warns."""

@@ -19,7 +19,7 @@ from tribrach.calibration.two_face import ComponentTest, TwoFaceTest
 from tribrach.instruments.calibration import meaning_of
 from tribrach.report.answer import Answer
 from tribrach.report.characters import anchor
-from tribrach.report.charts import Chart, beside
+from tribrach.report.charts import Chart, beside, ends_of
 from tribrach.report.columns import column, passed
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
@@ -530,8 +530,7 @@ def _picture(test: TwoFaceTest) -> Picture:
         ("zenith angle [°]", np.degrees(pairs.polar[:, 2])),
         ("range [m]", pairs.polar[:, 0]),
     ):
-        margin = 0.04 * float(np.ptp(x)) + 1e-6
-        ends = float(x.min()) - margin, float(x.max()) + margin
+        ends = ends_of(x, 0.04)
         panels = []
         for k, (name, spec) in enumerate(
             (("range", "mm2"), ("horizontal", "″2"), ("zenith", "″2"))

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +21,18 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from tribrach._types import Array, Index
+from tribrach.answers import Result
 from tribrach.errors import InputError
-from tribrach.units import percent
 
-__all__ = ["Completeness", "Gap", "PatchGrid", "SurfacePatches", "assess_completeness", "found_in"]
+__all__ = [
+    "Completeness",
+    "Gap",
+    "Gaps",
+    "PatchGrid",
+    "SurfacePatches",
+    "assess_completeness",
+    "found_in",
+]
 
 #: most cells of one cloud in memory: 24 bytes each
 MOST = 60_000_000
@@ -39,128 +46,84 @@ _FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 _FORWARD = tuple(
     (i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)
 )
+#: classes of cells by the number of stations that see them
+SEEN_BY = ("no station", "one station", "two stations", "three and more")
 #: a cell of the union with fewer points in all is stray
 _STRAY = 3
 
 
 @dataclass(frozen=True)
-class Gap:
-    """Neighbouring cells that lack something.
+class Gap(Result):
+    """Neighbouring cells that lack something."""
 
-    Attributes
-    ----------
-    middle, extent
-        Middle and extents along the axes [m].
-    cells
-        Number of cells.
-    """
-
+    #: middle and extents along the axes [m]
     middle: tuple[float, float, float]
     extent: tuple[float, float, float]
+    #: their number
     cells: int
 
 
 @dataclass(frozen=True)
-class Completeness:
-    """Cells of the surface and what the stations know of them.
+class Gaps(Result):
+    """The largest gaps of every kind."""
 
-    Attributes
-    ----------
-    size
-        Side of a cell [m].
-    modelled
-        True if the surface is that of a model, else of all clouds.
-    centres : array (n, 3)
-        Middles of the cells [m].
-    seen : array (n,)
-        Number of stations that see each.
-    sigma : array (n,)
-        Sigma of the best station [m], NaN where none is known.
-    required
-        The sigma asked for [m], None if none.
-    shares
-        Share of the cells that each station sees.
-    unseen_gaps, single_gaps, weak_gaps
-        Largest gaps seen by no station, by one, and with a larger sigma than required.
-    """
+    no_station: tuple[Gap, ...]
+    one_station: tuple[Gap, ...]
+    #: with a larger sigma than required
+    sigma_not_reached: tuple[Gap, ...]
 
-    size: float
+
+@dataclass(frozen=True)
+class Completeness(
+    Result,
+    without=("modelled", "centres", "seen", "sigmas"),
+    also=("surface", "cells", "seen_by", "sigma"),
+):
+    """Cells of the surface and what the stations know of them."""
+
+    #: side of a cell [m]
+    cell: float
+    #: is the surface that of a model, or of all clouds?
     modelled: bool
+    #: middles of the cells (n, 3) [m]
     centres: Array
+    #: number of stations that see each (n,)
     seen: NDArray[np.int64]
-    sigma: Array
-    required: float | None
-    shares: dict[str, float]
-    unseen_gaps: tuple[Gap, ...]
-    single_gaps: tuple[Gap, ...]
-    weak_gaps: tuple[Gap, ...]
+    #: of the best station in each (n,) [m], NaN where none is known
+    sigmas: Array
+    #: the sigma that was asked for [m]
+    required_sigma: float | None
+    #: share of the cells that each sees
+    stations: dict[str, float]
+    gaps: Gaps
 
     @property
-    def classes(self) -> dict[str, int]:
+    def surface(self) -> str:
+        """What the cells are of."""
+        return "model" if self.modelled else "union of the clouds"
+
+    @property
+    def cells(self) -> int:
+        """Their number."""
+        return len(self.seen)
+
+    @property
+    def seen_by(self) -> dict[str, int]:
         """Cells by the number of stations that see them."""
-        return {
-            "no station": int(np.count_nonzero(self.seen == 0)),
-            "one station": int(np.count_nonzero(self.seen == 1)),
-            "two stations": int(np.count_nonzero(self.seen == 2)),
-            "three and more": int(np.count_nonzero(self.seen > 2)),
-        }
+        count = np.bincount(np.minimum(self.seen, 3), minlength=4).tolist()
+        return dict(zip(SEEN_BY, count, strict=True))
 
     @property
-    def sigmas(self) -> dict[str, int]:
-        """Cells that are seen by whether the required sigma is reached; empty if none is asked."""
-        if self.required is None:
-            return {}
-        there, known = self.seen > 0, np.isfinite(self.sigma)
-        reached = known & (np.where(known, self.sigma, np.inf) <= self.required)
+    def sigma(self) -> dict[str, int] | None:
+        """Cells that are seen by whether the required sigma is reached; null if none is asked."""
+        if self.required_sigma is None:
+            return None
+        there, known = self.seen > 0, np.isfinite(self.sigmas)
+        reached = known & (np.where(known, self.sigmas, np.inf) <= self.required_sigma)
         return {
             "reached": int(np.count_nonzero(there & reached)),
             "not reached": int(np.count_nonzero(there & known & ~reached)),
             "unknown": int(np.count_nonzero(there & ~known)),
-        }
-
-    def sentences(self) -> list[str]:
-        """What a reader should take from it."""
-        n = max(1, len(self.seen))
-        what = "of the model" if self.modelled else "were scanned"
-        words = [f"{percent(count / n)} by {name}" for name, count in self.classes.items()]
-        if not self.modelled:
-            words = words[1:]
-        out = [f"{n:,} cells of {self.size:g} m {what}; seen: {', '.join(words)}."]
-        if not self.modelled:
-            out.append(
-                "What no station saw cannot be told from the clouds alone: give a model for that."
-            )
-        if self.required is not None:
-            sigmas = self.sigmas
-            there = max(1, sum(sigmas.values()))
-            unknown = sigmas["unknown"]
-            out.append(
-                f"A sigma of {1e3 * self.required:g} mm is required (3D, of the best station in a "
-                f"cell): {percent(sigmas['reached'] / there)} of what is seen reaches it, "
-                f"{percent(sigmas['not reached'] / there)} does not"
-                f"{f', of {percent(unknown / there)} it is not known' if unknown else ''}."
-            )
-        return out
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers, names as keys."""
-        return {
-            "cell": self.size,
-            "surface": "model" if self.modelled else "union of the clouds",
-            "cells": len(self.seen),
-            "seen_by": self.classes,
-            "stations": self.shares,
-            "required_sigma": self.required,
-            "sigma": self.sigmas or None,
-            "gaps": {
-                name: [{"middle": g.middle, "extent": g.extent, "cells": g.cells} for g in gaps]
-                for name, gaps in (
-                    ("no_station", self.unseen_gaps),
-                    ("one_station", self.single_gaps),
-                    ("sigma_not_reached", self.weak_gaps),
-                )
-            },
-            "sentences": self.sentences(),
         }
 
 
@@ -209,16 +172,14 @@ def assess_completeness(
     if required is not None:
         weak = (seen > 0) & (np.nan_to_num(sigma, nan=0.0) > required)
     return Completeness(
-        size=grid.size,
+        cell=grid.size,
         modelled=model is not None,
         centres=grid.centres(cells),
         seen=seen,
-        sigma=sigma,
-        required=required,
-        shares=shares,
-        unseen_gaps=_gaps(grid, cells[seen == 0], gaps),
-        single_gaps=_gaps(grid, cells[seen == 1], gaps),
-        weak_gaps=_gaps(grid, cells[weak], gaps),
+        sigmas=sigma,
+        required_sigma=required,
+        stations=shares,
+        gaps=Gaps(*(_gaps(grid, cells[lack], gaps) for lack in (seen == 0, seen == 1, weak))),
     )
 
 
@@ -274,17 +235,11 @@ def _triple(x: Array) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class PatchGrid:
-    """Cubic cells around an origin.
+    """Cubic cells around an origin."""
 
-    Attributes
-    ----------
-    origin : array (3,)
-        Corner of the cell (0, 0, 0) [m].
-    size
-        Side of a cell [m].
-    """
-
+    #: corner of the cell (0, 0, 0) (3,) [m]
     origin: Array
+    #: side of a cell [m]
     size: float
 
     @classmethod
@@ -329,20 +284,13 @@ class PatchGrid:
 
 @dataclass
 class SurfacePatches:
-    """Cells of one cloud, sorted.
+    """Cells of one cloud, sorted."""
 
-    Attributes
-    ----------
-    keys : array (n,)
-        Numbers of the cells.
-    counts : array (n,)
-        Points in each.
-    sums : array (n,)
-        Sums of their variances [m^2].
-    """
-
+    #: numbers of the cells (n,)
     keys: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    #: points in each (n,)
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    #: sums of their variances (n,) [m^2]
     sums: Array = field(default_factory=lambda: np.zeros(0))
     _waiting: list[tuple[Index, NDArray[np.int64], Array]] = field(default_factory=list)
     _size: int = 0

@@ -2,25 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from tribrach._types import Array, Index
-from tribrach.comparison.completeness import (
-    Completeness,
-    PatchGrid,
-    SurfacePatches,
-    assess_completeness,
-)
+from tribrach._types import Array, Index, Progress
 from tribrach.errors import InputError
 from tribrach.geometry.triangles import covering_points
 from tribrach.io.json_file import read_json
 from tribrach.io.mesh import MESHES, read_mesh
 from tribrach.io.scans.formats import read_scans
+from tribrach.questions.complete.completeness import (
+    Completeness,
+    PatchGrid,
+    SurfacePatches,
+    assess_completeness,
+)
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 
@@ -89,7 +89,7 @@ def complete_clouds(
     model: Path | None,
     size: float,
     required: float | None,
-    progress: Callable[[str, int, int | None], None],
+    progress: Progress,
 ) -> Completeness:
     """Completeness of clouds on their union or on a model.
 
@@ -151,7 +151,7 @@ def _count(
     grid: PatchGrid,
     stations: dict[str, SurfacePatches],
     names: StationNames,
-    progress: Callable[[str, int, int | None], None],
+    progress: Progress,
 ) -> None:
     """Count the points of a scan for its station, or for the stations that its points name."""
     known = names.of_cloud(scan.path)
