@@ -4,8 +4,8 @@ A case has a text (exit status, standard output and error, text files, pages as 
 table cells) and one JSON file for each that the command wrote. Texts are compared as they are, but
 for the sign of zero. Numbers of JSON files are written to 12 significant digits; they may differ by
 1e-9 of themselves or of the largest number of their list, and by 1e-12 (1e-15 in lists, which have
-covariances). Of clouds in LAS the range and mean of each dimension are kept. Today's date, the
-version, folders, durations and digests are words of their own.
+covariances), unless a case says otherwise. Of clouds in LAS the range and mean of each dimension
+are kept. Today's date, the version, folders, durations and digests are words of their own.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ import laspy
 import numpy as np
 import pytest
 from lxml import html
+from threadpoolctl import threadpool_limits
 from typer.testing import CliRunner
 
 from tribrach.cli import app
@@ -44,7 +46,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 #: of files of text, by their suffix
 TEXTS = {".txt", ".csv", ".toml", ".svg", ".gkf", ".xml", ".dat", ".jsonl", ".pose"}
 #: what runs keep for themselves: file names that have a place and no golden text
-MACHINERY = re.compile(r"(^|/)(\.tribrach|work|lock|written\.json)(/|$)")
+MACHINERY = re.compile(r"(^|/)(\.tribrach|app|work|lock|written\.json)(/|$)")
 #: characters of a line of JSON that holds a whole value
 _WIDE = 110
 #: files of text whose long numbers are compared as those of JSON
@@ -71,6 +73,10 @@ class Case:
     words: str
     #: by which numbers of its JSON files may differ, as a share
     tolerance: float = 1e-9
+    #: files of the case that are compared
+    keep: str = "*"
+    #: what is done in the folders of the group and of the case in place of the command
+    call: Callable[[Path, Path], None] | None = None
     #: cases that must have run before in the same folder
     needs: tuple[str, ...] = ()
 
@@ -169,7 +175,7 @@ def _there(folder: Path) -> Iterator[None]:
     before = dict(os.environ)
     os.environ.update(_ENVIRONMENT)
     try:
-        with contextlib.chdir(folder), warnings.catch_warnings():
+        with contextlib.chdir(folder), threadpool_limits(1), warnings.catch_warnings():
             warnings.simplefilter("error")
             yield
     finally:
@@ -180,11 +186,13 @@ def _there(folder: Path) -> Iterator[None]:
 def _run(case: Case, folder: Path) -> dict[str, str]:
     words = case.command()
     out = folder / case.name
-    if any(case.name in word for word in words):
+    if case.call is not None or "{out}" in case.words:
         out.mkdir(exist_ok=True)
     days = {datetime.date.today()}
     with _there(folder):
-        result = CliRunner().invoke(app, words)
+        if case.call is not None:
+            case.call(folder, out)
+        result = CliRunner().invoke(app, words if case.call is None else ["--version"])
     days.add(datetime.date.today())
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise AssertionError(f"{shlex.join(words)}: {result.output}") from result.exception
@@ -198,7 +206,7 @@ def _run(case: Case, folder: Path) -> dict[str, str]:
         parts += [f"===== {head}", text.rstrip("\n")] if text.strip() else []
     for path in sorted(p for p in out.rglob("*") if p.is_file()) if out.is_dir() else ():
         name = path.relative_to(out).as_posix()
-        if MACHINERY.search(name):
+        if MACHINERY.search(name) or not fnmatch(name, case.keep):
             continue
         if path.suffix in (".json", ".geojson"):
             data = json.loads(plain(path.read_text(encoding="utf-8")))
