@@ -310,7 +310,7 @@ COMPLETE = (
     Case("twice", "complete A.txt A.txt"),
 )
 
-GROUPS = (
+OF_RUNS = (
     Group("spheres", spheres, SPHERES),
     Group("demo", demo, (Case("run", "run hanoi-facade.toml --out {out}", RUNS),)),
     Group(
@@ -323,8 +323,11 @@ GROUPS = (
     ),
     Group("wall", campaigns, WALL),
     Group("workbench", workbench, WORKBENCH),
+)
+OF_CLOUDS = (
     Group("scans", scans, FILES),
     Group("register", setups, REGISTER),
     Group("compare", pairs, COMPARE),
     Group("complete", surfaces, COMPLETE),
 )
+GROUPS = (*OF_RUNS, *OF_CLOUDS)
