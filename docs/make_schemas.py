@@ -15,7 +15,6 @@ from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
-from tribrach.report.schema.noise import NoiseDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
@@ -36,7 +35,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "epoch": EpochDocument,
         "epochs": EpochsDocument,
         "info": ScansDocument,
-        "noise": NoiseDocument,
         "plan": PlanDocument,
         "register": RegistrationDocument,
         "series": SeriesDocument,

@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 from importlib.metadata import version
+from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
 
 import numpy as np
@@ -38,6 +39,7 @@ __all__ = [
     "Test",
     "Vector",
     "described",
+    "part",
 ]
 
 
@@ -146,6 +148,16 @@ class Result:
                 return_schema=whole,
             ),
         )
+
+
+def part(path: str, kind: Any, words: str) -> Any:
+    """A property that is an attribute of a field: ``part("fitted.spread", Number, "...")``."""
+
+    def get(self: Any) -> Any:
+        return attrgetter(path)(self)
+
+    get.__annotations__["return"], get.__doc__ = kind, words
+    return property(get)
 
 
 class Table:

@@ -11,15 +11,16 @@ from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.estimate_noise import (
+from tribrach.project.instrument import Instrument
+from tribrach.project.instrument_file import instrument_file_text
+from tribrach.questions.noise.chapters import findings_of
+from tribrach.questions.noise.estimate import (
     NoiseEstimate,
     ScanPatches,
     _stated_across,
     estimate_noise,
 )
-from tribrach.project.instrument import Instrument
-from tribrach.project.instrument_file import instrument_file_text
-from tribrach.report.noise import noise_text
+from tribrach.report.findings import Finding
 from tribrach.scan.noise_law import fit_noise
 from tribrach.scan.observed_noise import ObservedNoise
 from tribrach.scan.prepared import seen_from
@@ -71,20 +72,23 @@ def estimated(seed: int, stated: ScanNoise | None, noise: ScanNoise = TRUTH) -> 
     return NoiseEstimate((scan,), fitted, None, stated, by, (), across)
 
 
+def found(estimate: NoiseEstimate) -> dict[str, Finding]:
+    """What is said of an estimate, by key."""
+    return {one.key: one for one in findings_of(estimate)}
+
+
 def written(estimate: NoiseEstimate) -> ScanNoise | None:
     """The noise of the instrument file."""
-    text = instrument_file_text(estimate.figures() | estimate.carried(), estimate.source)
+    text = instrument_file_text(estimate.instrument | estimate.carried(), estimate.source)
     return Instrument.model_validate(tomllib.loads(text)["instrument"]).noise()
 
 
 def test_what_is_not_determined_is_left_out_and_said() -> None:
     estimate = estimated(10_001, None)
     assert not estimate.across_known
-    assert set(estimate.figures()) == {"range_mm", "range_ppm"}
+    assert set(estimate.instrument) == {"range_mm", "range_ppm"}
     assert written(estimate) is None
-    said = noise_text(estimate)
-    assert "! Angles and footprint are left out of an instrument file: clouds have no" in said
-    assert "scan_angle_arcsec, beam_exit_mm and beam_divergence_mrad" in said
+    assert found(estimate)["left_out"].warns
 
 
 def test_a_file_beside_what_is_stated_is_whole_and_as_good() -> None:
@@ -115,29 +119,28 @@ def test_a_cone_and_an_accuracy_are_carried_over() -> None:
 
 def test_the_true_footprint_is_not_accused() -> None:
     """Thirty draws: one in a thousand may be beyond the limit; twice the footprint always is."""
-    found = [estimated(10_100 + k, TRUTH).across for k in range(30)]
-    assert sum(one.contradicted for one in found if one is not None) == 0
+    tests = [estimated(10_100 + k, TRUTH).across for k in range(30)]
+    assert sum(one.contradicted for one in tests if one is not None) == 0
     innocent = estimated(10_100, TRUTH)
-    assert "which the scans do not contradict (chi-square" in noise_text(innocent)
-    assert "overstates" not in noise_text(innocent)
+    assert not found(innocent)["footprint"].warns
     guilty = estimated(10_100, DOUBLE)
-    assert "the scans contradict it (chi-square" in noise_text(guilty)
+    assert found(guilty)["footprint"].warns
     # what is stated stays, as the scans do not tell what to put in its place
     kept = written(guilty)
     assert kept is not None
     assert kept.beam.diameter(np.array([5.0])) == pytest.approx(
         Beam(0.009, 0.6e-3).diameter(np.array([5.0]))
     )
-    assert "It stays in an instrument file" in noise_text(guilty)
+    assert "beam_exit_mm" in guilty.carried()
 
 
 def test_only_what_is_to_be_done_or_doubted_has_a_mark() -> None:
-    lines = noise_text(estimated(10_001, TRUTH)).splitlines()
-    assert not [line for line in lines if line.startswith("!")]
-    assert any(line.startswith("Noise of ranges: ") for line in lines)
-    less = replace(TRUTH, range=0.004)
-    marked = [s for s in noise_text(estimated(10_001, less)).splitlines() if s.startswith("! ")]
-    assert any("less than stated" in line for line in marked)
+    told = found(estimated(10_001, TRUTH))
+    assert "range" in told
+    assert not [one for one in told.values() if one.warns]
+    less = found(estimated(10_001, replace(TRUTH, range=0.004)))["beside_stated"]
+    assert less.warns
+    assert less.words.values["ratio"].values["factor"] < 1 / 1.15
 
 
 def test_the_cause_of_too_few_patches_comes_first(tmp_path: Path) -> None:

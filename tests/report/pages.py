@@ -27,7 +27,6 @@ from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.job.epochs import ComparedEpochs
-from tribrach.job.estimate_noise import NoiseEstimate, ScanPatches
 from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
 from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings, series_of
@@ -44,6 +43,8 @@ from tribrach.questions.calibrate.chapters import answer_of as calibration_answe
 from tribrach.questions.check.chapters import answer_of as check_answer
 from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
+from tribrach.questions.noise.chapters import answer_of as noise_answer
+from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
@@ -58,7 +59,6 @@ from tribrach.report.comparison import comparison_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_page, epochs_svg
 from tribrach.report.figures import Picture
-from tribrach.report.noise import noise_page
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
 from tribrach.report.regression import regression_page
@@ -282,7 +282,7 @@ def _noise(name: Naming) -> str:
     estimate = NoiseEstimate(
         (whole, *others), fit_noise(found), None, stated, f"the project for {name(4)}", ()
     )
-    return noise_page(estimate)
+    return noise_answer(estimate).page()
 
 
 def _epochs(name: Naming) -> tuple[ComparedEpochs, ...]:
@@ -332,7 +332,7 @@ PAGES = {
     "regression.regression_page": _regression,
     "planning.page.plan_page": _plan,
     "cloud_registration.cloud_registration_page": _registration,
-    "noise.noise_page": _noise,
+    "questions.noise": _noise,
     "epochs.epochs_page": _epochs_page,
     "epochs.epochs_svg": _epochs_svg,
     "series.series_page": _series_page,

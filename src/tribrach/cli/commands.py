@@ -74,7 +74,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Test a scanner in the field: both faces, distances between targets, repeated series.",
     ),
     "noise": (
-        "cli.noise",
+        "questions.noise.command",
         "Estimate the noise of a scanner from planes in its scans: a law for each point.",
     ),
     "compare": (

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tribrach.answers import Form
+from tribrach.errors import InputError
 from tribrach.io.outputs import Content
 from tribrach.report.content import Report
 from tribrach.report.figures import Picture
@@ -50,6 +51,8 @@ class Answer:
     terminal: Sequence[str | Finding | ReportTable] = ()
     #: why it may not be used as it is: said last, with exit status 2
     failure: str = ""
+    #: why no file is written: raised once the answer was shown
+    refused: InputError | None = None
     #: further files that were asked for
     files: Mapping[Path, Content] = field(default_factory=dict)
 

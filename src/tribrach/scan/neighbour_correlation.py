@@ -19,6 +19,7 @@ from scipy import fft
 from scipy.optimize import nnls
 
 from tribrach._types import Array, Index, Mask
+from tribrach.answers import Number, Result
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import RangeCorrelation, overlap_share
 from tribrach.scan.noise_law import FittedNoise
@@ -62,40 +63,31 @@ _LISTED = sorted(range(1, len(_LAGS)), key=lambda k: (sum(x * x for x in _LAGS[k
 
 
 @dataclass(frozen=True, eq=False)
-class NeighbourCorrelation:
-    """How much neighbouring points of a scan share of their range errors.
+class NeighbourCorrelation(
+    Result,
+    without=(
+        "widest", "pitch", "lags", "correlation", "correlation_sigma", "lost", "points", "patches",
+    ),
+):  # fmt: skip
+    """What neighbouring points of a scan share of the variance of their ranges."""
 
-    Attributes
-    ----------
-    share, sigma
-        Share of the range variance, and its standard deviation.
-    angle
-        Diameter of the discs whose overlap it goes with [rad]; zero if nothing was told.
-    widest
-        The widest discs that were tried, as large as the patches [rad].
-    pitch : array (2,)
-        Median angles from row to row and from column to column [rad].
-    lags : array (k, 2)
-        Rows and columns from one point to another, the nearest along both first.
-    correlation : array (k,)
-        Correlations at these lags, free of what the surfaces take up.
-    correlation_sigma : array (k,)
-        Their standard deviations.
-    lost
-        Variance that the errors have over what residuals of single patches say.
-    points, patches
-        What it rests on.
-    """
-
-    share: float
-    sigma: float
-    angle: float
+    #: share of the range variance, and its standard deviation
+    share: Number
+    sigma: Number
+    #: diameter of the discs whose overlap it goes with [rad]; zero if nothing was told
+    angle: Number
+    #: the widest discs that were tried, as large as the patches [rad]
     widest: float
+    #: median angles (2,) from row to row and from column to column [rad]
     pitch: Array
+    #: rows and columns (k, 2) from one point to another, the nearest along both first
     lags: Index
+    #: correlations at these lags, free of what the surfaces take up, and their sigmas
     correlation: Array
     correlation_sigma: Array
+    #: variance that the errors have over what residuals of single patches say
     lost: float
+    #: what it rests on
     points: int
     patches: int
 

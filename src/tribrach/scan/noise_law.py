@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.range_law import RangeLaw
@@ -126,20 +127,12 @@ class NoiseClass:
 
 
 @dataclass(frozen=True)
-class LastingEffect:
-    """What range or incidence still do to the noise of a law.
+class LastingEffect(Result):
+    """What a cause still does after the law: share by which sigma grows, and its sigma."""
 
-    Attributes
-    ----------
-    change, sigma
-        Share by which sigma is larger at twice the range, or at 60 degrees of incidence rather than
-        straight on, and its standard deviation.
-    t
-        Their quotient.
-    """
-
-    change: float
-    sigma: float
+    #: at twice the range, or at 60 degrees of incidence rather than straight on
+    change: Number
+    sigma: Number
 
     @property
     def t(self) -> float:

@@ -123,12 +123,21 @@ def deliver(
     Raises
     ------
     InputError
-        A file cannot be written; then none has changed.
+        A file cannot be written, or the answer refuses it; then none has changed.
     """
-    texts = {path: render(answer) for render, path in outputs.items() if path is not None}
-    write_texts(texts | dict(answer.files))
-    if quiet:
-        return
+    if answer.refused is None:
+        texts = {path: render(answer) for render, path in outputs.items() if path is not None}
+        write_texts(texts | dict(answer.files))
+    if not quiet:
+        _show(answer)
+    if answer.refused is not None:
+        raise answer.refused
+    if answer.failure:
+        fail(answer.failure)
+
+
+def _show(answer: Answer) -> None:
+    """Print what a terminal shows."""
     console = Console()
     for part in answer.terminal:
         if isinstance(part, ReportTable):
@@ -138,8 +147,6 @@ def deliver(
             console.print(visible(part.line()), markup=False)
         else:
             say(part)
-    if answer.failure:
-        fail(answer.failure)
 
 
 def _file(name: str, help: str) -> Any:

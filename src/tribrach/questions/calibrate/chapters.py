@@ -444,8 +444,8 @@ def _remedies(c: SelfCalibration) -> ReportTable:
 
     columns = [
         column("Addition", "what"),
-        column("Estimable", lambda r: len(r.estimable), ","),
-        column("Well separated", lambda r: len(r.well_separated), ","),
+        column("Estimable", lambda r: len(r.estimable), "0"),
+        column("Well separated", lambda r: len(r.well_separated), "0"),
         column("Best gain", largest, lambda gain, _: f"sigma divided by {gain:.1f}"),
     ]
     note = (

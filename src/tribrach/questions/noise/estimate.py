@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Matrix, Number, Result, part
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.scan_noise import ScanNoise
@@ -15,7 +16,7 @@ from tribrach.scan.neighbour_correlation import NeighbourCorrelation, smooth_cor
 from tribrach.scan.noise_law import (
     By,
     FittedNoise,
-    NoiseClass,
+    LastingEffect,
     fit_noise,
     held_noise,
     noise_classes,
@@ -25,8 +26,9 @@ from tribrach.scan.scan import Scan
 from tribrach.statistics import chi2
 from tribrach.units import MM, SEC
 
-__all__ = ["NoiseEstimate", "NoiseOfWidth", "ScanPatches", "estimate_noise"]
+__all__ = ["NoiseEstimate", "NoiseOfWidth", "NoiseRow", "ScanPatches", "estimate_noise"]
 
+_BY: tuple[By, ...] = ("intensity", "range", "incidence")
 #: records of all scans together, and of one of them, that are read
 _RECORDS, _OF_ONE = 6_000_000, 2_000_000
 #: widths of patches that are compared with the usual one, as factors
@@ -55,76 +57,51 @@ _LEAST, _LEAST_ANGLE = 1e-5, 0.01 * SEC
 
 
 @dataclass(frozen=True)
-class ScanPatches:
-    """What one scan gave.
+class ScanPatches(Result):
+    """What one scan gave."""
 
-    Attributes
-    ----------
-    source
-        File and scan.
-    patches, points
-        Planar patches and points on them.
-    windows, curved, uneven
-        Windows that were filled, and those of them that were curved or had points far off.
-    gridded
-        True if the scan has its grid of rows and columns.
-    step
-        Step of its coordinates [m], 0 if they are fine.
-    unit
-        What its intensities are, in words.
-    remark
-        Why it gave nothing, "" if it gave something.
-    """
-
+    #: file and scan
     source: str
+    #: planar patches and points on them
     patches: int
     points: int
+    #: windows filled by points, of which some are curved or have points far off
     windows: int
     curved: int
     uneven: int
+    #: true if the scan has its grid of rows and columns
     gridded: bool
-    step: float
+    #: step of its coordinates [m], 0 if they are fine
+    step: Number
+    #: what its intensities are, in words
     unit: str
+    #: why it gave nothing, "" if it gave something
     remark: str = ""
 
 
 @dataclass(frozen=True)
 class NoiseOfWidth:
-    """Sigmas of patches of another width.
+    """Sigmas of patches of another width."""
 
-    Attributes
-    ----------
-    width
-        That patches grow to [m].
-    patches
-        Number of the smooth ones.
-    factor
-        What their laws give for the points of the usual patches, over what those give.
-    """
-
+    #: that patches grow to [m]
     width: float
+    #: number of the smooth ones
     patches: int
+    #: what their laws give for the points of the usual patches, over what those give
     factor: float
 
 
 @dataclass(frozen=True, eq=False)
 class StatedAcross:
-    """A stated footprint against the scans.
+    """A stated footprint against the scans."""
 
-    Attributes
-    ----------
-    chi2, limit
-        What the likelihood loses by it, as chi-square of one degree of freedom, and its limit.
-    fitted
-        Laws beside the stated footprint, and beside the stated angles where the scans do not tell
-        these; None where the footprint is contradicted.
-    angle_known
-        True if the scans tell the noise of the angles beside the footprint.
-    """
-
+    #: what the likelihood loses by it, as chi-square of one degree of freedom, and its limit
     chi2: float
     limit: float
+    #: laws beside the stated footprint, and beside the stated angles where the scans do not tell
+    #: these; None where the footprint is contradicted
     fitted: FittedNoise | None
+    #: true if the scans tell the noise of the angles beside the footprint
     angle_known: bool
 
     @property
@@ -133,33 +110,92 @@ class StatedAcross:
         return self.chi2 > self.limit
 
 
+@dataclass(frozen=True)
+class IntensityLaw(Result):
+    """``sigma = a I^b + c`` [m] for intensities I from low to high, in the unit of the files."""
+
+    a: Number
+    b: Number
+    c: Number
+    low: Number
+    high: Number
+    #: of a, b and c; null where a figure is at its limit
+    covariance: Matrix
+
+
+@dataclass(frozen=True)
+class NoiseRow(Result):
+    """A class of points: standard deviations along the beam [m]."""
+
+    by: By
+    #: limits, in the unit of the files, metres or radians
+    low: Number
+    high: Number
+    patches: int
+    points: int
+    #: seen, by the laws, and as stated
+    observed: Number
+    fitted: Number
+    #: squared residuals over the variances fitted, by the degrees of freedom
+    chi2_dof: Number
+    stated: Number
+
+
 @dataclass(frozen=True, eq=False)
-class NoiseEstimate:
-    """The noise of a scanner by its scans.
+class NoiseEstimate(
+    Result,
+    without=("fitted", "stated", "widths", "across"),
+    also=(
+        "patches", "points", "spread", "law", "why", "range", "range_scale", "horizontal",
+        "vertical", "horizontal_sigma", "vertical_sigma", "place", "place_sigma", "by_range",
+        "by_incidence", "classes", "instrument", "doubts",
+    ),
+):  # fmt: skip
+    """The noise of a scanner by its scans."""
 
-    Attributes
-    ----------
-    scans
-        What each of them gave.
-    fitted
-        The laws.
-    shared
-        What neighbouring points share of the noise; None with too few patches.
-    stated, stated_by
-        Noise that a data sheet or a project states, and which; None and "" without.
-    widths
-        Sigmas of narrower and wider patches, where there are such.
-    across
-        What is stated across the beam against the scans, None where nothing is stated.
-    """
-
+    #: what each of them gave
     scans: tuple[ScanPatches, ...]
+    #: the laws
     fitted: FittedNoise
-    shared: NeighbourCorrelation | None
+    #: what neighbouring points share of the noise; null with too few patches
+    neighbours: NeighbourCorrelation | None
+    #: noise that a data sheet or a project states, and which; None and "" without
     stated: ScanNoise | None
     stated_by: str
+    #: sigmas of narrower and wider patches, where there are such
     widths: tuple[NoiseOfWidth, ...]
+    #: what is stated across the beam against the scans, None where nothing is stated
     across: StatedAcross | None = None
+
+    patches = part("fitted.patches", int, "Smooth patches.")
+    points = part("fitted.points", int, "Points on them.")
+    spread = part("fitted.spread", Number, "Variance factor of the patches about the law.")
+    why = part("fitted.why", str, "Why there is no law of the intensity.")
+    range = part("fitted.range", Number, "Noise of ranges without intensity [m], over the cosine.")
+    range_scale = part("fitted.range_scale", Number, "Its part that grows [m/m].")
+    horizontal = part("fitted.horizontal", Number, "Noise across the beam [rad].")
+    vertical = part("fitted.vertical", Number, "Noise across the beam [rad].")
+    place = part("fitted.place", Number, "Noise across the beam at any range [m].")
+    place_sigma = part("fitted.place_sigma", Number, "Its standard deviation [m].")
+    by_range = part("fitted.by_range", LastingEffect, "At twice the range.")
+    by_incidence = part("fitted.by_incidence", LastingEffect, "At 60 degrees, not straight on.")
+
+    @property
+    def horizontal_sigma(self) -> Number:
+        """Its standard deviation [rad]."""
+        return float(self.fitted.angle_sigmas[0])
+
+    @property
+    def vertical_sigma(self) -> Number:
+        """Its standard deviation [rad]."""
+        return float(self.fitted.angle_sigmas[1])
+
+    @property
+    def law(self) -> IntensityLaw | None:
+        """Law of the intensity."""
+        law = self.fitted.law
+        covariance = self.fitted.law_covariance
+        return None if law is None else IntensityLaw(**vars(law), covariance=covariance)
 
     @property
     def beam(self) -> Beam | None:
@@ -252,7 +288,7 @@ class NoiseEstimate:
         None where they share little or no more than overlapping beams do. Without a beam that is
         stated its width is taken for 10 mm at the typical range, more than survey scanners have.
         """
-        shared = self.shared
+        shared = self.neighbours
         if shared is None or not shared.told or shared.share < _FILTER:
             return None
         at = self.fitted.typical_range
@@ -260,7 +296,8 @@ class NoiseEstimate:
         times = shared.angle * at / beam
         return (shared.angle, times) if times > _BEAMS else None
 
-    def figures(self) -> dict[str, float]:
+    @property
+    def instrument(self) -> dict[str, Number]:
         """Keys and values of an instrument file that the scans tell, in the units of their names.
 
         Noise across the beam is among them where the scans determine it: the noise of the angles
@@ -278,8 +315,8 @@ class NoiseEstimate:
                 "range_law_from": law.low,
                 "range_law_to": law.high,
             }
-        if self.shared is not None and self.shared.told:
-            out |= self.shared.keys
+        if self.neighbours is not None and self.neighbours.told:
+            out |= self.neighbours.keys
         if self._seen_instead:
             out["scan_angle_arcsec"] = max(self.fitted.angle[0], _LEAST_ANGLE) / SEC
             out["beam_exit_mm"] = 4 * self.fitted.place / MM
@@ -291,7 +328,7 @@ class NoiseEstimate:
     def carried(self) -> dict[str, float | str]:
         """Keys and values across the beam that are not told by the scans, as they are stated.
 
-        With :meth:`figures` they make a whole instrument; empty where nothing is stated.
+        With :attr:`instrument` they make a whole instrument; empty where nothing is stated.
         """
         stated = self.stated
         if stated is None:
@@ -307,23 +344,22 @@ class NoiseEstimate:
             out["scan_angle_accuracy_arcsec"] = whole / SEC
         if stated.beam_cone:
             out["beam_shape"] = "cone"
-        return {key: value for key, value in out.items() if key not in self.figures()}
+        return {key: value for key, value in out.items() if key not in self.instrument}
 
-    def classes(self, by: By, *, stated: bool = False) -> list[NoiseClass]:
-        """Observed noise of the smooth patches by class, beside the laws or what is stated.
-
-        Parameters
-        ----------
-        by
-            What classes are made by.
-        stated
-            Compare with what is stated instead of with the laws found.
-        """
-        smooth = self.fitted.smooth
-        if stated:
-            assert self.stated is not None
-            return noise_classes(smooth, smooth.stated(self.stated), by)
-        return noise_classes(smooth, smooth.stated(self.fitted.noise()), by)
+    @property
+    def classes(self) -> list[NoiseRow]:
+        """Noise of the smooth patches by intensity, range and incidence."""
+        smooth, rows = self.fitted.smooth, list[NoiseRow]()
+        for by in _BY[not self.fitted.observed.intense :]:
+            seen = noise_classes(smooth, smooth.stated(self.fitted.noise()), by)
+            stated = [np.nan] * len(seen)
+            if self.stated is not None:
+                of_stated = noise_classes(smooth, smooth.stated(self.stated), by)
+                stated = [one.stated for one in of_stated]
+            for a, b in zip(seen, stated, strict=True):
+                figures = (a.low, a.high, a.patches, a.points, a.observed, a.stated, a.chi2_dof)
+                rows.append(NoiseRow(by, *figures, b))
+        return rows
 
 
 def estimate_noise(

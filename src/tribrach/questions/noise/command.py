@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.instrument_sheets import find_sheet
-from tribrach.io.outputs import write_texts
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.estimate_noise import NoiseEstimate, estimate_noise
 from tribrach.project import Project
 from tribrach.project.instrument import noise_of
 from tribrach.project.instrument_file import instrument_file_text
-from tribrach.report.noise import noise_page, noise_text
-from tribrach.report.schema.base import document_text
-from tribrach.report.schema.noise import noise_document
+from tribrach.questions.noise.chapters import answer_of
+from tribrach.questions.noise.estimate import NoiseEstimate, estimate_noise
+from tribrach.report.answer import Answer
 from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
-from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
+from tribrach.shell.command import WRITTEN, command
 
 __all__ = ["noise"]
 
 
+@command(html="Write a page with a plot.")
 def noise(
     files: Annotated[list[Path], typer.Argument(help="Scans of one scanner in one mode.")],
     sheet: Annotated[
@@ -42,39 +43,29 @@ def noise(
         typer.Option(help="Where the scanner stood in the coordinates of the files in metres."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Write an instrument file (.toml) for projects.")
+        Path | None, typer.Option(help="Write an instrument file (.toml) for projects."), WRITTEN
     ] = None,
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
-    html_file: Annotated[
-        Path | None, typer.Option("--html", help="Write a page with a plot.")
-    ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-) -> None:
+    *,
+    progress: Progress,
+) -> Answer:
     """Estimate the noise of a scanner from planes in its scans: a law for each point."""
-
-    def work() -> None:
-        inputs = [*files, *([project] if project else [])]
-        claim(inputs, (out, json_file, html_file), overwrite=overwrite)
-        stated, stated_by = _stated(sheet, project, name)
-        scans = []
-        for path in files:
-            for one in read_scans(path):
-                scans.append(screened(one if origin is None else seen_from(one, origin)))
-        with shown(quiet) as progress:
-            estimate = estimate_noise(scans, stated, stated_by, progress)
-        texts = {}
-        if json_file is not None:
-            texts[json_file] = document_text(noise_document(estimate))
-        if html_file is not None:
-            texts[html_file] = noise_page(estimate)
-        if out is not None:
-            texts[out] = _instrument(estimate, sheet, quiet)
-        write_texts(texts)
-        if not quiet:
-            say(noise_text(estimate))
-
-    guarded(work)
+    stated, stated_by = _stated(sheet, project, name)
+    scans = [
+        screened(one if origin is None else seen_from(one, origin))
+        for path in files
+        for one in read_scans(path)
+    ]
+    estimate = estimate_noise(scans, stated, stated_by, progress)
+    answer = answer_of(estimate)
+    if out is None:
+        return answer
+    if not estimate.doubts:
+        return replace(answer, files={out: _instrument(estimate, sheet)})
+    refused = InputError(
+        "these scans do not tell the noise of the scanner: " + "; ".join(estimate.doubts),
+        cure="take scans with smooth walls or floors at several ranges, or leave --out away",
+    )
+    return replace(answer, refused=refused)
 
 
 def _stated(
@@ -104,18 +95,11 @@ def _stated(
     return known[name], f"the project for {name}"
 
 
-def _instrument(estimate: NoiseEstimate, sheet: str | None, quiet: bool) -> str:
-    """The instrument file, refused where the figures are those of surfaces."""
-    if estimate.doubts:
-        if not quiet:
-            say(noise_text(estimate))
-        raise InputError(
-            "these scans do not tell the noise of the scanner: " + "; ".join(estimate.doubts),
-            cure="take scans with smooth walls or floors at several ranges, or leave --out away",
-        )
+def _instrument(estimate: NoiseEstimate, sheet: str | None) -> str:
+    """The instrument file."""
     if sheet is not None:  # it gives what the scans do not
-        return instrument_file_text(estimate.figures(), estimate.source, find_sheet(sheet).name)
+        return instrument_file_text(estimate.instrument, estimate.source, find_sheet(sheet).name)
     source, carried = estimate.source, estimate.carried()
     if carried:
         source += f"; {', '.join(carried)} as {estimate.stated_by} states them"
-    return instrument_file_text(estimate.figures() | carried, source)
+    return instrument_file_text(estimate.instrument | carried, source)
