@@ -24,6 +24,8 @@ def main() -> None:
     # whatever the number of processors, unless somebody asks for more threads
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # threads that search neighbours sleep while they wait: on a busy machine they would spin
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what loading makes stays for good: the command looks for garbage once its modules are there
     gc.disable()
     try:

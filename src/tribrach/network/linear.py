@@ -46,8 +46,9 @@ __all__ = [
 ]
 
 
-#: below this many unknowns the whole inverse is cheaper than any bookkeeping
-DENSE_LIMIT = 900
+#: up to this many unknowns LAPACK inverts the whole matrix: as fast as the sparse ways once their
+#: kernels are compiled, and without compiling them (400 points: 3 s on a first use, not 30)
+DENSE_LIMIT = 2000
 #: largest remainder that is factored densely after the points are eliminated
 REDUCED_LIMIT = 4000
 #: right-hand sides that pass a sparse factor together, and half solutions that are kept at a time
