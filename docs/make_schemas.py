@@ -8,11 +8,11 @@ from pathlib import Path
 from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 
 from tribrach import questions
-from tribrach.answers import Form
+from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
-from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocument
+from tribrach.report.schema.comparison import ComparisonDocument
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
@@ -38,13 +38,13 @@ def documents() -> dict[str, type[Document] | Form]:
         "plan": PlanDocument,
         "register": RegistrationDocument,
         "series": SeriesDocument,
-        "regress": RegressionDocument,
         "scene": SceneDocument,
         "targets": TargetsDocument,
         "transform": TransformationDocument,
         "workbench": WorkbenchDocument,
     }
-    describe()
+    with described():
+        describe()
     for module in pkgutil.walk_packages(questions.__path__, "tribrach.questions."):
         import_module(module.name)
     return found | Form.every

@@ -140,8 +140,15 @@ class Result:
         whole = cs.typed_dict_schema(
             parts, extra_behavior="forbid", metadata=_described(_first_line(cls), cls.__name__)
         )
-        return cs.no_info_after_validator_function(
-            lambda data: cls(**{name: data[_key(name)] for name in built}),
+
+        def made(data: Any, checked: Any) -> Any:
+            if isinstance(data, cls):
+                return data
+            given = checked(data)
+            return cls(**{name: given[_key(name)] for name in built})
+
+        return cs.no_info_wrap_validator_function(
+            made,
             whole,
             serialization=cs.plain_serializer_function_ser_schema(
                 lambda one: {_key(name): _plain(getattr(one, name)) for name in names},

@@ -11,6 +11,7 @@ from scipy.stats import linregress
 from tribrach.comparison.regression import fit_terms, regress
 from tribrach.errors import InputError
 from tribrach.io.number_table import read_numbers
+from tribrach.report.regression import regression_findings
 
 HERE = Path(__file__).parent
 
@@ -63,18 +64,18 @@ def published(path: Path) -> None:
     t = dict(zip(r2, (-0.34, -1.47, 4.51, 1.71), strict=True))
     for pair, relation in by_pair.items():
         assert relation.quadratic.r2 == pytest.approx(r2[pair], abs=5e-5)
-        assert relation.curvature == pytest.approx(t[pair], abs=5e-3)
+        assert relation.t_curvature == pytest.approx(t[pair], abs=5e-3)
         assert relation.curved == (pair == ("mean", "incidence"))
-        assert relation.limit == pytest.approx(2.16, abs=5e-3)
+        assert relation.t_limit == pytest.approx(2.16, abs=5e-3)
     on_range = by_pair["mean", "range"].quadratic.values
     assert on_range == pytest.approx([-5.6429, 0.81129, -0.002195], rel=3e-4)
     on_angle = by_pair["mean", "incidence"].quadratic.values
     assert on_angle == pytest.approx([15.5204, -0.41038, 0.009886], rel=3e-4)
     assert by_pair["mean", "range"].line.r2 == pytest.approx(0.9567, abs=5e-4)
     assert found.correlations[0].value == pytest.approx(0.94, abs=5e-3)
-    said = found.sentences()
-    assert said[0].startswith("Only mean against incidence (t = 4.51) is significantly curved")
-    assert any("Range and incidence are correlated 0.94" in sentence for sentence in said)
+    said = {one.key: one for one in regression_findings(found)}
+    assert set(said) == {"curved", "straight", "causes_alike", "weak_term"}
+    assert said["causes_alike"].values["c.value"] == pytest.approx(0.94, abs=5e-3)
 
 
 def test_published_figures_on_constructed_rows() -> None:
@@ -125,7 +126,7 @@ def test_units_do_not_matter(scale: float, shift: float, factor: float) -> None:
     first = regress({"x": x, "y": y}, ["x"], ["y"]).relations[0]
     values = {"x": x * scale, "y": (y + shift) * factor}
     again = regress(values, ["x"], ["y"]).relations[0]
-    assert again.curvature == pytest.approx(first.curvature, rel=1e-6)
+    assert again.t_curvature == pytest.approx(first.t_curvature, rel=1e-6)
     assert again.quadratic.r2 == pytest.approx(first.quadratic.r2, rel=1e-8)
 
 
@@ -133,7 +134,7 @@ def test_straight_truth_without_noise_is_not_curved() -> None:
     x = np.linspace(10, 50, 9)
     relation = regress({"x": x, "y": 2 + 0.5 * x}, ["x"], ["y"]).relations[0]
     assert not relation.curved
-    assert relation.chosen is relation.line
+    assert relation.taken is relation.line
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from tribrach.epochs.differences import Epoch, difference
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
@@ -45,6 +46,7 @@ from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
+from tribrach.questions.regress.chapters import answer_of as regression_answer
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
@@ -61,7 +63,6 @@ from tribrach.report.epochs import epochs_page, epochs_svg
 from tribrach.report.figures import Picture
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
-from tribrach.report.regression import regression_page
 from tribrach.report.series import series_page
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
@@ -210,7 +211,8 @@ def _regression(name: Naming) -> str:
     columns = {name(k): rng.uniform(1, 2, 16) for k in range(4)}
     names = list(columns)
     found = regress(columns, names[:2], names[2:], {names[0]: name(5)})
-    return regression_page(name(6), columns, {names[0]: name(5)}, found)
+    table = NumberTable(Path("table.csv"), columns, {names[0]: name(5)})
+    return regression_answer(name(6), table, found).page()
 
 
 def _plan(name: Naming) -> str:
@@ -329,7 +331,7 @@ PAGES = {
     "questions.complete": _completeness,
     "questions.check": _check,
     "questions.calibrate": _calibration,
-    "regression.regression_page": _regression,
+    "questions.regress": _regression,
     "planning.page.plan_page": _plan,
     "cloud_registration.cloud_registration_page": _registration,
     "questions.noise": _noise,

@@ -90,7 +90,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Adjust all cycles of a monitored network: which points move, trends, jumps, alarms.",
     ),
     "regress": (
-        "cli.regress",
+        "questions.regress.command",
         "Fit differences of clouds against range and incidence, and say what that tells.",
     ),
     "complete": (

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.linalg import qr, solve_triangular
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result, Vector
 from tribrach.errors import InputError
 from tribrach.statistics import t as student
 from tribrach.units import UNITS
@@ -37,59 +38,39 @@ _ANGLES = {"deg": "deg", "°": "deg", "gon": "gon", "rad": "rad"}
 
 
 @dataclass(frozen=True)
-class Term:
-    """A coefficient of a fitted model.
-
-    Attributes
-    ----------
-    name
-        Of the term.
-    value, sigma
-        Estimate and standard deviation, in units of the columns.
-    t
-        Value over sigma.
-    p
-        Two-sided probability of as much by chance.
-    """
+class Term(Result):
+    """A coefficient of a fitted model."""
 
     name: str
-    value: float
-    sigma: float
-    t: float
-    p: float
+    #: estimate and standard deviation, in units of the columns
+    value: Number
+    sigma: Number
+    #: value over sigma
+    t: Number
+    #: two-sided probability of as much by chance
+    p: Number
 
 
 @dataclass(frozen=True)
-class RegressionFit:
-    """A fitted model of one quantity.
+class RegressionFit(Result, also=("dof",)):
+    """A fitted model of one quantity."""
 
-    Attributes
-    ----------
-    model
-        ``line``, ``quadratic`` or ``physical``.
-    y, x
-        Names of the quantity and of its causes.
-    terms
-        Coefficients.
-    n
-        Number of rows.
-    r2, adjusted_r2
-        Share of the variance that the model explains.
-    scatter
-        Standard deviation of the residuals, in units of y.
-    fitted : array (n,)
-        What the model gives for each row.
-    """
-
+    #: ``line``, ``quadratic`` or ``physical``
     model: str
+    #: names of the quantity and of its causes
     y: str
     x: tuple[str, ...]
+    #: coefficients
     terms: tuple[Term, ...]
+    #: number of rows
     n: int
-    r2: float
-    adjusted_r2: float
-    scatter: float
-    fitted: Array = field(repr=False)
+    #: share of the variance that the model explains
+    r2: Number
+    adjusted_r2: Number
+    #: standard deviation of the residuals, in units of y
+    scatter: Number
+    #: what the model gives for each row
+    fitted: Vector = field(repr=False)
 
     @property
     def dof(self) -> int:
@@ -154,107 +135,65 @@ def fit_terms(
 
 
 @dataclass(frozen=True)
-class Relation:
-    """One quantity against one cause: both fits, and whether the curvature is significant.
-
-    Attributes
-    ----------
-    limit
-        Of the absolute t of the quadratic term.
-    """
+class Relation(Result, also=("t_curvature", "curved", "chosen")):
+    """One quantity against one cause: both fits, and whether the curvature is significant."""
 
     y: str
     x: str
     quadratic: RegressionFit
     line: RegressionFit
-    limit: float
+    #: of the absolute t of the quadratic term
+    t_limit: Number
 
     @property
-    def curvature(self) -> float:
+    def t_curvature(self) -> Number:
         """The t of the quadratic term."""
         return self.quadratic.terms[2].t
 
     @property
     def curved(self) -> bool:
         """True if the quadratic term is significant."""
-        return abs(self.curvature) > self.limit
+        return abs(self.t_curvature) > self.t_limit
 
     @property
-    def chosen(self) -> RegressionFit:
+    def taken(self) -> RegressionFit:
         """The quadratic where its last term is significant, else the line."""
         return self.quadratic if self.curved else self.line
 
+    @property
+    def chosen(self) -> str:
+        """The model that is taken."""
+        return self.taken.model
+
 
 @dataclass(frozen=True)
-class CauseCorrelation:
-    """Two causes and their correlation; inflation : of variances if both are fitted together."""
+class CauseCorrelation(Result, also=("inflation",)):
+    """Two causes and their correlation."""
 
     a: str
     b: str
-    value: float
+    value: Number
 
     @property
-    def inflation(self) -> float:
-        """``1 / (1 - r^2)``."""
+    def inflation(self) -> Number:
+        """Of variances if both are fitted together, ``1 / (1 - r^2)``."""
         return float(1 / max(1 - self.value**2, 1e-12))
 
 
 @dataclass(frozen=True)
-class Regression:
-    """All of it; physical : one fit for each quantity, none without a range and an incidence."""
+class Regression(Result, without=("remarks",)):
+    """Regressions of quantities on causes."""
 
-    n: int
+    #: their number
+    rows: int
+    #: of the tests
     confidence: float
     relations: tuple[Relation, ...]
+    #: one fit for each quantity, none without a range and an incidence
     physical: tuple[RegressionFit, ...]
     correlations: tuple[CauseCorrelation, ...]
-    remarks: tuple[str, ...]
-
-    def sentences(self) -> list[str]:
-        """What a reader should take from it."""
-        return [*self._curvature(), *self._collinearity(), *self._cautions(), *self.remarks]
-
-    def _curvature(self) -> list[str]:
-        """Which relations are curved."""
-        bent = [r for r in self.relations if r.curved]
-        straight = [r for r in self.relations if not r.curved]
-        out = []
-        if bent:
-            names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in bent])
-            only = "Only " if straight else ""
-            verb = "is" if len(bent) == 1 else "are"
-            out.append(f"{only}{names} {verb} significantly curved.")
-        if straight:
-            names = _listed([f"{r.y} against {r.x} (t = {r.curvature:.2f})" for r in straight])
-            limit = straight[0].limit
-            terms = "term of" if len(straight) == 1 else "terms of"
-            verb = "is" if len(straight) == 1 else "are"
-            out.append(
-                f"The quadratic {terms} {names} {verb} not significant (limit {limit:.2f} at "
-                f"{100 * self.confidence:g} %); a straight line describes as much."
-            )
-        return [sentence[:1].upper() + sentence[1:] for sentence in out]
-
-    def _collinearity(self) -> list[str]:
-        return [
-            f"{c.a[:1].upper()}{c.a[1:]} and {c.b} are correlated {c.value:.2f}: these rows cannot "
-            "tell their effects apart. A fit against one of them carries the effect of the other, "
-            f"and variances of a fit against both are {c.inflation:.1f} times as large. Measure "
-            "near surfaces at an angle and far ones straight on to part them."
-            for c in self.correlations
-            if abs(c.value) > ALIKE
-        ]
-
-    def _cautions(self) -> list[str]:
-        out = []
-        for fit in self.physical:
-            weak = [term.name for term in fit.terms[1:] if term.p > 1 - self.confidence]
-            if weak:
-                out.append(
-                    f"In the physical model of {fit.y} the term of {_listed(weak)} is not "
-                    "significant beside the other."
-                )
-        return out
+    #: what was taken for granted
+    remarks: tuple[str, ...] = ()
 
 
 def regress(
@@ -350,8 +289,3 @@ def _inverse_cosine(name: str, angle: Array, unit: str) -> Array:
         )
     inverse: Array = 1 / np.cos(radians)
     return inverse
-
-
-def _listed(names: Sequence[str]) -> str:
-    """Names with commas and an ``and``."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,32 +1,30 @@
-"""A regression on range and incidence as text and as a page with plots."""
+"""A regression on range and incidence: what it says, its plots and tables, for runs and pages."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.comparison.regression import ALIKE
-from tribrach.report.charts import Chart, beside, legend
+from tribrach.comparison.regression import ALIKE, Regression, RegressionFit, Relation, Term
+from tribrach.report.charts import Chart, beside, ends_of, legend
+from tribrach.report.columns import column
 from tribrach.report.figures import Picture
-from tribrach.report.numbers import chance, counted, fixed_cell
-from tribrach.report.page import FrontPage, page
-from tribrach.report.tables import (
-    Cell,
-    ColumnHead,
-    ReportTable,
-    build_table,
-    number_cell,
-    text_cell,
-)
+from tribrach.report.findings import Finding, words
+from tribrach.report.numbers import chance
+from tribrach.report.tables import ReportTable, build_table
+from tribrach.sentences import Sentence, capital, joined
 
-if TYPE_CHECKING:
-    from tribrach.comparison.regression import Regression, RegressionFit, Term
-
-__all__ = ["regression_page", "regression_pictures", "regression_tables", "regression_text"]
+__all__ = [
+    "RegressionFigures",
+    "regression_findings",
+    "regression_pictures",
+    "regression_tables",
+    "units_of",
+]
 
 Values = Mapping[str, Array]
 
@@ -37,44 +35,79 @@ _NOTE = (
 )
 
 
-def regression_text(regression: Regression, units: Mapping[str, str]) -> str:
-    """What a terminal shows: units, one line per relation, then the findings."""
-    lines = [f"{regression.n} rows; {_units(regression, units)}"]
-    for r in regression.relations:
-        lines.append(
-            f"{r.y} against {r.x}: quadratic R² {r.quadratic.r2:.4f}, line R² {r.line.r2:.4f}, "
-            f"t of the curvature {r.curvature:.2f}, taken: {_formula(r.chosen)}"
+@dataclass(frozen=True)
+class RegressionFigures(Regression, also=("sentences",)):
+    """Regressions of quantities on causes."""
+
+    @property
+    def sentences(self) -> list[str]:
+        """What a reader should take from it."""
+        return words(regression_findings(self))
+
+
+def regression_findings(found: Regression) -> list[Finding]:
+    """What a reader should take from it."""
+    out: list[Finding] = []
+    bent = [one for one in found.relations if one.curved]
+    straight = [one for one in found.relations if not one.curved]
+    if bent:
+        only = "Only {names}" if straight else "{names}"
+        out.append(
+            Finding.of(
+                "curved",
+                f"{only} {'is' if len(bent) == 1 else 'are'} significantly curved.",
+                names=_listed(bent) if straight else capital(_listed(bent)),
+            )
         )
-    for fit in regression.physical:
-        lines.append(f"physical: {_formula(fit)}, R² {fit.r2:.4f}")
-    return "\n".join([*lines, *(f"! {sentence}" for sentence in regression.sentences())])
+    if straight:
+        what = "term of {names} is" if len(straight) == 1 else "terms of {names} are"
+        out.append(
+            Finding.of(
+                "straight",
+                f"The quadratic {what} not significant (limit {{limit:2}} at {{confidence:%g6}}); "
+                "a straight line describes as much.",
+                names=_listed(straight),
+                limit=straight[0].t_limit,
+                confidence=found.confidence,
+            )
+        )
+    out += [
+        Finding.of(
+            "causes_alike",
+            "{a} and {c.b} are correlated {c.value:2}: these rows cannot tell their effects apart. "
+            "A fit against one of them carries the effect of the other, and variances of a fit "
+            "against both are {c.inflation:1} times as large. Measure near surfaces at an angle "
+            "and far ones straight on to part them.",
+            a=capital(one.a),
+            c=one,
+        )
+        for one in found.correlations
+        if abs(one.value) > ALIKE
+    ]
+    for fit in found.physical:
+        weak = [term.name for term in fit.terms[1:] if term.p > 1 - found.confidence]
+        if weak:
+            out.append(
+                Finding.of(
+                    "weak_term",
+                    "In the physical model of {y} the term of {weak} is not significant beside "
+                    "the other.",
+                    y=fit.y,
+                    weak=_and(weak),
+                )
+            )
+    return [*out, *(Finding(text, key="remark") for text in found.remarks)]
 
 
-def regression_page(
-    title: str, values: Values, units: Mapping[str, str], regression: Regression
-) -> str:
-    """The whole regression as one HTML file."""
-    return page(
-        "Regression on range and incidence",
-        title,
-        _front(regression),
-        regression.sentences(),
-        regression_pictures(values, units, regression),
-        regression_tables(regression, units),
-        "Ordinary least squares; all rows have the same weight.",
-    )
+def _listed(relations: Sequence[Relation]) -> str:
+    """Relations with the t of their curvature."""
+    return _and(Sentence("{r.y} against {r.x} (t = {r.t_curvature:2})", r=one) for one in relations)
 
 
-def _front(regression: Regression) -> FrontPage:
-    """How many relations are curved, and whether the causes can be told apart."""
-    bent = sum(r.curved for r in regression.relations)
-    alike = any(abs(c.value) > ALIKE for c in regression.correlations)
-    verdict = f"{bent or 'None'} of {counted(len(regression.relations), 'relation')} curved"
-    if alike:
-        verdict += "; the causes cannot be told apart"
-    rests = f"{regression.n} rows, tests at {100 * regression.confidence:g} %."
-    signed = "The relations stated here, for these rows, with the confidence of their tests."
-    return FrontPage("none", verdict, rests, signed=signed)
+def _and(names: Iterable[str]) -> str:
+    """Names with commas and an ``and``."""
+    *others, last = names
+    return joined(" and ", [joined(", ", others), last]) if others else last
 
 
 def regression_pictures(
@@ -86,14 +119,58 @@ def regression_pictures(
 
 def regression_tables(regression: Regression, units: Mapping[str, str]) -> list[ReportTable]:
     """Fits, coefficients, causes that go together."""
+    fits = [(fit, fit is r.taken) for r in regression.relations for fit in (r.quadratic, r.line)]
+    fits += [(fit, False) for fit in regression.physical]
+    of_fits = [
+        column("Quantity", lambda row: row[0].y),
+        column("Against", lambda row: ", ".join(row[0].x)),
+        column("Model", lambda row: row[0].model),
+        column("R²", lambda row: row[0].r2, "4"),
+        column("adjusted R²", lambda row: row[0].adjusted_r2, "4"),
+        column("scatter", lambda row: row[0].scatter, "3"),
+        column("redundancy", lambda row: row[0].dof, "0"),
+        column("Taken", lambda row: "taken" if row[1] else ""),
+    ]
+    terms = [(fit, term) for fit, _ in fits for term in fit.terms]
+    level = f"{100 * regression.confidence:g} %"
+    of_terms = [
+        column("Quantity", lambda row: row[0].y),
+        column("Model", lambda row: row[0].model),
+        column("Term", lambda row: row[1].name),
+        column("coefficient", lambda row: row[1].value, _sharp),
+        column("σ", lambda row: row[1].sigma, _sharp),
+        column(
+            "t",
+            lambda row: row[1].t,
+            "2",
+            mark=lambda row: "good" if row[1].p < 1 - regression.confidence else "",
+        ),
+        column("p", lambda row: row[1].p, lambda p, _: chance(p)),
+    ]
+    note = f"Units: {units_of(regression, units)}. Coefficients significant at {level} are green."
+    alike = "Causes that go together"
+    of_causes = [
+        column("Cause", "a"),
+        column("and", "b"),
+        column("correlation", "value", "3"),
+        column("variance inflation", "inflation", "1"),
+    ]
+    told = "Causes that go together cannot be told apart by any fit to these rows."
     return [
-        _fits(regression),
-        _terms(regression, _units(regression, units)),
-        _correlations(regression),
+        build_table("fits", "Fits", _NOTE, fits, of_fits),
+        build_table("terms", "Coefficients", note, terms, of_terms),
+        build_table("causes", alike, told, regression.correlations, of_causes),
     ]
 
 
-def _units(regression: Regression, units: Mapping[str, str]) -> str:
+def _sharp(value: float, row: tuple[RegressionFit, Term]) -> str:
+    """A coefficient or its sigma: three digits of the sigma count."""
+    sigma = row[1].sigma
+    known = 0 < sigma < np.inf
+    return f"{value:.{max(0, 2 - math.floor(math.log10(sigma))) if known else 4}f}"
+
+
+def units_of(regression: Regression, units: Mapping[str, str]) -> str:
     """What coefficients are in, in words."""
     names = dict.fromkeys(n for r in regression.relations for n in (r.x, r.y))
     known = [f"{name} in {_sign(units[name])}" for name in names if units.get(name)]
@@ -101,14 +178,6 @@ def _units(regression: Regression, units: Mapping[str, str]) -> str:
     if bare:
         known.append(f"{', '.join(bare)} as in the table")
     return ", ".join(known)
-
-
-def _formula(fit: RegressionFit) -> str:
-    """The fitted equation."""
-    first, *others = fit.terms
-    parts = [f"{term.value:+.5g} {term.name}".replace("+", "+ ").replace("-", "- ", 1)
-             for term in others]  # fmt: skip
-    return f"{fit.y} = {first.value:.5g} {' '.join(parts)}"
 
 
 def _curves(values: Values, units: Mapping[str, str], regression: Regression) -> Picture:
@@ -130,22 +199,16 @@ def _panel(
     """Points of a pair with their line and quadratic; empty where it was not fitted."""
     a, b = values[x], values[y]
     labels = _titled(x, units), _titled(y, units)
-    chart = Chart(_ends(a), _ends(b), labels, (430.0, 290.0))
+    chart = Chart(ends_of(a, 0.05, 0.0), ends_of(b, 0.05, 0.0), labels, (430.0, 290.0))
     found = [r for r in regression.relations if (r.y, r.x) == (y, x)]
     for relation in found:
         grid = np.linspace(a.min(), a.max(), 61)
         for fit, colour in ((relation.line, "s0"), (relation.quadratic, "s1")):
             curve = np.polynomial.polynomial.polyval(grid, fit.values)
             words = f"{fit.model}, R² {fit.r2:.3f}"
-            chart.line(grid, curve.tolist(), colour, dashed=fit is not relation.chosen, words=words)
+            chart.line(grid, curve.tolist(), colour, dashed=fit is not relation.taken, words=words)
         chart.points(a, b, [f"{x} {u:.4g}, {y} {v:.4g}" for u, v in zip(a, b, strict=True)])
     return chart
-
-
-def _ends(values: Array) -> tuple[float, float]:
-    """Ends of an axis with a little space beside the values."""
-    low, high = float(values.min()), float(values.max())
-    return low - 0.05 * (high - low), high + 0.05 * (high - low)
 
 
 def _physical(values: Values, units: Mapping[str, str], regression: Regression) -> list[Picture]:
@@ -156,7 +219,7 @@ def _physical(values: Values, units: Mapping[str, str], regression: Regression) 
     for fit in regression.physical:
         given = values[fit.y]
         ends = float(min(given.min(), fit.fitted.min())), float(max(given.max(), fit.fitted.max()))
-        axis = _ends(np.array(ends))
+        axis = ends_of(np.array(ends), 0.05, 0.0)
         named = _titled(fit.y, units)
         labels = named, f"model of {named}"
         chart = Chart(axis, axis, labels, (430.0, 330.0), f"R² {fit.r2:.3f}")
@@ -177,62 +240,3 @@ def _titled(name: str, units: Mapping[str, str]) -> str:
 def _sign(unit: str) -> str:
     """A unit as pages write it."""
     return "°" if unit == "deg" else unit
-
-
-def _fits(regression: Regression) -> ReportTable:
-    """All fits, the physical ones last."""
-    rows = [(fit, fit is r.chosen) for r in regression.relations for fit in (r.quadratic, r.line)]
-    rows += [(fit, False) for fit in regression.physical]
-    columns = [
-        (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
-        (ColumnHead("Against", numeric=False), lambda row: text_cell(", ".join(row[0].x))),
-        (ColumnHead("Model", numeric=False), lambda row: text_cell(row[0].model)),
-        (ColumnHead("R²"), lambda row: fixed_cell(row[0].r2, 4)),
-        (ColumnHead("adjusted R²"), lambda row: fixed_cell(row[0].adjusted_r2, 4)),
-        (ColumnHead("scatter"), lambda row: fixed_cell(row[0].scatter, 3)),
-        (ColumnHead("redundancy"), lambda row: fixed_cell(row[0].dof, 0)),
-        (ColumnHead("Taken", numeric=False), lambda row: text_cell("taken" if row[1] else "")),
-    ]
-    return build_table("fits", "Fits", _NOTE, rows, columns)
-
-
-def _digits(term: Term) -> int:
-    """Digits after the point of a coefficient: three of its sigma count."""
-    if not 0 < term.sigma < np.inf:
-        return 4
-    return max(0, 2 - math.floor(math.log10(term.sigma)))
-
-
-def _terms(regression: Regression, units: str) -> ReportTable:
-    """Every coefficient."""
-    fits: list[RegressionFit] = [f for r in regression.relations for f in (r.quadratic, r.line)]
-    rows = [(fit, term) for fit in (*fits, *regression.physical) for term in fit.terms]
-    level = 1 - regression.confidence
-
-    def t_cell(row: tuple[RegressionFit, Term]) -> Cell:
-        return fixed_cell(row[1].t, 2, "good" if row[1].p < level else "")
-
-    columns = [
-        (ColumnHead("Quantity", numeric=False), lambda row: text_cell(row[0].y)),
-        (ColumnHead("Model", numeric=False), lambda row: text_cell(row[0].model)),
-        (ColumnHead("Term", numeric=False), lambda row: text_cell(row[1].name)),
-        (ColumnHead("coefficient"), lambda row: fixed_cell(row[1].value, _digits(row[1]))),
-        (ColumnHead("σ"), lambda row: fixed_cell(row[1].sigma, _digits(row[1]))),
-        (ColumnHead("t"), t_cell),
-        (ColumnHead("p"), lambda row: number_cell(row[1].p, chance(row[1].p))),
-    ]
-    note = (
-        f"Units: {units}. Coefficients significant at {100 * regression.confidence:g} % are green."
-    )
-    return build_table("terms", "Coefficients", note, rows, columns)
-
-
-def _correlations(regression: Regression) -> ReportTable:
-    columns = [
-        (ColumnHead("Cause", numeric=False), lambda c: text_cell(c.a)),
-        (ColumnHead("and", numeric=False), lambda c: text_cell(c.b)),
-        (ColumnHead("correlation"), lambda c: fixed_cell(c.value, 3)),
-        (ColumnHead("variance inflation"), lambda c: fixed_cell(c.inflation, 1)),
-    ]
-    note = "Causes that go together cannot be told apart by any fit to these rows."
-    return build_table("causes", "Causes that go together", note, regression.correlations, columns)

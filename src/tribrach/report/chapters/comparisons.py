@@ -18,8 +18,9 @@ from tribrach.report.comparison import (
 )
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
+from tribrach.report.findings import words
 from tribrach.report.names import spoken
-from tribrach.report.regression import regression_pictures, regression_tables
+from tribrach.report.regression import regression_findings, regression_pictures, regression_tables
 from tribrach.report.schema.comparison import StationComparisonPart, station_comparison
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable
@@ -60,7 +61,11 @@ def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "d
 def _sentences(one: StationComparison) -> list[str]:
     """What it came to."""
     sentences = [*comparison_sentences(one.sites, one.offsets), *one.remarks]
-    return sentences if one.regression is None else [*sentences, *one.regression.sentences()]
+    return (
+        sentences
+        if one.regression is None
+        else [*sentences, *words(regression_findings(one.regression))]
+    )
 
 
 class _Shown(NamedTuple):

@@ -6,22 +6,20 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from tribrach.comparison.predicted_classes import predicted_classes
+from tribrach.report.regression import RegressionFigures
 from tribrach.report.schema.base import Document, DocumentPart, Number, heading
 from tribrach.report.schema.motions import MotionsPart
 
 if TYPE_CHECKING:
     from tribrach.comparison.c2c import C2C
     from tribrach.comparison.predicted import OffsetTest, Prediction
-    from tribrach.comparison.regression import Regression, RegressionFit
+    from tribrach.comparison.regression import Regression
     from tribrach.comparison.results import M3C2Figures, SiteResult
 
 __all__ = [
     "ComparisonDocument",
-    "RegressionDocument",
-    "RegressionFigures",
     "StationComparisonPart",
     "comparison_document",
-    "regression_document",
     "station_comparison",
 ]
 
@@ -178,68 +176,6 @@ class UnitsPart(DocumentPart):
     angle: str
 
 
-class TermPart(DocumentPart):
-    """A coefficient of a fit."""
-
-    name: str
-    value: Number
-    sigma: Number
-    t: Number
-    p: Number
-
-
-class FitPart(DocumentPart):
-    """A fit of one quantity."""
-
-    model: str
-    y: str
-    x: list[str]
-    terms: list[TermPart]
-    n: int
-    r2: Number
-    adjusted_r2: Number
-    scatter: Number
-    fitted: list[Number]
-    dof: int
-
-
-class RelationPart(DocumentPart):
-    """A quantity against one cause, quadratic and straight."""
-
-    y: str
-    x: str
-    quadratic: FitPart
-    line: FitPart
-    t_curvature: Number
-    t_limit: Number
-    curved: bool
-    chosen: str
-
-
-class CausePart(DocumentPart):
-    """Two causes that go together."""
-
-    a: str
-    b: str
-    value: Number
-    inflation: Number
-
-
-class RegressionFigures(DocumentPart):
-    """Regressions of quantities on causes."""
-
-    rows: int
-    confidence: float
-    relations: list[RelationPart]
-    physical: list[FitPart]
-    correlations: list[CausePart]
-    sentences: list[str]
-
-
-class RegressionDocument(RegressionFigures, Document):
-    """What ``tribrach regress --json`` writes."""
-
-
 class _Compared(DocumentPart):
     """A comparison of two clouds or stations, a against the reference b."""
 
@@ -306,7 +242,7 @@ def station_comparison(
     sentences: Sequence[str],
 ) -> StationComparisonPart:
     """A comparison between stations, as :func:`comparison_document`, with its regression."""
-    figures = None if regression is None else regression_values(regression)
+    figures = None if regression is None else RegressionFigures(**vars(regression))
     return StationComparisonPart.model_validate(
         _compared(a, b, limit, sites, offsets)
         | {"regression": figures, "sentences": list(sentences)}
@@ -401,49 +337,4 @@ def _normals(figures: M3C2Figures) -> dict[str, Any]:
         "cylinder": figures.cylinder,
         "scale": figures.scale,
         "notes": list(figures.sentences),
-    }
-
-
-def regression_document(regression: Regression) -> RegressionDocument:
-    """Regressions as a document of their own."""
-    return RegressionDocument.model_validate(heading(SCHEMA) | regression_values(regression))
-
-
-def regression_values(regression: Regression) -> dict[str, Any]:
-    """Plain numbers, names as keys."""
-    return {
-        "rows": regression.n,
-        "confidence": regression.confidence,
-        "relations": [
-            {
-                "y": r.y,
-                "x": r.x,
-                "quadratic": _fit(r.quadratic),
-                "line": _fit(r.line),
-                "t_curvature": r.curvature,
-                "t_limit": r.limit,
-                "curved": r.curved,
-                "chosen": r.chosen.model,
-            }
-            for r in regression.relations
-        ],
-        "physical": [_fit(fit) for fit in regression.physical],
-        "correlations": list(regression.correlations),
-        "sentences": regression.sentences(),
-    }
-
-
-def _fit(fit: RegressionFit) -> dict[str, Any]:
-    """A fit as plain numbers."""
-    return {
-        "model": fit.model,
-        "y": fit.y,
-        "x": list(fit.x),
-        "terms": list(fit.terms),
-        "n": fit.n,
-        "r2": fit.r2,
-        "adjusted_r2": fit.adjusted_r2,
-        "scatter": fit.scatter,
-        "fitted": fit.fitted.tolist(),
-        "dof": fit.dof,
     }

@@ -1,0 +1,1 @@
+"""What do differences of clouds depend on? Range and incidence, and whether they can be parted."""
