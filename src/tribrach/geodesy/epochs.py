@@ -37,20 +37,15 @@ PLATES = (
 class Realisation:
     """A frame by its name, such as ``ITRF2014``, and the epoch of coordinates in it.
 
-    Attributes
-    ----------
-    frame
-        Name of the frame, as :func:`~tribrach.geodesy.frames.frame` knows it.
-    epoch
-        Decimal year; None for a frame that moves with its plate.
-
     Raises
     ------
     InputError
         The frame is not known, or it is dynamic and has no epoch.
     """
 
+    #: name of the frame, as :func:`~tribrach.geodesy.frames.frame` knows it
     frame: str
+    #: decimal year; None for a frame that moves with its plate
     epoch: float | None = None
 
     def __post_init__(self) -> None:
@@ -73,17 +68,11 @@ class Realisation:
 
 @dataclass(frozen=True)
 class Motion:
-    """How marks move; one of the two fields is given.
+    """How marks move; one of the two fields is given."""
 
-    Attributes
-    ----------
-    velocity : (3,) or (n, 3)
-        Of ECEF coordinates [m/year], one for all marks or one each.
-    plate
-        Name of a plate of :data:`PLATES`.
-    """
-
+    #: (3,), of ECEF coordinates [m/year], one for all marks or one each
     velocity: Array | None = None
+    #: name of a plate of :data:`PLATES`
     plate: str | None = None
 
 
@@ -107,11 +96,6 @@ def carry(
         ECEF coordinates [m] in ``target``.
     accuracy : float
         What is stated for the change of frame [m]; NaN if nothing is stated.
-
-    Raises
-    ------
-    InputError
-        Different epochs without a motion, an unknown plate, no known transformation.
     """
     if not source.dynamic:
         # plate-fixed coordinates hold at any time: the frames meet at the epoch of the target
@@ -140,28 +124,16 @@ def carry(
 
 @dataclass(frozen=True, eq=False)
 class Passage:
-    """The way of a file's coordinates to the frame and epoch of the job.
+    """The way of a file's coordinates to the frame and epoch of the job."""
 
-    Attributes
-    ----------
-    source, target
-        Frames with their epochs.
-    motion
-        How the marks move; needed where both frames are dynamic and the epochs differ.
-    """
-
+    #: frames with their epochs
     source: Realisation
     target: Realisation
+    #: how the marks move; needed where both frames are dynamic and the epochs differ
     motion: Motion | None = None
 
     def positions(self, xyz: Array) -> tuple[Array, float]:
-        """ECEF coordinates (n, 3) [m] in the frame of the job, and the accuracy stated [m].
-
-        Raises
-        ------
-        InputError
-            As :func:`carry`.
-        """
+        """ECEF coordinates (n, 3) [m] in the frame of the job, and the accuracy stated [m]."""
         return carry(xyz, self.source, self.target, self.motion)
 
     def turn(self, place: Array) -> tuple[Array, float]:
@@ -175,11 +147,6 @@ class Passage:
             Derivative of the coordinates: turn and scale between the frames.
         accuracy : float
             What is stated for the change of frame [m].
-
-        Raises
-        ------
-        InputError
-            No transformation between the frames is known.
         """
         step = 1e5 * np.eye(3)
         around = np.concatenate([place + step, place - step])

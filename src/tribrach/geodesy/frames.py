@@ -79,18 +79,7 @@ def _plain(name: str) -> str:
 
 @cache
 def frame(name: str) -> CRS:
-    """Geocentric coordinate reference system of a frame.
-
-    Parameters
-    ----------
-    name
-        A name such as ``GDA2020``; spaces, brackets and case do not matter.
-
-    Raises
-    ------
-    InputError
-        The name is not known.
-    """
+    """Geocentric coordinate reference system of a frame."""
     code = _geocentric().get(_plain(name))
     if code is not None:
         return CRS.from_epsg(code)
@@ -110,11 +99,6 @@ def identifier(name: str) -> str:
     """A frame's geocentric system as others read it: ``EPSG:7789`` of ITRF2014.
 
     It is the WKT of a datum that EPSG lists with latitude and longitude only.
-
-    Raises
-    ------
-    InputError
-        The name is not known.
     """
     system = frame(name)
     number = system.to_epsg()
@@ -130,31 +114,14 @@ def is_dynamic(name: str) -> bool:
 
 
 def ellipsoid(name: str) -> tuple[float, float]:
-    """Semi-major axis [m] and flattening of a frame's ellipsoid.
-
-    Raises
-    ------
-    InputError
-        The name of the frame is not known.
-    """
+    """Semi-major axis [m] and flattening of a frame's ellipsoid."""
     body = frame(name).ellipsoid
     assert body is not None
     return body.semi_major_metre, 1 / body.inverse_flattening
 
 
 def decimal_year(text: str) -> float:
-    """Decimal year of a date.
-
-    Parameters
-    ----------
-    text
-        ``dd.mm.yyyy`` or a decimal year.
-
-    Raises
-    ------
-    InputError
-        The text is neither.
-    """
+    """Decimal year of a date."""
     parts = text.strip().split(".")
     try:
         if len(parts) == 3:
@@ -192,11 +159,6 @@ def _way(source: str, target: str) -> tuple[tuple[str, str], ...]:
 
     EPSG gives parameters for the numbered versions of a datum (NAD83(CSRS)v8) where a grid names
     the datum alone, and for older datums to ETRS89, NAD83(2011) or WGS 84 only.
-
-    Raises
-    ------
-    InputError
-        No way is known.
     """
     ways: list[tuple[tuple[str, str], ...]] = [
         (_leg(source, target),),
@@ -220,13 +182,7 @@ def _way(source: str, target: str) -> tuple[tuple[str, str], ...]:
 
 
 def connected(source: str, target: str) -> bool:
-    """True if a transformation between two frames is known.
-
-    Raises
-    ------
-    InputError
-        A frame is not known.
-    """
+    """True if a transformation between two frames is known."""
     frame(source), frame(target)
     try:
         _way(source, target)
@@ -275,11 +231,6 @@ def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tup
         observation.
     accuracy : float
         What the EPSG dataset states for the transformation [m], NaN if it states none.
-
-    Raises
-    ------
-    InputError
-        No transformation between the two frames is known.
     """
     if frame(source) == frame(target):
         return xyz, 0.0

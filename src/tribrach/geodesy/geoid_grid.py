@@ -34,25 +34,14 @@ _CURVATURE = 0.17e-3 * SEC
 
 @dataclass(frozen=True)
 class GeoidGrid:
-    """A grid of geoid heights on disk; PROJ opens and reads it.
+    """A grid of geoid heights on disk; PROJ opens and reads it."""
 
-    Attributes
-    ----------
-    path
-        A GTX or GeoTIFF file.
-    """
-
+    #: A GTX or GeoTIFF file
     path: Path
 
     @cached_property
     def _transformer(self) -> Any:
-        """PROJ's reader of the grid.
-
-        Raises
-        ------
-        InputError
-            The file is not there or PROJ cannot read it.
-        """
+        """PROJ's reader of the grid."""
         if not self.path.is_file():
             raise InputError(
                 "the geoid grid is not there",
@@ -84,11 +73,6 @@ class GeoidGrid:
         -------
         (n,) array
             Geoid heights [m].
-
-        Raises
-        ------
-        InputError
-            The grid cannot be read or does not reach there.
         """
         zero = np.zeros(np.shape(latitude))
         up = self._transformer.transform(longitude, latitude, zero, radians=True)[2]
@@ -121,11 +105,6 @@ class GeoidGrid:
             Northern component [rad].
         eta : float
             Eastern component [rad].
-
-        Raises
-        ------
-        InputError
-            The grid cannot be read or does not reach there.
         """
         place = np.array([latitude]), np.array([longitude]), np.array([height])
         xi, eta = slope(self.undulation, *place)[0]
@@ -156,11 +135,6 @@ def slope(
     -------
     (n, 2) array
         Northern and eastern component [rad].
-
-    Raises
-    ------
-    InputError
-        As ``undulation``.
 
     References
     ----------

@@ -29,37 +29,16 @@ _WGS84 = "WGS 84"
 
 @dataclass(frozen=True, eq=False)
 class GridDatum:
-    """The datum of a projected coordinate reference system.
+    """The datum of a projected coordinate reference system."""
 
-    Attributes
-    ----------
-    projected
-        The projected system without heights and without a bound transformation.
-    geographic
-        Latitude and longitude in this datum, in its own units and from its own meridian.
-    """
-
+    #: the projected system without heights and without a bound transformation
     projected: CRS
+    #: latitude and longitude in this datum, in its own units and from its own meridian
     geographic: CRS
 
     @classmethod
     def of(cls, crs: str, instead: str | None = None) -> GridDatum:
-        """The datum of a reference system.
-
-        Parameters
-        ----------
-        crs
-            Anything PROJ understands, such as ``EPSG:2953``.
-        instead
-            A geographic system that places are taken to in plan, instead of the grid's own.
-
-        Raises
-        ------
-        InputError
-            The system is not a projected one.
-        pyproj.exceptions.CRSError
-            PROJ does not know the system.
-        """
+        """The datum of a reference system."""
         return _datum_of(crs, instead)
 
     @cached_property

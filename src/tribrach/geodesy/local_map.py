@@ -69,21 +69,15 @@ class LocalMap:
 
 @dataclass(frozen=True)
 class StoredMap:
-    """A smooth change of coordinates over a box, in numbers that need nothing else to be used.
+    """A smooth change of coordinates over a box, in numbers that need nothing else to be used."""
 
-    Parameters
-    ----------
-    low, high : array (3,)
-        Corners of the box in which it holds [m].
-    origin : array (3,)
-        Mapped middle [m].
-    cubic : array (20, 3)
-        Coefficients by the products of powers of the coordinates, from -1 to 1 over the box.
-    """
-
+    #: (3,), corners of the box in which it holds [m]
     low: Array
     high: Array
+    #: (3,), mapped middle [m]
     origin: Array
+    #: (20, 3), coefficients by the products of powers of the coordinates, from -1 to 1 over the
+    #: box
     cubic: Array
 
     @classmethod
@@ -130,13 +124,7 @@ class StoredMap:
 
     @classmethod
     def from_facts(cls, facts: Mapping[str, Any]) -> StoredMap:
-        """The same again.
-
-        Raises
-        ------
-        ValueError, KeyError, TypeError
-            These are facts of something else.
-        """
+        """The same again."""
         low, high, origin = (np.array(facts[k], dtype=float) for k in ("low", "high", "origin"))
         cubic = np.array(facts["cubic"], dtype=float)
         shapes = [a.shape for a in (low, high, origin)]

@@ -26,26 +26,19 @@ FrameKind = Literal["work", "projected", "ecef"]
 class OutputFrame:
     """The frame of delivered coordinates.
 
-    Attributes
-    ----------
-    work
-        The work frame of the network.
-    kind
-        ``work``, ``projected`` or ``ecef``.
-    crs
-        Name of the reference system of the coordinates, None for a local frame.
-    epoch
-        Decimal year of a dynamic system.
-
     Raises
     ------
     InputError
         A projected frame without a projected site, or a geocentric one with a flat site.
     """
 
+    #: the work frame of the network
     work: WorkFrame
+    #: ``work``, ``projected`` or ``ecef``
     kind: FrameKind = "work"
+    #: name of the reference system of the coordinates, None for a local frame
     crs: str | None = None
+    #: decimal year of a dynamic system
     epoch: float | None = None
 
     def __post_init__(self) -> None:

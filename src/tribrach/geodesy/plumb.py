@@ -22,31 +22,18 @@ __all__ = ["PlumbField", "PlumbLines"]
 
 @dataclass(frozen=True)
 class PlumbField:
-    """What is known of plumb line and geoid at any place of a site.
+    """What is known of plumb line and geoid at any place of a site."""
 
-    Attributes
-    ----------
-    xi, eta
-        One deflection for the site, towards north and east [rad].
-    grid
-        Geoid heights whose slope is the deflection, instead.
-    frame
-        The work frame; its geoid heights are those of levelling.
-    """
-
+    #: one deflection for the site, towards north and east [rad]
     xi: float = 0.0
     eta: float = 0.0
+    #: geoid heights whose slope is the deflection, instead
     grid: GeoidGrid | None = None
+    #: the work frame; its geoid heights are those of levelling
     frame: WorkFrame | None = None
 
     def deflection(self, site: Site, x: Array) -> Array:
-        """Deflections xi, eta (n, 2) [rad] at points (n, 3) [m] of W.
-
-        Raises
-        ------
-        InputError
-            The grid cannot be read or does not reach there.
-        """
+        """Deflections xi, eta (n, 2) [rad] at points (n, 3) [m] of W."""
         if self.grid is None or not isinstance(site, EllipsoidSite):
             return np.broadcast_to(np.array([self.xi, self.eta]), (len(x), 2)).copy()
         frame = WorkFrame(site, None if self.frame is None else self.frame.grid, 0.0, self.grid)
@@ -54,13 +41,7 @@ class PlumbField:
         return slope(frame.undulation, latitude, longitude, height, site.ellipsoid)
 
     def undulation(self, site: Site, x: Array) -> Array | None:
-        """Geoid heights (n,) [m] at points (n, 3) of W; None where no grid gives them.
-
-        Raises
-        ------
-        InputError
-            The grid cannot be read or does not reach there.
-        """
+        """Geoid heights (n,) [m] at points (n, 3) of W; None where no grid gives them."""
         if not isinstance(site, EllipsoidSite):
             return None
         own = None if self.frame is None else self.frame.geoid_grid
@@ -74,20 +55,13 @@ class PlumbField:
 
 @dataclass(frozen=True, eq=False)
 class PlumbLines:
-    """Plumb lines and geoid heights at the positions of a network.
+    """Plumb lines and geoid heights at the positions of a network."""
 
-    Attributes
-    ----------
-    everywhere
-        What is known at any place.
-    deflections : (n, 2)
-        Xi, eta of positions that the survey gives [rad], NaN for others; or empty.
-    undulations : (n,)
-        Geoid heights of positions that the survey gives [m], NaN for others; or empty.
-    """
-
+    #: what is known at any place
     everywhere: PlumbField = field(default_factory=PlumbField)
+    #: (n, 2), xi, eta of positions that the survey gives [rad], NaN for others; or empty
     deflections: Array = field(default_factory=lambda: np.empty((0, 2)))
+    #: (n,), geoid heights of positions that the survey gives [m], NaN for others; or empty
     undulations: Array = field(default_factory=lambda: np.empty(0))
 
     @property

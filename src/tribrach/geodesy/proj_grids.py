@@ -26,23 +26,7 @@ def offline() -> None:
 
 
 def missing_grid_sentences(crs: str) -> list[str]:
-    """Names the grid that is missing for the way from a reference system to WGS 84.
-
-    Parameters
-    ----------
-    crs
-        Anything PROJ understands.
-
-    Returns
-    -------
-    list of str
-        At most one sentence; empty if the best transformation is available.
-
-    Raises
-    ------
-    InputError
-        PROJ does not know the system.
-    """
+    """Names the grid that is missing for the way from a reference system to WGS 84."""
     offline()
     try:
         with warnings.catch_warnings():
@@ -68,18 +52,7 @@ def missing_grid_sentences(crs: str) -> list[str]:
 
 
 def vertical_name(crs: str) -> str | None:
-    """Name of the vertical part of a compound system; None if heights are not part of it.
-
-    Parameters
-    ----------
-    crs
-        Anything PROJ understands.
-
-    Raises
-    ------
-    InputError
-        PROJ does not know the system.
-    """
+    """Name of the vertical part of a compound system; None if heights are not part of it."""
     try:
         definition = CRS.from_user_input(crs)
     except CRSError as error:

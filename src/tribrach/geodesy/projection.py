@@ -60,39 +60,26 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 class ProjectedGrid:
     """A projected grid around an origin.
 
-    Attributes
-    ----------
-    crs
-        Anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string.
-    easting, northing
-        Coordinates of the origin [m].
-    height
-        Ellipsoidal height of the origin [m].
-    geographic
-        A geographic system that places are taken to in plan, their heights as they are, instead of
-        staying in the datum of the grid: what some programs do, whose results are to be met.
-
     Raises
     ------
     InputError
         PROJ does not know the grid, or the origin is outside of it.
     """
 
+    #: anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string
     crs: str
+    #: coordinates of the origin [m]
     easting: float
     northing: float
+    #: ellipsoidal height of the origin [m]
     height: float = 0.0
+    #: A geographic system that places are taken to in plan, their heights as they are, instead of
+    #: staying in the datum of the grid: what some programs do, whose results are to be met
     geographic: str | None = None
 
     @cached_property
     def datum(self) -> GridDatum:
-        """The datum of the grid, or the one that is taken instead.
-
-        Raises
-        ------
-        InputError
-            PROJ does not know the grid, or it is none.
-        """
+        """The datum of the grid, or the one that is taken instead."""
         try:
             return GridDatum.of(self.crs, self.geographic)
         except (CRSError, ProjError) as error:
@@ -102,13 +89,7 @@ class ProjectedGrid:
 
     @cached_property
     def _projection(self) -> Transformer:
-        """From the grid to longitude and latitude in the units and from the meridian of its datum.
-
-        Raises
-        ------
-        InputError
-            As :attr:`datum`.
-        """
+        """From the grid to longitude and latitude, in units and from the meridian of its datum."""
         datum = self.datum
         offline()
         try:
@@ -126,13 +107,7 @@ class ProjectedGrid:
 
     @cached_property
     def place(self) -> tuple[float, float]:
-        """Latitude and longitude [rad] of the origin, in the datum of the grid.
-
-        Raises
-        ------
-        InputError
-            The origin is outside of the grid.
-        """
+        """Latitude and longitude [rad] of the origin, in the datum of the grid."""
         latitude, longitude = self._geographic(self.easting, self.northing)
         if not (np.isfinite(longitude) and np.isfinite(latitude)):
             raise InputError(
@@ -154,11 +129,6 @@ class ProjectedGrid:
         ----------
         latitude, longitude
             Geodetic position [rad] in the datum of the grid.
-
-        Raises
-        ------
-        InputError
-            The place is outside of the grid.
         """
         place: Array = self._plan(np.array([longitude]), np.array([latitude]))[0]
         if not np.isfinite(place).all():
@@ -201,11 +171,6 @@ def grid_scale(crs: str, xyz: Array) -> float:
         The projection.
     xyz : (3,)
         E, N and height [m]; a height of NaN counts as zero.
-
-    Raises
-    ------
-    InputError
-        PROJ does not know the grid, or the place is outside of it.
     """
     try:
         definition = CRS.from_user_input(crs)
@@ -223,20 +188,13 @@ def grid_scale(crs: str, xyz: Array) -> float:
 
 @dataclass(frozen=True)
 class FlatEffect:
-    """What a site that is taken as flat neglects.
+    """What a site that is taken as flat neglects."""
 
-    Attributes
-    ----------
-    sentence
-        In words, with what takes it into account.
-    size
-        Over the extent of the site [m].
-    axes
-        Coordinates that it acts on, of 0, 1, 2 for E, N, U.
-    """
-
+    #: in words, with what takes it into account
     sentence: str
+    #: over the extent of the site [m]
     size: float
+    #: coordinates that it acts on, of 0, 1, 2 for E, N, U
     axes: tuple[int, ...]
 
 
@@ -251,11 +209,6 @@ def flat_effects(xyz: Array, crs: str | None, *, curved: bool) -> list[FlatEffec
         The projection of the coordinates, if they are projected.
     curved
         Zenith angles are corrected for the curvature of the Earth.
-
-    Returns
-    -------
-    list of FlatEffect
-        Empty where the effects are below :data:`NEGLIGIBLE`.
     """
     known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
     if len(known) < 2:

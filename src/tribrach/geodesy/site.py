@@ -69,15 +69,10 @@ class Site(Protocol):
 
 @dataclass(frozen=True)
 class FlatSite:
-    """A site where W is (E, N, U) with parallel verticals.
+    """A site where W is (E, N, U) with parallel verticals."""
 
-    Attributes
-    ----------
-    curvature_radius
-        Earth radius [m] used to reduce zenith angles, or None for a purely Cartesian site
-        (industrial, or a textbook network).
-    """
-
+    #: earth radius [m] used to reduce zenith angles, or None for a purely Cartesian site
+    #: (industrial, or a textbook network)
     curvature_radius: float | None = None
 
     def axes(self, x: Array) -> Array:
@@ -177,25 +172,17 @@ def curvature_radii(latitude: Array, ellipsoid: tuple[float, float] = GRS80) -> 
 
 @dataclass(frozen=True)
 class EllipsoidSite:
-    """A site where W is ENU at an origin on an ellipsoid.
+    """A site where W is ENU at an origin on an ellipsoid."""
 
-    Attributes
-    ----------
-    latitude, longitude
-        Of the origin [rad].
-    ellipsoidal_height
-        Of the origin [m].
-    ellipsoid
-        Semi-major axis [m] and flattening.
-    curvature_radius
-        Earth radius [m] for the correction of zenith angles where it is asked for; the verticals of
-        this site carry the curvature already.
-    """
-
+    #: of the origin [rad]
     latitude: float
     longitude: float
+    #: of the origin [m]
     ellipsoidal_height: float
+    #: semi-major axis [m] and flattening
     ellipsoid: tuple[float, float] = field(default=GRS80)
+    #: earth radius [m] for the correction of zenith angles where it is asked for; the verticals of
+    #: this site carry the curvature already
     curvature_radius: float | None = None
 
     @classmethod

@@ -23,23 +23,15 @@ __all__ = ["WorkFrame"]
 
 @dataclass(frozen=True)
 class WorkFrame:
-    """The work frame and the system in which the site's own coordinates are given.
+    """The work frame and the system in which the site's own coordinates are given."""
 
-    Attributes
-    ----------
-    site
-        The work frame itself.
-    grid
-        The projection of E, N, if they are projected.
-    geoid
-        Geoid height [m] of the place, added to given heights to make them ellipsoidal.
-    geoid_grid
-        Geoid heights point by point, added as well.
-    """
-
+    #: the work frame itself
     site: Site = field(default_factory=FlatSite)
+    #: the projection of E, N, if they are projected
     grid: ProjectedGrid | None = None
+    #: geoid height [m] of the place, added to given heights to make them ellipsoidal
     geoid: float = 0.0
+    #: geoid heights point by point, added as well
     geoid_grid: GeoidGrid | None = None
 
     @property
@@ -63,11 +55,6 @@ class WorkFrame:
         (n,) array
             Geoid heights [m] over the ellipsoid of the site. Models give them over a geocentric
             one; where the grid of the site has an older datum, what lies between is added.
-
-        Raises
-        ------
-        InputError
-            The grid cannot be read or does not reach there.
         """
         if self.geoid_grid is None and not self.geoid:
             return np.zeros(np.shape(latitude))
@@ -132,11 +119,6 @@ class WorkFrame:
             W coordinates [m].
         covariance : (n, 3, 3) or None
             Of the W coordinates [m^2].
-
-        Raises
-        ------
-        InputError
-            The site is flat.
         """
         site = self._ellipsoid("latitude and longitude")
         height = geodetic[:, 2] + self.undulation(geodetic[:, 0], geodetic[:, 1])
@@ -148,35 +130,17 @@ class WorkFrame:
         return positions, axes.transpose(0, 2, 1) @ covariance @ axes
 
     def from_ecef(self, xyz: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
-        """Geocentric coordinates (n, 3) [m] and their covariances (n, 3, 3) [m^2] in W.
-
-        Raises
-        ------
-        InputError
-            The site is flat.
-        """
+        """Geocentric coordinates (n, 3) [m] and their covariances (n, 3, 3) [m^2] in W."""
         site = self._ellipsoid("geocentric coordinates")
         turned = None if covariance is None else self.turned(covariance)
         return site.from_ecef(xyz), turned
 
     def vectors(self, difference: Array) -> Array:
-        """Geocentric vectors (n, 3) [m] along the axes of W.
-
-        Raises
-        ------
-        InputError
-            The site is flat.
-        """
+        """Geocentric vectors (n, 3) [m] along the axes of W."""
         return difference @ self._ellipsoid("geocentric vectors").w_from_ecef.T
 
     def turned(self, covariance: Array) -> Array:
-        """Geocentric covariances (n, 3, 3) [m^2] along the axes of W.
-
-        Raises
-        ------
-        InputError
-            The site is flat.
-        """
+        """Geocentric covariances (n, 3, 3) [m^2] along the axes of W."""
         rotation = self._ellipsoid("geocentric covariances").w_from_ecef
         return rotation @ covariance @ rotation.T
 

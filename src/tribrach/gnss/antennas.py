@@ -30,20 +30,15 @@ HIGHEST = 100.0
 class AntennaSetup:
     """An antenna over a mark.
 
-    Attributes
-    ----------
-    type
-        IGS name with dome.
-    height, east, north
-        Of the antenna reference point over the mark [m].
-
     Raises
     ------
     InputError
         A height or offset of 100 m or more.
     """
 
+    #: IGS name with dome
     type: str = ""
+    #: of the antenna reference point over the mark [m]
     height: float = 0.0
     east: float = 0.0
     north: float = 0.0
@@ -72,33 +67,16 @@ class AntennaSetup:
 
 @dataclass(frozen=True, eq=False)
 class BaselineAntennas:
-    """Both antennas of a baseline, and what is known of phase centres.
+    """Both antennas of a baseline, and what is known of phase centres."""
 
-    Attributes
-    ----------
-    base, rover
-        The antennas.
-    antex
-        Phase centres, None to leave them out.
-    """
-
+    #: the antennas
     base: AntennaSetup
     rover: AntennaSetup
+    #: phase centres, None to leave them out
     antex: AntexFile | None = None
 
     def options(self, folder: Path) -> dict[str, object]:
-        """Options of the engine for both antennas.
-
-        Parameters
-        ----------
-        folder
-            The engine's work folder, which holds :meth:`file` as :data:`ANTEX_NAME`.
-
-        Raises
-        ------
-        InputError
-            The ANTEX file lacks an antenna.
-        """
+        """Options of the engine for both antennas."""
         options: dict[str, object] = {}
         for key, antenna in (("ant1", self.rover), ("ant2", self.base)):
             options[f"{key}-antdele"] = antenna.east
@@ -117,18 +95,7 @@ class BaselineAntennas:
         return self.antex is not None and self.antex.has_satellites
 
     def satellite_options(self, folder: Path) -> dict[str, object]:
-        """Options for precise orbits, which refer to centres of mass: phase centres of satellites.
-
-        Parameters
-        ----------
-        folder
-            The engine's work folder, as in :meth:`options`.
-
-        Returns
-        -------
-        dict
-            Empty if the file has no antennas of satellites.
-        """
+        """Options for precise orbits, which refer to centres of mass: satellites' phase centres."""
         if not self.has_satellites:
             return {}
         return {"file-satantfile": folder / ANTEX_NAME, "pos1-posopt1": 1}
@@ -141,13 +108,7 @@ class BaselineAntennas:
         return {ANTEX_NAME: self.antex.of_baseline(own, satellites=True)}
 
     def warnings(self, frequencies: int) -> list[str]:
-        """Sentences on phase centres that are not known, or not quite.
-
-        Parameters
-        ----------
-        frequencies
-            How many are used.
-        """
+        """Sentences on phase centres that are not known, or not quite."""
         if self.antex is not None:
             return self._inexact(self.antex, frequencies)
         if self.base.type.split() == self.rover.type.split():

@@ -66,18 +66,6 @@ def run_engine(
         Time limit.
     span
         GPS time [s] since 1980-01-06 of the first and the last epoch to take, None for all.
-
-    Returns
-    -------
-    solution : Path
-        The solution file, empty if there was nothing to compute; the status file lies beside it.
-    engine : str
-        The engine that made it.
-
-    Raises
-    ------
-    InputError
-        The engine is not installed, fails or does not end in time.
     """
     installed = engines()
     if engine == "auto" and not installed:
@@ -125,13 +113,7 @@ def staged(folder: Path, contents: Mapping[str, bytes]) -> list[Path]:
 
 
 def _run(command: list[str], folder: Path, engine: EngineName, seconds: float) -> None:
-    """Run the command and wait for it.
-
-    Raises
-    ------
-    InputError
-        It cannot be started, crashes, fails or does not end in time.
-    """
+    """Run the command and wait for it."""
     try:
         done = subprocess.run(
             command,

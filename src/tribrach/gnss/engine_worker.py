@@ -29,11 +29,6 @@ def main(options: str, out: str, start: float, end: float, files: list[str]) -> 
         GPS time [s] since 1980-01-06 of the first and the last epoch; both 0 for all epochs.
     files
         Paths of observations and orbits.
-
-    Returns
-    -------
-    int
-        Exit status: 0, 3 or 4, see the module.
     """
     pyrtklib = importlib.import_module("pyrtklib")
     pyrtklib.resetsysopts()

@@ -51,35 +51,23 @@ DETERMINED = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ClockFreePhases:
-    """n differences of phases between two receivers, without clocks, over their sigmas.
+    """n differences of phases between two receivers, without clocks, over their sigmas."""
 
-    Attributes
-    ----------
-    times : (n,)
-        Seconds since 1980-01-06.
-    satellites : (n,)
-        Numbers of the satellites.
-    values : (n,)
-        Observed minus computed, over their standard deviation by ``weights``.
-    design : (n, 3)
-        Derivatives by the coordinates of the rover [1/m].
-    freedom : (n,)
-        Share of each that its clock has left: (m - 1)/m with m satellites.
-    rounded : (n,)
-        What last decimals alone would give for the squares of ``values``.
-    relative : (n,)
-        Variance by last decimals over the engine's.
-    residual
-        Root mean square of the double differences [m].
-    """
-
+    #: (n,), seconds since 1980-01-06
     times: Array
+    #: (n,), numbers of the satellites
     satellites: NDArray[np.int64]
+    #: (n,), observed minus computed, over their standard deviation by ``weights``
     values: Array
+    #: (n, 3), derivatives by the coordinates of the rover [1/m]
     design: Array
+    #: (n,), share of each that its clock has left: (m - 1)/m with m satellites
     freedom: Array
+    #: (n,), what last decimals alone would give for the squares of ``values``
     rounded: Array
+    #: (n,), variance by last decimals over the engine's
     relative: Array
+    #: root mean square of the double differences [m]
     residual: float
 
     def coordinates(self) -> tuple[Array, Array] | None:
@@ -131,17 +119,11 @@ class ClockFreePhases:
 
 @dataclass(frozen=True)
 class PhaseWeights:
-    """Variance of phases: a part as the engine's, and one by the last decimals of the files.
+    """Variance of phases: a part as the engine's, and one by the last decimals of the files."""
 
-    Attributes
-    ----------
-    engine
-        Factor on the engine's variance.
-    decimals
-        Factor on the variance that decimals leave.
-    """
-
+    #: factor on the engine's variance
     engine: float = 1.0
+    #: factor on the variance that decimals leave
     decimals: float = 0.0
 
     def variance(self, elevation: Array, frequencies: NDArray[np.int64]) -> Array:
@@ -157,11 +139,6 @@ def learned_weights(phases: ClockFreePhases) -> PhaseWeights:
     What decimals leave is known, and what is beyond is the engine's variance times an unknown
     factor, from the sum of the squares. Both are divided so that their mean over the phases is what
     the engine assumes: the variance itself is learned with the correlation.
-
-    Parameters
-    ----------
-    phases
-        With the weights of the engine, at their own least squares.
     """
     dof = float(phases.freedom.sum()) - 3
     if dof < FEWEST:
@@ -251,11 +228,6 @@ def clock_free(
         That the engine computed with each phase, rover minus base, and should not have [m].
     weights
         Of the phases, None for those of the engine.
-
-    Returns
-    -------
-    ClockFreePhases or None
-        None where no epoch has two satellites.
     """
     times = solution.times[chosen]
     at = np.clip(np.searchsorted(times, phases.times - 1e-3), 0, len(times) - 1)

@@ -31,39 +31,26 @@ MOST_TRIANGLES = 2_000
 
 @dataclass(frozen=True)
 class BaselineLoop:
-    """A closed loop of baselines.
+    """A closed loop of baselines."""
 
-    Attributes
-    ----------
-    points
-        Indices of the points in the order they are walked.
-    walk
-        Baselines with their directions, +1 or -1.
-    closure : (3,)
-        Sum of the vectors [m].
-    covariance : (3, 3)
-        Of the closure [m^2].
-    length
-        Of all sides [m].
-    statistic
-        ``w^T C_w^-1 w``.
-    dof
-        Its degrees of freedom: fewer than three where the covariance is singular, zero where the
-        loop tells nothing.
-    limit
-        Above it the loop does not pass.
-    independent
-        The loop is part of the basis.
-    """
-
+    #: indices of the points in the order they are walked
     points: tuple[int, ...]
+    #: baselines with their directions, +1 or -1
     walk: Walk
+    #: (3,), sum of the vectors [m]
     closure: Array
+    #: (3, 3), of the closure [m^2]
     covariance: Array
+    #: of all sides [m]
     length: float
+    #: ``w^T C_w^-1 w``
     statistic: float
+    #: its degrees of freedom: fewer than three where the covariance is singular, zero where the
+    #: loop tells nothing
     dof: int
+    #: above it the loop does not pass
     limit: float
+    #: the loop is part of the basis
     independent: bool
 
     @property

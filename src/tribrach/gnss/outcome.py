@@ -57,50 +57,34 @@ RESIDUALS = "residuals of the phases and how long they stay alike"
 
 @dataclass(frozen=True, eq=False)
 class RunOutcome:
-    """What one run has come to.
+    """What one run has come to."""
 
-    Attributes
-    ----------
-    place : (3,)
-        ECEF coordinates of the rover [m].
-    formal : (3, 3)
-        Covariance with independent epochs and the weights of the phases [m^2], which in the mean
-        are those of the engine.
-    final
-        The state of the solution at its end.
-    epochs
-        With a solution of phases.
-    start, end
-        First and last of them [s].
-    satellites
-        Mean number over them.
-    phases
-        From which their noise is learned; None where there are none.
-    residual
-        Root mean square of the phases' double differences [m], None if the engine gives none.
-    air : (3, 3)
-        Covariance [m^2] of what was taken out for the air, which pieces of a session share.
-    rounding : (3,)
-        Variance [m^2] by the last decimal of the engine's places, an upper bound; zero where they
-        stand.
-    weights
-        Of the phases.
-    satellites_used
-        Names of the satellites.
-    """
-
+    #: (3,), ECEF coordinates of the rover [m]
     place: Array
+    #: (3, 3), covariance with independent epochs and the weights of the phases [m^2], which in the
+    #: mean are those of the engine
     formal: Array
+    #: the state of the solution at its end
     final: FinalSolution
+    #: with a solution of phases
     epochs: int
+    #: first and last of them [s]
     start: float
     end: float
+    #: mean number over them
     satellites: float
+    #: from which their noise is learned; None where there are none
     phases: ClockFreePhases | None
+    #: root mean square of the phases' double differences [m], None if the engine gives none
     residual: float | None
+    #: (3, 3), covariance [m^2] of what was taken out for the air, which pieces of a session share
     air: Array
+    #: (3,), variance [m^2] by the last decimal of the engine's places, an upper bound; zero where
+    #: they stand
     rounding: Array
+    #: of the phases
     weights: PhaseWeights
+    #: names of the satellites
     satellites_used: tuple[str, ...] = ()
 
     def covariance(self, factor: float) -> Array:
@@ -278,22 +262,7 @@ def outcome_standing(
     air: bool,
     weights: PhaseWeights | None = None,
 ) -> RunOutcome:
-    """An outcome with the residuals of a run whose rover stood at ``standing_place``.
-
-    Parameters
-    ----------
-    first
-        Of the run that found the place.
-    solution, used
-        Of the run that stood there.
-    base, air, weights
-        Those of ``outcome_of``.
-
-    Returns
-    -------
-    RunOutcome
-        The first one where the second run fixed fewer than half of its epochs, or leaves its place.
-    """
+    """An outcome with the residuals of a run whose rover stood at ``standing_place``."""
     if used is None or used.phases is None or first.phases is None:
         return first
     before = np.unique(first.phases.times)

@@ -97,67 +97,43 @@ def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) 
 
 @dataclass(frozen=True)
 class Occupation:
-    """A receiver over a point.
+    """A receiver over a point."""
 
-    Attributes
-    ----------
-    point
-        Name of the point.
-    file
-        Its RINEX observations.
-    antenna
-        IGS name with dome; None takes that of the file.
-    height
-        Of the antenna reference point over the mark [m]; None takes that of the file.
-    """
-
+    #: name of the point
     point: str
+    #: its RINEX observations
     file: Path
+    #: IGS name with dome; None takes that of the file
     antenna: str | None = None
+    #: of the antenna reference point over the mark [m]; None takes that of the file
     height: float | None = None
 
 
 @dataclass(frozen=True)
 class ReceiverSession:
-    """Receivers that observed together.
+    """Receivers that observed together."""
 
-    Attributes
-    ----------
-    name
-        Of the session.
-    occupations
-        The receivers.
-    navigation
-        Files of orbits.
-    star
-        Point from which all baselines are taken; None for the shortest ones.
-    """
-
+    #: of the session
     name: str
+    #: the receivers
     occupations: tuple[Occupation, ...]
+    #: files of orbits
     navigation: tuple[Path, ...]
+    #: point from which all baselines are taken; None for the shortest ones
     star: str | None = None
 
 
 @dataclass(frozen=True)
 class SessionResult:
-    """Baselines of a session.
+    """Baselines of a session."""
 
-    Attributes
-    ----------
-    name
-        Of the session.
-    baselines
-        m baselines with names of points.
-    covariance : (3m, 3m)
-        Of all baselines [m^2].
-    warnings
-        Sentences.
-    """
-
+    #: of the session
     name: str
+    #: m baselines with names of points
     baselines: tuple[Baseline, ...]
+    #: (3m, 3m), of all baselines [m^2]
     covariance: Array
+    #: sentences
     warnings: tuple[str, ...] = ()
 
 
@@ -179,11 +155,6 @@ def run_sessions(
         How baselines are computed.
     progress
         Called with what is being done, how much is done and how much there is.
-
-    Raises
-    ------
-    InputError
-        As :func:`~tribrach.gnss.baseline.compute_baseline`, with the session's name.
     """
     places = dict(known)
     total = sum(len(session.occupations) - 1 for session in sessions)

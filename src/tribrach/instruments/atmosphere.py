@@ -22,20 +22,13 @@ ZERO_CELSIUS = 273.15
 
 @dataclass(frozen=True)
 class Air:
-    """Air along a sight.
+    """Air along a sight."""
 
-    Attributes
-    ----------
-    temperature_c
-        Degrees Celsius.
-    pressure_hpa
-        At the instrument [hPa].
-    humidity_percent
-        Relative humidity.
-    """
-
+    #: degrees Celsius
     temperature_c: float = 12.0
+    #: at the instrument [hPa]
     pressure_hpa: float = 1013.25
+    #: relative humidity
     humidity_percent: float = 60.0
 
 
@@ -44,15 +37,7 @@ REFERENCE = Air()
 
 
 def vapour_pressure_hpa(temperature_c: ArrayLike, humidity_percent: ArrayLike) -> Array:
-    """Partial pressure of water vapour [hPa], by the Magnus formula of Sonntag.
-
-    Parameters
-    ----------
-    temperature_c
-        Degrees Celsius, any shape.
-    humidity_percent
-        Relative humidity, a shape that broadcasts with it.
-    """
+    """Partial pressure of water vapour [hPa], by the Magnus formula of Sonntag."""
     t = np.asarray(temperature_c, dtype=float)
     saturated = 6.112 * np.exp(17.62 * t / (243.12 + t))
     vapour: Array = np.asarray(humidity_percent) / 100 * saturated

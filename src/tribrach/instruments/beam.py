@@ -18,20 +18,13 @@ __all__ = ["Beam"]
 
 @dataclass(frozen=True)
 class Beam:
-    """A beam of light.
+    """A beam of light."""
 
-    Attributes
-    ----------
-    exit
-        Diameter where it leaves the instrument [m].
-    divergence
-        Full angle [rad].
-    cone
-        True if it is a cone from there on, else it has its waist there.
-    """
-
+    #: diameter where it leaves the instrument [m]
     exit: float = 0.0
+    #: full angle [rad]
     divergence: float = 0.0
+    #: true if it is a cone from there on, else it has its waist there
     cone: bool = False
 
     def diameter(self, length: Array) -> Array:

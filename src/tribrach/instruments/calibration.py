@@ -127,36 +127,21 @@ _MEANINGS = {
 
 @dataclass(frozen=True)
 class CalibrationModel:
-    """A calibration model.
+    """A calibration model."""
 
-    Attributes
-    ----------
-    name
-        As in reports.
-    parameters
-        Names of its parameters.
-    functions
-        The column of each parameter: (range, H, V, face) to its contributions to range, H, V.
-    key
-        What :func:`find_model` knows it by, empty if it does not.
-    unit_lengths
-        Of the modulation of the range [m], where the model has them.
-    """
-
+    #: as in reports
     name: str
+    #: names of its parameters
     parameters: tuple[str, ...]
+    #: the column of each parameter: (range, H, V, face) to its contributions to range, H, V
     functions: tuple[Column, ...]
+    #: what :func:`find_model` knows it by, empty if it does not
     key: str = ""
+    #: of the modulation of the range [m], where the model has them
     unit_lengths: tuple[float, ...] = ()
 
     def select(self, parameters: Sequence[str]) -> CalibrationModel:
-        """The model with some of its parameters only, in the given order.
-
-        Raises
-        ------
-        InputError
-            A parameter that the model does not have.
-        """
+        """The model with some of its parameters only, in the given order."""
         unknown = [p for p in parameters if p not in self.parameters]
         if unknown:
             raise InputError(
@@ -382,11 +367,6 @@ def unit_of(parameter: str) -> Unit:
 def meaning_of(parameter: str) -> str:
     """What a parameter is, in the words of an instrument maker, such as ``collimation axis error``.
 
-    Raises
-    ------
-    KeyError
-        No model has such a parameter.
-
     References
     ----------
     Method section 4.1.
@@ -407,12 +387,6 @@ def find_model(
         Those to keep, in this order; all if empty.
     unit_lengths
         Two unit lengths of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
-
-    Raises
-    ------
-    InputError
-        An unknown model or parameter, a parameter named twice, unit lengths that are missing or
-        that the model does not have.
     """
     if name not in MODELS:
         raise InputError(

@@ -34,20 +34,13 @@ COMMON = CalibrationModel(
 
 @dataclass(frozen=True)
 class CommonErrors:
-    """Standard deviations of effects that no number of points makes smaller.
+    """Standard deviations of effects that no number of points makes smaller."""
 
-    Attributes
-    ----------
-    instrument
-        Name of the scanner; all its stations have one range scale.
-    range_scale
-        Of the scale of its ranges.
-    refraction
-        Of the coefficient of refraction, drawn anew at each station.
-    """
-
+    #: name of the scanner; all its stations have one range scale
     instrument: str
+    #: of the scale of its ranges
     range_scale: float = 0.0
+    #: of the coefficient of refraction, drawn anew at each station
     refraction: float = 0.0
 
     @property
@@ -71,11 +64,6 @@ def effects_model(
         Parameters of the calibration, then common errors.
     unit_lengths
         Of the modulation of the range [m].
-
-    Raises
-    ------
-    InputError
-        No such model, or it does not have such a parameter.
     """
     own = [effect for effect in effects if effect not in COMMON.parameters]
     common = COMMON.select([effect for effect in effects if effect in COMMON.parameters])

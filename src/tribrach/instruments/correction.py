@@ -26,21 +26,14 @@ _BLOCK = 50_000
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """Calibration of one scan.
+    """Calibration of one scan."""
 
-    Attributes
-    ----------
-    model
-        The calibration model.
-    values : (k,)
-        Its parameters [m, rad or 1].
-    faces
-        Which face measured the points: always ``front``, always ``back``, or ``dome``: the back
-        where H is above 180 degrees.
-    """
-
+    #: the calibration model
     model: CalibrationModel
+    #: (k,), its parameters [m, rad or 1]
     values: Array
+    #: which face measured the points: always ``front``, always ``back``, or ``dome``: the back
+    #: where H is above 180 degrees
     faces: Faces = "front"
 
     def face(self, h: Array) -> Array:

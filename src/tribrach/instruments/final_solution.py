@@ -40,40 +40,27 @@ FEWEST_CHECKED = 3
 
 @dataclass(frozen=True)
 class FinalSolution:
-    """What a static solution has come to at its end.
+    """What a static solution has come to at its end."""
 
-    Attributes
-    ----------
-    fixed
-        Ambiguities are integers at the end, and stay the same ones.
-    epoch
-        Number of the epoch that is taken.
-    share
-        Of all solved epochs that are fixed.
-    share_end
-        Of those at the end.
-    ratio
-        Of the ambiguity test, median over the end.
-    epochs_end
-        Epochs that count as the end.
-    apart
-        Largest distance [m] of a fixed epoch at the end from ``epoch``, or from the best fixed one
-        where the solution is float; 0 where none is fixed.
-    limit
-        For ``apart`` [m].
-    scatter : (3, 3)
-        Of a float solution [m^2]: mean square of what all epochs at the end differ from the one
-        that is taken; zero where the solution is fixed.
-    """
-
+    #: ambiguities are integers at the end, and stay the same ones
     fixed: bool
+    #: number of the epoch that is taken
     epoch: int
+    #: of all solved epochs that are fixed
     share: float
+    #: of those at the end
     share_end: float
+    #: of the ambiguity test, median over the end
     ratio: float
+    #: epochs that count as the end
     epochs_end: int
+    #: largest distance [m] of a fixed epoch at the end from ``epoch``, or from the best fixed one
+    #: where the solution is float; 0 where none is fixed
     apart: float
+    #: for ``apart`` [m]
     limit: float
+    #: (3, 3), of a float solution [m^2]: mean square of what all epochs at the end differ from the
+    #: one that is taken; zero where the solution is fixed
     scatter: Array
 
     @property
@@ -116,10 +103,6 @@ def final_solution(
         Of the ambiguity test.
     length
         Of the baseline [m].
-
-    Returns
-    -------
-    FinalSolution
     """
     n = len(values)
     end = np.arange(n - max(int(np.ceil(END * n)), 1), n)

@@ -113,17 +113,11 @@ def effective_number(
 
 @dataclass(frozen=True)
 class RangeCorrelation:
-    """What the neighbours of a point at one range share with it.
+    """What the neighbours of a point at one range share with it."""
 
-    Attributes
-    ----------
-    share
-        Share of the range variance, 0 to 1.
-    angle
-        Diameter of the discs whose overlap it goes with, seen from the scanner [rad].
-    """
-
+    #: share of the range variance, 0 to 1
     share: float
+    #: diameter of the discs whose overlap it goes with, seen from the scanner [rad]
     angle: float
 
     def correlation(self, separation: Array) -> Array:
@@ -177,23 +171,17 @@ class RangeCorrelation:
 class SharedNoise:
     """What neighbouring points of an instrument share of their range errors.
 
-    Attributes
-    ----------
-    share
-        Share of the range variance that goes with the overlap, 0 to 1.
-    angle
-        Diameter of the discs that overlap, seen from the scanner [rad]; zero for those of the beam.
-    beam
-        The beam.
-
     Raises
     ------
     InputError
         The share is not between 0 and 1, or the angle is negative.
     """
 
+    #: share of the range variance that goes with the overlap, 0 to 1
     share: float
+    #: diameter of the discs that overlap, seen from the scanner [rad]; zero for those of the beam
     angle: float = 0.0
+    #: the beam
     beam: Beam = Beam()
 
     def __post_init__(self) -> None:

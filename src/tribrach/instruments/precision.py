@@ -24,64 +24,44 @@ _POINTING = 60 * SEC
 
 @dataclass(frozen=True)
 class Precision:
-    """Standard deviations of an instrument.
+    """Standard deviations of an instrument."""
 
-    Attributes
-    ----------
-    direction, zenith
-        Of one reading in one face [rad]; the mean of both faces is the mean of two.
-    distance, scale
-        Of a distance [m] and [m/m], added linearly.
-    centring
-        Of either end in plan [m].
-    height
-        Of the height of either end [m].
-    levelling
-        Of a height difference [m] per square root of a kilometre.
-    range, range_scale
-        Of a scanner's ranges [m] and [m/m].
-    scan_angle
-        Noise of a scanner's angles [rad], new with every point.
-    scan_angle_systematic
-        What its angles are wrong by for a whole neighbourhood [rad]; neither points of a target nor
-        further scans make it smaller.
-    target
-        Floor of a target's centre in each coordinate [m].
-    tilt
-        Of the tilt of a levelled scanner [rad].
-    gnss_plan, gnss_up
-        Of GNSS coordinates in plan and height [m].
-    gnss_common
-        Share of their variance that a session has in common.
-    rod
-        Of the length of the rod that carries a target over a mark [m].
-    bubble
-        Of the rod's bubble [rad].
-    eccentricity
-        Of the target on its rod [m].
-    refraction
-        Coefficient of the place, not a standard deviation.
-    """
-
+    #: of one reading in one face [rad]; the mean of both faces is the mean of two
     direction: float | None = None
     zenith: float | None = None
+    #: of a distance [m] and [m/m], added linearly
     distance: float | None = None
     scale: float = 0.0
+    #: of either end in plan [m]
     centring: float = 0.0
+    #: of the height of either end [m]
     height: float = 0.0
+    #: of a height difference [m] per square root of a kilometre
     levelling: float | None = None
+    #: of a scanner's ranges [m] and [m/m]
     range: float | None = None
     range_scale: float = 0.0
+    #: noise of a scanner's angles [rad], new with every point
     scan_angle: float | None = None
+    #: what its angles are wrong by for a whole neighbourhood [rad]; neither points of a target nor
+    #: further scans make it smaller
     scan_angle_systematic: float = 0.0
+    #: floor of a target's centre in each coordinate [m]
     target: float = 0.0
+    #: of the tilt of a levelled scanner [rad]
     tilt: float | None = None
+    #: of GNSS coordinates in plan and height [m]
     gnss_plan: float | None = None
     gnss_up: float | None = None
+    #: share of their variance that a session has in common
     gnss_common: float = 0.5
+    #: of the length of the rod that carries a target over a mark [m]
     rod: float | None = None
+    #: of the rod's bubble [rad]
     bubble: float | None = None
+    #: of the target on its rod [m]
     eccentricity: float = 0.0
+    #: coefficient of the place, not a standard deviation
     refraction: float = 0.13
 
     def of_directions(self, length: Array, repetitions: Array) -> Array | None:
@@ -137,13 +117,7 @@ class Precision:
         return None if self.range is None else self.range + self.range_scale * length
 
     def of_scan_angle(self, repetitions: float = 1.0) -> float | None:
-        """Standard deviation of a scanner's angles to a target [rad], noise and systematic part.
-
-        Parameters
-        ----------
-        repetitions
-            Readings that a value is the mean of; they leave the systematic part as it is.
-        """
+        """Standard deviation of a scanner's angles to a target [rad], noise and systematic part."""
         if self.scan_angle is None:
             return None
         noise = self.scan_angle / np.sqrt(repetitions)

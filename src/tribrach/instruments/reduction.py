@@ -58,17 +58,11 @@ MOST_CELLS = 10_000_000
 
 @dataclass(frozen=True)
 class ReadingSets:
-    """Sets of n readings.
+    """Sets of n readings."""
 
-    Attributes
-    ----------
-    number : (n,)
-        Set of each reading, from 0 on.
-    closing : (n,)
-        True where the reading closes the horizon.
-    """
-
+    #: (n,), set of each reading, from 0 on
     number: Index
+    #: (n,), true where the reading closes the horizon
     closing: NDArray[np.bool_]
 
 
@@ -113,54 +107,35 @@ def _ends(keys: list[tuple[int, int]], i: int) -> bool:
 
 @dataclass(frozen=True)
 class Rounds:
-    """Adjusted directions of t targets from s sets.
+    """Adjusted directions of t targets from s sets."""
 
-    Attributes
-    ----------
-    direction : (t,)
-        Within [0, 2 pi), in the orientation of the first set [rad].
-    orientation : (s,)
-        Of the sets against the first [rad].
-    residual : (s, t)
-        Observed less adjusted [rad].
-    sigma
-        Of a direction in one set from the residuals [rad], NaN without redundancy.
-    sigma_mean : (t,)
-        Of the adjusted directions [rad].
-    dof
-        Degrees of freedom.
-    """
-
+    #: (t,), within [0, 2 pi), in the orientation of the first set [rad]
     direction: Array
+    #: (s,), of the sets against the first [rad]
     orientation: Array
+    #: (s, t), observed less adjusted [rad]
     residual: Array
+    #: of a direction in one set from the residuals [rad], NaN without redundancy
     sigma: float
+    #: (t,), of the adjusted directions [rad]
     sigma_mean: Array
+    #: degrees of freedom
     dof: int
 
 
 @dataclass(frozen=True)
 class Repeats:
-    """Means of values that need no orientation: t targets in s sets [rad or m].
+    """Means of values that need no orientation: t targets in s sets [rad or m]."""
 
-    Attributes
-    ----------
-    mean : (t,)
-        Over the sets.
-    residual : (s, t)
-        Observed less mean.
-    sigma
-        Of a value in one set from the residuals, NaN without redundancy.
-    sigma_mean : (t,)
-        Of the means.
-    dof
-        Degrees of freedom.
-    """
-
+    #: (t,), over the sets
     mean: Array
+    #: (s, t), observed less mean
     residual: Array
+    #: of a value in one set from the residuals, NaN without redundancy
     sigma: float
+    #: (t,), of the means
     sigma_mean: Array
+    #: degrees of freedom
     dof: int
 
 
@@ -253,38 +228,27 @@ def _approximate(directions: Array, known: NDArray[np.bool_]) -> tuple[Array, Ar
 
 @dataclass(frozen=True)
 class AxisErrors:
-    """Axis errors of an instrument from n pairs of faces [rad].
+    """Axis errors of an instrument from n pairs of faces [rad]."""
 
-    Attributes
-    ----------
-    collimation, sigma_collimation
-        The collimation error and its standard deviation.
-    trunnion, sigma_trunnion
-        Tilt of the trunnion axis; NaN where sights are too level.
-    index, sigma_index
-        The index error of zenith angles.
-    sigma_direction, sigma_zenith
-        Of a reading in one face, from the scatter of the differences.
-    residual_direction, residual_zenith : (n,)
-        Of half differences.
-    far_direction, far_zenith : (n,)
-        True where a difference is out of line; it is then left out of everything else.
-    pairs
-        How many were used.
-    """
-
+    #: the collimation error and its standard deviation
     collimation: float
     sigma_collimation: float
+    #: tilt of the trunnion axis; NaN where sights are too level
     trunnion: float
     sigma_trunnion: float
+    #: the index error of zenith angles
     index: float
     sigma_index: float
+    #: of a reading in one face, from the scatter of the differences
     sigma_direction: float
     sigma_zenith: float
+    #: (n,), of half differences
     residual_direction: Array
     residual_zenith: Array
+    #: (n,), true where a difference is out of line; it is then left out of everything else
     far_direction: NDArray[np.bool_]
     far_zenith: NDArray[np.bool_]
+    #: how many were used
     pairs: int
 
 
@@ -385,107 +349,73 @@ def _fit(design: Array, values: Array, use: NDArray[np.bool_]) -> tuple[Array, A
 
 @dataclass(frozen=True)
 class TelescopeReadings:
-    """n readings in the order they were taken.
+    """n readings in the order they were taken."""
 
-    Attributes
-    ----------
-    setup, target : (n,)
-        Indices.
-    face : (n,)
-        1 or 2.
-    direction, zenith : (n,)
-        As read [rad], NaN where not read.
-    distance : (n,)
-        Corrected [m], NaN where not read.
-    series : (n,)
-        Number of the set if it is known, else 0.
-    """
-
+    #: (n,), indices
     setup: Index
     target: Index
+    #: (n,), 1 or 2
     face: NDArray[np.int8]
+    #: (n,), as read [rad], NaN where not read
     direction: Array
     zenith: Array
+    #: (n,), corrected [m], NaN where not read
     distance: Array
+    #: (n,), number of the set if it is known, else 0
     series: Index
 
 
 @dataclass(frozen=True)
 class TargetMeans:
-    """n means of a target in one set of one set-up.
+    """n means of a target in one set of one set-up."""
 
-    Attributes
-    ----------
-    setup, set, target : (n,)
-        Indices.
-    direction, zenith : (n,)
-        Means of the faces, or the value of the one face that was read [rad].
-    distance : (n,)
-        Mean [m].
-    half_direction, half_zenith : (n,)
-        Half differences of the faces [rad], NaN where only one was read.
-    directions, zeniths, distances : (n,)
-        How many readings.
-    first : (n,)
-        Index of the first reading.
-    far_direction, far_zenith : (n,)
-        True where the faces are too far apart.
-    """
-
+    #: (n,), indices
     setup: Index
     set: Index
     target: Index
+    #: (n,), means of the faces, or the value of the one face that was read [rad]
     direction: Array
     zenith: Array
+    #: (n,), mean [m]
     distance: Array
+    #: (n,), half differences of the faces [rad], NaN where only one was read
     half_direction: Array
     half_zenith: Array
+    #: (n,), how many readings
     directions: Index
     zeniths: Index
     distances: Index
+    #: (n,), index of the first reading
     first: Index
+    #: (n,), true where the faces are too far apart
     far_direction: NDArray[np.bool_]
     far_zenith: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Closures:
-    """n closed horizons.
+    """n closed horizons."""
 
-    Attributes
-    ----------
-    setup, set, target, face : (n,)
-        Of the closing reading.
-    difference : (n,)
-        Last less first reading [rad].
-    """
-
+    #: (n,), of the closing reading
     setup: Index
     set: Index
     target: Index
     face: NDArray[np.int8]
+    #: (n,), last less first reading [rad]
     difference: Array
 
 
 @dataclass(frozen=True)
 class SetupReduction:
-    """The adjusted rounds of one set-up.
+    """The adjusted rounds of one set-up."""
 
-    Attributes
-    ----------
-    setup
-        Index of the set-up.
-    targets : (t,)
-        Targets of its tables.
-    sets : (s,)
-        Sets of its tables.
-    rounds, zeniths, distances
-        The adjusted values.
-    """
-
+    #: index of the set-up
     setup: int
+    #: (t,), targets of its tables
     targets: Index
+    #: (s,), sets of its tables
     sets: Index
+    #: the adjusted values
     rounds: Rounds
     zeniths: Repeats
     distances: Repeats
@@ -493,68 +423,43 @@ class SetupReduction:
 
 @dataclass(frozen=True)
 class Means:
-    """n values for the network.
+    """n values for the network."""
 
-    Attributes
-    ----------
-    setup, target : (n,)
-        Indices.
-    circle : (n,)
-        Position of the circle within the set-up, counted from 0.
-    value : (n,)
-        [rad or m].
-    readings : (n,)
-        How many readings it is the mean of.
-    first : (n,)
-        Index of the first of them.
-    far : (n,)
-        True if the faces of all its readings were too far apart.
-    """
-
+    #: (n,), indices
     setup: Index
     target: Index
+    #: (n,), position of the circle within the set-up, counted from 0
     circle: Index
+    #: (n,), [rad or m]
     value: Array
+    #: (n,), how many readings it is the mean of
     readings: Index
+    #: (n,), index of the first of them
     first: Index
+    #: (n,), true if the faces of all its readings were too far apart
     far: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """All results of the readings of a file.
+    """All results of the readings of a file."""
 
-    Attributes
-    ----------
-    cells
-        Means of faces for each target of each set.
-    axes
-        Axis errors of the instrument.
-    closures
-        Closed horizons.
-    setups
-        Adjusted rounds, one for each set-up.
-    directions, zeniths, distances
-        Values for the network.
-    """
-
+    #: means of faces for each target of each set
     cells: TargetMeans
+    #: axis errors of the instrument
     axes: AxisErrors
+    #: closed horizons
     closures: Closures
+    #: adjusted rounds, one for each set-up
     setups: tuple[SetupReduction, ...]
+    #: values for the network
     directions: Means
     zeniths: Means
     distances: Means
 
 
 def reduce(readings: TelescopeReadings) -> Reduction:
-    """Pairs faces, adjusts rounds and averages.
-
-    Raises
-    ------
-    InputError
-        A set-up with more sets and targets than a table holds.
-    """
+    """Pairs faces, adjusts rounds and averages."""
     number = np.zeros(len(readings.setup), dtype=np.int64)
     closing = np.zeros(len(readings.setup), dtype=bool)
     for rows in _by_setup(readings.setup):

@@ -30,43 +30,32 @@ __all__ = ["ScanNoise"]
 class ScanNoise:
     """Standard deviations of single points of a scanner.
 
-    Attributes
-    ----------
-    range, range_scale
-        Of ranges [m] and [m/m], added linearly.
-    horizontal, vertical
-        Noise of encoder readings [rad], new with every point.
-    beam_exit
-        Diameter of the beam where it leaves the scanner [m].
-    beam_divergence
-        Full angle of the beam [rad]; with both at zero the footprint is left out.
-    systematic
-        What both angles are wrong by for a whole neighbourhood [rad]: part of a point's standard
-        deviation, which no mean of points makes smaller.
-    beam_cone
-        True if the beam is a cone from its exit on, else it has its waist there.
-    law
-        Of the noise of ranges with the intensity, which takes the place of range, range_scale and
-        incidence where an intensity is known; None if there is none.
-    shared_share, shared_angle
-        What neighbouring points share of the variance of their ranges, None if nobody says, and the
-        angle [rad] over which they do, zero for the beam's own width (method section 5.7).
-
     Raises
     ------
     InputError
         A figure is negative or no number.
     """
 
+    #: of ranges [m] and [m/m], added linearly
     range: float
     range_scale: float
+    #: noise of encoder readings [rad], new with every point
     horizontal: float
     vertical: float
+    #: diameter of the beam where it leaves the scanner [m]
     beam_exit: float = 0.0
+    #: full angle of the beam [rad]; with both at zero the footprint is left out
     beam_divergence: float = 0.0
+    #: what both angles are wrong by for a whole neighbourhood [rad]: part of a point's standard
+    #: deviation, which no mean of points makes smaller
     systematic: float = 0.0
+    #: true if the beam is a cone from its exit on, else it has its waist there
     beam_cone: bool = False
+    #: of the noise of ranges with the intensity, which takes the place of range, range_scale and
+    #: incidence where an intensity is known; None if there is none
     law: RangeLaw | None = None
+    #: what neighbouring points share of the variance of their ranges, None if nobody says, and the
+    #: angle [rad] over which they do, zero for the beam's own width (method section 5.7)
     shared_share: float | None = None
     shared_angle: float = 0.0
 

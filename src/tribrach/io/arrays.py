@@ -48,20 +48,7 @@ def named_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 
 def read_named(path: Path, *needed: str) -> dict[str, NDArray[Any]]:
-    """All arrays of an ``.npz`` file by name.
-
-    Parameters
-    ----------
-    path
-        The file.
-    needed
-        Names that must be there.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read or is damaged, claims more than its size can hold, or lacks a name.
-    """
+    """All arrays of an ``.npz`` file by name."""
     cure = "make the file again"
     try:
         with zipfile.ZipFile(path) as archive:
@@ -81,13 +68,7 @@ def read_named(path: Path, *needed: str) -> dict[str, NDArray[Any]]:
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
-    """One array of an archive; memory is taken for what its bytes can hold, not what it says.
-
-    Raises
-    ------
-    ValueError
-        No array, an array of objects, or another size than stated; besides what damage raises.
-    """
+    """One array of an archive; memory is taken for what its bytes can hold, not what it says."""
     if member.file_size > _DEFLATED * member.compress_size + _HEADER:
         raise ValueError("more than the bytes can hold")
     with archive.open(member) as file:
@@ -119,20 +100,7 @@ def joint_covariance_bytes(covariance: Array) -> bytes:
 
 
 def read_joint_covariance(path: Path, stations: int, effects: int = 0) -> Array:
-    """The joint covariance (6n + k, 6n + k) of the poses of n stations and of k effects.
-
-    Parameters
-    ----------
-    path
-        An ``.npy`` file.
-    stations, effects
-        Their numbers.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no matrix of this size, or has values that are no numbers.
-    """
+    """The joint covariance (6n + k, 6n + k) of the poses of n stations and of k effects."""
     n = 6 * stations + effects
     return read_covariance_rows(path, n, n, f"joint covariance of {stations} stations")
 
@@ -140,22 +108,7 @@ def read_joint_covariance(path: Path, stations: int, effects: int = 0) -> Array:
 def read_covariance_rows(
     path: Path, rows: int, columns: int, what: str = "joint covariance of the points"
 ) -> Array:
-    """Rows (k, n) of a joint covariance.
-
-    Parameters
-    ----------
-    path
-        An ``.npy`` file.
-    rows, columns
-        Their numbers.
-    what
-        What it should be, for the message.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no matrix of this size, or has values that are no numbers.
-    """
+    """Rows (k, n) of a joint covariance."""
     cure = "run the project again"
     try:
         with path.open("rb") as file:

@@ -31,43 +31,29 @@ _MOST = 64
 
 @dataclass(frozen=True, eq=False)
 class Calibration:
-    """A calibration of one instrument.
+    """A calibration of one instrument."""
 
-    Attributes
-    ----------
-    instrument, serial
-        The instrument.
-    model
-        Name of the calibration model.
-    parameters
-        k names.
-    values : (k,)
-        In metres, radians or without unit.
-    covariance : (k, k)
-        Of the values.
-    unit_lengths
-        Of the modulation of the range [m].
-    architecture
-        Panoramic or hybrid.
-    date
-        Of the calibration.
-    datum, sigma_origin
-        In words.
-    observations, redundancy
-        Of the adjustment that it comes from.
-    """
-
+    #: the instrument
     instrument: str
     serial: str
+    #: name of the calibration model
     model: str
+    #: k names
     parameters: tuple[str, ...]
+    #: (k,), in metres, radians or without unit
     values: Array
+    #: (k, k), of the values
     covariance: Array
+    #: of the modulation of the range [m]
     unit_lengths: tuple[float, ...] = ()
+    #: panoramic or hybrid
     architecture: Architecture = "panoramic"
+    #: of the calibration
     date: datetime.date | None = None
+    #: in words
     datum: str = ""
     sigma_origin: str = ""
+    #: of the adjustment that it comes from
     observations: int = 0
     redundancy: int = 0
 
@@ -119,14 +105,7 @@ class _File(_Table):
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a calibration file.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not TOML, a key that is missing, unknown or wrong, parameters that the model
-        does not have, a matrix that is no covariance or contradicts the sigmas.
-    """
+    """Read a calibration file."""
     path = Path(path)
     file = read_model(path, _File, "write calibration files with tribrach calibrate --out")
     return _checked(file, path)

@@ -30,20 +30,7 @@ _LENGTHS = ("mm", 1e3)
 
 
 def read_comparison(path: Path, names: Sequence[str]) -> NumberTable:
-    """Named figures of all sites that have all of them; the other sites are listed in the remarks.
-
-    Parameters
-    ----------
-    path
-        JSON of a comparison.
-    names
-        Names of the figures.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not a comparison, or no site that has all figures.
-    """
+    """Named figures of all sites that have all of them; the remarks list the other sites."""
     try:
         sites = read_json(path)["sites"]
         rows = [(str(site["name"]), [_figure(site, name) for name in names]) for site in sites]

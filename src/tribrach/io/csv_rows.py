@@ -51,27 +51,18 @@ _TITLES = 20
 
 @dataclass(frozen=True)
 class ListForm:
-    """How a list is written, as far as somebody says it.
+    """How a list is written, as far as somebody says it."""
 
-    Attributes
-    ----------
-    columns
-        Our name of a column, such as ``point`` or ``sigma_e_mm``, and its head in the file, or its
-        number from one.
-    decimal
-        What stands before decimals.
-    separator
-        What stands between cells: one character or a word of :data:`SEPARATORS`.
-    encoding
-        Name of the encoding.
-    sheet
-        Name of the sheet of a spreadsheet.
-    """
-
+    #: our name of a column, such as ``point`` or ``sigma_e_mm``, and its head in the file, or its
+    #: number from one
     columns: Mapping[str, str | int] = field(default_factory=dict)
+    #: what stands before decimals
     decimal: Decimal | None = None
+    #: what stands between cells: one character or a word of :data:`SEPARATORS`
     separator: str | None = None
+    #: name of the encoding
     encoding: str | None = None
+    #: name of the sheet of a spreadsheet
     sheet: str | None = None
 
     @property
@@ -86,75 +77,34 @@ AS_FOUND = ListForm()
 
 @dataclass(frozen=True)
 class ListRows:
-    """Rows of cells.
+    """Rows of cells."""
 
-    Attributes
-    ----------
-    path
-        Of the file.
-    cells
-        The header first, and all rows as long as it.
-    lines
-        1-based line, or row of the sheet, of each.
-    separator
-        What stood between cells, "" in a spreadsheet.
-    form
-        What was said of the list.
-    remarks
-        What was taken for something that the file does not say, one sentence each without the stop.
-    """
-
+    #: of the file
     path: Path
+    #: the header first, and all rows as long as it
     cells: list[list[str]]
+    #: 1-based line, or row of the sheet, of each
     lines: list[int]
+    #: what stood between cells, "" in a spreadsheet
     separator: str
+    #: what was said of the list
     form: ListForm = AS_FOUND
+    #: what was taken for something that the file does not say, one sentence each without the stop
     remarks: tuple[str, ...] = ()
 
     def decimal(self, columns: Sequence[int]) -> tuple[Decimal, tuple[str, ...]]:
-        """What stands before the decimals of columns of numbers, and a sentence if it is a comma.
-
-        Raises
-        ------
-        InputError
-            The cells do not tell.
-        """
+        """The decimal sign of columns of numbers, and a sentence if it is a comma."""
         parts = [[row[k] for row in self.cells[1:]] for k in columns]
         return decimal_of(self.path, parts, self.lines[1:], self.form.decimal, self.separator)
 
 
 def name_cell(name: str) -> str:
-    """A name as a cell that no spreadsheet takes for a formula.
-
-    Parameters
-    ----------
-    name
-        Of a point, station, scan or file.
-
-    Returns
-    -------
-    str
-        The name, behind an apostrophe where it begins like a formula.
-    """
+    """A name as a cell that no spreadsheet takes for a formula."""
     return f"'{name}" if _FORMULA.match(name) else name
 
 
 def read_rows(path: Path, form: ListForm = AS_FOUND) -> ListRows:
-    """Rows of cells and their lines.
-
-    Parameters
-    ----------
-    path
-        Text, or a spreadsheet in the format xlsx.
-    form
-        What is known of how it is written.
-
-    Raises
-    ------
-    InputError
-        Unreadable, no text and no spreadsheet, several sheets, no row under the header, a quoted
-        cell that goes over several lines, or a row of another length.
-    """
+    """Rows of cells and their lines."""
     data = read_bytes(path)
     if data.startswith(_OLD_EXCEL):
         raise InputError(
@@ -187,13 +137,7 @@ def read_rows(path: Path, form: ListForm = AS_FOUND) -> ListRows:
 
 
 def decoded(path: Path, data: bytes, encoding: str | None = None) -> tuple[str, list[str]]:
-    """The text of bytes, and what was guessed of its encoding.
-
-    Raises
-    ------
-    InputError
-        It is no text of the encoding, or of none that is known.
-    """
+    """The text of bytes, and what was guessed of its encoding."""
     marked = next((name for mark, name in _BY_MARK if data.startswith(mark)), None)
     said: list[str] = []
     name = encoding or marked or _wide(data) or "utf-8"

@@ -46,26 +46,7 @@ def decimal_of(
     stated: Decimal | None,
     separator: str,
 ) -> tuple[Decimal, tuple[str, ...]]:
-    """What stands before decimals, and a sentence if a comma was found to.
-
-    Parameters
-    ----------
-    path
-        The file, for messages.
-    columns
-        Cells of columns of numbers.
-    lines
-        Line of each cell of a column.
-    stated
-        What is said of it, None if nothing is.
-    separator
-        Between cells; semicolons are what spreadsheets write where decimals have commas.
-
-    Raises
-    ------
-    InputError
-        Every number may be one with three decimals or one in thousands.
-    """
+    """What stands before decimals, and a sentence if a comma was found to."""
     if stated is not None:
         return stated, ()
     points = commas = 0
@@ -101,21 +82,7 @@ def _marked(columns: Sequence[Sequence[str]], lines: Sequence[int]) -> Iterator[
 
 
 def plain(cell: str, decimal: Decimal) -> str:
-    """A number as Python writes it; anything else comes back as it is.
-
-    Parameters
-    ----------
-    cell
-        The cell.
-    decimal
-        What stands before decimals.
-
-    Returns
-    -------
-    str
-        With a point before decimals and nothing between thousands. A number that has the other mark
-        comes back with a comma, which is no number.
-    """
+    """A number as Python writes it; anything else comes back as it is."""
     if isinstance(cell, Exact) or cell.isdigit():
         return str(cell)
     text = cell.strip()

@@ -54,23 +54,15 @@ _PAGES = 4096
 
 @dataclass(frozen=True)
 class Header:
-    """The header of a file, its first 48 bytes.
+    """The header of a file, its first 48 bytes."""
 
-    Attributes
-    ----------
-    version
-        Major and minor.
-    physical_length
-        Of the file [bytes].
-    xml_offset
-        Physical.
-    xml_length
-        Logical, without checksums.
-    """
-
+    #: major and minor
     version: tuple[int, int]
+    #: of the file [bytes]
     physical_length: int
+    #: physical
     xml_offset: int
+    #: logical, without checksums
     xml_length: int
 
     @property
@@ -97,18 +89,7 @@ class Header:
 
 
 def read_header(file: BinaryIO, path: Path) -> Header:
-    """The header of an open file, checked against its size.
-
-    Parameters
-    ----------
-    file, path
-        The file, and its path for messages.
-
-    Raises
-    ------
-    InputError
-        Not an E57 file, truncated, or with offsets beyond its end.
-    """
+    """The header of an open file, checked against its size."""
     size = file.seek(0, os.SEEK_END)
     file.seek(0)
     head = file.read(_LAYOUT.size)
@@ -131,20 +112,7 @@ def read_header(file: BinaryIO, path: Path) -> Header:
 
 
 def read_xml(file: BinaryIO, header: Header, path: Path) -> bytes:
-    """The XML section of an open file, with its checksums verified.
-
-    Parameters
-    ----------
-    file, header
-        The file and its header.
-    path
-        Of the file, for messages.
-
-    Raises
-    ------
-    InputError
-        A checksum that is wrong, or more XML than :data:`~tribrach.io.xml_file.MAX_BYTES`.
-    """
+    """The XML section of an open file, with its checksums verified."""
     if header.xml_length > MAX_BYTES:
         raise InputError(
             f"the XML has {header.xml_length / 1e6:.0f} MB, more than {MAX_BYTES / 1e6:.0f} MB",
@@ -161,20 +129,7 @@ def read_xml(file: BinaryIO, header: Header, path: Path) -> bytes:
 
 
 def parse(data: bytes, path: Path) -> etree._Element:
-    """The root of an XML section; CDATA stays CDATA.
-
-    Parameters
-    ----------
-    data
-        The XML section.
-    path
-        Of the file, for messages.
-
-    Raises
-    ------
-    InputError
-        Not well-formed, declares a document type or entities, or has another root.
-    """
+    """The root of an XML section; CDATA stays CDATA."""
     if re.search(rb"<!(ENTITY|DOCTYPE)", data):
         raise _entities(path)
     parser = etree.XMLParser(
@@ -250,11 +205,6 @@ def verify(pages: Bytes, first: int, path: Path) -> None:
         Number of the first of them.
     path
         Of the file, for messages.
-
-    Raises
-    ------
-    InputError
-        A checksum is wrong.
     """
     stated = np.ascontiguousarray(pages[:, PAYLOAD:]).view(">u4").ravel()
     wrong = np.flatnonzero(stated != _checksums(pages))
@@ -267,18 +217,6 @@ def verify_section(path: Path, start: int) -> None:
 
     Its own check is most of what it does for a scan, in one thread. A header that is none is left
     for it to refuse.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-    start
-        Physical offset of the section.
-
-    Raises
-    ------
-    InputError
-        A checksum is wrong.
     """
     first, into = divmod(start, PAGE)
     with path.open("rb") as file:

@@ -40,20 +40,13 @@ _MOST = 5000
 
 @dataclass(frozen=True, eq=False)
 class StoredEpoch:
-    """An epoch from files.
+    """An epoch from files."""
 
-    Attributes
-    ----------
-    epoch
-        Its coordinates in a local frame, E, N, U.
-    site
-        Where that frame lies; a flat one where that is not known.
-    sentences
-        What is to be known of it.
-    """
-
+    #: its coordinates in a local frame, E, N, U
     epoch: Epoch
+    #: where that frame lies; a flat one where that is not known
     site: EllipsoidSite | FlatSite
+    #: what is to be known of it
     sentences: tuple[str, ...] = ()
 
 
@@ -82,18 +75,7 @@ def epoch_data(epoch: Epoch, site: Any, datum: str) -> dict[str, Any]:
 
 
 def read_epoch(files: Sequence[Path]) -> StoredEpoch | None:
-    """Coordinates of an epoch with their covariance; None for files that are a network.
-
-    Parameters
-    ----------
-    files
-        One file, or a table of coordinates and its covariance matrix.
-
-    Raises
-    ------
-    InputError
-        What a file says wrong; a result without joint covariance.
-    """
+    """Coordinates of an epoch with their covariance; None for files that are a network."""
     for path in files:
         if not path.is_file():
             raise InputError("there is no such file", file=path, cure="check the path")
@@ -152,15 +134,7 @@ def _of_json(path: Path) -> StoredEpoch:
 
 
 def epoch_of_data(data: Any) -> Epoch:
-    """The epoch that :func:`epoch_data` described.
-
-    Raises
-    ------
-    ValueError, TypeError, KeyError, IndexError, AttributeError
-        The data are of something else.
-    InputError
-        The covariance is none.
-    """
+    """The epoch that :func:`epoch_data` described."""
     names = tuple(str(n) for n in data["names"])
     n = len(names)
     if 3 * n > _MOST or len(set(names)) != n or not n:
@@ -340,13 +314,7 @@ def _of_matrix(points: PointList, given: CoordinateCovariance) -> Array:
 
 
 def _proper(covariance: Array, path: Path) -> None:
-    """Refuse what is no covariance matrix.
-
-    Raises
-    ------
-    InputError
-        A negative variance, in some direction.
-    """
+    """Refuse what is no covariance matrix."""
     variance = np.diag(covariance)
     good = np.isfinite(covariance).all() and bool((variance >= 0).all())
     if good and variance.any():

@@ -46,15 +46,7 @@ class FolderLock:
         self._lock: FileLock | None = None
 
     def take(self) -> None:
-        """Take the lock; blocks within one that has it already have it too.
-
-        Raises
-        ------
-        InputError
-            Another run has it.
-        OSError
-            The folder cannot be made.
-        """
+        """Take the lock; blocks within one that has it already have it too."""
         place = self._state.resolve()
         with self._guard:
             holder = self._held.get(place)

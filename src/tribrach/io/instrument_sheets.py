@@ -24,23 +24,15 @@ _ABOUT = ("aliases", "kind", "status", "remark")
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a sheet.
+    """One figure of a sheet."""
 
-    Attributes
-    ----------
-    key
-        Name with its unit, such as ``range_mm``.
-    value
-        In that unit.
-    source
-        Where the figure comes from.
-    standard
-        What the maker determined it by, such as ``ISO 17123-3``; "" if the sheet names nothing.
-    """
-
+    #: name with its unit, such as ``range_mm``
     key: str
+    #: in that unit
     value: float
+    #: where the figure comes from
     source: str
+    #: what the maker determined it by, such as ``ISO 17123-3``; "" if the sheet names nothing
     standard: str = ""
 
     @property
@@ -51,30 +43,20 @@ class Figure:
 
 @dataclass(frozen=True)
 class Sheet:
-    """The sheet of an instrument.
+    """The sheet of an instrument."""
 
-    Attributes
-    ----------
-    name
-        Of the model.
-    kind
-        Of instrument.
-    status
-        ``read`` if its figures were compared with their sources, ``quoted`` if they should be
-        compared with the sheet of the instrument at hand.
-    figures
-        With their sources.
-    aliases
-        Models with the same figures.
-    remark
-        On the sheet.
-    """
-
+    #: of the model
     name: str
+    #: of instrument
     kind: str
+    #: ``read`` if its figures were compared with their sources, ``quoted`` if they should be
+    #: compared with the sheet of the instrument at hand
     status: Literal["read", "quoted"]
+    #: with their sources
     figures: tuple[Figure, ...]
+    #: models with the same figures
     aliases: tuple[str, ...] = ()
+    #: on the sheet
     remark: str = ""
 
     @property
@@ -98,13 +80,7 @@ def sheets() -> tuple[Sheet, ...]:
 
 
 def find_sheet(name: str) -> Sheet:
-    """The sheet of a model; capitals and blanks do not matter.
-
-    Raises
-    ------
-    InputError
-        There is none; the nearest names are given.
-    """
+    """The sheet of a model; capitals and blanks do not matter."""
     known = {_plain(word): sheet for sheet in sheets() for word in (sheet.name, *sheet.aliases)}
     sheet = known.get(_plain(name))
     if sheet is not None:

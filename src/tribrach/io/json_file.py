@@ -20,26 +20,7 @@ _DIGITS = 18
 
 
 def read_json(path: Path) -> Any:
-    """The content of a JSON file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    Any
-        Dictionaries, lists, texts and finite numbers.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is empty or too large.
-    ValueError
-        It is no JSON, is nested too deeply, or has numbers that are none or have too many digits;
-        whoever knows what kind of file it should be says so.
-    """
+    """The content of a JSON file."""
     data = read_bytes(path)
     try:
         return json.loads(data, **_BOUNDED)

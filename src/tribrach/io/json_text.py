@@ -20,30 +20,7 @@ _WORD = "not_finite"
 def json_text(
     data: Any, *, indent: int | None = None, sort_keys: bool = False, restorable: bool = False
 ) -> str:
-    """Data as JSON that every reader takes.
-
-    Parameters
-    ----------
-    data
-        Dictionaries, lists, tuples, texts, numbers and None.
-    indent : int, optional
-        Blanks for each level, on lines of their own; one line if not given.
-    sort_keys : bool
-        Keys in the order of the alphabet.
-    restorable : bool
-        Write NaN and infinities so that :func:`restored` gives them back; otherwise they are null,
-        which says that nothing is known.
-
-    Returns
-    -------
-    str
-        The text, without a line end.
-
-    Raises
-    ------
-    TypeError
-        The data hold something else.
-    """
+    """Data as JSON that every reader takes."""
     layout: dict[str, Any] = {"indent": indent, "sort_keys": sort_keys, "allow_nan": False}
     try:
         return json.dumps(data, **layout)
@@ -52,13 +29,7 @@ def json_text(
 
 
 def restored(read: dict[str, Any]) -> Any:
-    """What an object of a restorable text stands for; an ``object_hook`` of :func:`json.loads`.
-
-    Raises
-    ------
-    ValueError
-        It says that it is a number, and is none.
-    """
+    """What an object of a restorable text stands for; an ``object_hook`` of :func:`json.loads`."""
     if read.keys() != {_WORD}:
         return read
     return float(str(read[_WORD]))

@@ -26,29 +26,19 @@ _Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 
 @dataclass(frozen=True, eq=False)
 class LeverArmResult:
-    """A lever arm as an adjustment determined it.
+    """A lever arm as an adjustment determined it."""
 
-    Attributes
-    ----------
-    name
-        Of the lever arm.
-    vector : (3,)
-        From the scanner's origin to the antenna, in the scanner frame [m].
-    covariance : (3, 3)
-        In m^2, zero where a component was held.
-    stations
-        Those whose observations determine it.
-    date
-        Of the adjustment.
-    datum, sigma_origin
-        In words.
-    """
-
+    #: of the lever arm
     name: str
+    #: (3,), from the scanner's origin to the antenna, in the scanner frame [m]
     vector: Array
+    #: (3, 3), in m^2, zero where a component was held
     covariance: Array
+    #: those whose observations determine it
     stations: tuple[str, ...] = ()
+    #: of the adjustment
     date: str = ""
+    #: in words
     datum: str = ""
     sigma_origin: str = ""
 
@@ -88,14 +78,7 @@ def lever_arm_text(arm: LeverArmResult) -> str:
 
 
 def read_lever_arm(path: Path) -> LeverArmResult:
-    """Read a lever arm file.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not TOML, a key that is missing, unknown or wrong, a covariance that is not
-        symmetric or has a negative variance.
-    """
+    """Read a lever arm file."""
     path = Path(path)
     cure = "take a lever arm file as a run leaves it beside its report"
     file = read_model(path, _File, cure)

@@ -23,18 +23,7 @@ _VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE)
 
 
 def read_mesh(path: Path) -> Array:
-    """Triangles (n, 3, 3) of a file; polygons are cut into triangles from their first corner.
-
-    Parameters
-    ----------
-    path
-        An STL or OBJ file.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not STL or OBJ, without triangles, or with values that are no numbers.
-    """
+    """Triangles (n, 3, 3) of a file; polygons are cut into triangles from their first corner."""
     data = read_bytes(path)
     suffix = path.suffix.lower()
     if suffix not in MESHES:

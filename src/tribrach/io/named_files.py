@@ -10,27 +10,7 @@ __all__ = ["named_file"]
 
 
 def named_file(name: str, folder: Path, root: Path | None = None) -> Path:
-    """Path of a file that another file names.
-
-    Parameters
-    ----------
-    name : str
-        The name as it is written there; backslashes are slashes.
-    folder : Path
-        What it is relative to.
-    root : Path, optional
-        The folder that it must lie in, ``folder`` if not given.
-
-    Returns
-    -------
-    Path
-        The file; links are followed before it is judged where it lies.
-
-    Raises
-    ------
-    InputError
-        It lies elsewhere, is not there, or is no plain file.
-    """
+    """Path of a file that another file names."""
     shown = name.replace("\\", "/")
     try:
         path = (folder / shown).resolve()

@@ -29,23 +29,15 @@ _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 
 @dataclass(frozen=True)
 class NumberTable:
-    """Columns of numbers by name.
+    """Columns of numbers by name."""
 
-    Attributes
-    ----------
-    path
-        Of the file.
-    values : dict of (n,)
-        In the units of the file.
-    units
-        "" where not given.
-    remarks
-        Sentences about what was left out, and what was guessed of how the list is written.
-    """
-
+    #: of the file
     path: Path
+    #: in the units of the file
     values: dict[str, Array]
+    #: "" where not given
     units: dict[str, str]
+    #: sentences about what was left out, and what was guessed of how the list is written
     remarks: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -53,21 +45,7 @@ class NumberTable:
 
 
 def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
-    """Named columns of a CSV file, every cell a finite number.
-
-    Parameters
-    ----------
-    path
-        The file.
-    names
-        Of the columns.
-
-    Raises
-    ------
-    InputError
-        Unreadable, no list, a column that is missing or occurs twice, a row of another
-        length, or a cell that is no number.
-    """
+    """Named columns of a CSV file, every cell a finite number."""
     table = read_rows(path)
     rows, lines = table.cells, table.lines
     titles = [" ".join(title.split()) for title in rows[0]]

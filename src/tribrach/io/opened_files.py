@@ -23,24 +23,7 @@ _LARGEST = 200_000_000
 
 
 def contents(path: Path, most: int | None = None) -> bytes:
-    """Return the bytes of a file, from memory where it was opened before.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    most : int, optional
-        So many bytes from the beginning are enough.
-
-    Returns
-    -------
-    bytes
-
-    Raises
-    ------
-    OSError
-        The file cannot be read.
-    """
+    """Return the bytes of a file, from memory where it was opened before."""
     kept = _KEPT.get()
     keep([path])
     if kept is None or (path not in kept and path.stat().st_size > _LARGEST):
@@ -54,13 +37,7 @@ def contents(path: Path, most: int | None = None) -> bytes:
 
 @contextmanager
 def opened_once(kept: dict[Path, bytes]) -> Iterator[None]:
-    """Open each file at most once within a block.
-
-    Parameters
-    ----------
-    kept : dict
-        Bytes by path; what is opened comes to it, and what it has is not opened again.
-    """
+    """Open each file at most once within a block."""
     token = _KEPT.set(kept)
     try:
         yield

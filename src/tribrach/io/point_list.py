@@ -29,32 +29,21 @@ _USES = ("", "on", "check", "off")
 
 @dataclass(frozen=True, eq=False)
 class PointList:
-    """Points of one file.
+    """Points of one file."""
 
-    Attributes
-    ----------
-    path
-        Of the file.
-    names
-        Of the n points.
-    xyz : (n, d)
-        Coordinates [m], d is 3 or 2.
-    covariance : (n, d, d) or None
-        Of the coordinates [m^2].
-    use
-        ``on``, ``check`` or ``off`` for each.
-    reasons
-        Why points are off, "" for the others.
-    titles
-        Of the coordinates.
-    """
-
+    #: of the file
     path: Path
+    #: of the n points
     names: tuple[str, ...]
+    #: (n, d), coordinates [m], d is 3 or 2
     xyz: Array
+    #: (n, d, d), of the coordinates [m^2]
     covariance: Array | None
+    #: ``on``, ``check`` or ``off`` for each
     use: tuple[str, ...]
+    #: why points are off, "" for the others
     reasons: tuple[str, ...]
+    #: of the coordinates
     titles: tuple[str, ...]
 
     @property
@@ -64,13 +53,7 @@ class PointList:
 
 
 def read_point_list(path: Path) -> PointList:
-    """Read the points of a CSV file.
-
-    Raises
-    ------
-    InputError
-        Errors of the table, latitudes in place of metres, or a name that occurs twice.
-    """
+    """Read the points of a CSV file."""
     table = read_table(path)
     if table.layout is not COORDINATES:
         raise table.error(None, f"this is a table of {table.layout.name}", "give point,x_m,y_m,z_m")
@@ -182,13 +165,7 @@ def _cell(name: str) -> str:
 
 
 def refuse_dimensions(a: PointList, b: PointList) -> None:
-    """Refuse points in space together with points in a plane.
-
-    Raises
-    ------
-    InputError
-        One list has heights, the other has not.
-    """
+    """Refuse points in space together with points in a plane."""
     if a.dimension != b.dimension:
         flat = a if a.dimension == 2 else b
         raise InputError(

@@ -27,34 +27,23 @@ _ANGLES = {"_gon": GON, "_deg": float(np.pi / 180)}
 
 @dataclass(frozen=True, eq=False)
 class TimedReadings:
-    """Sights in the order of time.
+    """Sights in the order of time."""
 
-    Attributes
-    ----------
-    path
-        Of the file.
-    seconds : array (n,)
-        Since 1970, UTC.
-    stations, targets
-        Names of both ends.
-    direction, zenith : array (n,)
-        In radians.
-    distance : array (n,)
-        Slope distances with the constants of the prisms [m].
-    height_target : array (n,)
-        Over the marks [m].
-    lines : array (n,)
-        In the file.
-    """
-
+    #: of the file
     path: Path
+    #: (n,), since 1970, UTC
     seconds: Array
+    #: names of both ends
     stations: tuple[str, ...]
     targets: tuple[str, ...]
+    #: (n,), in radians
     direction: Array
     zenith: Array
+    #: (n,), slope distances with the constants of the prisms [m]
     distance: Array
+    #: (n,), over the marks [m]
     height_target: Array
+    #: (n,), in the file
     lines: Index
 
     def cycles(self, pause: float) -> list[Index]:
@@ -71,13 +60,7 @@ class TimedReadings:
 
 
 def read_timed_readings(path: Path) -> TimedReadings:
-    """Read a table of readings through time.
-
-    Raises
-    ------
-    InputError
-        A column that is missing or unknown, a time, name or number that is none.
-    """
+    """Read a table of readings through time."""
     given = read_rows(path)
     head, *cells = given.cells
     top, *lines = given.lines

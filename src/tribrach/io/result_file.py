@@ -28,13 +28,7 @@ def result_path(given: Path) -> Path:
 
 
 def read_result_file(path: Path) -> dict[str, Any]:
-    """The keys of a result.
-
-    Raises
-    ------
-    InputError
-        There is none, or it is something else or of another layout.
-    """
+    """The keys of a result."""
     if not path.is_file():
         # the folder of a project is given for that of its results
         below = path.parent / "out" / RESULT

@@ -21,15 +21,7 @@ _BOX = ("xmin", "ymin", "zmin", "xmax", "ymax", "zmax")
 
 
 def read_sites(path: Path) -> list[ComparisonSite]:
-    """The sites of a file, in its order.
-
-    Raises
-    ------
-    InputError
-        Unreadable, no list, columns of neither kind or of both, a row of another length, a
-        cell that is no finite number, a radius or side that is not above zero, a name that is empty
-        or occurs twice.
-    """
+    """The sites of a file, in its order."""
     table = read_rows(path)
     rows, lines = table.cells, table.lines
     titles = [" ".join(title.split()).lower() for title in rows[0]]

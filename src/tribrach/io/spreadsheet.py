@@ -41,32 +41,7 @@ def is_spreadsheet(data: bytes) -> bool:
 def read_sheet(
     path: Path, data: bytes, wanted: str | None
 ) -> tuple[list[list[str]], list[int], tuple[str, ...]]:
-    """Cells of a sheet as text.
-
-    Parameters
-    ----------
-    path
-        The file, for messages.
-    data
-        Its bytes.
-    wanted
-        Name of the sheet; the only one with cells if not given.
-
-    Returns
-    -------
-    cells : list of list of str
-        Rows with anything in them; numbers are :class:`~tribrach.io.decimals.Exact`.
-    rows : list of int
-        1-based row of each in the sheet.
-    remarks : tuple of str
-        Sentences without the stop.
-
-    Raises
-    ------
-    InputError
-        openpyxl is not installed, the file is damaged, too large or holds several sheets, or a cell
-        holds a formula without a value.
-    """
+    """Cells of a sheet as text."""
     values = _opened(path, data, values=True)
     try:
         name, rows, others = _sheet(path, values, wanted)
@@ -79,13 +54,7 @@ def read_sheet(
 
 
 def sheet_names(path: Path, data: bytes) -> list[str]:
-    """Names of the sheets of a file.
-
-    Raises
-    ------
-    InputError
-        As :func:`read_sheet`.
-    """
+    """Names of the sheets of a file."""
     book = _opened(path, data, values=True)
     try:
         return [str(sheet.title) for sheet in book.worksheets]

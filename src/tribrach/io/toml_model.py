@@ -18,22 +18,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_model(path: Path, model: type[Model], cure: str) -> Model:
-    """A file as an instance of a model.
-
-    Parameters
-    ----------
-    path
-        The file.
-    model
-        The pydantic model.
-    cure
-        What to do about a key that is wrong.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not UTF-8, not TOML, a key that is missing, unknown or wrong.
-    """
+    """A file as an instance of a model."""
     try:
         document = tomllib.loads(read_bytes(path).decode("utf-8-sig"))
         _check_numbers(path, document, ())

@@ -63,30 +63,6 @@ def write_twin(
     Scans that are there and whole stay as they are, and if all of them are, so do the tables and
     the project file. Otherwise the project file is removed first and written last: an interrupted
     call leaves no project, and another call goes on with it.
-
-    Parameters
-    ----------
-    twin
-        The twin.
-    folder
-        Where it is written.
-    progress
-        Called with the scan's name, directions done and their number.
-    truth
-        Points of each scan whose true place is kept.
-    overwrite
-        Files that this program did not write, or that were changed since, are replaced.
-
-    Returns
-    -------
-    Path
-        The project file; that of the first campaign if others are later.
-
-    Raises
-    ------
-    InputError
-        A file cannot be written, or one that the program did not write, or that was changed since,
-        has its name.
     """
     tell = progress or (lambda name, done, all_of_it: None)
     with keeping((), folder, overwrite=overwrite):
@@ -199,13 +175,7 @@ def _write_scan(
     truth: int,
     recipe: str,
 ) -> int:
-    """Write one scan and its truth.
-
-    Returns
-    -------
-    int
-        The number of its points.
-    """
+    """Write one scan and its truth."""
     one = twin.scans[number]
     header = CloudHeader(one.name, _FIELDS, step=STEP)
     keeper = _Keeper(truth, child_rng(twin.seed, "truth"))

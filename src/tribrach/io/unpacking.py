@@ -115,19 +115,7 @@ class _BoundedSink(io.RawIOBase):
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[BinaryIO]:
-    """A file for reading, unpacked on the way if it is gzip, xz or bzip2.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    InputError
-        It cannot be opened, the packed data are damaged or end too soon, or become more than a file
-        of this size stands for.
-    """
+    """A file for reading, unpacked on the way if it is gzip, xz or bzip2."""
     try:
         with path.open("rb") as file:
             magic = file.read(6)
@@ -149,19 +137,7 @@ def unpacked(path: Path) -> Iterator[BinaryIO]:
 
 
 def unpacked_bytes(path: Path) -> bytes:
-    """The whole content of a file, unpacked as often as it is packed, and not empty.
-
-    Parameters
-    ----------
-    path
-        Plain, or packed with gzip, xz, bzip2, Unix compress or Hatanaka's compression of RINEX; the
-        last two need the package ``hatanaka``.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is empty, too large, damaged or cut, or the package is not there.
-    """
+    """The whole content of a file, unpacked as often as it is packed, and not empty."""
     with unpacked(path) as file:
         size = path.stat().st_size
         if size > MAX_BYTES:

@@ -25,11 +25,6 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
     """Bytes of a file that is there, not empty and not too large.
 
     most : its largest size [bytes], 200 MB if not given.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is empty or too large.
     """
     try:
         size = path.stat().st_size
@@ -55,21 +50,7 @@ def read_bytes(path: Path, most: int | None = None) -> bytes:
 
 
 def load(path: Path, root: str, *others: str) -> etree._Element:
-    """Root element of an XML file; ``sourceline`` of its elements gives the lines.
-
-    Parameters
-    ----------
-    path
-        The file.
-    root, others
-        Names that the root element may have.
-
-    Raises
-    ------
-    InputError
-        Unreadable, empty, not well-formed, in a wrong encoding, with entities, or with another root
-        element.
-    """
+    """Root element of an XML file; ``sourceline`` of its elements gives the lines."""
     data = read_bytes(path)
     if re.search(rb"<!ENTITY", data):
         line = data[: data.index(b"<!ENTITY")].count(b"\n") + 1

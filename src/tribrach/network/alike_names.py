@@ -23,18 +23,7 @@ def _key(name: str) -> str:
 
 
 def alike_groups(names: Iterable[str]) -> list[tuple[str, ...]]:
-    """Names that differ in case, spaces or Unicode form only.
-
-    Parameters
-    ----------
-    names
-        Names of points and stations, in any order.
-
-    Returns
-    -------
-    list of tuple of str
-        Those of one group together, in the order of the names; no group of one.
-    """
+    """Names that differ in case, spaces or Unicode form only."""
     groups: dict[str, dict[str, None]] = {}
     for name in names:
         groups.setdefault(_key(name), {})[name] = None
@@ -42,13 +31,7 @@ def alike_groups(names: Iterable[str]) -> list[tuple[str, ...]]:
 
 
 def look_alike(first: str, second: str) -> bool:
-    """True if two different names are the same characters in another Unicode form.
-
-    Parameters
-    ----------
-    first, second
-        Names.
-    """
+    """True if two different names are the same characters in another Unicode form."""
     return first != second and all(
         unicodedata.normalize(form, first) == unicodedata.normalize(form, second)
         for form in ("NFC", "NFKC")
@@ -56,20 +39,7 @@ def look_alike(first: str, second: str) -> bool:
 
 
 def alike_hint(first: str, second: str, known: str = "") -> str:
-    """Say in what two names differ, and what to do about it.
-
-    Parameters
-    ----------
-    first, second
-        Two names of one group.
-    known
-        What is known of the two, if anything.
-
-    Returns
-    -------
-    str
-        A sentence.
-    """
+    """Say in what two names differ, and what to do about it."""
     if look_alike(first, second):
         what = "the Unicode form of their characters"
     elif first.casefold() == second.casefold():
@@ -82,19 +52,6 @@ def alike_hint(first: str, second: str, known: str = "") -> str:
 
 
 def hints_among(names: Sequence[str], said: Sequence[str]) -> list[str]:
-    """Hints for a network that cannot be adjusted.
-
-    Parameters
-    ----------
-    names
-        Of its points and stations.
-    said
-        Sentences that came with it; hints among them are kept.
-
-    Returns
-    -------
-    list of str
-        One for each two alike.
-    """
+    """Hints for a network that cannot be adjusted."""
     found = [alike_hint(group[0], other) for group in alike_groups(names) for other in group[1:]]
     return list(dict.fromkeys([*(s for s in said if s.endswith(_CURE)), *found]))

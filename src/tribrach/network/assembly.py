@@ -24,20 +24,13 @@ __all__ = ["Assembly", "Rows"]
 
 @dataclass(frozen=True)
 class Rows:
-    """The observed value that belongs to each row of the system.
+    """The observed value that belongs to each row of the system."""
 
-    Attributes
-    ----------
-    table : array (n,)
-        Index into ``Network.observations``.
-    item : array (n,)
-        Observation within the table.
-    row : array (n,)
-        Value within the observation.
-    """
-
+    #: (n,), index into ``Network.observations``
     table: Index
+    #: (n,), observation within the table
     item: Index
+    #: (n,), value within the observation
     row: Index
 
     def __len__(self) -> int:

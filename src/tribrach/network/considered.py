@@ -29,17 +29,11 @@ __all__ = ["Considered", "influence_of"]
 
 @dataclass(frozen=True, eq=False)
 class Considered:
-    """An effect on the readings of some stations.
+    """An effect on the readings of some stations."""
 
-    Attributes
-    ----------
-    model
-        With one parameter, the effect.
-    stations
-        Names of the scanner stations whose readings it is in.
-    """
-
+    #: with one parameter, the effect
     model: CalibrationModel
+    #: names of the scanner stations whose readings it is in
     stations: Collection[str]
 
 

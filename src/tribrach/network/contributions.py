@@ -31,36 +31,21 @@ CATEGORIES: tuple[str, ...] = tuple(Category)
 
 @dataclass(frozen=True)
 class Contribution:
-    """Share of one group in a covariance.
+    """Share of one group in a covariance."""
 
-    Parameters
-    ----------
-    kind, group : str
-        As in the network, names of several with a plus.
-    own : bool
-        Are the observations those of the station itself?
-    category : Category
-        Part of the budget that the share belongs to.
-    covariance : array (k, k)
-        Of the columns asked for.
-    """
-
+    #: as in the network, names of several with a plus
     kind: str
     group: str
+    #: are the observations those of the station itself?
     own: bool
+    #: part of the budget that the share belongs to
     category: Category
+    #: (k, k), of the columns asked for
     covariance: Array
 
 
 def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
     """Shares (6, 6) of every group in the a-priori covariance of a scanner station.
-
-    Parameters
-    ----------
-    adjustment : Adjustment
-        The adjusted network.
-    station : str
-        Name of a scanner station; KeyError if there is none.
 
     Returns
     -------

@@ -47,11 +47,6 @@ def generators(state: State) -> Array:
     Points and pose translations move, pose rotations and plane normals turn; scalars and vectors
     are left at zero, :func:`open_motions` finds how they go along.
 
-    Parameters
-    ----------
-    state
-        Unknowns in the work frame.
-
     Returns
     -------
     array (size, 7)
@@ -84,20 +79,13 @@ def generators(state: State) -> Array:
 
 @dataclass(frozen=True)
 class OpenMotions:
-    """Motions that no observation sees.
+    """Motions that no observation sees."""
 
-    Attributes
-    ----------
-    basis : array (u, d)
-        The motions over the free columns.
-    mix : array (7, d)
-        How each is composed of the generators.
-    gap
-        Largest singular value taken as zero, smallest taken as not.
-    """
-
+    #: (u, d), the motions over the free columns
     basis: Array
+    #: (7, d), how each is composed of the generators
     mix: Array
+    #: largest singular value taken as zero, smallest taken as not
     gap: tuple[float, float]
 
 
@@ -119,11 +107,6 @@ def open_motions(
         Columns of the full tangent vector that are free.
     constraints : sparse array (q, u)
         Jacobian of the hard constraints.
-
-    Returns
-    -------
-    OpenMotions
-        The motions, none of them if the datum is complete.
     """
     full = generators(state)
     motion = full[free_columns]

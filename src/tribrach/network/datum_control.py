@@ -22,19 +22,7 @@ __all__ = ["unchecked_control"]
 
 
 def unchecked_control(adjustment: Adjustment) -> list[str]:
-    """Sentences on given coordinates that nothing checks, in plan and in height.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    list of str
-        Empty for networks without control or without redundancy, of which everything is said
-        already, and for those whose control the observations check.
-    """
+    """Sentences on given coordinates that nothing checks, in plan and in height."""
     if adjustment.dof <= 0:
         return []
     given = given_coordinates(adjustment)

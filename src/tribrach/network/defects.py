@@ -108,11 +108,6 @@ def check_datum(
         Motions that no observation sees.
     datum : array (u,)
         Columns that carry the inner constraints.
-
-    Raises
-    ------
-    RankDefect
-        Control is missing, or the datum points cannot carry the inner constraints.
     """
     d = motions.basis.shape[1]
     if d == 0:
@@ -157,16 +152,6 @@ def check_rank(
         Jacobian of the hard constraints.
     motions : array (u, d)
         Open motions that the datum closes.
-
-    Returns
-    -------
-    tuple of str
-        Warnings about combinations that are separated, but only just.
-
-    Raises
-    ------
-    RankDefect
-        With one sentence for each combination of unknowns that is open.
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE
@@ -294,11 +279,6 @@ def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) ->
     length : array (u,)
         Lengths of the columns of the whitened design: they make metres, radians and parameters
         comparable.
-
-    Returns
-    -------
-    list of str
-        One sentence for each combination.
     """
     layout = assembly.layout
     columns = assembly.free_columns
@@ -597,12 +577,6 @@ def not_converged(assembly: Assembly, state: State, motions: Array) -> list[str]
         Where the iteration stood.
     motions : array (u, d)
         Open motions that the datum closes.
-
-    Returns
-    -------
-    list of str
-        The weakest combination of unknowns, if it is weak; the worst misfit, and to look for a
-        blunder only where the misfits are more than chance and the geometry is not weak.
     """
     design = assembly.design(state)
     constraints, _ = assembly.constraints(state)

@@ -33,23 +33,16 @@ _WIDEST = 64
 
 @dataclass(frozen=True)
 class Elimination:
-    """A factor, in the order of elimination.
+    """A factor, in the order of elimination."""
 
-    Attributes
-    ----------
-    place : array (n,)
-        Place of each unknown in the order.
-    indptr, indices, data : array
-        L in compressed columns, its unit diagonal left out, row numbers in order.
-    d : array (n,)
-        The diagonal of D. After a pivot that is not positive nothing more is computed: it is there,
-        and what follows is zero.
-    """
-
+    #: (n,), place of each unknown in the order
     place: Index
+    #: L in compressed columns, its unit diagonal left out, row numbers in order
     indptr: Index
     indices: Index
     data: Array
+    #: (n,), the diagonal of D. After a pivot that is not positive nothing more is computed: it is
+    #: there, and what follows is zero.
     d: Array
 
 
@@ -85,23 +78,15 @@ def eliminate(matrix: sp.csc_array) -> Elimination:
 
 @dataclass(frozen=True)
 class _Panels:
-    """Panels in postorder.
+    """Panels in postorder."""
 
-    Attributes
-    ----------
-    first : array (p + 1,)
-        First column of each, and the number of columns.
-    start : array (p + 1,)
-        First place in ``rows`` of each.
-    rows : array
-        Rows below each.
-    waiting : array (p,)
-        How many panels before left something for it.
-    """
-
+    #: (p + 1,), first column of each, and the number of columns
     first: Index
+    #: (p + 1,), first place in ``rows`` of each
     start: Index
+    #: rows below each
     rows: Index
+    #: (p,), how many panels before left something for it
     waiting: Index
 
 

@@ -24,22 +24,7 @@ __all__ = [
 
 
 def confidence_factor(dimension: int, confidence: float, dof: int | None = None) -> float:
-    """Factor from the standard ellipsoid to that of a confidence.
-
-    Parameters
-    ----------
-    dimension
-        2 or 3.
-    confidence
-        Probability that the true place is inside.
-    dof
-        Redundancy if sigma0 is a posteriori, None if a priori.
-
-    Returns
-    -------
-    float
-        Factor on the standard semi-axes.
-    """
+    """Factor from the standard ellipsoid to that of a confidence."""
     if dof is None:
         return float(np.sqrt(chi2.ppf(confidence, dimension)))
     return float(np.sqrt(dimension * f.ppf(confidence, dimension, dof)))
@@ -47,18 +32,12 @@ def confidence_factor(dimension: int, confidence: float, dof: int | None = None)
 
 @dataclass(frozen=True)
 class Ellipses:
-    """Ellipses in plan.
+    """Ellipses in plan."""
 
-    Attributes
-    ----------
-    major, minor : array (n,)
-        Semi-axes [m].
-    azimuth : array (n,)
-        Azimuth of the major axis, clockwise from north [rad].
-    """
-
+    #: (n,), semi-axes [m]
     major: Array
     minor: Array
+    #: (n,), azimuth of the major axis, clockwise from north [rad]
     azimuth: Array
 
 
@@ -79,38 +58,24 @@ def principal_axes(covariances: Array, factor: float = 1.0) -> tuple[Array, Arra
 
 @dataclass(frozen=True)
 class ConfidenceEllipse:
-    """Confidence ellipse of a point in plan.
+    """Confidence ellipse of a point in plan."""
 
-    Attributes
-    ----------
-    major, minor
-        Semi-axes [m].
-    azimuth
-        Of the major axis, clockwise from north, in [0, pi) [rad].
-    confidence
-        Probability that it holds the point.
-    """
-
+    #: semi-axes [m]
     major: float
     minor: float
+    #: of the major axis, clockwise from north, in [0, pi) [rad]
     azimuth: float
+    #: probability that it holds the point
     confidence: float
 
 
 @dataclass(frozen=True)
 class ConfidenceEllipsoid:
-    """Confidence ellipsoid of a point.
+    """Confidence ellipsoid of a point."""
 
-    Attributes
-    ----------
-    axes
-        Semi-axes (3,) [m], longest first.
-    directions
-        Their unit directions (3, 3) in the work frame, as rows.
-    confidence
-        Probability that it holds the point.
-    """
-
+    #: semi-axes (3,) [m], longest first
     axes: Array
+    #: their unit directions (3, 3) in the work frame, as rows
     directions: Array
+    #: probability that it holds the point
     confidence: float

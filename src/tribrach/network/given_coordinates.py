@@ -50,28 +50,19 @@ UNCONTROLLED = 1e-7
 
 @dataclass(frozen=True)
 class GivenCoordinate:
-    """One given coordinate of a point.
+    """One given coordinate of a point."""
 
-    Attributes
-    ----------
-    point
-        Name of the point.
-    axis
-        0, 1, 2 for E, N, U of the work frame.
-    column
-        Column of the full tangent vector.
-    table, item, row
-        The observed value that gives it a weight; -1 where it is held without error.
-    source
-        ``file:line``, "" where it is not known.
-    """
-
+    #: name of the point
     point: str
+    #: 0, 1, 2 for E, N, U of the work frame
     axis: int
+    #: column of the full tangent vector
     column: int
+    #: the observed value that gives it a weight; -1 where it is held without error
     table: int = -1
     item: int = -1
     row: int = -1
+    #: ``file:line``, "" where it is not known
     source: str = ""
 
     @property
@@ -91,29 +82,19 @@ def coordinate_words(coordinates: Sequence[GivenCoordinate]) -> str:
 
 @dataclass(frozen=True)
 class GivenCoordinates:
-    """Given coordinates of an adjusted network as biases of its observations.
+    """Given coordinates of an adjusted network as biases of its observations."""
 
-    Attributes
-    ----------
-    adjustment
-        The network.
-    items
-        The coordinates (k,).
-    columns : sparse array (n, k)
-        Whitened columns ``Z``.
-    left : array (k, k)
-        ``S``: what of them the residuals show.
-    pull : array (k,)
-        ``y = Z^T v``.
-    weight : array (k,)
-        Diagonal of ``Z^T Z``.
-    """
-
+    #: the network
     adjustment: Adjustment
+    #: the coordinates (k,)
     items: tuple[GivenCoordinate, ...]
+    #: (n, k), whitened columns ``Z``
     columns: sp.csc_array
+    #: (k, k), ``S``: what of them the residuals show
     left: Array
+    #: (k,), ``y = Z^T v``
     pull: Array
+    #: (k,), diagonal of ``Z^T Z``
     weight: Array
 
     @cached_property
@@ -166,18 +147,7 @@ class GivenCoordinates:
 
 
 def given_coordinates(adjustment: Adjustment) -> GivenCoordinates:
-    """Look at all given coordinates that take part in an adjustment.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    GivenCoordinates
-        Of more than 1,500 those that the residuals pull at most.
-    """
+    """Look at all given coordinates that take part in an adjustment."""
     # asked for wrong ones and for what is checked by nothing
     return GivenCoordinates(
         adjustment, *adjustment.once(given_coordinates, lambda: _looked_at(adjustment))
@@ -261,22 +231,7 @@ def _left(adjustment: Adjustment, columns: sp.csc_array) -> Array:
 
 
 def released(network: Network, coordinates: tuple[GivenCoordinate, ...]) -> Network:
-    """The same network without some given coordinates of one point: they become free.
-
-    Parameters
-    ----------
-    network
-        The network.
-    coordinates
-        Of one point, held or weighted. Of an observation that gives several, the others stay with
-        their covariances.
-
-    Returns
-    -------
-    Network
-        A changed copy; observations keep their places, what is left of one that was split stands
-        in a table at the end.
-    """
+    """The same network without some given coordinates of one point: they become free."""
     free = network.free.copy()
     free[[g.column for g in coordinates if g.held]] = True
     network = replace(network, free=free)

@@ -31,15 +31,7 @@ _DIGITS = 9
 def given_rows(
     adjustment: Adjustment, roles: Collection[Role] = (Role.GIVEN, Role.PRIOR)
 ) -> dict[str, int]:
-    """Rows of given values by what they are: kind, ends, component and value.
-
-    Parameters
-    ----------
-    adjustment
-        The network.
-    roles
-        What counts as given.
-    """
+    """Rows of given values by what they are: kind, ends, component and value."""
     network, rows = adjustment.network, adjustment.rows
     out: dict[str, int] = {}
     for table, o in enumerate(network.observations):

@@ -56,27 +56,6 @@ def height_recipe(
 
     Warnings say what was changed and where GNSS and scan disagree by more than sqrt(2) sigma of a
     height.
-
-    Parameters
-    ----------
-    network
-        GNSS positions of marks, and at least one levelled station that sees their targets.
-    station
-        Levelled station whose scan gives the height differences; the one that sees most if
-        None.
-    reference
-        Mark whose height is kept, the first if None.
-
-    Returns
-    -------
-    Network
-        The changed network.
-
-    Raises
-    ------
-    InputError
-        Fewer than two marks with targets that a levelled station sees; a name that is none of
-        them.
     """
     marks = _marks(network)
     levelled = _levelled(network)

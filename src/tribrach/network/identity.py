@@ -72,16 +72,6 @@ def file_and_line(source: str) -> tuple[str, int]:
 def names_apart(paths: Iterable[AnyPath]) -> dict[AnyPath, str]:
     """Tell files of one name apart by their folders.
 
-    Parameters
-    ----------
-    paths : Iterable[PurePath]
-        Files that are read into one survey.
-
-    Returns
-    -------
-    dict
-        By path the name, with as many folders before it as no other file shares.
-
     Examples
     --------
     >>> apart = names_apart(map(PurePath, ["job/day1/a.gsi", "job/day2/a.gsi", "job/b.csv"]))
@@ -105,11 +95,6 @@ def observation_ids(
     tables: Sequence[Observations], layout: Layout
 ) -> tuple[NDArray[np.object_], ...]:
     """Ids (n,) of all observations of each table; see the head of this module.
-
-    Parameters
-    ----------
-    tables : all observations of a network, hard constraints included, whatever their use.
-    layout : names of the unknowns.
 
     Returns
     -------

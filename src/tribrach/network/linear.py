@@ -96,16 +96,6 @@ def factorise(normal: sp.csc_array, point_of: Index) -> Factor:
         Symmetric, positive definite.
     point_of : array (u,)
         Number of the point a column belongs to, -1 for other unknowns.
-
-    Returns
-    -------
-    Factor
-        Solves with the matrix and gives entries of its inverse.
-
-    Raises
-    ------
-    SingularMatrix
-        A pivot is zero or negative.
     """
     diagonal = normal.diagonal()
     if not (diagonal > 0).all():

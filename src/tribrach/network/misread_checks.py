@@ -84,19 +84,7 @@ class _Check:
 
 
 def misread_checks(adjustment: Adjustment) -> list[str]:
-    """Sentences on check points that agree if they are read in another way.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    list of str
-        Empty if all check points agree, if no reading makes them, and on sites that are not flat,
-        whose coordinates come from a grid or a globe.
-    """
+    """Sentences on check points that agree if they are read in another way."""
     if not isinstance(adjustment.network.site, FlatSite):
         return []
     out, left = list[str](), _disagreeing(adjustment)

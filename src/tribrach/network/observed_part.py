@@ -33,11 +33,6 @@ def observed_part(survey: Survey) -> Survey:
 
     Of a survey in which nothing is observed at all the points stay. Files of programs that leave
     out what cannot be placed are taken so (:mod:`~tribrach.network.placed_part`).
-
-    Raises
-    ------
-    NoStartValues
-        Of such a file half of the points or more cannot be placed.
     """
     if all(map(_given, survey.tables())):
         return _axes(survey)

@@ -25,24 +25,7 @@ _ROUNDS = 20
 
 
 def placed_part(survey: Survey) -> Survey:
-    """The survey without points that cannot be placed, and without what was observed of them.
-
-    Parameters
-    ----------
-    survey : Survey
-        It says in ``leaves_out_unplaced`` whether it is to be computed so; others are returned as
-        they are.
-
-    Returns
-    -------
-    Survey
-        A warning for each point that is left out names it and the lines of its observations.
-
-    Raises
-    ------
-    NoStartValues
-        Half of the points or more cannot be placed: then the network lacks something as a whole.
-    """
+    """The survey without points that cannot be placed, and without what was observed of them."""
     if not survey.leaves_out_unplaced:
         return survey
     part, network = survey, survey.network()

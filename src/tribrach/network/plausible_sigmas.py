@@ -53,18 +53,7 @@ _CHECK = "check its unit, there or with the instrument"
 
 
 def implausible_sigmas(network: Network) -> list[str]:
-    """A sentence for each kind of observation that has standard deviations beyond reason.
-
-    Parameters
-    ----------
-    network
-        As it was read.
-
-    Returns
-    -------
-    list of str
-        With ``file:line`` of the first, and how many more there are.
-    """
+    """A sentence for each kind of observation that has standard deviations beyond reason."""
     out = []
     for o in network.observations:
         taking_part = o.use != Use.OFF
@@ -96,16 +85,6 @@ def held_azimuths(network: Network) -> list[str]:
 
     A network is often turned into its frame by one azimuth with such a sigma. It is no mistake,
     and not that of an instrument either.
-
-    Parameters
-    ----------
-    network
-        As it was read.
-
-    Returns
-    -------
-    list of str
-        With ``file:line`` of the first, and how many more there are.
     """
     out = []
     for o in network.observations:

@@ -27,27 +27,18 @@ _SHOWN = {"m": (1e-3, " mm"), "rad": (1e-3, " mrad")}
 
 @dataclass(frozen=True)
 class Reactions:
-    """Tests of the hard constraints, arrays (q,) in the order of ``labels``.
+    """Tests of the hard constraints, arrays (q,) in the order of ``labels``."""
 
-    Attributes
-    ----------
-    labels
-        The constraints in words.
-    gap : array (q,)
-        By how much the other observations miss the constraint [m, rad].
-    sigma : array (q,)
-        Standard deviation of the gap, a priori.
-    test : array (q,)
-        Their ratio, standard normal if the constraint is true; NaN where the constraint only
-        fixes the datum, which no observation can contradict.
-    units
-        ``m``, ``rad`` or ``1`` of each.
-    """
-
+    #: the constraints in words
     labels: tuple[str, ...]
+    #: (q,), by how much the other observations miss the constraint [m, rad]
     gap: Array
+    #: (q,), standard deviation of the gap, a priori
     sigma: Array
+    #: (q,), their ratio, standard normal if the constraint is true; NaN where the constraint only
+    #: fixes the datum, which no observation can contradict
     test: Array
+    #: ``m``, ``rad`` or ``1`` of each
     units: tuple[str, ...]
 
     def sentences(self, critical: float = 3.29) -> list[str]:

@@ -40,29 +40,19 @@ BUDGET = 4_000_000
 
 @dataclass(frozen=True)
 class WeightedResiduals:
-    """Weighted residuals and what belongs to them, in the order of ``adjustment.rows``.
+    """Weighted residuals and what belongs to them, in the order of ``adjustment.rows``."""
 
-    Attributes
-    ----------
-    adjustment
-        The adjustment that they belong to.
-    rows : sparse array (n, u)
-        ``P A``.
-    pull : array (n,)
-        ``P v`` [1/m, 1/rad].
-    weight : array (n,)
-        Diagonal of P.
-    s : array (n,)
-        Diagonal of ``P Q_vv P``.
-    controlled : array (n,)
-        True where s is more than rounding: other values check this one.
-    """
-
+    #: the adjustment that they belong to
     adjustment: SolvedSystem
+    #: (n, u), ``P A``
     rows: sp.csr_array
+    #: (n,), ``P v`` [1/m, 1/rad]
     pull: Array
+    #: (n,), diagonal of P
     weight: Array
+    #: (n,), diagonal of ``P Q_vv P``
     s: Array
+    #: (n,), true where s is more than rounding: other values check this one
     controlled: NDArray[np.bool_]
 
     @property
@@ -124,20 +114,13 @@ def correlations_of_tests(system: WeightedResiduals, chosen: Index) -> Array:
 
 @dataclass(frozen=True)
 class External:
-    """Largest displacement of a position by an error in each value.
+    """Largest displacement of a position by an error in each value."""
 
-    Attributes
-    ----------
-    displacement : array (n,)
-        Largest displacement [m], NaN where nothing controls the value.
-    position : array (n,)
-        Index of the position that moves most.
-    exact : array (n,)
-        False where only the positions that the value itself touches were looked at.
-    """
-
+    #: (n,), largest displacement [m], NaN where nothing controls the value
     displacement: Array
+    #: (n,), index of the position that moves most
     position: Index
+    #: (n,), false where only the positions that the value itself touches were looked at
     exact: NDArray[np.bool_]
 
 
@@ -159,11 +142,6 @@ def external_reliability(system: WeightedResiduals, error: Array) -> External:
         Weighted residuals of the adjustment.
     error : array (n,)
         Error of each value [m, rad], NaN where unlimited.
-
-    Returns
-    -------
-    External
-        The largest displacement by each.
     """
     n = system.rows.shape[0]
     most = solutions_affordable(system.adjustment)

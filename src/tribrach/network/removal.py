@@ -22,28 +22,20 @@ __all__ = ["Removal", "what_if"]
 
 @dataclass(frozen=True)
 class Removal:
-    """What becomes of a network without an observation, or with one more.
+    """What becomes of a network without an observation, or with one more."""
 
-    Attributes
-    ----------
-    takes_part
-        True if the observation takes part now and is taken out.
-    vtpv, dof
-        Weighted sum of squares and redundancy after that.
-    sigma0
-        A posteriori; NaN without redundancy, or where the network needs the observation.
-    moved : array (P + S, 3)
-        Moves of points and station positions [m]; NaN where the network needs the observation.
-    needed
-        True if nothing else controls a part of the observation: without it the network is open, or
-        what it determines is.
-    """
-
+    #: true if the observation takes part now and is taken out
     takes_part: bool
+    #: weighted sum of squares and redundancy after that
     vtpv: float
     dof: int
+    #: A posteriori; NaN without redundancy, or where the network needs the observation
     sigma0: float
+    #: (P + S, 3), moves of points and station positions [m]; NaN where the network needs the
+    #: observation
     moved: Array
+    #: true if nothing else controls a part of the observation: without it the network is open, or
+    #: what it determines is
     needed: bool = False
 
     @property
@@ -57,17 +49,6 @@ def what_if(adjustment: SolvedSystem, table: int, item: int) -> Removal:
     """Predict the network without an observation, or with one that takes no part yet.
 
     Correlations of one that takes no part with others are not used.
-
-    Parameters
-    ----------
-    adjustment : SolvedSystem
-        The adjusted network.
-    table, item : int
-        The observation in ``network.observations``.
-
-    Returns
-    -------
-    Removal
     """
     o = adjustment.network.observations[table]
     if o.use[item] == Use.ACTIVE:

@@ -51,39 +51,26 @@ NAMED = 4
 
 @dataclass(frozen=True)
 class ConfusablePair:
-    """Two values whose tests are strongly correlated.
+    """Two values whose tests are strongly correlated."""
 
-    Attributes
-    ----------
-    first, second
-        Rows of the adjustment.
-    correlation
-        Of their test values.
-    """
-
+    #: rows of the adjustment
     first: int
     second: int
+    #: of their test values
     correlation: float
 
 
 @dataclass(frozen=True)
 class Separability:
-    """Pairs of values of different observations, the strongest correlation first.
+    """Pairs of values of different observations, the strongest correlation first."""
 
-    Attributes
-    ----------
-    first, second : array (k,)
-        Rows of the adjustment.
-    correlation : array (k,)
-        Correlation of their test values.
-    complete
-        False where only the least controlled values of a large network were compared with all
-        others.
-    """
-
+    #: (k,), rows of the adjustment
     first: Index
     second: Index
+    #: (k,), correlation of their test values
     correlation: Array
+    #: false where only the least controlled values of a large network were compared with all
+    #: others
     complete: bool
 
     def __len__(self) -> int:
@@ -96,18 +83,6 @@ class Separability:
 
 def separability(adjustment: SolvedSystem, limit: float = LIMIT) -> Separability:
     """Find pairs of values with ``|rho| > limit``; components of one vector are no pairs.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    limit
-        Correlation from which on a pair counts.
-
-    Returns
-    -------
-    Separability
-        The pairs, the strongest first.
 
     Notes
     -----

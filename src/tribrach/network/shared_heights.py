@@ -29,27 +29,18 @@ _SAME = 1e-6
 
 @dataclass(frozen=True)
 class SharedHeight:
-    """One height over a mark that several sights have in common.
+    """One height over a mark that several sights have in common."""
 
-    Parameters
-    ----------
-    end : {"instrument", "target"}
-        What stands over the mark.
-    name : str
-        Of the unknown.
-    height : float or None
-        What was measured [m], None for what the sights say.
-    sigma : float or None
-        Its standard deviation [m], None for a height that is unknown: then it starts at
-        ``height`` and is not held by it.
-    source : str
-        Where this is said, for messages.
-    """
-
+    #: what stands over the mark
     end: Literal["instrument", "target"]
+    #: of the unknown
     name: str
+    #: what was measured [m], None for what the sights say
     height: float | None = None
+    #: its standard deviation [m], None for a height that is unknown: then it starts at ``height``
+    #: and is not held by it
     sigma: float | None = None
+    #: where this is said, for messages
     source: str = ""
 
 
@@ -78,17 +69,6 @@ def share_heights(
         The height.
     rows : mapping of int to mask (n,)
         Number of a table of the survey and the sights in it that were made with the height.
-
-    Returns
-    -------
-    bool
-        False if no observation depends on this height, and nothing was changed.
-
-    Raises
-    ------
-    InputError
-        The sights give different heights and none is measured for all of them, or one of them has
-        an unknown height already.
     """
     field_name = f"height_{shared.end}"
     tables = survey.tables()

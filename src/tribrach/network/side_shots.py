@@ -29,65 +29,34 @@ _HELD = 1e-16
 
 @dataclass(frozen=True)
 class SideShots(Fact):
-    """Side shots of a survey.
+    """Side shots of a survey."""
 
-    Parameters
-    ----------
-    survey : Survey
-        Their observations. Each shot is a point of its own, whatever its name.
-    names : Mapping
-        Name of the point of each shot, by the key that it has in ``survey``.
-    sources : Mapping
-        ``file:line`` of each shot, by key.
-    left_out : Mapping
-        Why a shot cannot be computed, by ``file:line``.
-    """
-
+    #: their observations. Each shot is a point of its own, whatever its name.
     survey: Survey
+    #: name of the point of each shot, by the key that it has in ``survey``
     names: Mapping[str, str]
+    #: ``file:line`` of each shot, by key
     sources: Mapping[str, str]
+    #: why a shot cannot be computed, by ``file:line``
     left_out: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class ComputedShot:
-    """A point that a side shot gives.
+    """A point that a side shot gives."""
 
-    Parameters
-    ----------
-    name : str
-        Of the point; several shots may be to one.
-    source : str
-        ``file:line``.
-    xyz : (3,) array
-        In the work frame [m].
-    covariance : (3, 3) array
-        A priori [m^2], with that of the marks.
-    """
-
+    #: of the point; several shots may be to one
     name: str
+    #: ``file:line``
     source: str
+    #: (3,), in the work frame [m]
     xyz: Array
+    #: (3, 3), A priori [m^2], with that of the marks
     covariance: Array
 
 
 def compute(adjustment: Adjustment, shots: SideShots) -> tuple[list[ComputedShot], dict[str, str]]:
-    """Solve side shots behind an adjusted network.
-
-    Parameters
-    ----------
-    adjustment
-        Of the network.
-    shots
-        What was measured from it.
-
-    Returns
-    -------
-    computed : list of ComputedShot
-        In the order of the shots.
-    left_out : dict
-        Why others cannot be computed, by ``file:line``.
-    """
+    """Solve side shots behind an adjusted network."""
     left_out = dict(shots.left_out)
     known = set(adjustment.layout.names["point"])
     small = shots.survey.copy()

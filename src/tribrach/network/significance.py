@@ -43,21 +43,7 @@ def block_noncentrality(dof: int, alpha0: float = 0.001, power: float = 0.8) -> 
 
 
 def tau_critical(dof: int, alpha: float) -> float:
-    """Two-sided critical value of Pope's tau.
-
-    Parameters
-    ----------
-    dof
-        Redundancy r.
-    alpha
-        Significance.
-
-    Returns
-    -------
-    float
-        ``t sqrt(r) / sqrt(r - 1 + t^2)`` with t of r - 1 degrees of freedom; sqrt(r) is its
-        bound.
-    """
+    """Two-sided critical value of Pope's tau."""
     return float(np.sqrt(block_tau_critical(1, dof, alpha)))
 
 
@@ -124,13 +110,6 @@ def log_significance(statistic: ArrayLike, dof: ArrayLike) -> NDArray[np.float64
 
     Compares tests of different degrees of freedom: the lower the more suspicious. The far tail
     follows the leading term of its expansion.
-
-    Parameters
-    ----------
-    statistic
-        Chi-square statistics; NaN counts as nothing at all (0).
-    dof
-        Degrees of freedom of each.
 
     Returns
     -------

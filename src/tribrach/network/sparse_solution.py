@@ -46,11 +46,6 @@ def half_solutions(
         The diagonal of D, positive.
     first, rows, values
         B (n, m) in compressed columns; ``rows`` in any order.
-
-    Returns
-    -------
-    tuple
-        Values, row numbers and first places of the columns, as SciPy takes them.
     """
     return _half(  # type: ignore[no-any-return]
         indptr, indices, data, d, first, rows, values

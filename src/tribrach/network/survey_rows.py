@@ -77,50 +77,14 @@ class SurveyRows:
         group: str = "",
         hard: bool = False,
     ) -> int:
-        """Take one observation.
-
-        Parameters
-        ----------
-        kind : type[Observations]
-            Its class.
-        value : float or sequence of float (rows,)
-            Metres and radians.
-        sigma : float
-            Of each of its values.
-        source : str
-            ``file:line``.
-        columns : dict
-            The kind's own fields, one item each; names for those that refer to unknowns.
-        group : str
-            Name of the variance component; that of the kind if empty.
-        hard : bool
-            It holds exactly.
-
-        Returns
-        -------
-        int
-            Its number, for :meth:`places`.
-        """
+        """Take one observation."""
         table = self._table(kind, group, hard, tuple(columns))
         table.rows.append((value, sigma, source, tuple(columns.values())))
         self._rows.append((table, len(table.rows) - 1))
         return len(self._rows) - 1
 
     def table(self, kind: type[Observations], names: tuple[str, ...]) -> list[Row]:
-        """Rows of a kind, to which a reader of many appends what has no number to be told.
-
-        Parameters
-        ----------
-        kind : type[Observations]
-            Its class.
-        names : tuple of str
-            The kind's own fields, in the order of the items of each row.
-
-        Returns
-        -------
-        list
-            Of ``(value, sigma, source, items)``, as :meth:`add` takes them.
-        """
+        """Rows of a kind, to which a reader of many appends what has no number to be told."""
         return self._table(kind, "", hard=False, names=names).rows
 
     def _table(
@@ -132,14 +96,7 @@ class SurveyRows:
         return self._tables[key]
 
     def settle(self, refuse: Callable[[str, InputError], None]) -> None:
-        """Give the rows to the survey.
-
-        Parameters
-        ----------
-        refuse : callable
-            Told the source and the refusal of each row that the survey does not take; the others
-            are in it.
-        """
+        """Give the rows to the survey."""
         for table in self._tables.values():
             n = len(table.rows)
             if n == 0:

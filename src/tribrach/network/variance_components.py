@@ -38,51 +38,33 @@ SETTLED = 1e-6
 
 @dataclass(frozen=True)
 class VarianceComponent:
-    """The variance component of one group of observations.
+    """The variance component of one group of observations."""
 
-    Attributes
-    ----------
-    group
-        Name of the group.
-    count
-        Number of its values.
-    redundancy
-        Sum of their redundancy numbers.
-    sigma_factor
-        Factor on the sigmas that were given.
-    sigma_of_factor
-        Standard deviation of that factor; NaN where the sigmas were kept.
-    note
-        Why the component is not simply what the residuals say; empty if it is.
-    """
-
+    #: name of the group
     group: str
+    #: number of its values
     count: int
+    #: sum of their redundancy numbers
     redundancy: float
+    #: factor on the sigmas that were given
     sigma_factor: float
+    #: standard deviation of that factor; NaN where the sigmas were kept
     sigma_of_factor: float
+    #: why the component is not simply what the residuals say; empty if it is
     note: str = ""
 
 
 @dataclass(frozen=True)
 class VarianceComponents:
-    """The estimated components and the adjustment with them.
+    """The estimated components and the adjustment with them."""
 
-    Attributes
-    ----------
-    adjustment
-        With rescaled groups; its network carries them.
-    components
-        One for each group.
-    iterations
-        Adjustments that were needed.
-    converged
-        False if the components still changed.
-    """
-
+    #: with rescaled groups; its network carries them
     adjustment: Adjustment
+    #: one for each group
     components: tuple[VarianceComponent, ...]
+    #: adjustments that were needed
     iterations: int
+    #: false if the components still changed
     converged: bool
 
     def sentences(self) -> list[str]:
@@ -104,30 +86,6 @@ def estimate_components(
     """Estimate one variance factor for each group and adjust with it (method section 3.6).
 
     A group that falls below ``minimum_redundancy`` on the way keeps its sigmas too.
-
-    Parameters
-    ----------
-    network
-        The network; ``group`` of an observation table names its group.
-    method
-        ``foerstner`` or ``helmert``; both converge to the same components.
-    minimum_redundancy
-        Groups with less keep their sigmas, with a note.
-    max_iterations
-        Adjustments before giving up.
-    limits
-        Smallest and largest factor on sigma.
-
-    Returns
-    -------
-    VarianceComponents
-        The adjustment with rescaled groups, and the table.
-
-    Raises
-    ------
-    AdjustmentError
-        A joint covariance ties observations of different groups together, or the network is too
-        large for the full estimate.
     """
     groups = _Groups(network)
     low, high = limits[0] ** 2, limits[1] ** 2

@@ -31,23 +31,15 @@ _NAMED = 4
 
 @dataclass(frozen=True)
 class Weakness:
-    """A place that its network holds badly along one direction.
+    """A place that its network holds badly along one direction."""
 
-    Attributes
-    ----------
-    name
-        Of the point or station.
-    sigma
-        Standard deviation along the direction [m].
-    direction : array (3,)
-        Unit vector E, N, U of the work frame.
-    ratio
-        The standard deviation over that with everything else known.
-    """
-
+    #: of the point or station
     name: str
+    #: standard deviation along the direction [m]
     sigma: float
+    #: (3,), unit vector E, N, U of the work frame
     direction: Array
+    #: the standard deviation over that with everything else known
     ratio: float
 
     def along(self) -> str:
@@ -69,18 +61,7 @@ class Weakness:
 
 
 def weak_places(adjustment: SolvedSystem) -> list[Weakness]:
-    """Find the places that are weak, the weakest first.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    list of Weakness
-        Empty for a network of good geometry.
-    """
+    """Find the places that are weak, the weakest first."""
     layout, state = adjustment.layout, adjustment.state
     count = len(state.positions)
     if not count:
@@ -121,11 +102,6 @@ def weak_place_of(layout: Layout, columns: Index, vector: Array, size: float) ->
         Right singular vector of the whitened design in natural units, of any length.
     size
         Whitened residuals that the vector changes, as a length.
-
-    Returns
-    -------
-    Weakness or None
-        None if the combination moves no place.
     """
     full = np.zeros(layout.size)
     full[columns] = vector / max(size, np.finfo(float).tiny)
@@ -140,18 +116,7 @@ def weak_place_of(layout: Layout, columns: Index, vector: Array, size: float) ->
 
 
 def weakness_sentences(adjustment: SolvedSystem) -> list[str]:
-    """One sentence on the weak places of a network, none if there are none.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    list of str
-        Which direction of which place, how weak, and what would hold it.
-    """
+    """One sentence on the weak places of a network, none if there are none."""
     weak = weak_places(adjustment)
     if not weak:
         return []

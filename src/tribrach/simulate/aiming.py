@@ -81,11 +81,6 @@ def fine_scan(
         Of the grid [rad].
     name
         Of the scan; that of the station and "-targets" if empty.
-
-    Raises
-    ------
-    InputError
-        No targets, or the grid around them has more than 4 million pixels.
     """
     if not targets:
         raise InputError(f"station {station} has no targets to scan")

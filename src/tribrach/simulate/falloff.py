@@ -23,21 +23,16 @@ __all__ = ["FallOff"]
 class FallOff:
     """Light received as a function of the range, 1 where it is strongest.
 
-    Attributes
-    ----------
-    blind
-        Range up to which nothing falls on the detector [m].
-    focus
-        From there, range within which the image is so far out of focus that a share of ``1 - 1/e``
-        of it or less falls on the detector [m].
-
     Raises
     ------
     InputError
         ``blind`` is negative or ``focus`` not positive.
     """
 
+    #: range up to which nothing falls on the detector [m]
     blind: float
+    #: from there, range within which the image is so far out of focus that a share of ``1 - 1/e``
+    #: of it or less falls on the detector [m]
     focus: float
 
     def __post_init__(self) -> None:

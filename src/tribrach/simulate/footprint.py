@@ -31,32 +31,21 @@ _ONE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Blend:
-    """Means over footprints (n,).
+    """Means over footprints (n,)."""
 
-    Attributes
-    ----------
-    intensity : (n,)
-        Light received, with nothing counting as zero.
-    range : (n,)
-        Weighted by intensity, of the stronger echo where two are told apart [m].
-    cosine : (n,)
-        Of incidence where the middle of the beam hit, or at the nearest place hit that counts.
-    spread : (n,)
-        Of the ranges [m].
-    met : (n,)
-        Something was hit.
-    several : (n,)
-        More than one surface was hit.
-    truth : (n, 3)
-        Where the middle of the beam hit, or, if that missed, the nearest place hit [m].
-    """
-
+    #: (n,), light received, with nothing counting as zero
     intensity: Array
+    #: (n,), weighted by intensity, of the stronger echo where two are told apart [m]
     range: Array
+    #: (n,), of incidence where the middle of the beam hit, or at the nearest place hit that counts
     cosine: Array
+    #: (n,), of the ranges [m]
     spread: Array
+    #: (n,), something was hit
     met: NDArray[np.bool_]
+    #: (n,), more than one surface was hit
     several: NDArray[np.bool_]
+    #: (n, 3), where the middle of the beam hit, or, if that missed, the nearest place hit [m]
     truth: Array
 
 

@@ -22,18 +22,12 @@ __all__ = ["InstrumentDay", "gsi"]
 
 @dataclass(frozen=True)
 class InstrumentDay:
-    """State of an instrument on one day.
+    """State of an instrument on one day."""
 
-    Attributes
-    ----------
-    collimation, index
-        Collimation and index error [rad].
-    sets
-        That are measured.
-    """
-
+    #: collimation and index error [rad]
     collimation: float = 6 * SEC
     index: float = -4 * SEC
+    #: that are measured
     sets: int = 2
 
 

@@ -176,23 +176,15 @@ def reflectance_at(kind, reflectance, pattern, x, y):  # type: ignore[no-untyped
 
 @dataclass(frozen=True, eq=False)
 class Hits:
-    """Hits of n rays.
+    """Hits of n rays."""
 
-    Attributes
-    ----------
-    range : (n,)
-        In metres, infinite where nothing was hit.
-    cosine : (n,)
-        Of the incidence angle.
-    reflectance : (n,)
-        At the place that was hit.
-    primitive : (n,)
-        Its number, -1 where nothing was hit.
-    """
-
+    #: (n,), in metres, infinite where nothing was hit
     range: Array
+    #: (n,), of the incidence angle
     cosine: Array
+    #: (n,), at the place that was hit
     reflectance: Array
+    #: (n,), its number, -1 where nothing was hit
     primitive: NDArray[np.int64]
 
 

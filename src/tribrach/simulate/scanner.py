@@ -56,21 +56,14 @@ _CLOSE = 1.0
 
 @dataclass(frozen=True)
 class ScanGrid:
-    """Directions of a scan: H = first_h + column step, V = first_v + row step.
+    """Directions of a scan: H = first_h + column step, V = first_v + row step."""
 
-    Attributes
-    ----------
-    first_h, first_v
-        Of the first column and row [rad].
-    step
-        In both directions [rad].
-    rows, columns
-        Of the grid.
-    """
-
+    #: of the first column and row [rad]
     first_h: float
     first_v: float
+    #: in both directions [rad]
     step: float
+    #: of the grid
     rows: int
     columns: int
 
@@ -114,58 +107,41 @@ class ScanGrid:
 
 @dataclass(frozen=True)
 class Scanner:
-    """An instrument, and what it does to true ranges and angles.
+    """An instrument, and what it does to true ranges and angles."""
 
-    Attributes
-    ----------
-    noise
-        Of single points; what neighbours share of it only if its ``shared_share`` is given. A law
-        of the intensity takes the light that is received, speckle and all, on the scale of
-        ``intensity``, and leaves ``incidence`` nothing to do.
-    incidence
-        The noise of ranges is divided by the cosine of the incidence angle.
-    intensity
-        Noise of the intensity, which is reflectance times cosine, falls off with the range as
-        ``fall_off`` says and goes from 0 to 1.
-    speckle
-        Noise of the intensity that grows with it, as its share: laser light that a rough surface
-        scatters interferes with itself (2 to 10 % for terrestrial scanners).
-    fall_off
-        How light falls off with the range, not at all if None.
-    weakest
-        Echoes whose intensity with its noise stays below this are lost: weak ones with a
-        probability.
-    nearest, farthest
-        Limits of the range [m].
-    model, parameters
-        Calibration parameters by name [m and rad].
-    faces
-        A ``dome`` scanner sees with its back face where H exceeds 180 degrees.
-    beams
-        Rays over the footprint at borders.
-    separable
-        Surfaces in a footprint whose ranges differ by more than this are told apart [m].
-    separated
-        What a mixed pixel of such surfaces measures: a mean over all of them or the strongest of
-        the nearest surface and what is behind it.
-    lost
-        The probability that it is lost.
-    """
-
+    #: of single points; what neighbours share of it only if its ``shared_share`` is given. A law
+    #: of the intensity takes the light that is received, speckle and all, on the scale of
+    #: ``intensity``, and leaves ``incidence`` nothing to do.
     noise: ScanNoise
+    #: the noise of ranges is divided by the cosine of the incidence angle
     incidence: bool = False
+    #: noise of the intensity, which is reflectance times cosine, falls off with the range as
+    #: ``fall_off`` says and goes from 0 to 1
     intensity: float = 0.01
+    #: noise of the intensity that grows with it, as its share: laser light that a rough surface
+    #: scatters interferes with itself (2 to 10 % for terrestrial scanners)
     speckle: float = 0.0
+    #: how light falls off with the range, not at all if None
     fall_off: FallOff | None = None
+    #: echoes whose intensity with its noise stays below this are lost: weak ones with a
+    #: probability
     weakest: float = 0.01
+    #: limits of the range [m]
     nearest: float = 0.4
     farthest: float = 150.0
+    #: calibration parameters by name [m and rad]
     model: CalibrationModel = NIST
     parameters: dict[str, float] = field(default_factory=dict)
+    #: A ``dome`` scanner sees with its back face where H exceeds 180 degrees
     faces: Literal["front", "dome"] = "front"
+    #: rays over the footprint at borders
     beams: int = 19
+    #: surfaces in a footprint whose ranges differ by more than this are told apart [m]
     separable: float = 0.3
+    #: what a mixed pixel of such surfaces measures: a mean over all of them or the strongest of
+    #: the nearest surface and what is behind it
     separated: Literal["mean", "strongest"] = "mean"
+    #: the probability that it is lost
     lost: float = 0.7
 
     def delta(self, polar: Array) -> Array:
@@ -193,34 +169,23 @@ class Scanner:
 
 @dataclass(frozen=True, eq=False)
 class SimulatedPoints:
-    """Consecutive points of a simulated scan.
+    """Consecutive points of a simulated scan."""
 
-    Attributes
-    ----------
-    xyz : (n, 3)
-        As measured, in the scanner frame [m].
-    intensity : (n,)
-        float32, 0 to 1.
-    row, column : (n,)
-        int32, of the grid.
-    truth : (n, 3)
-        Place in the world that the echo came from [m].
-    primitive : (n,)
-        What it hit.
-    mixed : (n,)
-        Several surfaces are in the footprint, and the range is a mean over them or that of one of
-        them; the truth is then where the middle of the beam hit, or the nearest place hit.
-    rays
-        Directions that were measured, hit or not.
-    """
-
+    #: (n, 3), as measured, in the scanner frame [m]
     xyz: Array
+    #: (n,), float32, 0 to 1
     intensity: NDArray[np.float32]
+    #: (n,), int32, of the grid
     row: NDArray[np.int32]
     column: NDArray[np.int32]
+    #: (n, 3), place in the world that the echo came from [m]
     truth: Array
+    #: (n,), what it hit
     primitive: Index
+    #: (n,), several surfaces are in the footprint, and the range is a mean over them or that of
+    #: one of them; the truth is then where the middle of the beam hit, or the nearest place hit
     mixed: NDArray[np.bool_]
+    #: directions that were measured, hit or not
     rays: int
 
     def __len__(self) -> int:
@@ -251,11 +216,6 @@ def scan(
         The same numbers give the same scan, whatever is scanned before or after.
     mask : (rows, columns)
         Directions that are measured, all if None.
-
-    Yields
-    ------
-    SimulatedPoints
-        The points of a block.
     """
     view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)
@@ -445,28 +405,19 @@ class _Beams:
 
 @dataclass(frozen=True, eq=False)
 class _Pixels:
-    """Pixels (n,) with the hits of undisturbed beams.
+    """Pixels (n,) with the hits of undisturbed beams."""
 
-    Attributes
-    ----------
-    row, column
-        Of the grid.
-    range, primitive
-        Of the hit.
-    edge
-        Another surface is within reach.
-    near
-        Shortest range within reach [m].
-    rays
-        Directions that were measured, those without a hit included.
-    """
-
+    #: of the grid
     row: Index
     column: Index
+    #: of the hit
     range: Array
     primitive: Index
+    #: another surface is within reach
     edge: NDArray[np.bool_]
+    #: shortest range within reach [m]
     near: Array
+    #: directions that were measured, those without a hit included
     rays: int
 
 

@@ -50,71 +50,44 @@ _DARK = 0.08
 
 @dataclass(frozen=True, eq=False)
 class Primitive:
-    """One convex surface.
+    """One convex surface."""
 
-    Attributes
-    ----------
-    kind
-        One of the constants of this module, such as :data:`BOX`.
-    center : (3,)
-        In the world [m].
-    axes : (3, 3)
-        Local axes in the world, as rows.
-    half : (3,)
-        Half extents along the axes [m].
-    reflectance
-        Of the surface (0 to 1).
-    pattern
-        Half the side of the quadrants, or the radius of the disc [m].
-    second
-        Reflectance of the bright quadrants or the disc (0 to 1).
-    """
-
+    #: one of the constants of this module, such as :data:`BOX`
     kind: int
+    #: (3,), in the world [m]
     center: Array
+    #: (3, 3), local axes in the world, as rows
     axes: Array
+    #: (3,), half extents along the axes [m]
     half: Array
+    #: of the surface (0 to 1)
     reflectance: float
+    #: half the side of the quadrants, or the radius of the disc [m]
     pattern: float = 0.0
+    #: reflectance of the bright quadrants or the disc (0 to 1)
     second: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """n primitives as arrays.
+    """n primitives as arrays."""
 
-    Attributes
-    ----------
-    kind : (n,)
-        As in :class:`Primitive`.
-    center : (n, 3)
-        In the world [m].
-    axes : (n, 3, 3)
-        Local axes in the world, as rows.
-    half : (n, 3)
-        Half extents [m].
-    reflectance : (n, 3)
-        Of the surface, of the bright quadrants or disc, of the dark quadrants.
-    pattern : (n,)
-        Half the side of the quadrants, or the radius of the disc [m].
-    """
-
+    #: (n,), as in :class:`Primitive`
     kind: NDArray[np.int64]
+    #: (n, 3), in the world [m]
     center: Array
+    #: (n, 3, 3), local axes in the world, as rows
     axes: Array
+    #: (n, 3), half extents [m]
     half: Array
+    #: (n, 3), of the surface, of the bright quadrants or disc, of the dark quadrants
     reflectance: Array
+    #: (n,), half the side of the quadrants, or the radius of the disc [m]
     pattern: Array
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive]) -> Scene:
-        """The scene of some primitives, numbered in their order.
-
-        Raises
-        ------
-        InputError
-            There are none.
-        """
+        """The scene of some primitives, numbered in their order."""
         if not primitives:
             raise InputError("a scene takes at least one primitive")
         return cls(
@@ -340,15 +313,7 @@ def disc(
 
 
 def carried(primitive: Primitive, motion: Pose) -> Primitive:
-    """A primitive after a rigid motion.
-
-    Parameters
-    ----------
-    primitive
-        Before it.
-    motion
-        Of the world.
-    """
+    """A primitive after a rigid motion."""
     axes = primitive.axes @ motion.rotation.T
     return replace(primitive, center=motion @ primitive.center, axes=axes)
 

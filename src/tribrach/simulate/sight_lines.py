@@ -28,23 +28,15 @@ _STEP = float(np.radians(1.5))
 
 @dataclass(frozen=True)
 class SightLines:
-    """Lines from stations (s,) to places (n,).
+    """Lines from stations (s,) to places (n,)."""
 
-    Attributes
-    ----------
-    length : (s, n)
-        In metres.
-    seen : (s, n)
-        The place is seen.
-    steep : (s, n)
-        Angle of incidence [rad], NaN for places that lie on no surface.
-    hidden : (s, n)
-        Something nearer stops the line.
-    """
-
+    #: (s, n), in metres
     length: Array
+    #: (s, n), the place is seen
     seen: NDArray[np.bool_]
+    #: (s, n), angle of incidence [rad], NaN for places that lie on no surface
     steep: Array
+    #: (s, n), something nearer stops the line
     hidden: NDArray[np.bool_]
 
 

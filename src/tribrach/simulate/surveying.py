@@ -31,15 +31,6 @@ def observe(network: Network, truth: State, rng: np.random.Generator) -> Network
 
     The active values become ``h(truth) + W^-1 z`` with z standard normal; inactive observations
     keep their values. Used by demonstrations, by planning and by every Monte Carlo check.
-
-    Parameters
-    ----------
-    network
-        Gives covariances.
-    truth
-        True values of the unknowns; they become the start of the iteration.
-    rng
-        Draws the errors.
     """
     assembly = Assembly(network)
     errors = sla.spsolve_triangular(

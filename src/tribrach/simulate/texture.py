@@ -30,24 +30,16 @@ _KEY, _FIRST = 57, 1_000_000
 
 @dataclass(frozen=True)
 class SharedTexture:
-    """Texture over the directions of one scan.
+    """Texture over the directions of one scan."""
 
-    Attributes
-    ----------
-    shared
-        What neighbours share.
-    first_v, step
-        V of the first row, and the step of the grid [rad].
-    rows
-        Of the grid.
-    entropy
-        Seed of the scan.
-    """
-
+    #: what neighbours share
     shared: SharedNoise
+    #: V of the first row, and the step of the grid [rad]
     first_v: float
     step: float
+    #: of the grid
     rows: int
+    #: seed of the scan
     entropy: tuple[int, ...]
 
     def mixed(self, own: Array, row: Index, column: Index, length: Array) -> Array:

@@ -39,24 +39,16 @@ def child_rng(seed: int, purpose: str) -> np.random.Generator:
 
 @dataclass(frozen=True, eq=False)
 class TwinTarget:
-    """A target in the world.
+    """A target in the world."""
 
-    Attributes
-    ----------
-    name, kind
-        Of the target.
-    center : (3,)
-        In the world [m].
-    size
-        Side of a checkerboard, radius of a sphere or of a disc [m].
-    normal : (3,) or None
-        Of flat targets.
-    """
-
+    #: of the target
     name: str
     kind: TargetKind
+    #: (3,), in the world [m]
     center: Array
+    #: side of a checkerboard, radius of a sphere or of a disc [m]
     size: float
+    #: (3,), of flat targets
     normal: Array | None = None
 
     def primitive(self) -> Primitive:
@@ -76,40 +68,26 @@ class TwinTarget:
 
 @dataclass(frozen=True, eq=False)
 class TwinStation:
-    """A scanner station.
+    """A scanner station."""
 
-    Attributes
-    ----------
-    name
-        Of the station.
-    pose
-        World from scanner, true.
-    levelled
-        It was set up level.
-    """
-
+    #: of the station
     name: str
+    #: world from scanner, true
     pose: Pose
+    #: it was set up level
     levelled: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class TwinScan:
-    """One scan of a station.
+    """One scan of a station."""
 
-    Attributes
-    ----------
-    name, station
-        Of the scan and its station.
-    grid
-        Directions of its pixels.
-    mask : (rows, columns) or None
-        Directions that are measured, all if None.
-    """
-
+    #: of the scan and its station
     name: str
     station: str
+    #: directions of its pixels
     grid: ScanGrid
+    #: (rows, columns), directions that are measured, all if None
     mask: NDArray[np.bool_] | None = None
 
     @property
@@ -120,73 +98,49 @@ class TwinScan:
 
 @dataclass(frozen=True)
 class TargetSight:
-    """How a station sees a target.
+    """How a station sees a target."""
 
-    Attributes
-    ----------
-    range
-        In metres.
-    incidence
-        In radians.
-    clear
-        Share of the target that nothing hides.
-    points
-        Expected in the finest scan.
-    visible
-        The target can be found in that scan.
-    """
-
+    #: in metres
     range: float
+    #: in radians
     incidence: float
+    #: share of the target that nothing hides
     clear: float
+    #: expected in the finest scan
     points: float
+    #: the target can be found in that scan
     visible: bool
 
 
 @dataclass(frozen=True, eq=False)
 class Twin:
-    """All about a twin.
+    """All about a twin."""
 
-    Attributes
-    ----------
-    name, title
-        Of the twin.
-    seed
-        Of its random numbers.
-    scene, scanner
-        What is scanned, and with what.
-    stations, scans, targets
-        Of the scanner.
-    files
-        Texts of tables by file name.
-    project
-        The sections of the project file.
-    marks
-        True coordinates (3,) of further points by name [m].
-    facts
-        Further truth for the record.
-    suffix
-        Of the files of scans.
-    campaign
-        Of several at one site: what its project, scans and results are called after.
-    later
-        Campaigns that follow at the same site, written beside this one.
-    """
-
+    #: of the twin
     name: str
     title: str
+    #: of its random numbers
     seed: int
+    #: what is scanned, and with what
     scene: Scene
     scanner: Scanner
+    #: of the scanner
     stations: Sequence[TwinStation]
     scans: Sequence[TwinScan]
     targets: Sequence[TwinTarget]
+    #: texts of tables by file name
     files: Mapping[str, str] = field(default_factory=dict)
+    #: the sections of the project file
     project: str = ""
+    #: true coordinates (3,) of further points by name [m]
     marks: Mapping[str, Array] = field(default_factory=dict)
+    #: further truth for the record
     facts: Mapping[str, Any] = field(default_factory=dict)
+    #: of the files of scans
     suffix: str = ".laz"
+    #: of several at one site: what its project, scans and results are called after
     campaign: str = ""
+    #: campaigns that follow at the same site, written beside this one
     later: Sequence[Twin] = ()
 
     @property
@@ -195,13 +149,7 @@ class Twin:
         return f"{self.campaign or self.name}.toml"
 
     def station(self, name: str) -> TwinStation:
-        """A station by its name.
-
-        Raises
-        ------
-        InputError
-            There is none.
-        """
+        """A station by its name."""
         for station in self.stations:
             if station.name == name:
                 return station
@@ -233,19 +181,7 @@ class Twin:
 def sight_of(
     view: SceneView, pose: Pose, scans: Sequence[TwinScan], target: TwinTarget
 ) -> TargetSight:
-    """How a target is seen from a station.
-
-    Parameters
-    ----------
-    view
-        The scene from the station.
-    pose
-        World from scanner.
-    scans
-        Of the station.
-    target
-        In the world.
-    """
+    """How a target is seen from a station."""
     line = target.center - view.origin
     length = float(np.linalg.norm(line))
     cosine = 1.0 if target.normal is None else abs(float(line @ target.normal)) / length
@@ -301,13 +237,7 @@ def _covers(one: TwinScan, pose: Pose, target: TwinTarget) -> bool:
 
 
 def steps_for(points: int) -> int:
-    """The number of points asked for, if it makes sense.
-
-    Raises
-    ------
-    InputError
-        Fewer than a thousand or more than a thousand million.
-    """
+    """The number of points asked for, if it makes sense."""
     if not 1_000 <= points <= 1_000_000_000:
         raise InputError(f"{points} points per station", cure="ask for 1000 to 1000000000")
     return points

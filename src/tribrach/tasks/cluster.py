@@ -65,22 +65,6 @@ def local_workers(count: int, threads: int | None = None) -> Iterator[Engine]:
 
     They are started when first something is to be done. They listen on this machine alone, and
     only to who has the key that is made for them.
-
-    Parameters
-    ----------
-    count
-        How many processes.
-    threads
-        In which each of them works; as many as there are processors for it if not given.
-
-    Yields
-    ------
-    Engine
-
-    Raises
-    ------
-    InputError
-        The extra ``cluster`` is not installed.
     """
     _refuse_missing()
     with ExitStack() as stack:
@@ -94,24 +78,7 @@ def local_workers(count: int, threads: int | None = None) -> Iterator[Engine]:
 
 @contextmanager
 def remote_workers(address: str) -> Iterator[Engine]:
-    """Do tasks on the workers of a scheduler that is running already.
-
-    Parameters
-    ----------
-    address
-        Of the scheduler, such as ``tcp://10.0.0.5:8786``; ``tls://`` with the certificates that
-        Dask's own configuration names. Whoever reaches a scheduler can have its workers run
-        anything, and they answer with data that is unpickled here: it has to be trusted.
-
-    Yields
-    ------
-    Engine
-
-    Raises
-    ------
-    InputError
-        The extra ``cluster`` is not installed.
-    """
+    """Do tasks on the workers of a scheduler that is running already."""
     _refuse_missing()
     with ExitStack() as stack:
         yield _Cluster(
@@ -369,13 +336,6 @@ class _Work:
         """Yield numbers of calls and results until all are done or none of the rest matters.
 
         patience : so long there may be no worker at all [s]; cure : what to do then.
-
-        Raises
-        ------
-        InputError
-            The scheduler is lost, there are no workers, or a task kills them.
-        Exception
-            What the first of the calls that failed raised.
         """
         alive = time.monotonic()
         while self.waiting or self.alone or self.begun:

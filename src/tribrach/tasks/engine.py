@@ -26,24 +26,16 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Call:
-    """A task that is to be done.
+    """A task that is to be done."""
 
-    Parameters
-    ----------
-    what
-        In words, such as ``targets of S1``: progress and errors speak of it so.
-    values
-        What the task gets.
-    file
-        The file that it reads above all, where there is one.
-    cost
-        Work in comparison to the other calls, such as points: the longest are begun first where
-        several are done at a time.
-    """
-
+    #: in words, such as ``targets of S1``: progress and errors speak of it so
     what: str
+    #: what the task gets
     values: tuple[Any, ...]
+    #: the file that it reads above all, where there is one
     file: Path | None = None
+    #: work in comparison to the other calls, such as points: the longest are begun first where
+    #: several are done at a time
     cost: float = 0.0
 
 
@@ -53,28 +45,7 @@ class Engine(Protocol):
     def completed(
         self, task: Callable[..., R], calls: Sequence[Call], progress: Progress
     ) -> Iterator[tuple[int, R]]:
-        """Do a task for each call; results as they come.
-
-        Parameters
-        ----------
-        task
-            A function of a module. It gets the values of a call and ``progress``, by which it may
-            say how far it is.
-        calls
-            What is to be done.
-        progress
-            Told of every call that is begun, and what the tasks say.
-
-        Yields
-        ------
-        tuple of int and R
-            Number of a call and its result.
-
-        Raises
-        ------
-        Exception
-            What the first of the calls that fail raises.
-        """
+        """Do a task for each call; results as they come."""
         ...
 
 

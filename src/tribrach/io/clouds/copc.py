@@ -70,17 +70,11 @@ _ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("size", "<i4"), ("poin
 
 @dataclass(frozen=True)
 class Cube:
-    """The root node in integer coordinates, in steps.
+    """The root node in integer coordinates, in steps."""
 
-    Attributes
-    ----------
-    corner : (3,)
-        Lowest corner.
-    side
-        Length of its sides.
-    """
-
+    #: (3,), lowest corner
     corner: Index
+    #: length of its sides
     side: int
 
     @classmethod
@@ -88,11 +82,6 @@ class Cube:
         """The smallest cube at the lowest corner of a box, at least one step large.
 
         It is no larger, because some readers take the cube from the bounds in the header.
-
-        Parameters
-        ----------
-        low, high : (3,)
-            Corners of the box.
         """
         return cls(low, max(int((high - low).max()), 1))
 
@@ -111,17 +100,11 @@ class Cube:
 
 @dataclass(frozen=True)
 class Nodes:
-    """Nodes in the order of their points.
+    """Nodes in the order of their points."""
 
-    Attributes
-    ----------
-    keys : (m, 4)
-        Level, x, y, z.
-    ends : (m,)
-        Number of points up to the end of each node.
-    """
-
+    #: (m, 4), level, x, y, z
     keys: NDArray[np.int32]
+    #: (m,), number of points up to the end of each node
     ends: Index
 
 
@@ -279,13 +262,7 @@ def _descend(places, table, starts, cells, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True)
 def _grow(places, level, deepest, order, levels, ends):  # type: ignore[no-untyped-def]
-    """Divide a tile depth first; nodes, their ends and the order are written into the arguments.
-
-    Returns
-    -------
-    int
-        The number of nodes.
-    """
+    """Divide a tile depth first; nodes, their ends and the order are written into the arguments."""
     cells, scratch = np.empty(_WORDS, dtype=np.uint32), np.empty_like(order)
     part = np.empty(len(order), dtype=np.uint8)
     stack = [(0, len(order), level)]
@@ -369,13 +346,7 @@ class PointSpool:
         self._runs = np.zeros((0, 1), dtype=np.int64)
 
     def append(self, records: Records) -> None:
-        """Append points (n,).
-
-        Raises
-        ------
-        OSError
-            The disk is full.
-        """
+        """Append points (n,)."""
         self._staged.file.write(np.ascontiguousarray(records).view(np.uint8).data)
         self._points += len(records)
 
@@ -420,13 +391,7 @@ class PointSpool:
         self._staged.discard()
 
     def _read(self, start: int, size: int) -> Records:
-        """Some points from a place on.
-
-        Raises
-        ------
-        OSError
-            The file was cut in the meantime.
-        """
+        """Some points from a place on."""
         self._staged.file.seek(start * self._kind.itemsize)
         data = self._staged.file.read(size * self._kind.itemsize)
         if len(data) != size * self._kind.itemsize:
@@ -463,13 +428,7 @@ class CopcWriter(LasRecords):
         self._times = [np.nan, np.nan]
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values (n,) by name of the field.
-
-        Raises
-        ------
-        InputError
-            Coordinates beyond the integers of the step.
-        """
+        """Append points (n, 3) [m] and their values (n,) by name of the field."""
         if len(xyz) == 0:
             return
         record = self.record(xyz, values)
@@ -603,22 +562,6 @@ def paged_hierarchy(entries: NDArray[np.void], start: int, most: int) -> tuple[b
     A page has the nodes below one node, level by level, as long as there is room for a whole level;
     below the last level each node is the root of a page of its own, which the page above refers to
     with a number of points of -1.
-
-    Parameters
-    ----------
-    entries : (m,)
-        Nodes with their chunks; parents of every node are among them.
-    start
-        Where the first page begins in the file.
-    most
-        Entries that a page may have, but for the children of its root, which are always in it.
-
-    Returns
-    -------
-    pages : bytes
-        All pages, one after the other.
-    root : int
-        Bytes of the first.
     """
     level, places = entries["key"][:, 0], entries["key"][:, 1:].astype(np.int64)
     pending = [np.arange(len(entries))]

@@ -31,57 +31,27 @@ _COLOURS = {"red", "green", "blue"}
 
 @dataclass(frozen=True)
 class CopcHead:
-    """What the first bytes of a cloud tell.
+    """What the first bytes of a cloud tell."""
 
-    Attributes
-    ----------
-    points
-        How many there are.
-    bounds : array (2, 3)
-        Lowest and highest coordinates [m].
-    colours
-        Do points have colours of their own?
-    sample : dict
-        Values (n,) of the points of the coarsest node by the name of the field.
-    """
-
+    #: how many there are
     points: int
+    #: (2, 3), lowest and highest coordinates [m]
     bounds: Array
+    #: do points have colours of their own?
     colours: bool
+    #: values (n,) of the points of the coarsest node by the name of the field
     sample: dict[str, NDArray[Any]]
 
 
 def is_copc(path: Path) -> bool:
-    """Tell whether a file says that it is COPC.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    OSError
-        It cannot be read.
-    """
+    """Tell whether a file says that it is COPC."""
     with path.open("rb") as file:
         head = file.read(_AT + len(_COPC))
     return head.startswith(b"LASF") and head[_AT:] == _COPC
 
 
 def stored_step(path: Path) -> float | None:
-    """The finest step of the coordinates of a LAS or LAZ file [m], None of other files.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    OSError
-        It cannot be read.
-    """
+    """The finest step of the coordinates of a LAS or LAZ file [m], None of other files."""
     with path.open("rb") as file:
         head = file.read(_SCALES.stop)
     if not head.startswith(b"LASF") or len(head) < _SCALES.stop:
@@ -91,18 +61,7 @@ def stored_step(path: Path) -> float | None:
 
 
 def read_copc_head(path: Path) -> CopcHead:
-    """Read the header and the coarsest points of a COPC file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        It is none, or is damaged.
-    """
+    """Read the header and the coarsest points of a COPC file."""
     try:
         check_header(path)
         if not is_copc(path):
@@ -121,20 +80,13 @@ def read_copc_head(path: Path) -> CopcHead:
 
 @dataclass(frozen=True)
 class CloudPoint:
-    """A point of a cloud.
+    """A point of a cloud."""
 
-    Attributes
-    ----------
-    xyz : array (3,)
-        Its coordinates [m].
-    values : dict
-        Numbers by the name of the field.
-    facts : mapping
-        What the cloud says of itself.
-    """
-
+    #: (3,), its coordinates [m]
     xyz: Array
+    #: numbers by the name of the field
     values: dict[str, float]
+    #: what the cloud says of itself
     facts: Mapping[str, str]
 
 
@@ -149,16 +101,6 @@ def nearest_point(path: Path, place: Array, within: float) -> CloudPoint | None:
         Coordinates [m].
     within : float
         Half the side of the box about the place that is looked through [m].
-
-    Returns
-    -------
-    CloudPoint or None
-        None if no point is in the box.
-
-    Raises
-    ------
-    InputError
-        The file is none, or is damaged.
     """
     try:
         check_header(path)

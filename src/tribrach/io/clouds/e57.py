@@ -87,27 +87,7 @@ _BLOCK = 100_000
 
 
 def replace_poses(root: etree._Element, poses: Mapping[int, Pose], source: Path) -> tuple[str, ...]:
-    """Put new poses of scans, and of the pictures that belong to them, into the tree of a file.
-
-    Parameters
-    ----------
-    root
-        Root of the XML section.
-    poses
-        World from scanner by index of the scan.
-    source
-        Of the file, for messages.
-
-    Returns
-    -------
-    tuple of str
-        Sentences about pictures that could not follow.
-
-    Raises
-    ------
-    InputError
-        The file has no scan of this index.
-    """
+    """Put new poses of scans, and of the pictures that belong to them, into the tree of a file."""
     scans = _children(root, "data3D")
     moves: dict[int, tuple[Pose, Pose]] = {}
     for index, pose in poses.items():
@@ -127,13 +107,7 @@ def _move_pictures(
     scans: Sequence[etree._Element],
     moves: Mapping[int, tuple[Pose, Pose]],
 ) -> tuple[str, ...]:
-    """Move pictures with their scans.
-
-    Returns
-    -------
-    tuple of str
-        A sentence if some cannot be moved.
-    """
+    """Move pictures with their scans."""
     guids = [_text(scan, "guid") for scan in scans]
     stay = 0
     for picture in _children(root, "images2D"):
@@ -222,15 +196,7 @@ def _tag(near: etree._Element, name: str) -> str:
 
 
 def replace_crs(root: etree._Element, crs: str) -> None:
-    """Put the reference system into the tree of a file.
-
-    Parameters
-    ----------
-    root
-        Root of the XML section.
-    crs
-        WKT.
-    """
+    """Put the reference system into the tree of a file."""
     element = child(root, "coordinateMetadata")
     if element is None:
         element = etree.Element(_tag(root, "coordinateMetadata"), type="String")
@@ -251,25 +217,6 @@ def copy_with_poses(
     """Write a copy of an E57 file with new poses.
 
     Pictures move with the scan that they belong to; everything else passes through.
-
-    Parameters
-    ----------
-    source, destination
-        The two files.
-    poses
-        World from scanner by index of the scan.
-    crs
-        WKT that replaces ``coordinateMetadata``; None keeps the old text.
-
-    Returns
-    -------
-    tuple of str
-        Sentences about pictures that could not follow.
-
-    Raises
-    ------
-    InputError
-        Not an E57 file, truncated, damaged, without a scan of such an index, or nowhere to write.
     """
     try:
         file = source.open("rb")
@@ -312,13 +259,7 @@ def _write(file: BinaryIO, header: Header, xml: bytes, out: BinaryIO, source: Pa
 
 
 def _copy(file: BinaryIO, out: BinaryIO, count: int, source: Path) -> bytes:
-    """Copy pages from the beginning.
-
-    Returns
-    -------
-    bytes
-        The first of them.
-    """
+    """Copy pages from the beginning."""
     first = b""
     for done in range(0, count, _POSE_BLOCK):
         data = _pages(file, done, min(_POSE_BLOCK, count - done), source)
@@ -339,23 +280,15 @@ def _pages(file: BinaryIO, first: int, count: int, source: Path) -> bytes:
 
 @dataclass(frozen=True)
 class _Column:
-    """A field's column.
+    """A field's column."""
 
-    Attributes
-    ----------
-    field
-        The field.
-    path
-        Name of the column in the file.
-    dtype
-        Type of the column.
-    buffer
-        Memory that is filled for every block.
-    """
-
+    #: the field
     field: Field
+    #: name of the column in the file
     path: str
+    #: type of the column
     dtype: np.dtype[Any]
+    #: memory that is filled for every block
     buffer: NDArray[Any]
 
 
@@ -460,11 +393,6 @@ class E57Writer:
             Coordinates [m].
         values
             (n,) by name of the field.
-
-        Raises
-        ------
-        InputError
-            Coordinates beyond the integers of the step, or several values per point.
         """
         for first in range(0, len(xyz), _BLOCK):
             part = slice(first, first + _BLOCK)
@@ -473,13 +401,7 @@ class E57Writer:
                 self._writer.write(count)
 
     def _fill(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> int:
-        """Put one block into the buffers.
-
-        Returns
-        -------
-        int
-            The number of points.
-        """
+        """Put one block into the buffers."""
         n, step, offset = len(xyz), self._header.step, self._header.offset
         steps = np.rint((xyz - offset) / step)
         if not (np.abs(steps) <= _REACH).all():

@@ -21,20 +21,7 @@ WRITERS: dict[str, tuple[str, str]] = {
 
 
 def create(path: Path, header: CloudHeader) -> CloudWriter:
-    """A writer for a new cloud.
-
-    Parameters
-    ----------
-    path
-        The file; its suffix is one of :data:`WRITERS`.
-    header
-        Fields, coordinate step, frame and facts.
-
-    Raises
-    ------
-    InputError
-        No format has this suffix, or the file cannot be written.
-    """
+    """A writer for a new cloud."""
     for suffix, (module, name) in WRITERS.items():
         if path.name.lower().endswith(suffix):
             kind = getattr(import_module(f"tribrach.io.clouds.{module}"), name)

@@ -30,35 +30,23 @@ def _zeros() -> Array:
 
 @dataclass(frozen=True)
 class CloudHeader:
-    """Header of a cloud that is to be written.
+    """Header of a cloud that is to be written."""
 
-    Attributes
-    ----------
-    name
-        Of the cloud.
-    fields
-        Values that `write` will get besides the coordinates.
-    step
-        Coordinate step on disk [m] of formats that store integers.
-    offset : (3,)
-        Stored coordinates are relative to it [m].
-    crs
-        WKT of the reference system, None for a local frame.
-    epoch
-        Decimal year of a dynamic frame.
-    pose
-        World from scanner, for formats that keep points in the scanner frame.
-    facts
-        Further strings that the format has room for.
-    """
-
+    #: of the cloud
     name: str
+    #: values that `write` will get besides the coordinates
     fields: tuple[Field, ...] = ()
+    #: coordinate step on disk [m] of formats that store integers
     step: float = 1e-4
+    #: (3,), stored coordinates are relative to it [m]
     offset: Array = field(default_factory=_zeros)
+    #: WKT of the reference system, None for a local frame
     crs: str | None = None
+    #: decimal year of a dynamic frame
     epoch: float | None = None
+    #: world from scanner, for formats that keep points in the scanner frame
     pose: Pose | None = None
+    #: further strings that the format has room for
     facts: Mapping[str, str] = field(default_factory=dict)
 
 

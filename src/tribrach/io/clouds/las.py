@@ -130,11 +130,6 @@ class LasRecords:
             Coordinates [m].
         values
             (n,) by name of the field.
-
-        Raises
-        ------
-        InputError
-            Coordinates beyond the integers of the step.
         """
         record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
         whole = np.empty((3, len(xyz)), dtype=np.int32)
@@ -221,13 +216,7 @@ class LasWriter(LasRecords):
             )
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points (n, 3) [m] and their values (n,) by name of the field.
-
-        Raises
-        ------
-        InputError
-            Coordinates beyond the integers of the step, or the disk is full.
-        """
+        """Append points (n, 3) [m] and their values (n,) by name of the field."""
         if len(xyz) == 0:
             return
         record = self.record(xyz, values)

@@ -73,11 +73,6 @@ class PlyWriter:
             Coordinates [m].
         values
             (n,) or (n, k) by name of the field.
-
-        Raises
-        ------
-        InputError
-            A coordinate is not finite, a field has another width than before, or the disk is full.
         """
         if len(xyz) == 0:
             return

@@ -30,39 +30,25 @@ NO_DOME = "NONE"
 
 @dataclass(frozen=True)
 class ReceiverAntenna:
-    """An antenna as an ANTEX file has it.
+    """An antenna as an ANTEX file has it."""
 
-    Attributes
-    ----------
-    name
-        Type and dome in twenty columns.
-    frequencies
-        Of the values for GPS, such as ``G01``.
-    other_dome
-        The dome that was asked for, where only values without a dome are there; else "".
-    """
-
+    #: type and dome in twenty columns
     name: str
+    #: of the values for GPS, such as ``G01``
     frequencies: tuple[str, ...]
+    #: the dome that was asked for, where only values without a dome are there; else ""
     other_dome: str = ""
 
 
 @dataclass(frozen=True, eq=False)
 class AntexFile:
-    """An ANTEX file.
+    """An ANTEX file."""
 
-    Attributes
-    ----------
-    path
-        Where it was read.
-    data
-        Its unpacked content.
-    places
-        First byte, name (20 columns) and serial number or satellite (20 columns) of each antenna.
-    """
-
+    #: where it was read
     path: Path
+    #: its unpacked content
     data: bytes
+    #: first byte, name (20 columns) and serial number or satellite (20 columns) of each antenna
     places: tuple[tuple[int, bytes, bytes], ...]
 
     @property
@@ -71,19 +57,7 @@ class AntexFile:
         return any(_SATELLITE.match(serial) for _, _, serial in self.places)
 
     def receiver_antenna(self, name: str) -> ReceiverAntenna:
-        """A receiver's antenna by the name of a RINEX header.
-
-        Parameters
-        ----------
-        name
-            IGS name with dome; without a dome it is ``NONE``. Where the file has the antenna with
-            other domes only, its values without a dome are taken.
-
-        Raises
-        ------
-        InputError
-            The antenna is not in the file, without values for GPS, or damaged.
-        """
+        """A receiver's antenna by the name of a RINEX header."""
         words = name.split()
         kind, dome = (words[0] if words else ""), (words[1] if len(words) > 1 else NO_DOME)
         exact = self._block(_padded(kind, dome))
@@ -106,15 +80,7 @@ class AntexFile:
         return ReceiverAntenna(_padded(kind, NO_DOME), frequencies, dome)
 
     def of_baseline(self, antennas: tuple[ReceiverAntenna, ...], *, satellites: bool) -> bytes:
-        """An ANTEX file of some antennas.
-
-        Parameters
-        ----------
-        antennas
-            Of receivers.
-        satellites
-            Whether all antennas of satellites are in it too.
-        """
+        """An ANTEX file of some antennas."""
         end = _HEADER_END.search(self.data)
         parts = [self.data[: end.end() if end else 0]]
         for name in dict.fromkeys(antenna.name for antenna in antennas):
@@ -136,13 +102,7 @@ class AntexFile:
         return self._at(min(found)[1]) if found else None
 
     def _at(self, place: int) -> bytes:
-        """The lines of the antenna that begins at a byte.
-
-        Raises
-        ------
-        InputError
-            It has no end.
-        """
+        """The lines of the antenna that begins at a byte."""
         end = _END.search(self.data, place)
         following = next((start for start, _, _ in self.places if start > place), len(self.data))
         if end is None or end.start() > following:
@@ -174,18 +134,7 @@ def _padded(kind: str, dome: str) -> str:
 
 
 def read_antex(path: Path) -> AntexFile:
-    """Read an ANTEX file.
-
-    Parameters
-    ----------
-    path
-        Plain or packed.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is too large unpacked, or is not ANTEX.
-    """
+    """Read an ANTEX file."""
     data = unpacked_bytes(path)
     if b"ANTEX VERSION / SYST" not in data[:200]:
         raise InputError("this is no ANTEX file", file=path)

@@ -45,43 +45,29 @@ FRAME_TURN = 0.2e-6
 
 @dataclass(frozen=True)
 class GnssContext:
-    """What the project says about GNSS files.
+    """What the project says about GNSS files."""
 
-    Attributes
-    ----------
-    site
-        The ellipsoidal work frame, None if the files bring it.
-    job
-        Frame and epoch of the project.
-    stated
-        The way of coordinates in the frame that the site names, where that is not the job's.
-    frame
-        Frame of the files; overrides what they say.
-    epoch
-        Epoch of the files as a decimal year; overrides what they say.
-    motion
-        How marks move.
-    point, base
-        Names for a solution of RTKLIB.
-    factor
-        On the formal standard deviations of a solution of RTKLIB, None for the default, or on those
-        of a SINEX file.
-    stations
-        Stations of SINEX files that are wanted, all if empty.
-    known
-        Points that have coordinates already.
-    """
-
+    #: the ellipsoidal work frame, None if the files bring it
     site: EllipsoidSite | None = None
+    #: frame and epoch of the project
     job: Realisation | None = None
+    #: the way of coordinates in the frame that the site names, where that is not the job's
     stated: Passage | None = None
+    #: frame of the files; overrides what they say
     frame: str = ""
+    #: epoch of the files as a decimal year; overrides what they say
     epoch: float | None = None
+    #: how marks move
     motion: Motion | None = None
+    #: names for a solution of RTKLIB
     point: str = ""
     base: str = ""
+    #: on the formal standard deviations of a solution of RTKLIB, None for the default, or on those
+    #: of a SINEX file
     factor: float | None = None
+    #: stations of SINEX files that are wanted, all if empty
     stations: tuple[str, ...] = ()
+    #: points that have coordinates already
     known: frozenset[str] = field(default_factory=frozenset)
 
 
@@ -145,20 +131,7 @@ def vector_reader(path: Path) -> Reader | None:
 
 
 def survey_of(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -> Survey:
-    """Survey of what files hold.
-
-    Parameters
-    ----------
-    files
-        Paths and records.
-    context
-        What the project says about them.
-
-    Raises
-    ------
-    InputError
-        Epochs that do not fit; vectors without coordinates of any point.
-    """
+    """Survey of what files hold."""
     job = _job(files, context)
     changes = [_carried(path, records, context, job) for path, records in files]
     site = context.site

@@ -28,31 +28,18 @@ _SOURCE, _SISA = (5, 1), (6, 0)
 
 @dataclass(frozen=True)
 class GalileoRecords:
-    """A navigation file whose Galileo records the engine takes.
+    """A navigation file whose Galileo records the engine takes."""
 
-    Attributes
-    ----------
-    text
-        Plain RINEX.
-    coarse
-        Satellites that state an accuracy beyond the scale of the signal.
-    accuracy
-        The largest that they state [m], 0 without any.
-    """
-
+    #: plain RINEX
     text: bytes
+    #: satellites that state an accuracy beyond the scale of the signal
     coarse: tuple[str, ...] = ()
+    #: the largest that they state [m], 0 without any
     accuracy: float = 0.0
 
 
 def galileo_records(text: bytes) -> GalileoRecords:
-    """Rewrite data sources and accuracies that keep the engine from using satellites.
-
-    Parameters
-    ----------
-    text
-        A RINEX navigation file that has been checked; of version 2 it comes back as it is.
-    """
+    """Rewrite data sources and accuracies that keep the engine from using satellites."""
     if text[:9].strip()[:1] != b"3":
         return GalileoRecords(text)
     records = list(_RECORD.finditer(text))

@@ -24,14 +24,7 @@ _METRES = ("meter", "meters", "metre", "metres", "m", "")
 
 
 def read_gvx(path: Path) -> GnssRecords:
-    """Points and vectors of a GVX file.
-
-    Raises
-    ------
-    InputError
-        Not GVX, other units than metres, missing or malformed numbers, unknown points, no
-        covariance, no vectors.
-    """
+    """Points and vectors of a GVX file."""
     root = load(path, "GVX")
     records = GnssRecords()
     systems = {_text(s, "ID"): _text(s, "NAME") for s in root.iter("REFERENCE_SYSTEM")}

@@ -37,17 +37,11 @@ _TYPES = "# / TYPES OF OBSERV"
 
 @dataclass(frozen=True)
 class MixedPhases:
-    """GPS satellites of a file by the signal of their phases on L2.
+    """GPS satellites of a file by the signal of their phases on L2."""
 
-    Attributes
-    ----------
-    precise
-        Satellites with phases of P(Y) only.
-    civil
-        Satellites with phases of L2C.
-    """
-
+    #: satellites with phases of P(Y) only
     precise: frozenset[str]
+    #: satellites with phases of L2C
     civil: frozenset[str]
 
 
@@ -81,18 +75,7 @@ def _phases(
 
 
 def mixed_l2(file: RinexObservations) -> MixedPhases | None:
-    """Which GPS satellites have phases of P(Y) on L2 and which those of L2C.
-
-    Parameters
-    ----------
-    file
-        Observations of any version.
-
-    Returns
-    -------
-    MixedPhases or None
-        None where the file has one kind only, or does not tell.
-    """
+    """Which GPS satellites have phases of P(Y) on L2 and which those of L2C."""
     place = _column(file)
     if place is None:
         return None
@@ -107,13 +90,7 @@ def mixed_l2(file: RinexObservations) -> MixedPhases | None:
 
 
 def aligned_l2(file: RinexObservations) -> RinexObservations:
-    """The file with its phases of L2C moved by -0.25 cycles.
-
-    Parameters
-    ----------
-    file
-        Observations whose phases on L2 are mixed (:func:`mixed_l2`); any other one stays as it is.
-    """
+    """The file with its phases of L2C moved by -0.25 cycles."""
     place = _column(file)
     if place is None or mixed_l2(file) is None:
         return file

@@ -41,34 +41,20 @@ _SYSTEMS_2 = {"N": "G", "G": "R", "H": "S"}
 
 @dataclass(frozen=True)
 class NavigationFile:
-    """Broadcast orbits of one file.
+    """Broadcast orbits of one file."""
 
-    Attributes
-    ----------
-    path
-        Where it was read.
-    text
-        Plain RINEX.
-    satellites : (n,)
-        Names such as ``G07``.
-    times : (n,)
-        Of their clocks [s] since 1980-01-06.
-    """
-
+    #: where it was read
     path: Path
+    #: plain RINEX
     text: bytes
+    #: (n,), names such as ``G07``
     satellites: NDArray[np.str_]
+    #: (n,), of their clocks [s] since 1980-01-06
     times: NDArray[np.float64]
 
 
 def read_navigation(path: Path) -> NavigationFile:
-    """Satellites and times of a navigation file.
-
-    Raises
-    ------
-    InputError
-        Not a navigation file, damaged, or without orbits.
-    """
+    """Satellites and times of a navigation file."""
     data = read_rinex(path)
     lines, start = header_text(path, data)
     version, kind = header_of(path, lines)
@@ -106,24 +92,7 @@ def read_navigation(path: Path) -> NavigationFile:
 def _check_records(
     path: Path, data: bytes, start: int, records: list[re.Match[bytes]], system: str | None
 ) -> None:
-    """Refuse records that have other lines or numbers than those of their system.
-
-    Parameters
-    ----------
-    path, data
-        The file and its text.
-    start
-        Where the header ends.
-    records
-        The beginnings of the records.
-    system
-        Of all records of RINEX 2; those of RINEX 3 begin with it.
-
-    Raises
-    ------
-    InputError
-        Names the first line that is wrong.
-    """
+    """Refuse records that have other lines or numbers than those of their system."""
     if not records:
         return
     ends = [match.start() for match in records[1:]] + [len(data)]

@@ -44,41 +44,27 @@ _FIRST_DAY = np.datetime64("1980-01-06T00:00:00", "us")
 
 @dataclass(frozen=True)
 class RinexObservations:
-    """One receiver's file.
+    """One receiver's file."""
 
-    Attributes
-    ----------
-    path
-        Where it was read.
-    text
-        Plain RINEX.
-    version
-        Of RINEX.
-    marker
-        Name of the station, "" if there is none.
-    approximate : (3,)
-        ECEF coordinates of the header [m], NaN if there are none.
-    antenna
-        Type with its dome.
-    delta : (3,)
-        Height, east, north of the antenna reference point over the mark [m].
-    times : (n,)
-        Of the epochs [s].
-    satellites
-        Names such as ``G07``.
-    recounted
-        Epochs whose number of satellites was wrong in the file and is right in ``text``.
-    """
-
+    #: where it was read
     path: Path
+    #: plain RINEX
     text: bytes
+    #: of RINEX
     version: float
+    #: name of the station, "" if there is none
     marker: str
+    #: (3,), ECEF coordinates of the header [m], NaN if there are none
     approximate: NDArray[np.float64]
+    #: type with its dome
     antenna: str
+    #: (3,), height, east, north of the antenna reference point over the mark [m]
     delta: NDArray[np.float64]
+    #: (n,), of the epochs [s]
     times: NDArray[np.float64]
+    #: names such as ``G07``
     satellites: frozenset[str]
+    #: epochs whose number of satellites was wrong in the file and is right in ``text``
     recounted: int = 0
 
     @property
@@ -95,24 +81,12 @@ class RinexObservations:
 def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
     """Header lines, and where the body starts.
 
-    Parameters
-    ----------
-    path
-        For messages.
-    data
-        Plain RINEX.
-
     Returns
     -------
     lines : list of (str, str)
         Label and content.
     start : int
         Offset of the body.
-
-    Raises
-    ------
-    InputError
-        The header does not end.
     """
     end = re.search(rb"END OF HEADER *\r?\n?", data[:1_000_000])
     if end is None:
@@ -124,20 +98,7 @@ def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
 
 
 def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
-    """Version and type letters of the first header line.
-
-    Parameters
-    ----------
-    path
-        For messages.
-    lines
-        Label and content.
-
-    Raises
-    ------
-    InputError
-        No number, or a version that is not read.
-    """
+    """Version and type letters of the first header line."""
     first = next((text for label, text in lines if label == "RINEX VERSION / TYPE"), "")
     try:
         version = float(first[:9])
@@ -154,13 +115,7 @@ def header_of(path: Path, lines: list[tuple[str, str]]) -> tuple[float, str]:
 
 
 def read_observations(path: Path) -> RinexObservations:
-    """Header, epochs and satellites of an observation file.
-
-    Raises
-    ------
-    InputError
-        Not an observation file, damaged, truncated, without epochs.
-    """
+    """Header, epochs and satellites of an observation file."""
     data = read_rinex(path)
     lines, start = header_text(path, data)
     version, kind = header_of(path, lines)
@@ -215,20 +170,7 @@ def _numbers(path: Path, lines: list[tuple[str, str]], label: str) -> NDArray[np
 
 
 def seconds_of(years: list[int], rest: list[tuple[int, int, int, int, float]]) -> list[float]:
-    """Seconds since 1980-01-06 of calendar dates.
-
-    Parameters
-    ----------
-    years
-        With four digits.
-    rest
-        Month, day, hour, minute and second of each.
-
-    Raises
-    ------
-    ValueError
-        A day or month that does not exist.
-    """
+    """Seconds since 1980-01-06 of calendar dates."""
     days = np.array(
         [f"{y:04d}-{m:02d}-{d:02d}" for y, (m, d, *_) in zip(years, rest, strict=True)],
         dtype="datetime64[us]",
@@ -307,15 +249,7 @@ def _names_2(data: bytes, match: re.Match[bytes]) -> tuple[list[str], int]:
 
 
 def records_2(file: RinexObservations, kinds: int) -> Iterator[tuple[str, int]]:
-    """The measurements of a file of RINEX 2: satellite and offset of its lines in the text.
-
-    Parameters
-    ----------
-    file
-        A file that was read, so that its records are whole.
-    kinds
-        Types of observation, five to a line.
-    """
+    """The measurements of a file of RINEX 2: satellite and offset of its lines in the text."""
     data = file.text
     for match in _measured(list(_EPOCH_2.finditer(data, header_text(file.path, data)[1]))):
         names, further = _names_2(data, match)

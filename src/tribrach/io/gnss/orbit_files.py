@@ -22,26 +22,17 @@ __all__ = ["Orbits", "read_orbits"]
 
 @dataclass(frozen=True, eq=False)
 class Orbits:
-    """Orbits of a baseline.
+    """Orbits of a baseline."""
 
-    Attributes
-    ----------
-    broadcast
-        One entry for each navigation file.
-    precise
-        Precise orbits of all SP3 files together, None without any.
-    names
-        Names of the SP3 files.
-    coarse
-        Galileo satellites whose accuracy is beyond the scale of the signal.
-    accuracy
-        The largest that they state [m].
-    """
-
+    #: one entry for each navigation file
     broadcast: tuple[NavigationFile, ...]
+    #: precise orbits of all SP3 files together, None without any
     precise: PreciseOrbits | None = None
+    #: names of the SP3 files
     names: tuple[str, ...] = ()
+    #: galileo satellites whose accuracy is beyond the scale of the signal
     coarse: tuple[str, ...] = ()
+    #: the largest that they state [m]
     accuracy: float = 0.0
 
     def for_engine(self) -> Orbits:
@@ -59,13 +50,7 @@ class Orbits:
 
 
 def read_orbits(paths: Sequence[Path]) -> Orbits:
-    """Read navigation files and SP3 files, told apart by their content.
-
-    Raises
-    ------
-    InputError
-        A file is wrong, is a file of clocks, or the precise orbits come without broadcast ones.
-    """
+    """Read navigation files and SP3 files, told apart by their content."""
     broadcast: list[NavigationFile] = []
     precise: list[PreciseOrbits] = []
     for path in paths:

@@ -50,26 +50,17 @@ _LINE = re.compile(rb"^(?!\*  \d|P[ A-Z][ \d]\d|V|E[PVO]|/\*|[ \r]*$).*$", re.M)
 
 @dataclass(frozen=True, eq=False)
 class PreciseOrbits:
-    """Orbits of satellites at epochs, in the Earth-fixed frame of the file.
+    """Orbits of satellites at epochs, in the Earth-fixed frame of the file."""
 
-    Attributes
-    ----------
-    path
-        Where they were read.
-    satellites
-        m names such as ``G01``.
-    times : (n,)
-        GPS time [s] since 1980-01-06.
-    xyz : (n, m, 3)
-        Positions [m], NaN where there are none.
-    clocks : (n, m)
-        Errors of the clocks [s], NaN where there are none.
-    """
-
+    #: where they were read
     path: Path
+    #: m names such as ``G01``
     satellites: tuple[str, ...]
+    #: (n,), GPS time [s] since 1980-01-06
     times: Array
+    #: (n, m, 3), positions [m], NaN where there are none
     xyz: Array
+    #: (n, m), errors of the clocks [s], NaN where there are none
     clocks: Array
 
 
@@ -79,20 +70,7 @@ def is_sp3(data: bytes) -> bool:
 
 
 def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
-    """The orbits of an SP3 file.
-
-    Parameters
-    ----------
-    path
-        For messages.
-    data
-        Its unpacked content.
-
-    Raises
-    ------
-    InputError
-        Damaged, truncated, without orbits, or in a time system that is not known.
-    """
+    """The orbits of an SP3 file."""
     again = _AGAIN
     begin = re.search(rb"^\*", data, re.M)
     if begin is None:
@@ -135,31 +113,18 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
 
 @dataclass(frozen=True)
 class _Header:
-    """What the header of a file promises.
+    """What the header of a file promises."""
 
-    Attributes
-    ----------
-    epochs
-        Number of epochs.
-    step
-        Seconds between them.
-    satellites
-        Names, in the order of the header.
-    """
-
+    #: number of epochs
     epochs: int
+    #: seconds between them
     step: float
+    #: names, in the order of the header
     satellites: tuple[str, ...]
 
     @classmethod
     def of(cls, path: Path, header: bytes) -> _Header:
-        """The header of a file.
-
-        Raises
-        ------
-        InputError
-            It does not say this.
-        """
+        """The header of a file."""
         lines = header.splitlines()
         listed = [line for line in lines if line[:1] == b"+" and line[:2] != b"++"]
         second = next((line for line in lines if line.startswith(b"##")), b"")
@@ -341,15 +306,7 @@ def joined(files: Sequence[PreciseOrbits]) -> PreciseOrbits:
 
 
 def sp3_text(orbits: PreciseOrbits, wanted: Collection[str]) -> bytes:
-    """An SP3-c file of some of the satellites.
-
-    Parameters
-    ----------
-    orbits
-        Times are written as GPS time.
-    wanted
-        Names of the satellites; the first 85 are written.
-    """
+    """An SP3-c file of some of the satellites."""
     chosen = [k for k, name in enumerate(orbits.satellites) if name in wanted][:MOST_SATELLITES]
     names = [orbits.satellites[k] for k in chosen]
     lines = _header(names, orbits.times)

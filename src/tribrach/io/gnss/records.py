@@ -14,53 +14,36 @@ __all__ = ["GnssRecords"]
 
 @dataclass
 class GnssRecords:
-    """Positions, vectors and approximate coordinates of one file; ECEF [m].
+    """Positions, vectors and approximate coordinates of one file; ECEF [m]."""
 
-    Attributes
-    ----------
-    positions
-        Names of the n points that were measured as positions.
-    xyz : (n, 3)
-        Their coordinates.
-    covariance : (3n, 3n)
-        Of the coordinates [m^2].
-    velocity : (n, 3) or None
-        In m/year.
-    velocity_covariance : (6n, 6n) or None
-        Of coordinates and velocities.
-    start, end
-        Names of the ends of m vectors.
-    vectors : (m, 3)
-        End minus start.
-    blocks : (m, 3, 3)
-        Their covariances [m^2].
-    approximate
-        Coordinates (3,) of further points by name.
-    frame, epoch
-        As the file states them, "" and None if it does not.
-    position_sources, vector_sources
-        ``file:line`` of each.
-    vector_off
-        Why a vector is switched off, "" if it is not; empty if none is.
-    warnings
-        Sentences.
-    """
-
+    #: names of the n points that were measured as positions
     positions: list[str] = field(default_factory=list)
+    #: (n, 3), their coordinates
     xyz: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    #: (3n, 3n), of the coordinates [m^2]
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    #: (n, 3), in m/year
     velocity: Array | None = None
+    #: (6n, 6n), of coordinates and velocities
     velocity_covariance: Array | None = None
+    #: names of the ends of m vectors
     start: list[str] = field(default_factory=list)
     end: list[str] = field(default_factory=list)
+    #: (m, 3), end minus start
     vectors: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    #: (m, 3, 3), their covariances [m^2]
     blocks: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    #: coordinates (3,) of further points by name
     approximate: dict[str, Array] = field(default_factory=dict)
+    #: as the file states them, "" and None if it does not
     frame: str = ""
     epoch: float | None = None
+    #: ``file:line`` of each
     position_sources: list[str] = field(default_factory=list)
     vector_sources: list[str] = field(default_factory=list)
+    #: why a vector is switched off, "" if it is not; empty if none is
     vector_off: list[str] = field(default_factory=list)
+    #: sentences
     warnings: list[str] = field(default_factory=list)
 
     def realisation(self, default: Realisation | None) -> Realisation | None:

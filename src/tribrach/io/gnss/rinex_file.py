@@ -14,13 +14,7 @@ __all__ = ["read_rinex"]
 
 
 def read_rinex(path: Path) -> bytes:
-    """Plain RINEX text of a file that may be packed.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is empty, too large, damaged or truncated, or not RINEX.
-    """
+    """Plain RINEX text of a file that may be packed."""
     data = unpacked_bytes(path)
     if b"RINEX VERSION / TYPE" not in data[:400]:
         raise InputError(

@@ -30,25 +30,7 @@ __all__ = ["read_rtklib"]
 def read_rtklib(
     path: Path, *, point: str = "", base: str = "", factor: float | None = None
 ) -> GnssRecords:
-    """The position of a mark, or the vector from a base to it.
-
-    Parameters
-    ----------
-    path
-        Solution file.
-    point
-        Name of the mark, that of the file if not given.
-    base
-        Name of the base of a baseline.
-    factor
-        On formal standard deviations, None for the default.
-
-    Raises
-    ------
-    InputError
-        As :func:`~tribrach.io.gnss.solution_file.read_solution`; no epochs; a baseline without its
-        base.
-    """
+    """The position of a mark, or the vector from a base to it."""
     solution = read_solution(path)
     if not len(solution):
         raise InputError("the file has no epochs", file=path)

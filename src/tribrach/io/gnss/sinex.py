@@ -49,24 +49,7 @@ class _Parameter:
 def read_sinex(
     path: Path, *, chosen: Collection[str] = (), factor: float | None = None
 ) -> GnssRecords:
-    """Positions with their joint covariance, and velocities if the file has them.
-
-    Parameters
-    ----------
-    path
-        The file.
-    chosen
-        Codes of the stations that are wanted; all of them if empty. Their covariance is the part of
-        the whole matrix that belongs to them.
-    factor
-        On the standard deviations, 1 if None.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not SINEX, no coordinates, a chosen station that is not there, malformed lines,
-        several epochs, or a matrix that is not positive definite.
-    """
+    """Positions with their joint covariance, and velocities if the file has them."""
     lines = _lines(path)
     parameters = [_parameter(path, n, line) for n, line in _block(path, lines, "SOLUTION/ESTIMATE")]
     if len(parameters) > MOST_PARAMETERS:
@@ -129,13 +112,7 @@ def read_sinex(
 
 
 def _lines(path: Path) -> list[str]:
-    """Lines of the file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is too large or not SINEX.
-    """
+    """Lines of the file."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)

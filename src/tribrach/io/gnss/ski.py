@@ -57,14 +57,7 @@ class _Baseline:
 
 
 def read_ski(path: Path) -> GnssRecords:
-    """Points and baselines of a SKI-ASCII file.
-
-    Raises
-    ------
-    InputError
-        Not text, other units than metres, coordinates that are not Cartesian, a line that cannot be
-        read, a baseline without vector or covariance, no baselines.
-    """
+    """Points and baselines of a SKI-ASCII file."""
     reader = _Reader(path)
     with RefusalCollector() as refused:
         for line, text in enumerate(read_lines(path), start=1):

@@ -59,46 +59,30 @@ _WEEK = 604_800.0
 
 @dataclass(frozen=True, eq=False)
 class PhaseResiduals:
-    """n phases that the engine used, one for each satellite, frequency and epoch.
+    """n phases that the engine used, one for each satellite, frequency and epoch."""
 
-    Attributes
-    ----------
-    times : (n,)
-        Seconds since 1980-01-06.
-    satellites : (n,)
-        Names.
-    frequencies : (n,)
-        Numbers from 1 on.
-    azimuth, elevation : (n,)
-        Of the satellites [rad], to 0.1 degrees.
-    residuals : (n,)
-        Of the double differences, reference satellite minus this one [m]; 0 for the reference.
-    """
-
+    #: (n,), seconds since 1980-01-06
     times: Array
+    #: (n,), names
     satellites: NDArray[np.str_]
+    #: (n,), numbers from 1 on
     frequencies: NDArray[np.int64]
+    #: (n,), of the satellites [rad], to 0.1 degrees
     azimuth: Array
     elevation: Array
+    #: (n,), of the double differences, reference satellite minus this one [m]; 0 for the reference
     residuals: Array
 
 
 @dataclass(frozen=True)
 class SatelliteUse:
-    """The satellites that a run of the engine used.
+    """The satellites that a run of the engine used."""
 
-    Attributes
-    ----------
-    satellites
-        Their names.
-    residual
-        Root mean square of their phase residuals [m], None if there are none.
-    phases
-        All residuals, None if there are none.
-    """
-
+    #: their names
     satellites: tuple[str, ...]
+    #: root mean square of their phase residuals [m], None if there are none
     residual: float | None
+    #: all residuals, None if there are none
     phases: PhaseResiduals | None = None
 
     @property
@@ -132,41 +116,27 @@ def read_status(path: Path) -> SatelliteUse | None:
 
 @dataclass(frozen=True)
 class Solution:
-    """n epochs of a solution.
+    """n epochs of a solution."""
 
-    Attributes
-    ----------
-    kind
-        What ``values`` are: ``baseline``, or a position, which is ECEF whatever the file has.
-    values : (n, 3)
-        ECEF positions [m], or E, N, U of the baseline [m].
-    covariance : (n, 3, 3)
-        Along the same axes [m^2].
-    times : (n,)
-        Seconds since 1980-01-06.
-    quality : (n,)
-        1 fixed, 2 float, 4 code differences, 5 single.
-    satellites : (n,)
-        How many.
-    ratio : (n,)
-        Of the ambiguity test.
-    reference : (3,)
-        ECEF coordinates of the base [m], NaN if the header does not give them.
-    lines : (n,)
-        Of the file.
-    static
-        The header says that the receiver did not move.
-    """
-
+    #: what ``values`` are: ``baseline``, or a position, which is ECEF whatever the file has
     kind: Kind
+    #: (n, 3), ECEF positions [m], or E, N, U of the baseline [m]
     values: Array
+    #: (n, 3, 3), along the same axes [m^2]
     covariance: Array
+    #: (n,), seconds since 1980-01-06
     times: Array
+    #: (n,), 1 fixed, 2 float, 4 code differences, 5 single
     quality: NDArray[np.int64]
+    #: (n,), how many
     satellites: NDArray[np.int64]
+    #: (n,), of the ambiguity test
     ratio: Array
+    #: (3,), ECEF coordinates of the base [m], NaN if the header does not give them
     reference: Array
+    #: (n,), of the file
     lines: NDArray[np.int64]
+    #: the header says that the receiver did not move
     static: bool = False
 
     def __len__(self) -> int:
@@ -174,13 +144,7 @@ class Solution:
 
 
 def read_solution(path: Path) -> Solution:
-    """All epochs of a ``.pos`` file; geodetic positions are converted to ECEF.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not a solution file, malformed numbers, or no covariance matrix.
-    """
+    """All epochs of a ``.pos`` file; geodetic positions are converted to ECEF."""
     text = _text(path)
     kind = _kind(path, text)
     rows, lines = [], []
@@ -219,13 +183,7 @@ def read_solution(path: Path) -> Solution:
 
 
 def _text(path: Path) -> str:
-    """Text of the file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read or is too large.
-    """
+    """Text of the file."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"the file has more than {MAX_BYTES / 1e6:.0f} MB", file=path)

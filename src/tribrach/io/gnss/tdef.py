@@ -38,14 +38,7 @@ def sniff(text: str) -> bool:
 
 
 def read_tdef(path: Path) -> GnssRecords:
-    """Stations and vectors of a TDEF file.
-
-    Raises
-    ------
-    InputError
-        Not text, other units than metres and degrees, vectors that are not between marks, a record
-        that cannot be read, no vectors.
-    """
+    """Stations and vectors of a TDEF file."""
     reader = _Reader(path)
     with RefusalCollector() as refused:
         for line, text in enumerate(read_lines(path), start=1):
@@ -78,13 +71,7 @@ class _Reader:
         self.floating: list[str] = []
 
     def line(self, line: int, text: str) -> None:
-        """One line.
-
-        Raises
-        ------
-        InputError
-            A setting or a record that cannot be used.
-        """
+        """One line."""
         section = re.fullmatch(r"\[(.*)\]", text)
         key, mark, value = text.partition("=")
         if section is not None:

@@ -15,22 +15,7 @@ __all__ = ["covariance", "numbers"]
 
 
 def numbers(words: Sequence[str], what: str, path: Path, line: int) -> Array:
-    """Finite numbers (n,) of words.
-
-    Parameters
-    ----------
-    words
-        Of the line.
-    what
-        They are, for the message.
-    path, line
-        Where they stand.
-
-    Raises
-    ------
-    InputError
-        One of them is no finite number.
-    """
+    """Finite numbers (n,) of words."""
     try:
         values = np.array([float(word) for word in words])
     except ValueError:
@@ -56,11 +41,6 @@ def covariance(upper: Array, path: Path, line: int) -> Array:
         The elements [m^2].
     path, line
         Where they stand.
-
-    Raises
-    ------
-    InputError
-        It is not positive definite.
     """
     xx, xy, xz, yy, yz, zz = upper
     matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -26,23 +26,7 @@ _CURE = "give lines with a matrix each, one matrix in lines, or six numbers in a
 
 
 def read_pose_list(path: Path) -> PoseList:
-    """Read the poses of a file.
-
-    Parameters
-    ----------
-    path : Path
-        A matrix in lines, a list with a matrix in each line (KITTI), or a pose of 3DTK.
-
-    Returns
-    -------
-    PoseList
-        Poses, world from scanner, in metres.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is none of these, or has a matrix that is no rigid motion.
-    """
+    """Read the poses of a file."""
     rows = number_rows(path)
     if matrix.fits(rows):
         return matrix.read(path, rows)
@@ -57,26 +41,7 @@ def read_pose_list(path: Path) -> PoseList:
 
 
 def beside(names: Sequence[str], folder: Path) -> dict[str, PoseList]:
-    """Poses of scans in files of a folder that have their names.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of scans.
-    folder : Path
-        The folder.
-
-    Returns
-    -------
-    dict of str to PoseList
-        By name of the scan, each with one pose. Files whose ending means other things elsewhere
-        and that are no matrix are passed over.
-
-    Raises
-    ------
-    InputError
-        A file that can only be one of poses is none.
-    """
+    """Poses of scans in files of a folder that have their names."""
     if not folder.is_dir():
         return {}
     found: dict[str, tuple[Path, bool]] = {}
@@ -118,26 +83,7 @@ def _stem(name: str, stems: Sequence[str]) -> str | None:
 
 
 def assigned(names: Sequence[str], listed: PoseList) -> Mapping[str, Pose]:
-    """The poses of a list by the names of scans.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of all scans in their order.
-    listed : PoseList
-        Poses.
-
-    Returns
-    -------
-    mapping of str to Pose
-        Poses of the scans that the list has. Where the names end in numbers that are all frames of
-        the list, these numbers tell; else there must be as many poses as scans.
-
-    Raises
-    ------
-    InputError
-        Nothing tells which pose is that of which scan.
-    """
+    """The poses of a list by the names of scans."""
     frames = listed.frames
     if frames is None:
         stem = re.sub(r"([._]pose)?(\.[^.]*)?$", "", listed.path.name, flags=re.IGNORECASE)

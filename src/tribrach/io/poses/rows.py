@@ -32,35 +32,21 @@ class NumberRow:
 
 @dataclass(frozen=True, eq=False)
 class PoseList:
-    """Poses of one file, all in one frame.
+    """Poses of one file, all in one frame."""
 
-    Attributes
-    ----------
-    path
-        The file.
-    poses
-        World from scanner, one or more.
-    frames
-        Numbers of the scans that the poses belong to, from 0; None for a file that is of one scan
-        and has its name.
-    words
-        The format and how it was understood.
-    """
-
+    #: the file
     path: Path
+    #: world from scanner, one or more
     poses: tuple[Pose, ...]
+    #: numbers of the scans that the poses belong to, from 0; None for a file that is of one scan
+    #: and has its name
     frames: tuple[int, ...] | None
+    #: the format and how it was understood
     words: str
 
 
 def number_rows(path: Path) -> list[NumberRow]:
-    """Numbers of the lines of a text; blank lines and comments are left out.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is too large, or has something that is no number.
-    """
+    """Numbers of the lines of a text; blank lines and comments are left out."""
     cure = "give a file of poses: 4x4 or 3x4 matrices, KITTI, .pose or .DAT"
     try:
         if path.stat().st_size > LARGEST:
@@ -99,13 +85,7 @@ def _number(path: Path, line: int, word: str, cure: str) -> float:
 
 
 def rigid(path: Path, line: int, values: Sequence[float]) -> Pose:
-    """The pose of 12 or 16 numbers of a matrix, row by row.
-
-    Raises
-    ------
-    InputError
-        The matrix stands transposed, scales, shears or mirrors, or its last row is not 0 0 0 1.
-    """
+    """The pose of 12 or 16 numbers of a matrix, row by row."""
     given = [*values, 0.0, 0.0, 0.0, 1.0] if len(values) == 12 else values
     matrix = np.array(given, dtype=np.float64).reshape(4, 4)
     if np.allclose(matrix[:, 3], [0, 0, 0, 1]) and matrix[3, :3].any():

@@ -63,23 +63,15 @@ def known_name(name: str) -> str | None:
 
 @dataclass(frozen=True)
 class ColumnRoles:
-    """Which columns of a file are coordinates and which are fields.
+    """Which columns of a file are coordinates and which are fields."""
 
-    Attributes
-    ----------
-    xyz
-        Names of the coordinates in the file.
-    fields
-        The fields of the scan.
-    sources
-        Their names in the file.
-    factors
-        That stretch colours to 65535, 1 for everything else.
-    """
-
+    #: names of the coordinates in the file
     xyz: tuple[str, str, str]
+    #: the fields of the scan
     fields: tuple[Field, ...]
+    #: their names in the file
     sources: tuple[str, ...]
+    #: that stretch colours to 65535, 1 for everything else
     factors: tuple[float, ...]
 
     def coordinates(self, columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
@@ -107,11 +99,6 @@ class ColumnRoles:
             Further fields by our names.
         zero_is_nothing
             A point at 0, 0, 0 stands for a direction without a return.
-
-        Raises
-        ------
-        InputError
-            Values that their field cannot hold.
         """
         xyz = self.coordinates(columns)
         valid = np.asarray(np.isfinite(xyz).all(axis=1))
@@ -134,24 +121,7 @@ def arranged(
     path: Path,
     intensity: tuple[float | None, float | None] = (None, None),
 ) -> ColumnRoles:
-    """The roles of the columns of a file, by their names.
-
-    Parameters
-    ----------
-    types
-        Numpy types by name, in the file's order.
-    sample
-        Some values of each, which tell whether colours go to 1, 255 or 65535.
-    path
-        Of the file, for messages.
-    intensity
-        Limits of the intensity, if the format states them.
-
-    Raises
-    ------
-    InputError
-        No columns for x, y and z.
-    """
+    """The roles of the columns of a file, by their names."""
     ours: dict[str, str] = {}
     for name in types:
         known = known_name(name)
@@ -210,11 +180,6 @@ def cast(column: NDArray[Any], kind: np.dtype[Any], name: str, path: Path) -> ND
         The type.
     name, path
         Of the column and the file, for messages.
-
-    Raises
-    ------
-    InputError
-        Values that the type does not hold.
     """
     if kind.kind in "iu" and column.dtype != kind and len(column):
         info = np.iinfo(kind)

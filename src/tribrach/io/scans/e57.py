@@ -100,27 +100,18 @@ _GLANCE = 1000
 
 @dataclass(frozen=True)
 class FieldColumn:
-    """A column of the file that becomes a field.
+    """A column of the file that becomes a field."""
 
-    Attributes
-    ----------
-    path
-        Its name in the file.
-    field
-        What it becomes.
-    buffer
-        Type character of the buffer.
-    low, high
-        Limits that colours are stretched from.
-    flag
-        The column that invalidates it.
-    """
-
+    #: its name in the file
     path: str
+    #: what it becomes
     field: Field
+    #: type character of the buffer
     buffer: str
+    #: limits that colours are stretched from
     low: float = 0.0
     high: float = 65535.0
+    #: the column that invalidates it
     flag: str | None = None
 
     def values(self, raw: Values, invalid: Values | None) -> Values:
@@ -133,11 +124,6 @@ class FieldColumn:
         invalid : (n,) or None
             Not zero where a value means nothing; such values become zero, intensities the low
             limit.
-
-        Raises
-        ------
-        InputError
-            Values beyond the field's type.
         """
         out = self._converted(raw)
         if invalid is not None and invalid.any():
@@ -177,24 +163,7 @@ def integer_type(low: float | None, high: float | None) -> str:
 def columns(
     scan: etree._Element, prototype: etree._Element, taken: Sequence[str], notes: dict[str, str]
 ) -> tuple[tuple[FieldColumn, ...], tuple[str, ...]]:
-    """Columns besides those that coordinates are made of.
-
-    Parameters
-    ----------
-    scan, prototype
-        Elements of the XML section.
-    taken
-        Columns that are coordinates.
-    notes
-        Descriptions by name of a column.
-
-    Returns
-    -------
-    columns : tuple of FieldColumn
-        In the file's order.
-    warnings : tuple of str
-        Sentences about columns that are unusual.
-    """
+    """Columns besides those that coordinates are made of."""
     fields: list[FieldColumn] = []
     warnings: list[str] = []
     for element in prototype:
@@ -270,62 +239,34 @@ def _stated(
 
 @dataclass(frozen=True)
 class ScanHeader:
-    """The header of a scan: all that the XML section says about it.
+    """The header of a scan: all that the XML section says about it."""
 
-    Attributes
-    ----------
-    records
-        Number of records, valid or not.
-    section
-        Physical offset of their binary section, None if the XML states none.
-    pose
-        World from scanner, None if there is none.
-    coordinates
-        Names of the three columns of coordinates, empty if there are none.
-    state
-        The column that marks records without a point.
-    columns
-        The other columns.
-    grid
-        Rows and columns.
-    bounds : (2, 3)
-        Smallest and largest coordinates as stated [m].
-    origin
-        Whether the scanner is at zero.
-    warnings
-        Sentences.
-    facts
-        Other entries as text.
-    """
-
+    #: number of records, valid or not
     records: int
+    #: physical offset of their binary section, None if the XML states none
     section: int | None
+    #: world from scanner, None if there is none
     pose: Pose | None
+    #: names of the three columns of coordinates, empty if there are none
     coordinates: tuple[str, ...]
+    #: the column that marks records without a point
     state: str | None
+    #: the other columns
     columns: tuple[FieldColumn, ...]
+    #: rows and columns
     grid: tuple[int, int] | None
+    #: (2, 3), smallest and largest coordinates as stated [m]
     bounds: Array | None
+    #: whether the scanner is at zero
     origin: Origin
+    #: sentences
     warnings: tuple[str, ...]
+    #: other entries as text
     facts: dict[str, str] = field(default_factory=dict)
 
 
 def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
-    """The header of one child of ``data3D``.
-
-    Parameters
-    ----------
-    scan
-        The element.
-    path, index
-        File and place in it, for messages.
-
-    Raises
-    ------
-    InputError
-        A count of points that is no number, or points without coordinates.
-    """
+    """The header of one child of ``data3D``."""
     warnings: list[str] = []
     records = _records(scan, path, index)
     prototype = child(scan, "points", "prototype")
@@ -387,13 +328,6 @@ def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
     """World from the frame of a scan or picture; None without a pose.
 
     A part that is missing or is no motion is replaced by the identity.
-
-    Parameters
-    ----------
-    scan
-        The element of the scan or picture.
-    warnings
-        Sentences are added to it.
     """
     if child(scan, "pose") is None:
         return None
@@ -509,13 +443,6 @@ def unique_names(scans: list[etree._Element], path: Path) -> list[tuple[str, tup
     """A name for each scan, and warnings about it.
 
     Scans without a name take the file's, and their number if there are several.
-
-    Parameters
-    ----------
-    scans
-        Children of ``data3D``.
-    path
-        Of the file.
     """
     stated = [(child(scan, "name"), k) for k, scan in enumerate(scans)]
     out: list[tuple[str, tuple[str, ...]]] = []
@@ -534,23 +461,15 @@ def unique_names(scans: list[etree._Element], path: Path) -> list[tuple[str, tup
 
 @dataclass(frozen=True)
 class E57Scan(Scan):
-    """One scan of an E57 file.
+    """One scan of an E57 file."""
 
-    Attributes
-    ----------
-    coordinates
-        Names of the three columns of coordinates.
-    state
-        The column that marks records without a point.
-    columns
-        The other columns.
-    section
-        Physical offset of the binary section of the points, None if it is not stated.
-    """
-
+    #: names of the three columns of coordinates
     coordinates: tuple[str, ...] = CARTESIAN
+    #: the column that marks records without a point
     state: str | None = None
+    #: the other columns
     columns: tuple[FieldColumn, ...] = ()
+    #: physical offset of the binary section of the points, None if it is not stated
     section: int | None = None
 
     even_chunks = False
@@ -559,11 +478,6 @@ class E57Scan(Scan):
         """Read the points in the file's order.
 
         A chunk has a little fewer than ``size`` points if that is many blocks.
-
-        Raises
-        ------
-        InputError
-            Truncated or damaged, or fewer records than the header states.
         """
         records = self.records or 0
         if start >= records:
@@ -596,13 +510,7 @@ class E57Scan(Scan):
             image.close()
 
     def _read(self, reader: Any, done: int) -> int:
-        """Fill the buffers with the next records.
-
-        Returns
-        -------
-        int
-            The number of records.
-        """
+        """Fill the buffers with the next records."""
         with _damage(self.path):
             count = int(reader.read())
         if count == 0:
@@ -756,13 +664,7 @@ def read(path: Path) -> tuple[Scan, ...]:
 
 
 def xml_of(path: Path) -> etree._Element:
-    """The root of the file's XML section.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is not E57, or is damaged.
-    """
+    """The root of the file's XML section."""
     try:
         with path.open("rb") as file:
             return parse(read_xml(file, read_header(file, path), path), path)

@@ -11,14 +11,7 @@ _MOST, _LENGTH = 50, 20_000
 
 
 def told_facts(text: str | bytes) -> dict[str, str]:
-    """The facts of a record of JSON, as strings by name; none of what is no such record.
-
-    Parameters
-    ----------
-    text
-        An object of strings, numbers and lists of numbers; what is null is left out, the name of
-        the cloud as well, which its file has.
-    """
+    """The facts of a record of JSON, as strings by name; none of what is no such record."""
     try:
         told = json.loads(text)
     except (ValueError, RecursionError):

@@ -49,18 +49,7 @@ _BY_CONTENT = frozenset((*_OF_LINES, *(reader for _, reader in _MAGIC)))
 
 
 def read_scans(path: Path) -> tuple[Scan, ...]:
-    """The scans of a file; only headers are read.
-
-    Parameters
-    ----------
-    path
-        Any format of :data:`READERS`; text may be compressed.
-
-    Raises
-    ------
-    InputError
-        No such file, an unknown format, or an error of the reader.
-    """
+    """The scans of a file; only headers are read."""
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")
     with unpacked(path) as file:

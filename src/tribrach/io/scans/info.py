@@ -46,18 +46,12 @@ _ORIGIN = {
 
 @dataclass
 class FieldRange:
-    """The values of one field.
+    """The values of one field."""
 
-    Attributes
-    ----------
-    low, high
-        Smallest and largest finite value.
-    bad
-        How many are not finite.
-    """
-
+    #: smallest and largest finite value
     low: float = np.inf
     high: float = -np.inf
+    #: how many are not finite
     bad: int = 0
 
     def add(self, column: NDArray[Any]) -> None:
@@ -74,49 +68,30 @@ class FieldRange:
 
 @dataclass
 class Statistics:
-    """The valid points of a scan in figures.
+    """The valid points of a scan in figures."""
 
-    Attributes
-    ----------
-    points
-        How many.
-    dropped
-        Records that hold no point.
-    bounds : (2, 3)
-        Smallest and largest coordinates [m], None without points.
-    zeros
-        Points at exactly 0, 0, 0.
-    single
-        All coordinates are numbers of 32 bits.
-    doubled
-        Share of points that occurred before.
-    fields
-        Range of each field.
-    first : (k, 3)
-        The first points [m].
-    spread : (k, 3)
-        Points from all over the scan [m].
-    """
-
+    #: how many
     points: int = 0
+    #: records that hold no point
     dropped: int = 0
+    #: (2, 3), smallest and largest coordinates [m], None without points
     bounds: Array | None = None
+    #: points at exactly 0, 0, 0
     zeros: int = 0
+    #: all coordinates are numbers of 32 bits
     single: bool = True
+    #: share of points that occurred before
     doubled: float = 0.0
+    #: range of each field
     fields: dict[str, FieldRange] = field(default_factory=dict)
+    #: (k, 3), the first points [m]
     first: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    #: (k, 3), points from all over the scan [m]
     spread: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def statistics(scan: Scan) -> Statistics:
-    """Read a scan once.
-
-    Raises
-    ------
-    InputError
-        A damaged file.
-    """
+    """Read a scan once."""
     out, doubles = Statistics(), _Doubles()
     first: list[Array] = []
     spread: list[Array] = []
@@ -180,29 +155,19 @@ class _Doubles:
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """A scan in numbers and words.
+    """A scan in numbers and words."""
 
-    Attributes
-    ----------
-    scan
-        The scan.
-    figures
-        Figures of its points.
-    among
-        Number of scans in its file.
-    step
-        Between neighbouring directions (H, V) [rad], None if not known.
-    ranges
-        0, 5, 50, 95 and 100 % quantiles of the ranges [m], empty if the origin is not known.
-    coarse
-        Step [m] that all coordinates are multiples of, None if it is fine.
-    """
-
+    #: the scan
     scan: Scan
+    #: figures of its points
     figures: Statistics
+    #: number of scans in its file
     among: int
+    #: between neighbouring directions (H, V) [rad], None if not known
     step: tuple[float, float] | None
+    #: 0, 5, 50, 95 and 100 % quantiles of the ranges [m], empty if the origin is not known
     ranges: tuple[float, ...]
+    #: step [m] that all coordinates are multiples of, None if it is fine
     coarse: float | None
 
     @property
@@ -364,20 +329,7 @@ class Description:
 
 
 def describe(scan: Scan, among: int = 1) -> Description:
-    """Read a scan and describe it without its beams without return, which are told apart.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-    among
-        Number of scans in its file.
-
-    Raises
-    ------
-    InputError
-        A damaged file.
-    """
+    """Read a scan and describe it without its beams without return, which are told apart."""
     scan = screened(scan)
     figures = statistics(scan)
     step: tuple[float, float] | None = None

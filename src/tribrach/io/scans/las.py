@@ -59,13 +59,7 @@ _COARSEST, _FARTHEST = 1e3, 1e12
 
 
 def check_header(path: Path) -> None:
-    """Refuse a header that promises more than its file can hold.
-
-    Raises
-    ------
-    InputError
-        Positions, numbers of records or of chunks that lie outside the file.
-    """
+    """Refuse a header that promises more than its file can hold."""
     size = path.stat().st_size
     with path.open("rb") as file:
         head = file.read(_LONG)
@@ -118,23 +112,15 @@ def _ends(file: BinaryIO, at: int, records: int) -> Iterator[int]:
 
 @dataclass(frozen=True)
 class _LasZip:
-    """What a file says of its compression.
+    """What a file says of its compression."""
 
-    Parameters
-    ----------
-    layered
-        Each attribute of a chunk is a layer of its own.
-    chunk
-        Points in a chunk.
-    items
-        Kind and bytes of each part of a point.
-    record
-        The record as it stands, which lazrs reads.
-    """
-
+    #: each attribute of a chunk is a layer of its own
     layered: bool
+    #: points in a chunk
     chunk: int
+    #: kind and bytes of each part of a point
     items: tuple[tuple[int, int], ...]
+    #: the record as it stands, which lazrs reads
     record: bytes
 
     @property
@@ -197,13 +183,7 @@ def _laszip(file: BinaryIO, at: int, records: int, begin: int, path: Path) -> _L
 
 
 def _check_chunks(file: BinaryIO, begin: int, size: int, least: int, path: Path) -> int | None:
-    """Refuse more chunks of compressed points than there are bytes for, and fewer than needed.
-
-    Returns
-    -------
-    int or None
-        Where the table of chunks begins; None for a stream that has none.
-    """
+    """Refuse more chunks of compressed points than there are bytes for, and fewer than needed."""
     file.seek(begin)
     at = _integer(file)
     if at == -1:
@@ -301,13 +281,7 @@ class LasScan(Scan):
         return 0 if self.face is not None else (self.records or 0) - left_out
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points in the file's order.
-
-        Raises
-        ------
-        InputError
-            Truncated or damaged.
-        """
+        """Read the points in the file's order."""
         records = self.records or 0
         with _damage(self.path):
             file = laspy.open(self.path, laz_backend=_backends())

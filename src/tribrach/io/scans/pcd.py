@@ -45,31 +45,21 @@ _CURE = "export the file again"
 
 @dataclass
 class _Header:
-    """The header of a file.
+    """The header of a file."""
 
-    Attributes
-    ----------
-    words
-        Words after each keyword.
-    size, lines
-        Bytes and lines of the header.
-    names
-        Of the fields.
-    dtype
-        Of a record; fields with several values have a shape.
-    width, height
-        Points in a row, and rows.
-    pose
-        World from scanner, None if there is none.
-    """
-
+    #: words after each keyword
     words: dict[str, list[str]]
+    #: bytes and lines of the header
     size: int
     lines: int
+    #: of the fields
     names: list[str] = field(default_factory=list)
+    #: of a record; fields with several values have a shape
     dtype: np.dtype[Any] = field(default_factory=lambda: np.dtype([]))
+    #: points in a row, and rows
     width: int = 0
     height: int = 1
+    #: world from scanner, None if there is none
     pose: Pose | None = None
 
     @property
@@ -108,13 +98,7 @@ class PcdCompressedScan(PcdScan):
     """The points of a compressed file, unpacked into a temporary file first."""
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points in the file's order.
-
-        Raises
-        ------
-        InputError
-            The compressed data are damaged.
-        """
+        """Read the points in the file's order."""
         records = self.records or 0
         with tempfile.TemporaryFile() as scratch:
             columns = _unpacked(self.path, self.offset, self.dtype, records, scratch)
@@ -291,13 +275,7 @@ def _place(
 def _unpacked(
     path: Path, offset: int, dtype: np.dtype[Any], records: int, scratch: Any
 ) -> dict[str, NDArray[Any]]:
-    """The columns of a compressed file, mapped from the temporary file ``scratch``.
-
-    Raises
-    ------
-    InputError
-        Lengths that contradict the header, or damaged data.
-    """
+    """The columns of a compressed file, mapped from the temporary file ``scratch``."""
     if records == 0:
         return native(np.zeros(0, dtype=dtype))
     there = path.stat().st_size - offset - 8
@@ -324,13 +302,7 @@ def _unpacked(
 
 @njit(cache=True, nogil=True)
 def _unpack(data, out):  # type: ignore[no-untyped-def]
-    """Undo the compression LZF.
-
-    Returns
-    -------
-    int
-        The number of bytes written, -1 if the data point outside themselves.
-    """
+    """Undo the compression LZF."""
     at = made = 0
     while at < len(data):
         control = int(data[at])

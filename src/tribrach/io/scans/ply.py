@@ -61,18 +61,12 @@ class PlyTextScan(TextScan):
 
 @dataclass
 class _Element:
-    """An element of the header.
+    """An element of the header."""
 
-    Attributes
-    ----------
-    name, count
-        As in the file.
-    types
-        Numpy type of each property by name, None for a list.
-    """
-
+    #: as in the file
     name: str
     count: int
+    #: numpy type of each property by name, None for a list
     types: dict[str, str | None] = field(default_factory=dict)
 
     @property
@@ -88,23 +82,15 @@ class _Element:
 
 @dataclass
 class _Header:
-    """The header of a file.
+    """The header of a file."""
 
-    Attributes
-    ----------
-    order
-        Byte order, ``=`` for text.
-    elements
-        In the file's order.
-    facts
-        Comments by their key.
-    size, lines
-        Bytes and lines of the header.
-    """
-
+    #: byte order, ``=`` for text
     order: _Order | None
+    #: in the file's order
     elements: list[_Element]
+    #: comments by their key
     facts: dict[str, str]
+    #: bytes and lines of the header
     size: int
     lines: int
 

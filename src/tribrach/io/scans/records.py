@@ -22,30 +22,17 @@ _PLACES, _RECORDS = 64, 256
 
 @dataclass(frozen=True)
 class RecordScan(Scan):
-    """Points in binary records.
+    """Points in binary records."""
 
-    Attributes
-    ----------
-    offset
-        Byte of the file where the points begin.
-    dtype
-        Type of a record.
-    columns
-        Which fields of a record are coordinates and which are values.
-    """
-
+    #: byte of the file where the points begin
     offset: int = 0
+    #: type of a record
     dtype: np.dtype[Any] = np.dtype(np.uint8)
+    #: which fields of a record are coordinates and which are values
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points in the file's order.
-
-        Raises
-        ------
-        InputError
-            The file has become shorter, or values that their field cannot hold.
-        """
+        """Read the points in the file's order."""
         records, done = self.records or 0, start
         with self.path.open("rb") as file:
             file.seek(self.offset + start * self.dtype.itemsize)
@@ -72,17 +59,7 @@ def native(data: NDArray[Any]) -> dict[str, NDArray[Any]]:
 def sampled(
     path: Path, offset: int, dtype: np.dtype[Any], records: int
 ) -> Mapping[str, NDArray[Any]]:
-    """Records from all over a file, by field.
-
-    Parameters
-    ----------
-    path, offset
-        The file, and the byte where its records begin.
-    dtype
-        Type of a record.
-    records
-        How many there are.
-    """
+    """Records from all over a file, by field."""
     parts = [np.zeros(0, dtype=dtype)]
     starts = np.unique(np.linspace(0, max(records - _RECORDS, 0), _PLACES).astype(np.int64))
     with path.open("rb") as file:

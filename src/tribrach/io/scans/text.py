@@ -48,42 +48,27 @@ def delimiters(line: bytes) -> bytes:
 
 @dataclass(frozen=True)
 class Mark:
-    """A place in a file to go on from.
+    """A place in a file to go on from."""
 
-    Attributes
-    ----------
-    offset
-        Bytes before it.
-    ordinal
-        Lines before it that are not blank.
-    line
-        Lines before it, blank ones included.
-    """
-
+    #: bytes before it
     offset: int = 0
+    #: lines before it that are not blank
     ordinal: int = 0
+    #: lines before it, blank ones included
     line: int = 0
 
 
 @dataclass(frozen=True)
 class LineBlock:
-    """Consecutive lines.
+    """Consecutive lines."""
 
-    Attributes
-    ----------
-    text
-        The lines, each with its newline.
-    count
-        How many.
-    first
-        Lines before the block that are not blank.
-    mark
-        A place at or before the block.
-    """
-
+    #: the lines, each with its newline
     text: bytes
+    #: how many
     count: int
+    #: lines before the block that are not blank
     first: int
+    #: A place at or before the block
     mark: Mark
 
 
@@ -140,13 +125,7 @@ class Lines:
         return LineBlock(b"".join(parts), n - left, first, mark)
 
     def skip(self, n: int) -> int:
-        """Pass over n lines.
-
-        Returns
-        -------
-        int
-            How many there were.
-        """
+        """Pass over n lines."""
         left = n
         while left > 0 and (self._at < len(self._ends) or self._fill()):
             k = min(left, len(self._ends) - self._at)
@@ -154,15 +133,7 @@ class Lines:
         return n - left
 
     def survey(self, n: int | None = None) -> tuple[int, list[bytes]]:
-        """Pass over n lines, or all.
-
-        Returns
-        -------
-        count : int
-            How many there were.
-        sample : list of bytes
-            Lines from all over them.
-        """
+        """Pass over n lines, or all."""
         passed, sample = 0, self.peek(min(_SAMPLE * 8, n or _SAMPLE * 8))
         while n is None or passed < n:
             stride = _STRIDE if n is None else min(_STRIDE, n - passed)

@@ -39,22 +39,7 @@ _NO_BLANKS = bytes(set(range(256)) - set(b" \n"))
 
 
 def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
-    """The numbers of a block, as one array (n,) for each column.
-
-    Parameters
-    ----------
-    lines
-        The file, for the number of a wrong line.
-    block
-        The lines.
-    columns
-        How many values each line has.
-
-    Raises
-    ------
-    InputError
-        A line with more or fewer values or with something that is no number.
-    """
+    """The numbers of a block, as one array (n,) for each column."""
     parsed = _parsed(block.text, columns)
     if parsed is None:
         replaced, changes = _ODD.subn(b"nan", block.text)
@@ -137,36 +122,21 @@ def rows(sample: list[bytes], columns: int) -> Array:
 
 @dataclass(frozen=True)
 class TextScan(Scan):
-    """Points in lines of text.
+    """Points in lines of text."""
 
-    Attributes
-    ----------
-    mark
-        A place shortly before the first point.
-    first
-        Lines before the first point, blank ones not counted.
-    blanks
-        Translation table that makes spaces of the delimiters.
-    types
-        Numpy types by name, of every column in order.
-    columns
-        Which columns are coordinates and which are values.
-    """
-
+    #: A place shortly before the first point
     mark: Mark = Mark()
+    #: lines before the first point, blank ones not counted
     first: int = 0
+    #: translation table that makes spaces of the delimiters
     blanks: bytes = BLANKS
+    #: numpy types by name, of every column in order
     types: Mapping[str, str] | None = None
+    #: which columns are coordinates and which are values
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points in the file's order.
-
-        Raises
-        ------
-        InputError
-            A malformed line, or the file has become shorter.
-        """
+        """Read the points in the file's order."""
         records, done = self.records or 0, start
         with unpacked(self.path) as file:
             lines = Lines(file, self.path, self.blanks, self.mark)
@@ -204,13 +174,7 @@ _MOST_SCANS = 1000
 
 
 def refuse_many(path: Path, scans: int) -> None:
-    """Refuse more scans in one file of text than anybody takes.
-
-    Raises
-    ------
-    InputError
-        There are more than a thousand.
-    """
+    """Refuse more scans in one file of text than anybody takes."""
     if scans > _MOST_SCANS:
         raise InputError(
             f"the file has more than {_MOST_SCANS} scans",
@@ -220,15 +184,7 @@ def refuse_many(path: Path, scans: int) -> None:
 
 
 def short(path: Path, stated: int, present: int, record: str | None = None) -> InputError:
-    """The error of a header that states more points than there are.
-
-    Parameters
-    ----------
-    path, record
-        File and scan.
-    stated, present
-        Numbers of points.
-    """
+    """The error of a header that states more points than there are."""
     return InputError(
         f"the header states {stated} points and the file holds {present}",
         file=path,

@@ -37,20 +37,13 @@ class XyzScan(TextScan):
 
 @dataclass
 class _Head:
-    """The lines before the points.
+    """The lines before the points."""
 
-    Attributes
-    ----------
-    names
-        Of the columns, empty if they are not named.
-    count
-        Of the points, None if it is not stated.
-    lines
-        How many lines.
-    """
-
+    #: of the columns, empty if they are not named
     names: list[str]
+    #: of the points, None if it is not stated
     count: int | None
+    #: how many lines
     lines: int
 
 

@@ -42,37 +42,22 @@ WRITERS = {
 
 @dataclass(frozen=True)
 class Exported:
-    """A network in the words of another program.
+    """A network in the words of another program."""
 
-    Attributes
-    ----------
-    text
-        Of the file.
-    beside
-        Texts of files that belong to it by suffix, with ``{name}`` where they name the file.
-    written
-        Observations in it.
-    lost
-        A sentence for each kind of thing that takes part in the network and that the format cannot
-        hold, with counts.
-    notes
-        Sentences on what takes no part in the network either, and on what reads differently there.
-    """
-
+    #: of the file
     text: str
+    #: observations in it
     written: int
+    #: A sentence for each kind of thing that takes part in the network and that the format cannot
+    #: hold, with counts
     lost: tuple[str, ...] = ()
+    #: sentences on what takes no part in the network either, and on what reads differently there
     notes: tuple[str, ...] = ()
+    #: texts of files that belong to it by suffix, with ``{name}`` where they name the file
     beside: Mapping[str, str] = field(default_factory=dict)
 
     def files(self, path: Path) -> dict[Path, str]:
-        """Texts by path.
-
-        Parameters
-        ----------
-        path
-            Of the file itself; what belongs to it has its name with another suffix.
-        """
+        """Texts by path."""
         more = {path.with_suffix(s): t.replace("{name}", path.name) for s, t in self.beside.items()}
         return {path: self.text, **more}
 
@@ -86,27 +71,7 @@ class _Writer(Protocol):
 
 
 def export(network: Network, format: str) -> Exported:
-    """A network in another program's format.
-
-    Parameters
-    ----------
-    network
-        What is to be written.
-    format
-        A key of :data:`WRITERS`.
-
-    Returns
-    -------
-    Exported
-        Text, and what the format cannot hold.
-
-    Raises
-    ------
-    UnknownName
-        There is no such format.
-    InputError
-        The format can hold nothing of the network, with the reason.
-    """
+    """A network in another program's format."""
     if format not in WRITERS:
         raise UnknownName("format", format, WRITERS)
     module = importlib.import_module(f"tribrach.io.survey.{WRITERS[format]}")
@@ -131,32 +96,17 @@ def packed_seconds(angle: float, decimals: int) -> tuple[int, int, str]:
 
 @dataclass
 class Sieve:
-    """Sorts the observations of a network into those that a format holds and the others.
+    """Sorts the observations of a network into those that a format holds and the others."""
 
-    Attributes
-    ----------
-    network
-        Whose observations they are.
-    lost
-        How many of which kind for which reason.
-    idle
-        How many are off or checks.
-    """
-
+    #: whose observations they are
     network: Network
+    #: how many of which kind for which reason
     lost: Counter[tuple[str, str]] = field(default_factory=Counter)
+    #: how many are off or checks
     idle: int = 0
 
     def rows(self, o: Observations, held: Collection[str] = ()) -> Index:
-        """Active observations (k,) of a table between points that carry nothing beyond their kind.
-
-        Parameters
-        ----------
-        o
-            The table.
-        held
-            Fields that the format has; others must be at their defaults, and unknowns absent.
-        """
+        """Active observations (k,) of a table between points, with nothing beyond their kind."""
         active = o.use == Use.ACTIVE
         self.idle += int((~active).sum())
         keep = active.copy()

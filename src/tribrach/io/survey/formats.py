@@ -50,13 +50,7 @@ JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
 
 
 def format_of(path: Path) -> str:
-    """Name of a file's format.
-
-    Raises
-    ------
-    InputError
-        No such file, or a suffix of no known format.
-    """
+    """Name of a file's format."""
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check the path")
     suffix = path.suffix.lower()
@@ -137,22 +131,7 @@ def read_files(
     format: str | None = None,
     labels: Mapping[Path, str] | None = None,
 ) -> Survey:
-    """One survey of all files, in one format or in that which each file shows.
-
-    Parameters
-    ----------
-    paths : Sequence[Path]
-        The files.
-    format : str, optional
-        Their format; derived from each file if not given.
-    labels : Mapping[Path, str], optional
-        What tells files of the same name apart, by path; derived from these files if not given.
-
-    Raises
-    ------
-    InputError
-        Of the readers, and for points defined twice or different work frames.
-    """
+    """One survey of all files, in one format or in that which each file shows."""
     # formats of one reader may be mixed
     by_reader: dict[str, tuple[str, list[Path]]] = {}
     with RefusalCollector() as refused:

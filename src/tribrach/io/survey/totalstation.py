@@ -229,13 +229,7 @@ def survey_of(
     site: Site | None = None,
     known: Collection[str] | None = (),
 ) -> Survey:
-    """The survey of files that have been read; ``facts`` keep a :class:`ReducedFile` of each.
-
-    Raises
-    ------
-    InputError
-        No sight at all; distances of an instrument whose sigmas are not given.
-    """
+    """The survey of files that have been read; ``facts`` keep a :class:`ReducedFile` of each."""
     survey = Survey(site=site or FlatSite())
     measured = [raw for raw in files if len(raw.shots)]
     if not measured:

@@ -54,13 +54,7 @@ def recognised(path: Path) -> bool:
 
 
 def format_of(path: Path) -> str:
-    """Name of a raw file's format.
-
-    Raises
-    ------
-    InputError
-        A format that is known and not read, or an unknown one.
-    """
+    """Name of a raw file's format."""
     text = head(path)
     name = _known(text)
     if name is not None:

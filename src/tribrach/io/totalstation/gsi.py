@@ -44,23 +44,15 @@ _HEIGHTS = range(100, 3001)
 
 @dataclass(slots=True)
 class Word:
-    """A word of a block.
+    """A word of a block."""
 
-    Attributes
-    ----------
-    index
-        Two or three digits.
-    information
-        Four characters; the last is the unit.
-    sign
-        + or -.
-    data
-        8 or 16 characters.
-    """
-
+    #: two or three digits
     index: str
+    #: four characters; the last is the unit
     information: str
+    #: + or -
     sign: str
+    #: 8 or 16 characters
     data: str
 
     @property
@@ -70,13 +62,7 @@ class Word:
 
     @property
     def value(self) -> float:
-        """The data in metres or radians, NaN where the instrument had none.
-
-        Raises
-        ------
-        ValueError
-            Not digits, or a unit that the word cannot have.
-        """
+        """The data in metres or radians, NaN where the instrument had none."""
         digits, unit = self.data.strip(), self.information[3]
         if not digits.strip("-") or digits.endswith("-"):
             return math.nan
@@ -185,13 +171,7 @@ class _Reader:
             )
 
     def block(self, line: int, words: list[Word]) -> None:
-        """One line.
-
-        Raises
-        ------
-        ValueError
-            A word that cannot be right.
-        """
+        """One line."""
         if words[0].index == "41":
             self._code(line, words)
             return

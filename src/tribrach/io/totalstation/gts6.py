@@ -70,13 +70,7 @@ def _stream(lines: list[str]) -> tuple[str, list[int]]:
 
 
 def _record(recorder: Recorder, line: int, match: re.Match[str]) -> None:
-    """One marked field of a station or a target.
-
-    Raises
-    ------
-    ValueError
-        Readings that cannot be right.
-    """
+    """One marked field of a station or a target."""
     field = match.groupdict()
     if field["other"] == " ":
         return  # blanks that fill the last packet

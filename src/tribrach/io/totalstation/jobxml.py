@@ -112,13 +112,7 @@ class _Reader:
                 self.recorder.unknown[f"<{kind}>"] += 1
 
     def _point(self, line: int, record: etree._Element) -> None:
-        """A sight, or coordinates.
-
-        Raises
-        ------
-        ValueError
-            A reading that cannot be right, or a station that the file does not have.
-        """
+        """A sight, or coordinates."""
         name, method = _text(record, "Name"), _text(record, "Method")
         deleted = _deleted(record)
         grids = [g for tag in ("Grid", "ComputedGrid") for g in record.iterchildren(tag)]

@@ -67,13 +67,7 @@ class _Reader:
         self.height = math.nan
 
     def record(self, line: int, record: str) -> None:
-        """One line.
-
-        Raises
-        ------
-        ValueError
-            A value or a unit that cannot be right.
-        """
+        """One line."""
         if not sniff(record):
             self.recorder.unknown["line of another format"] += 1
             return

@@ -100,11 +100,6 @@ class Recorder:
             Of the backsight, as set and as read [rad].
         merge
             Go on with the current set-up if nothing differs.
-
-        Returns
-        -------
-        int
-            Index of the set-up.
         """
         new = _Setup(station, height, backsight, azimuth, circle, line)
         if not merge or not self._setups or not new.like(self._setups[-1]):
@@ -193,11 +188,6 @@ class Recorder:
             Number of the set, 0 if not known.
         off
             Why the sight is not used.
-
-        Raises
-        ------
-        ValueError
-            No target, nothing measured, or a reading that no instrument gives.
         """
         if not target:
             raise ValueError("the sight has no target")
@@ -245,11 +235,6 @@ class Recorder:
             Coordinates [m].
         given
             False if the instrument computed them.
-
-        Raises
-        ------
-        ValueError
-            No name.
         """
         if not name:
             raise ValueError("the point has no name")
@@ -274,13 +259,7 @@ class Recorder:
         return bool(self._used) and self._used[-1]
 
     def finish(self) -> RawFile:
-        """The file in columns.
-
-        Raises
-        ------
-        InputError
-            Nothing in it could be read.
-        """
+        """The file in columns."""
         self._add_backsights()
         if not self._shots and not self._points:
             first = f"; {self._problems[0].what}" if self._problems else ""

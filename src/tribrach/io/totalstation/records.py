@@ -22,29 +22,19 @@ __all__ = ["Problem", "RawFile", "RawSights", "Setups", "StoredPoints"]
 
 @dataclass(frozen=True)
 class Setups:
-    """n set-ups of the instrument in the order of the file.
+    """n set-ups of the instrument in the order of the file."""
 
-    Attributes
-    ----------
-    station : (n,)
-        Names, "" where the file gives none.
-    height : (n,)
-        Of the instrument [m].
-    backsight : (n,)
-        Names.
-    azimuth : (n,)
-        Of the backsight as it was set [rad].
-    circle : (n,)
-        Reading at the backsight [rad].
-    line : (n,)
-        Of the file, from 1.
-    """
-
+    #: (n,), names, "" where the file gives none
     station: NDArray[Any]
+    #: (n,), of the instrument [m]
     height: Array
+    #: (n,), names
     backsight: NDArray[Any]
+    #: (n,), of the backsight as it was set [rad]
     azimuth: Array
+    #: (n,), reading at the backsight [rad]
     circle: Array
+    #: (n,), of the file, from 1
     line: Index
 
     def __len__(self) -> int:
@@ -53,54 +43,37 @@ class Setups:
 
 @dataclass(frozen=True)
 class RawSights:
-    """n sights in the order of the file.
+    """n sights in the order of the file."""
 
-    Attributes
-    ----------
-    setup : (n,)
-        Index of the set-up.
-    target, code : (n,)
-        Names.
-    direction, zenith : (n,)
-        As read in their face [rad].
-    distance : (n,)
-        Along the slope, as in the file [m].
-    face : (n,)
-        1 or 2.
-    height : (n,)
-        Of the target [m].
-    prism : (n,)
-        Prism constant [m].
-    ppm : (n,)
-        Atmospheric correction [1e-6].
-    applied : (n,)
-        True if the distance contains both corrections.
-    temperature_c, pressure_hpa, humidity_percent : (n,)
-        Of the air.
-    series : (n,)
-        Number of the set if the file gives it, else 0.
-    off : (n,)
-        Why a sight is not used, "" if it is.
-    line : (n,)
-        Of the file, from 1.
-    """
-
+    #: (n,), index of the set-up
     setup: Index
+    #: (n,), names
     target: NDArray[Any]
     code: NDArray[Any]
+    #: (n,), as read in their face [rad]
     direction: Array
     zenith: Array
+    #: (n,), along the slope, as in the file [m]
     distance: Array
+    #: (n,), 1 or 2
     face: NDArray[np.int8]
+    #: (n,), of the target [m]
     height: Array
+    #: (n,), prism constant [m]
     prism: Array
+    #: (n,), atmospheric correction [1e-6]
     ppm: Array
+    #: (n,), true if the distance contains both corrections
     applied: NDArray[np.bool_]
+    #: (n,), of the air
     temperature_c: Array
     pressure_hpa: Array
     humidity_percent: Array
+    #: (n,), number of the set if the file gives it, else 0
     series: Index
+    #: (n,), why a sight is not used, "" if it is
     off: NDArray[Any]
+    #: (n,), of the file, from 1
     line: Index
 
     def __len__(self) -> int:
@@ -109,23 +82,15 @@ class RawSights:
 
 @dataclass(frozen=True)
 class StoredPoints:
-    """n coordinates of the file.
+    """n coordinates of the file."""
 
-    Attributes
-    ----------
-    name : (n,)
-        Of the points.
-    xyz : (n, 3)
-        E, N, U [m], NaN where not given.
-    given : (n,)
-        True if they were keyed in or uploaded, False if the instrument computed them.
-    line : (n,)
-        Of the file, from 1.
-    """
-
+    #: (n,), of the points
     name: NDArray[Any]
+    #: (n, 3), E, N, U [m], NaN where not given
     xyz: Array
+    #: (n,), true if they were keyed in or uploaded, False if the instrument computed them
     given: NDArray[np.bool_]
+    #: (n,), of the file, from 1
     line: Index
 
     def __len__(self) -> int:
@@ -134,54 +99,36 @@ class StoredPoints:
 
 @dataclass(frozen=True)
 class Problem:
-    """A record that was left out.
+    """A record that was left out."""
 
-    Attributes
-    ----------
-    line
-        Of the file, from 1.
-    what
-        What is wrong with it.
-    """
-
+    #: of the file, from 1
     line: int
+    #: what is wrong with it
     what: str
 
 
 @dataclass(frozen=True)
 class RawFile:
-    """A raw file as it was understood.
+    """A raw file as it was understood."""
 
-    Attributes
-    ----------
-    path
-        Of the file.
-    format
-        Its name in words.
-    instrument
-        As the file names it.
-    setups, shots, points
-        The content.
-    understood, unknown
-        How many records or words there were, by kind.
-    problems
-        Records of known kinds that cannot be right.
-    notes
-        Assumptions, in sentences.
-    label
-        What tells the file from others of the same name; empty takes its name.
-    """
-
+    #: of the file
     path: Path
+    #: its name in words
     format: str
+    #: as the file names it
     instrument: str
+    #: the content
     setups: Setups
     shots: RawSights
     points: StoredPoints
+    #: how many records or words there were, by kind
     understood: Mapping[str, int]
     unknown: Mapping[str, int]
+    #: records of known kinds that cannot be right
     problems: tuple[Problem, ...]
+    #: assumptions, in sentences
     notes: tuple[str, ...]
+    #: what tells the file from others of the same name; empty takes its name
     label: str = ""
 
     @property

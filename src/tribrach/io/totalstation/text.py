@@ -20,13 +20,7 @@ _CONTROL = bytes(set(range(32)) - {2, 3, 4, 9, 10, 12, 13, 26})
 
 
 def read_lines(path: Path) -> list[str]:
-    """Lines of a text file with any line ends; UTF-8, else Latin-1.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is empty, or is not text.
-    """
+    """Lines of a text file with any line ends; UTF-8, else Latin-1."""
     data = read_bytes(path)
     if data.translate(None, _CONTROL) != data:
         raise InputError("the file is not text", file=path, cure="give the file as it was exported")
@@ -50,13 +44,7 @@ def _decoded(data: bytes) -> str:
 
 
 def number(text: str) -> float:
-    """A plain decimal number; NaN if the text is blank.
-
-    Raises
-    ------
-    ValueError
-        The text is anything else.
-    """
+    """A plain decimal number; NaN if the text is blank."""
     text = text.strip()
     if not text:
         return math.nan
@@ -69,18 +57,7 @@ def number(text: str) -> float:
 
 
 def packed_dms(text: str) -> float:
-    """Radians of ``DDD.MMSSs``: degrees, then two digits of minutes, two of seconds, decimals.
-
-    Parameters
-    ----------
-    text
-        NaN is returned if it is blank.
-
-    Raises
-    ------
-    ValueError
-        Not a number, more than 999 degrees, or 60 and more minutes or seconds.
-    """
+    """Radians of ``DDD.MMSSs``: degrees, then two digits of minutes, two of seconds, decimals."""
     text = text.strip()
     if not text:
         return math.nan
@@ -97,20 +74,7 @@ def packed_dms(text: str) -> float:
 
 
 def angle(text: str, unit: str) -> float:
-    """Radians of an angle.
-
-    Parameters
-    ----------
-    text
-        NaN is returned if it is blank.
-    unit
-        ``deg``, ``gon``, ``mil`` (6400 to the circle), ``rad`` or ``dms`` (packed, ``DDD.MMSS``).
-
-    Raises
-    ------
-    ValueError
-        Not a number, not degrees, minutes and seconds, or more than two circles.
-    """
+    """Radians of an angle."""
     if unit == "dms":
         return check_circle(packed_dms(text), turns=2)
     if unit == "mil":

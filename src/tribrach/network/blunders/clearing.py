@@ -46,20 +46,13 @@ _MOST = 0.34
 
 @dataclass(frozen=True)
 class Cleared:
-    """A network that fits once some observations are loosened.
+    """A network that fits once some observations are loosened."""
 
-    Attributes
-    ----------
-    adjustment
-        With the sigmas of these observations so large that they pull at nothing.
-    wild
-        The loosened observations (table, item).
-    vtpv, dof
-        Weighted sum of squares and redundancy of the rest.
-    """
-
+    #: with the sigmas of these observations so large that they pull at nothing
     adjustment: Adjustment
+    #: the loosened observations (table, item)
     wild: frozenset[Key]
+    #: weighted sum of squares and redundancy of the rest
     vtpv: float
     dof: int
 
@@ -85,11 +78,6 @@ def loosened(network: Network, wild: frozenset[Key] | set[Key], size: list[Array
         Observations (table, item).
     size : list of array (n,)
         Their misclosures in sigmas, one array for each table.
-
-    Returns
-    -------
-    Network
-        A changed copy.
     """
     factors = [np.ones(o.values.shape) for o in network.observations]
     for table, item in wild:
@@ -98,20 +86,7 @@ def loosened(network: Network, wild: frozenset[Key] | set[Key], size: list[Array
 
 
 def from_start(network: Network, run: Callable[[Network], Adjustment]) -> Cleared | None:
-    """Loosen what does not fit, beginning where the start values put everything.
-
-    Parameters
-    ----------
-    network
-        The network; start values are found where it has none.
-    run
-        Adjusts a network.
-
-    Returns
-    -------
-    Cleared or None
-        The last round; None if nothing stands out, or no round can be adjusted.
-    """
+    """Loosen what does not fit, beginning where the start values put everything."""
     try:
         state = find_start(network)
     except TribrachError:
@@ -125,22 +100,7 @@ def from_start(network: Network, run: Callable[[Network], Adjustment]) -> Cleare
 def from_adjusted(
     network: Network, adjustment: Adjustment, run: Callable[[Network], Adjustment]
 ) -> Cleared | None:
-    """Loosen what does not fit, beginning with what the tests of an adjustment reject most.
-
-    Parameters
-    ----------
-    network
-        The network.
-    adjustment
-        Of the network as it is.
-    run
-        Adjusts a network.
-
-    Returns
-    -------
-    Cleared or None
-        The last round; None if nothing stands out, or no round can be adjusted.
-    """
+    """Loosen what does not fit, beginning with what the tests of an adjustment reject most."""
     return _cleared(network, adjustment.state, _standing_out(adjustment, frozenset()), run)
 
 

@@ -72,32 +72,21 @@ _UNSEEN = 1e-6
 
 @dataclass(frozen=True)
 class CommonCause:
-    """A mistake that explains several observations.
+    """A mistake that explains several observations."""
 
-    Attributes
-    ----------
-    words
-        What is wrong.
-    size : array (k,)
-        What is to be added to it [m].
-    sigma : array (k,)
-        Standard deviation of the size [m].
-    statistic
-        T, chi-square of k degrees of freedom.
-    rest
-        ``v^T P v`` without it.
-    alternatives
-        Causes in words that explain as much.
-    given
-        False for a height that nobody gave: it cannot be too low.
-    """
-
+    #: what is wrong
     words: str
+    #: (k,), what is to be added to it [m]
     size: Array
+    #: (k,), standard deviation of the size [m]
     sigma: Array
+    #: T, chi-square of k degrees of freedom
     statistic: float
+    #: ``v^T P v`` without it
     rest: float
+    #: causes in words that explain as much
     alternatives: tuple[str, ...] = ()
+    #: false for a height that nobody gave: it cannot be too low
     given: bool = True
 
     def sentence(self) -> str:
@@ -139,30 +128,20 @@ class CommonCause:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Causes of one sort that many set-ups or targets have a little of, and none for itself.
+    """Causes of one sort that many set-ups or targets have a little of, and none for itself."""
 
-    Attributes
-    ----------
-    sort
-        What would have to be changed.
-    count
-        How many causes of the sort there are.
-    scatter
-        Their robust scatter in their own sigmas; 1 is chance.
-    middle, largest
-        Median and largest of their absolute sizes [m].
-    same_sign
-        How many of those with one size have the more frequent sign.
-    worst
-        The clearest of them in words, at most three.
-    """
-
+    #: what would have to be changed
     sort: str
+    #: how many causes of the sort there are
     count: int
+    #: their robust scatter in their own sigmas; 1 is chance
     scatter: float
+    #: median and largest of their absolute sizes [m]
     middle: float
     largest: float
+    #: how many of those with one size have the more frequent sign
     same_sign: int
+    #: the clearest of them in words, at most three
     worst: tuple[str, ...]
 
     def sentence(self) -> str:
@@ -186,17 +165,11 @@ class Pattern:
 
 @dataclass(frozen=True)
 class CommonCauses:
-    """What was found.
+    """What was found."""
 
-    Attributes
-    ----------
-    named
-        Mistakes, the clearest first.
-    pattern
-        What is no mistake of one set-up or target; of several sorts the one that scatters most.
-    """
-
+    #: mistakes, the clearest first
     named: tuple[CommonCause, ...] = ()
+    #: what is no mistake of one set-up or target; of several sorts the one that scatters most
     pattern: Pattern | None = None
 
 
@@ -302,18 +275,7 @@ class _Causes:
 
 
 def common_causes(adjustment: Adjustment) -> CommonCauses:
-    """Find the mistakes that explain what is wrong, the clearest first.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    CommonCauses
-        Empty for a network that fits.
-    """
+    """Find the mistakes that explain what is wrong, the clearest first."""
     if adjustment.dof < 2 or not find_suspects(weigh(adjustment)):
         return CommonCauses()
     candidates = _Candidates(adjustment)
@@ -475,24 +437,16 @@ _Triples = tuple[Index, Index, Array]
 
 @dataclass(frozen=True)
 class _Groups:
-    """Common causes before their tests: the observations that each is in.
+    """Common causes before their tests: the observations that each is in."""
 
-    Attributes
-    ----------
-    owner : array (k,)
-        Cause of each observation, in the order of the tables.
-    table, item : array (k,)
-        The observation.
-    large : array (g,)
-        How many observations of each cause have large test values.
-    cause
-        Makes one of them of its number and its items by table.
-    """
-
+    #: (k,), cause of each observation, in the order of the tables
     owner: Index
+    #: (k,), the observation
     table: Index
     item: Index
+    #: (g,), how many observations of each cause have large test values
     large: Index
+    #: makes one of them of its number and its items by table
     cause: Callable[[int, dict[int, Index]], tuple[_Cause, _Triples]]
 
     @classmethod

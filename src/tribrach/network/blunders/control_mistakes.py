@@ -64,32 +64,22 @@ _ROUNDS, _LARGE = 4, 5000
 
 @dataclass(frozen=True)
 class WrongCoordinate:
-    """Given coordinates of one point that contradict everything else.
+    """Given coordinates of one point that contradict everything else."""
 
-    Attributes
-    ----------
-    coordinates
-        One, or several of one point.
-    error : array (m,)
-        Given less adjusted without them [m].
-    sigma : array (m,)
-        Standard deviation of the error, a priori [m].
-    statistic, limit
-        Test against zero and its limit: the size of w for one, chi-square for several.
-    before, after
-        The adjustment with the coordinates, and without them; readings that are wrong as well take
-        part in both.
-    alternatives
-        What explains as much, in words; nothing is wrong for certain then.
-    """
-
+    #: one, or several of one point
     coordinates: tuple[GivenCoordinate, ...]
+    #: (m,), given less adjusted without them [m]
     error: Array
+    #: (m,), standard deviation of the error, a priori [m]
     sigma: Array
+    #: test against zero and its limit: the size of w for one, chi-square for several
     statistic: float
     limit: float
+    #: the adjustment with the coordinates, and without them; readings that are wrong as well take
+    #: part in both
     before: Adjustment
     after: Adjustment
+    #: what explains as much, in words; nothing is wrong for certain then
     alternatives: tuple[str, ...] = ()
 
     @property
@@ -124,38 +114,14 @@ class WrongCoordinate:
         )
 
     def without(self, adjustment: Adjustment) -> Adjustment:
-        """An adjustment of the same network without these coordinates.
-
-        Parameters
-        ----------
-        adjustment
-            Of the network, in which observations may have another use or sigma by now.
-
-        Returns
-        -------
-        Adjustment
-            What else is wrong can be seen in it.
-        """
+        """An adjustment of the same network without these coordinates."""
         network = adjustment.network
         if network is self.before.network:
             return self.after
         return adjust(restart(released(network, self.coordinates), adjustment))
 
     def snooped(self, suspects: Mapping[Key, float]) -> tuple[Adjustment, SnoopingLog]:
-        """Snoop while these coordinates stand aside; they come back, and are named in the log.
-
-        Parameters
-        ----------
-        suspects
-            As for :func:`tribrach.network.blunders.snooping.snoop`.
-
-        Returns
-        -------
-        adjustment
-            With the coordinates, without what was switched off.
-        log
-            Its first step says that the coordinates are suspicious and kept.
-        """
+        """Snoop while these coordinates stand aside; they come back, and are named in the log."""
         cleaned, log = snoop(self.after.network, suspects=suspects)
         given, tables = self.before.network, []
         for o, other in zip(given.observations, cleaned.network.observations, strict=False):
@@ -179,18 +145,7 @@ class WrongCoordinate:
 
 
 def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
-    """Find the given coordinate, or those of one point, that contradict everything else.
-
-    Parameters
-    ----------
-    adjustment
-        The network as it is.
-
-    Returns
-    -------
-    WrongCoordinate or None
-        None if the network fits, or if no given coordinate explains why not.
-    """
+    """Find the given coordinate, or those of one point, that contradict everything else."""
     trial, rounds = adjustment, _ROUNDS if adjustment.n_unknowns <= _LARGE else 1
     for turn in range(rounds):
         suspects = find_suspects(weigh(trial))

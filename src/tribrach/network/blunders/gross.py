@@ -59,26 +59,17 @@ _RIGHT = np.pi / 2
 
 @dataclass(frozen=True)
 class Slip:
-    """One slip that explains a misfit.
+    """One slip that explains a misfit."""
 
-    Attributes
-    ----------
-    words
-        What is wrong, as a clause.
-    undone
-        What is done to undo it, as a clause that continues "sigma0 falls ...".
-    before
-        Variance factor as it is, infinite if the network could not be adjusted.
-    after
-        Variance factor with the slip undone.
-    cure
-        What to do.
-    """
-
+    #: what is wrong, as a clause
     words: str
+    #: what is done to undo it, as a clause that continues "sigma0 falls ..."
     undone: str
+    #: variance factor as it is, infinite if the network could not be adjusted
     before: float
+    #: variance factor with the slip undone
     after: float
+    #: what to do
     cure: str
 
     def sentence(self) -> str:
@@ -98,20 +89,13 @@ class Slip:
 
 @dataclass
 class SlipSearch:
-    """Adjusts within a budget.
+    """Adjusts within a budget."""
 
-    Attributes
-    ----------
-    adjuster
-        Adjusts a network.
-    runs
-        Adjustments so far.
-    given_up
-        Of how many pairs of names the search came to an end before it had tried all, 0 if not.
-    """
-
+    #: adjusts a network
     adjuster: Callable[[Network], Adjustment] | None = None
+    #: adjustments so far
     runs: int = 0
+    #: of how many pairs of names the search came to an end before it had tried all, 0 if not
     given_up: int = 0
     begun: float = field(default_factory=monotonic)
 
@@ -148,22 +132,7 @@ class SlipSearch:
 def explain(
     network: Network, adjustment: Adjustment | None = None, search: SlipSearch | None = None
 ) -> Slip | None:
-    """Find the one slip without which a network fits.
-
-    Parameters
-    ----------
-    network
-        The network.
-    adjustment
-        Of the network as it is, None if it could not be adjusted.
-    search
-        Counts the adjustments; says afterwards whether it gave up.
-
-    Returns
-    -------
-    Slip or None
-        None if no slip makes the network fit, several do as well, or it fits already.
-    """
+    """Find the one slip without which a network fits."""
     search = search or SlipSearch()
     before = np.inf if adjustment is None else adjustment.posterior_factor
     if not before > GROSS**2:

@@ -20,25 +20,7 @@ __all__ = ["Mistakes", "first_adjustment", "mistakes"]
 
 
 def first_adjustment(network: Network) -> Adjustment:
-    """Adjust a network as it is.
-
-    Parameters
-    ----------
-    network
-        The network.
-
-    Returns
-    -------
-    Adjustment
-        Nothing is switched off.
-
-    Raises
-    ------
-    InputError
-        It does not converge because of one slip, which is named.
-    AdjustmentError
-        It cannot be adjusted for another reason.
-    """
+    """Adjust a network as it is."""
     try:
         return adjust(network)
     except NotConverged as error:
@@ -51,33 +33,16 @@ def first_adjustment(network: Network) -> Adjustment:
 
 @dataclass(frozen=True)
 class Mistakes:
-    """What is said of them.
+    """What is said of them."""
 
-    Attributes
-    ----------
-    sentences
-        Mistakes that explain several bad observations each; that the search gave up, if it did.
-    notes
-        What many set-ups or targets have a little of, which is no mistake of one.
-    """
-
+    #: mistakes that explain several bad observations each; that the search gave up, if it did
     sentences: tuple[str, ...]
+    #: what many set-ups or targets have a little of, which is no mistake of one
     notes: tuple[str, ...]
 
 
 def mistakes(adjustment: Adjustment) -> Mistakes:
-    """Find mistakes that explain several bad observations each.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    Mistakes
-        Empty for a network that fits.
-    """
+    """Find mistakes that explain several bad observations each."""
     found = common_causes(adjustment)
     notes = () if found.pattern is None else (found.pattern.sentence(),)
     said = tuple(cause.sentence() for cause in found.named)

@@ -50,11 +50,6 @@ def weight_function(method: Method, vbar: Array) -> Array:
     -------
     array (n,)
         Factors on the weights, 0 to 1.
-
-    Raises
-    ------
-    ValueError
-        Another method.
     """
     vbar = np.abs(vbar)
     safe = np.maximum(vbar, 1e-12)
@@ -71,26 +66,17 @@ def weight_function(method: Method, vbar: Array) -> Array:
 
 @dataclass(frozen=True)
 class RobustResult:
-    """The reweighted solution.
+    """The reweighted solution."""
 
-    Attributes
-    ----------
-    adjustment
-        With the last weights.
-    weights : array (n,)
-        Factor on the weight of each row.
-    standardised : array (n,)
-        Residual over its own standard deviation under the given weights and the robust scale.
-    iterations
-        Reweighted adjustments.
-    warnings
-        What limits a robust estimate of this network, in sentences.
-    """
-
+    #: with the last weights
     adjustment: Adjustment
+    #: (n,), factor on the weight of each row
     weights: Array
+    #: (n,), residual over its own standard deviation under the given weights and the robust scale
     standardised: Array
+    #: reweighted adjustments
     iterations: int
+    #: what limits a robust estimate of this network, in sentences
     warnings: tuple[str, ...]
 
     @property
@@ -127,22 +113,7 @@ class RobustResult:
 def adjust_robust(
     network: Network, method: Method = "igg3", *, max_iterations: int = 30
 ) -> RobustResult:
-    """Adjust with weights that follow the residuals until they settle (method section 3.5).
-
-    Parameters
-    ----------
-    network
-        The network with the sigmas as given.
-    method
-        ``huber``, ``danish`` or ``igg3``.
-    max_iterations
-        Reweighted adjustments before giving up, with a warning.
-
-    Returns
-    -------
-    RobustResult
-        The reweighted solution and its weights.
-    """
+    """Adjust with weights that follow the residuals until they settle (method section 3.5)."""
     first = adjust(network)
     spread = _spread(first)
     weights = np.ones(len(first.rows))
@@ -235,11 +206,6 @@ def with_sigmas(network: Network, factors: Sequence[Array]) -> Network:
         The network.
     factors : sequence of array (n, rows)
         One array for each table of ``network.observations``.
-
-    Returns
-    -------
-    Network
-        A changed copy.
     """
     observations = tuple(
         _scaled(o, factor) for o, factor in zip(network.observations, factors, strict=True)

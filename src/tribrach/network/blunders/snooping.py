@@ -46,30 +46,20 @@ APART = 0.1
 
 @dataclass(frozen=True)
 class SnoopingStep:
-    """One decision about one observation.
+    """One decision about one observation."""
 
-    Attributes
-    ----------
-    observation
-        In words.
-    statistic, critical
-        Its test value and the limit.
-    gross_error
-        Estimated error in ``unit``, 0 if it has no single size.
-    unit
-        ``m`` or ``rad``.
-    action
-        What was done, in words.
-    alternatives
-        Observations in words that could as well be the wrong one.
-    """
-
+    #: in words
     observation: str
+    #: its test value and the limit
     statistic: float
     critical: float
+    #: estimated error in ``unit``, 0 if it has no single size
     gross_error: float
+    #: ``m`` or ``rad``
     unit: str
+    #: what was done, in words
     action: str
+    #: observations in words that could as well be the wrong one
     alternatives: tuple[str, ...] = ()
 
     def sentence(self) -> str:
@@ -100,17 +90,11 @@ class SnoopingStep:
 
 @dataclass(frozen=True)
 class SnoopingLog:
-    """All decisions of a search.
+    """All decisions of a search."""
 
-    Attributes
-    ----------
-    steps
-        In the order in which they were taken.
-    removed
-        (table, item) of the observations that stayed off.
-    """
-
+    #: in the order in which they were taken
     steps: tuple[SnoopingStep, ...]
+    #: (table, item) of the observations that stayed off
     removed: tuple[Key, ...]
 
     def sentences(self) -> list[str]:
@@ -135,29 +119,6 @@ def snoop(
     """Adjust, test, switch the worst suspect off, and repeat.
 
     The redundancy never falls below one.
-
-    Parameters
-    ----------
-    network
-        The network.
-    alpha0
-        Significance of a single test.
-    include_control
-        May given coordinates be switched off? Otherwise they are named as suspicious and kept.
-    max_removed
-        Most observations that are switched off; a third of them all if None.
-    suspects
-        Observations that a robust estimate points at with their standardised residuals;
-        switched off to begin with and tried again at the end like the others.
-    run
-        Adjusts a network.
-
-    Returns
-    -------
-    adjustment
-        The network without what was switched off.
-    log
-        Every decision.
     """
     limit = max(1, network.count() // 3) if max_removed is None else max_removed
     search = _Search(run(network), alpha0, include_control, limit, run)

@@ -23,33 +23,22 @@ Key = tuple[int, int]
 
 @dataclass(frozen=True)
 class Suspect:
-    """A rejected observation.
+    """A rejected observation."""
 
-    Attributes
-    ----------
-    key
-        Table and number of the observation.
-    row
-        Row of its largest test value.
-    statistic, critical
-        Size of w for single values, T for blocks, and its limit.
-    freedom, block
-        Degrees of freedom: 1 for single values; whether it is a block.
-    log_p
-        Logarithm of its significance.
-    gross_error
-        Estimated error in ``unit``, 0 where it has no single size.
-    unit
-        ``m``, ``rad`` or ``1``.
-    """
-
+    #: table and number of the observation
     key: Key
+    #: row of its largest test value
     row: int
+    #: size of w for single values, T for blocks, and its limit
     statistic: float
     critical: float
+    #: logarithm of its significance
     log_p: float
+    #: estimated error in ``unit``, 0 where it has no single size
     gross_error: float
+    #: ``m``, ``rad`` or ``1``
     unit: str
+    #: degrees of freedom: 1 for single values; whether it is a block
     freedom: int = 1
     block: bool = False
 
@@ -60,20 +49,7 @@ class Suspect:
 
 
 def find_suspects(system: WeightedResiduals, alpha0: float = 0.001) -> list[Suspect]:
-    """List every rejected observation, the most improbable first.
-
-    Parameters
-    ----------
-    system
-        Weighted residuals of the adjustment.
-    alpha0
-        Significance of a single test.
-
-    Returns
-    -------
-    list of Suspect
-        Empty if the network fits.
-    """
+    """List every rejected observation, the most improbable first."""
     return sorted(
         [*_single(system, alpha0), *_blocks(system, alpha0)], key=lambda suspect: suspect.log_p
     )

@@ -26,59 +26,39 @@ Kind = Literal["world", "oriented", "levelled", "rigid"]
 
 @dataclass
 class Frame:
-    """Places and orientations as far as they are known; NaN where they are not.
+    """Places and orientations as far as they are known; NaN where they are not."""
 
-    Attributes
-    ----------
-    kind
-        What the frame knows beforehand.
-    ties
-        All ties of the network.
-    site
-        How verticals run over the site.
-    plan : array (n, 2)
-        E, N of the nodes [m].
-    up : array (n,)
-        Heights of the nodes above the site [m].
-    turn : array (S, 3, 3)
-        Rotations world from scanner.
-    orientation : array (K,)
-        Orientations of sets [rad].
-    normal : array (L, 3)
-        Unit normals of planes.
-    offset : array (L,)
-        Offsets of planes [m].
-    open_set : array (K,)
-        Sets that may be placed in this frame.
-    open_pose : array (S,)
-        Poses that may be placed in this frame.
-    floating
-        True if heights count from an arbitrary zero.
-    scaled
-        True if lengths are true.
-    handed
-        False if it may be a mirror image.
-    relaxed
-        True if weak figures are taken.
-    guess
-        True if one of two equally good places may be chosen.
-    """
-
+    #: what the frame knows beforehand
     kind: Kind
+    #: all ties of the network
     ties: Ties
+    #: how verticals run over the site
     site: Site
+    #: (n, 2), E, N of the nodes [m]
     plan: Array
+    #: (n,), heights of the nodes above the site [m]
     up: Array
+    #: (S, 3, 3), rotations world from scanner
     turn: Array
+    #: (K,), orientations of sets [rad]
     orientation: Array
+    #: (L, 3), unit normals of planes
     normal: Array
+    #: (L,), offsets of planes [m]
     offset: Array
+    #: (K,), sets that may be placed in this frame
     open_set: Mask
+    #: (S,), poses that may be placed in this frame
     open_pose: Mask
+    #: true if heights count from an arbitrary zero
     floating: bool = False
+    #: true if lengths are true
     scaled: bool = True
+    #: false if it may be a mirror image
     handed: bool = True
+    #: true if weak figures are taken
     relaxed: bool = False
+    #: true if one of two equally good places may be chosen
     guess: bool = False
 
     def __post_init__(self) -> None:

@@ -34,22 +34,7 @@ _CURES = {
 
 
 def missing_ties(network: Network, f: Frame, state: State) -> list[str]:
-    """Describe each place or part of the network that could not be placed.
-
-    Parameters
-    ----------
-    network
-        Whose start values are sought.
-    f
-        The work frame as far as it grew.
-    state
-        The unknowns as far as they are known.
-
-    Returns
-    -------
-    list of str
-        One sentence for each place or part, with what would place it.
-    """
+    """Describe each place or part of the network that could not be placed."""
     layout = state.layout
     positions = f.ties.n_positions
     known = f.known[:positions].copy()

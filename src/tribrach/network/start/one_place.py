@@ -37,11 +37,6 @@ def dummy_places(network: Network, places: Mapping[str, Array]) -> list[tuple[st
     places
         E, N, U (3,) by the name of a point [m].
 
-    Returns
-    -------
-    list of tuple of str
-        Groups of two names or more with the same coordinates and a metre between them.
-
     Notes
     -----
     A length between two of them says it, or two lengths to a common target that differ by more.
@@ -90,18 +85,7 @@ def _apart(ties: Ties, nodes: np.ndarray) -> bool:
 
 
 def dummy_words(groups: list[tuple[str, ...]]) -> str:
-    """One sentence on names whose coordinates are not used.
-
-    Parameters
-    ----------
-    groups
-        Of :func:`dummy_places`.
-
-    Returns
-    -------
-    str
-        The sentence.
-    """
+    """One sentence on names whose coordinates are not used."""
     names = [name for group in groups for name in group]
     more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
     where = "the same coordinates" if len(groups) == 1 else "the same coordinates in groups"
@@ -113,18 +97,7 @@ def dummy_words(groups: list[tuple[str, ...]]) -> str:
 
 
 def without_dummies(network: Network) -> Network:
-    """Drop start values that cannot be, with a warning, also from the datum.
-
-    Parameters
-    ----------
-    network
-        The network; coordinates that are held or weighted stay whatever they are.
-
-    Returns
-    -------
-    Network
-        The same network, or a changed copy.
-    """
+    """Drop start values that cannot be, with a warning, also from the datum."""
     start, layout = network.start, network.start.layout
     free = network.free[: start.points.size].reshape(-1, 3)[:, :2]
     weighted = np.zeros(len(start.positions), dtype=bool)

@@ -48,11 +48,6 @@ def settle(f: Frame, held: NDArray[np.bool_]) -> Frame:
         A frame in which every place is known.
     held : array (n, 3)
         True for coordinates that were given and stay.
-
-    Returns
-    -------
-    Frame
-        A changed copy.
     """
     f = replace(
         f,

@@ -36,21 +36,6 @@ def find_start(network: Network) -> State:
     """Find start values for all unknowns of a network.
 
     Scalars that are no orientation unknowns start at zero.
-
-    Parameters
-    ----------
-    network
-        Its ``start`` holds what is given, NaN elsewhere.
-
-    Returns
-    -------
-    State
-        What was given, and the rest near the truth; metres and radians in the work frame.
-
-    Raises
-    ------
-    NoStartValues
-        No chain of observations leads to some unknowns; names the missing ties.
     """
     start = _given(network)
     if not start.missing():

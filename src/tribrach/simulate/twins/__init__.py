@@ -28,22 +28,7 @@ TWINS: dict[str, Callable[[int, int], Twin]] = {
 
 
 def build(name: str, points: int = 1_000_000, seed: int = 1) -> Twin:
-    """A twin by its name.
-
-    Parameters
-    ----------
-    name
-        One of :data:`TWINS`.
-    points
-        At every station, about.
-    seed
-        Of the random numbers.
-
-    Raises
-    ------
-    InputError
-        There is no twin of this name, or the number of points makes no sense.
-    """
+    """A twin by its name."""
     if name not in TWINS:
         raise InputError(f"there is no twin {name!r}", cure=f"choose from {', '.join(TWINS)}")
     return TWINS[name](points, seed)

@@ -136,15 +136,7 @@ sites = "sites.csv"
 
 
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
-    """The twin.
-
-    Parameters
-    ----------
-    points
-        At every station, about.
-    seed
-        Of the random numbers.
-    """
+    """The twin."""
     targets = _targets()
     scene = Scene.of([*_surroundings(), *(t.primitive() for t in targets)])
     rng = child_rng(seed, "poses")

@@ -100,15 +100,7 @@ orientation_mm = 0.0
 
 
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
-    """The twin.
-
-    Parameters
-    ----------
-    points
-        At every station, about.
-    seed
-        Of the random numbers.
-    """
+    """The twin."""
     rng = child_rng(seed, "poses")
     arm = LEVER_ARM + rng.normal(0, LEVER_SIGMA, 3)
     stations = _stations(rng)

@@ -138,19 +138,7 @@ def build(
     ceiling: bool = False,
     parameters: Mapping[str, float] | None = None,
 ) -> Twin:
-    """The twin.
-
-    Parameters
-    ----------
-    points
-        At every station, about.
-    seed
-        Of the random numbers.
-    ceiling
-        With targets on the ceiling.
-    parameters
-        Misalignments of the scanner in the scans.
-    """
+    """The twin."""
     centers, normals = places(ceiling)
     targets = [
         TwinTarget(f"T{k:02d}", "checkerboard", c, SIDE, n)

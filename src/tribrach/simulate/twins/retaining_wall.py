@@ -158,15 +158,7 @@ references = [{", ".join(f'"{name}"' for name in REFERENCES)}]
 
 
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
-    """The first campaign, and the second as the one that is later.
-
-    Parameters
-    ----------
-    points
-        At every station, about.
-    seed
-        Of the random numbers.
-    """
+    """The first campaign, and the second as the one that is later."""
     control = surveying.coordinates(
         {name: _pillars()[name] for name in CONTROL}, GIVEN, child_rng(seed, "control")
     )

@@ -119,15 +119,7 @@ sphere_tolerance_mm = 0.0
 
 
 def build(points: int = 1_000_000, seed: int = 1) -> Twin:
-    """The twin.
-
-    Parameters
-    ----------
-    points
-        At every station, about.
-    seed
-        Of the random numbers.
-    """
+    """The twin."""
     targets = [
         TwinTarget(name, "sphere", ORIGIN + place, RADIUS)
         for name, place in (MARKS | CHECKS).items()

@@ -125,32 +125,7 @@ class Tables:
         group: str = "",
         hard: bool = False,
     ) -> tuple[TableKey, int]:
-        """Add one observation.
-
-        Parameters
-        ----------
-        kind
-            Of the observation.
-        value
-            In metres or radians.
-        sigma
-            Standard deviations, or a covariance matrix.
-        source
-            ``file:line``.
-        columns
-            The kind's own fields.
-        off
-            Why it is switched off, "" if it is not.
-        group
-            Of its variance component.
-        hard
-            It is a hard constraint.
-
-        Returns
-        -------
-        tuple
-            Key of its table and its number there.
-        """
+        """Add one observation."""
         rows = self.rows.setdefault((kind, group, hard), _Rows())
         size = len(kind.units)
         spread = np.asarray(sigma, dtype=float)
@@ -174,17 +149,7 @@ class Tables:
         computed: dict[tuple[str, str], Array] | None = None,
         covariances: CoordinateCovariance | None = None,
     ) -> None:
-        """Add all rows to a survey.
-
-        Parameters
-        ----------
-        survey
-            Gets the tables.
-        computed
-            Values that replace the measured ones, for a simulation.
-        covariances
-            Of weighted coordinates.
-        """
+        """Add all rows to a survey."""
         numbers: dict[TableKey, int] = {}
         for (kind, group, hard), rows in self.rows.items():
             values = np.array(rows.values)
@@ -483,19 +448,7 @@ def add_baselines(tables: Tables, frame: FrameRecord, site: EllipsoidSite) -> No
 
 
 def add_axis(survey: Survey, tables: Tables, axis: AxisRecord, start: AxisStart) -> None:
-    """Add a rotation axis: two slopes, a place and a radius for each target, its feet.
-
-    Parameters
-    ----------
-    survey
-        Gets the unknowns.
-    tables
-        Get the observations.
-    axis
-        The record.
-    start
-        Start values of the unknowns.
-    """
+    """Add a rotation axis: two slopes, a place and a radius for each target, its feet."""
     name = f"axis {axis.origin} ({axis.line.source})"
     slopes = {f"slope_{i}": f"slope {i} of {name}" for i in (1, 2)}
     ends: dict[str, object] = {"origin": axis.origin, "main": start.main, **slopes}
@@ -557,25 +510,7 @@ def assemble(
     problems: Problems,
     covariances: CoordinateCovariance | None = None,
 ) -> Survey:
-    """The survey of a project; the values of a simulation are computed ones.
-
-    Parameters
-    ----------
-    project, points, observed
-        The records.
-    problems
-        Holds warnings.
-    covariances
-        Of weighted coordinates.
-
-    Raises
-    ------
-    InputError
-        A point is held in a project with inner constraints, or points that are sighted have one and
-        the same place.
-    NoStartValues
-        Points whose approximate place is needed cannot be located.
-    """
+    """The survey of a project; the values of a simulation are computed ones."""
     assembly = _Assembly(project, points, observed, problems)
     assembly.check()
     assembly.locate()
@@ -591,20 +526,13 @@ def assemble(
 
 @dataclass(frozen=True)
 class Comp3dFacts(Fact):
-    """What a Comp3D project says besides its observations.
+    """What a Comp3D project says besides its observations."""
 
-    Parameters
-    ----------
-    grid : ProjectedGrid
-        Projection of the given coordinates.
-    refraction : float
-        Coefficient of refraction.
-    simulation : str
-        Kind of the simulation, "" for measured values.
-    """
-
+    #: projection of the given coordinates
     grid: ProjectedGrid
+    #: coefficient of refraction
     refraction: float
+    #: kind of the simulation, "" for measured values
     simulation: str
 
 
@@ -661,13 +589,7 @@ class _Assembly:
             self._extend()
 
     def _placed(self) -> State:
-        """Places by the whole network; points that cannot be placed are left out, as in Comp3D.
-
-        Raises
-        ------
-        NoStartValues
-            Half of the points or more cannot be placed, or subframes.
-        """
+        """Places by the whole network; points that cannot be placed are left out, as in Comp3D."""
         while True:
             survey, tables = self.build(core=True)
             tables.add_to(survey)
@@ -739,13 +661,7 @@ class _Assembly:
         return survey, tables
 
     def _stations(self, survey: Survey) -> list[str]:
-        """Add a station for each subframe.
-
-        Returns
-        -------
-        list of str
-            Their names, "" for baselines.
-        """
+        """Add a station for each subframe."""
         names: list[str] = []
         for frame, pose in zip(self.observed.frames, self.poses, strict=True):
             name = frame.origin
@@ -764,13 +680,7 @@ class _Assembly:
         return names
 
     def _points(self, survey: Survey, tables: Tables, stations: list[str]) -> set[str]:
-        """Add points and control.
-
-        Returns
-        -------
-        set of str
-            Names of all positions.
-        """
+        """Add points and control."""
         switched_off = self.observed.names(active=False)
         for name, record in self.points.records.items():
             x, held = self.given[name], name not in self.active

@@ -32,20 +32,13 @@ _NAMED = 5
 
 @dataclass(frozen=True)
 class Weight:
-    """The weighted coordinates of a point, as observations of a survey.
+    """The weighted coordinates of a point, as observations of a survey."""
 
-    Attributes
-    ----------
-    places
-        Table, observation and row of each axis (0 E, 1 N, 2 h).
-    sigmas
-        Standard deviations of the coordinate file by axis [m].
-    axes : (3, 3) or None
-        East, north, up in W as rows where all three are one observation in the axes of W.
-    """
-
+    #: table, observation and row of each axis (0 E, 1 N, 2 h)
     places: Mapping[int, tuple[TableKey, int, int]]
+    #: standard deviations of the coordinate file by axis [m]
     sigmas: tuple[float, float, float]
+    #: (3, 3), east, north, up in W as rows where all three are one observation in the axes of W
     axes: Array | None
 
 
@@ -57,25 +50,7 @@ def _weighted(record: Comp3dPoint) -> list[int]:
 def read_covariances(
     project: Comp3dProject, points: Comp3dPoints, problems: Problems
 ) -> CoordinateCovariance | None:
-    """The covariances that a project names, of the coordinates that carry a sigma.
-
-    Parameters
-    ----------
-    project, points
-        The records.
-    problems
-        Gets sentences about what is not used and what is missing.
-
-    Returns
-    -------
-    CoordinateCovariance or None
-        None if the project names no file, or uses inner constraints.
-
-    Raises
-    ------
-    InputError
-        Of :func:`tribrach.io.survey.csv.matrix.read_matrix`.
-    """
+    """The covariances that a project names, of the coordinates that carry a sigma."""
     if not project.covariance:
         return None
     if project.inner_constraints:
@@ -106,17 +81,6 @@ def correlate(
     """Give weighted coordinates their covariances.
 
     Points that the survey does not weigh, since nothing observes them, are left out.
-
-    Parameters
-    ----------
-    survey
-        Has the observations.
-    matrix
-        Covariances along the axes of the grid.
-    weights
-        Weighted coordinates by point.
-    numbers
-        Of the tables in the survey.
     """
     names = [name for name in dict.fromkeys(name for name, _ in matrix.keys) if name in weights]
     keys = [(name, axis) for name in names for axis in sorted(weights[name].places)]

@@ -44,24 +44,7 @@ _CARTESIAN = {1: (0, 0, 0, -1), 2: (0, 0, 0, 1), 3: (0, 1, 2, -1), 4: (0, 1, 2, 
 
 
 def read_frame(line: TextLine, code: int, unit: float, problems: Problems) -> FrameRecord:
-    """A subframe (11, 12) or baselines (19) with their file.
-
-    Parameters
-    ----------
-    line
-        The line that names the file.
-    code
-        Of the line.
-    unit
-        Radians of the files' angular unit.
-    problems
-        Handles lines that cannot be used.
-
-    Raises
-    ------
-    InputError
-        A malformed line, or no usable one.
-    """
+    """A subframe (11, 12) or baselines (19) with their file."""
     origin = _name(line)
     path, shown = line.subfile(2)
     extra = line.numbers(3, f"the subframe at {origin}")
@@ -81,20 +64,7 @@ def read_frame(line: TextLine, code: int, unit: float, problems: Problems) -> Fr
 
 
 def read_axis(line: TextLine, problems: Problems) -> AxisRecord:
-    """A rotation axis (18) with its file.
-
-    Parameters
-    ----------
-    line
-        The line that names the file.
-    problems
-        Handles lines that cannot be used.
-
-    Raises
-    ------
-    InputError
-        A malformed line, or a point that is used twice.
-    """
+    """A rotation axis (18) with its file."""
     origin = _name(line)
     path, shown = line.subfile(2)
     circles: list[CircleRecord] = []
@@ -116,22 +86,7 @@ def read_axis(line: TextLine, problems: Problems) -> AxisRecord:
 
 
 def read_equal(line: TextLine, code: int, problems: Problems) -> EqualRecord:
-    """An equality of height differences (21) or distances (22) with its file.
-
-    Parameters
-    ----------
-    line
-        The line that names the file.
-    code
-        Of the line.
-    problems
-        Handles lines that cannot be used.
-
-    Raises
-    ------
-    InputError
-        A malformed line, or no usable one.
-    """
+    """An equality of height differences (21) or distances (22) with its file."""
     path, shown = line.subfile(1)
     pairs = _items(path, shown, line, problems, _pair)
     what = "height difference" if code == 21 else "distance"
@@ -261,26 +216,7 @@ def _pair(line: TextLine) -> PairRecord:
 def read_observations(
     path: Path, shown: str, points: Comp3dPoints, unit: float, problems: Problems
 ) -> Observed:
-    """Observations of a file and all files it names.
-
-    Parameters
-    ----------
-    path
-        The file.
-    shown
-        Its name in messages.
-    points
-        Of the project.
-    unit
-        Radians of the files' angular unit.
-    problems
-        Handles lines that cannot be used.
-
-    Raises
-    ------
-    InputError
-        A malformed line, an unknown code, a sigma too close to zero, or a missing file.
-    """
+    """Observations of a file and all files it names."""
     reader = _Reader(points, unit, problems)
     for line in read_lines(path, shown, problems):
         try:

@@ -35,33 +35,22 @@ _CODES: dict[int, tuple[str, str]] = {
 
 @dataclass(frozen=True)
 class Comp3dPoint:
-    """A point of a coordinate file.
+    """A point of a coordinate file."""
 
-    Attributes
-    ----------
-    name
-        Of the point.
-    enh
-        Grid coordinates and height [m].
-    sigmas
-        As written, NaN if not given.
-    used, constrained
-        Which of E, N, h exist and which are constrained.
-    deflection
-        Eta, xi [arc seconds] or None.
-    far
-        Carries no inner constraints.
-    line
-        Of the file.
-    """
-
+    #: of the point
     name: str
+    #: grid coordinates and height [m]
     enh: tuple[float, float, float]
+    #: as written, NaN if not given
     sigmas: tuple[float, float, float]
+    #: which of E, N, h exist and which are constrained
     used: tuple[bool, bool, bool]
     constrained: tuple[bool, bool, bool]
+    #: eta, xi [arc seconds] or None
     deflection: tuple[float, float] | None
+    #: carries no inner constraints
     far: bool
+    #: of the file
     line: TextLine
 
     @property
@@ -79,38 +68,16 @@ class Comp3dPoint:
 
 @dataclass(frozen=True)
 class Comp3dPoints:
-    """All points of a project.
+    """All points of a project."""
 
-    Attributes
-    ----------
-    records
-        By name.
-    left_out
-        Lines that leave points out, by name.
-    """
-
+    #: by name
     records: dict[str, Comp3dPoint]
+    #: lines that leave points out, by name
     left_out: dict[str, TextLine]
 
 
 def read_points(path: Path, shown: str, problems: Problems) -> Comp3dPoints:
-    """Points of a coordinate file and the files it includes.
-
-    Parameters
-    ----------
-    path
-        The file.
-    shown
-        Its name in messages.
-    problems
-        Handles lines that cannot be used.
-
-    Raises
-    ------
-    InputError
-        A malformed line, an unknown code, a point defined twice with different values, a
-        constrained point without sigmas, or a sigma too close to zero.
-    """
+    """Points of a coordinate file and the files it includes."""
     points = Comp3dPoints({}, {})
     coded = path.suffix.lower() != ".new"
     for line in read_lines(path, shown, problems):

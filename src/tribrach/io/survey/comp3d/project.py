@@ -30,51 +30,31 @@ _UNITS = {0: 1.0, 1: GON, 2: pi / 180}
 
 @dataclass(frozen=True)
 class Comp3dProject:
-    """The entries of a project besides points and observations.
+    """The entries of a project besides points and observations."""
 
-    Attributes
-    ----------
-    name
-        Of the project.
-    folder
-        Of its files.
-    points, observations
-        Names of the files.
-    grid
-        None where only the coordinates can tell where the project is.
-    unit
-        Radians of the files' angular unit.
-    refraction
-        Coefficient of refraction.
-    inner_constraints
-        The project uses inner constraints.
-    simulation
-        "" or the kind of simulation, for which measured values do not count.
-    covariance
-        Name of the file with covariances of weighted coordinates, "" for none.
-    """
-
+    #: of the project
     name: str
+    #: of its files
     folder: Path
+    #: names of the files
     points: str
     observations: str
+    #: none where only the coordinates can tell where the project is
     grid: ProjectedGrid | None
+    #: radians of the files' angular unit
     unit: float
+    #: coefficient of refraction
     refraction: float
+    #: the project uses inner constraints
     inner_constraints: bool
+    #: "" or the kind of simulation, for which measured values do not count
     simulation: str
+    #: name of the file with covariances of weighted coordinates, "" for none
     covariance: str = ""
 
 
 def read_project(paths: Sequence[Path]) -> Comp3dProject:
-    """The project of a ``.comp`` file, or of an ``.obs`` and a ``.cor`` file.
-
-    Raises
-    ------
-    InputError
-        Files that are missing or of other kinds, broken JSON, entries that are missing or not
-        sensible.
-    """
+    """The project of a ``.comp`` file, or of an ``.obs`` and a ``.cor`` file."""
     if len(paths) == 1 and paths[0].suffix.lower() == ".comp":
         return _from_json(paths[0])
     by_kind = {path.suffix.lower(): path for path in paths}

@@ -25,41 +25,28 @@ __all__ = [
 
 @dataclass(frozen=True)
 class SightRecord:
-    """One plain observation.
+    """One plain observation."""
 
-    Attributes
-    ----------
-    code
-        1 and 3 slope distance, 2 distance at the ellipsoid, 4 height difference, 5 and 7 direction,
-        6 zenith angle, 8 azimuth, 14 and 15 offset in east and north.
-    start, end
-        Names of the points.
-    value
-        In metres or radians.
-    own
-        Part of the sigma that does not depend on the distance [m, rad].
-    by_distance
-        Part that does: times the distance [m] for lengths, divided by it for angles.
-    height_instrument, height_target
-        In metres.
-    circle
-        Name of the orientation unknown.
-    off
-        Why it is switched off, "" if it is not.
-    line
-        Of the file.
-    """
-
+    #: 1 and 3 slope distance, 2 distance at the ellipsoid, 4 height difference, 5 and 7 direction,
+    #: 6 zenith angle, 8 azimuth, 14 and 15 offset in east and north
     code: int
+    #: names of the points
     start: str
     end: str
+    #: in metres or radians
     value: float
+    #: part of the sigma that does not depend on the distance [m, rad]
     own: float
+    #: part that does: times the distance [m] for lengths, divided by it for angles
     by_distance: float
+    #: in metres
     height_instrument: float
     height_target: float
+    #: name of the orientation unknown
     circle: str
+    #: why it is switched off, "" if it is not
     off: str
+    #: of the file
     line: TextLine
 
     @property
@@ -82,179 +69,111 @@ class SightRecord:
 
 @dataclass(frozen=True)
 class FrameEntry:
-    """One target of a subframe or baseline file.
+    """One target of a subframe or baseline file."""
 
-    Attributes
-    ----------
-    target
-        Its name.
-    values
-        x y z [m]; or horizontal angle, elevation [rad] and distance [m]; or ECEF components [m].
-    own, by_distance
-        Sigmas as for :class:`SightRecord`, one for each value.
-    height
-        Of the target [m].
-    off
-        A reason for each value, "" if it is not switched off.
-    covariance
-        Upper half xx xy xz yy yz zz [m^2] of a baseline.
-    line
-        Of the file.
-    """
-
+    #: its name
     target: str
+    #: x y z [m]; or horizontal angle, elevation [rad] and distance [m]; or ECEF components [m]
     values: tuple[float, float, float]
+    #: sigmas as for :class:`SightRecord`, one for each value
     own: tuple[float, float, float]
     by_distance: tuple[float, float, float]
+    #: of the target [m]
     height: float
+    #: A reason for each value, "" if it is not switched off
     off: tuple[str, str, str]
+    #: upper half xx xy xz yy yz zz [m^2] of a baseline
     covariance: tuple[float, ...]
+    #: of the file
     line: TextLine
 
 
 @dataclass(frozen=True)
 class FrameRecord:
-    """A subframe or a set of baselines.
+    """A subframe or a set of baselines."""
 
-    Attributes
-    ----------
-    code
-        11 Cartesian and 12 polar subframe, 19 baselines.
-    origin
-        Name of the point.
-    levelled
-        Its axis is vertical.
-    height
-        Of the antenna at the origin [m], baselines only.
-    entries
-        Its targets.
-    line
-        Of the file.
-    """
-
+    #: 11 Cartesian and 12 polar subframe, 19 baselines
     code: int
+    #: name of the point
     origin: str
+    #: its axis is vertical
     levelled: bool
+    #: of the antenna at the origin [m], baselines only
     height: float
+    #: its targets
     entries: tuple[FrameEntry, ...]
+    #: of the file
     line: TextLine
 
 
 @dataclass(frozen=True)
 class CircleRecord:
-    """A target in one position of the turning body.
+    """A target in one position of the turning body."""
 
-    Attributes
-    ----------
-    target
-        Its name.
-    point
-        Name of the target in this position.
-    sigma_radius, sigma_plane
-        In metres, negative if switched off.
-    line
-        Of the file.
-    """
-
+    #: its name
     target: str
+    #: name of the target in this position
     point: str
+    #: in metres, negative if switched off
     sigma_radius: float
     sigma_plane: float
+    #: of the file
     line: TextLine
 
 
 @dataclass(frozen=True)
 class AxisRecord:
-    """A rotation axis.
+    """A rotation axis."""
 
-    Attributes
-    ----------
-    origin
-        Name of a point on it.
-    circles
-        Its targets.
-    feet
-        Points whose foot on the axis is the origin, with their lines.
-    line
-        Of the file.
-    """
-
+    #: name of a point on it
     origin: str
+    #: its targets
     circles: tuple[CircleRecord, ...]
+    #: points whose foot on the axis is the origin, with their lines
     feet: tuple[tuple[str, TextLine], ...]
+    #: of the file
     line: TextLine
 
 
 @dataclass(frozen=True)
 class PairRecord:
-    """A pair of points of an equality.
+    """A pair of points of an equality."""
 
-    Attributes
-    ----------
-    start, end
-        Names of the points.
-    sigma
-        In metres, negative if switched off.
-    line
-        Of the file.
-    """
-
+    #: names of the points
     start: str
     end: str
+    #: in metres, negative if switched off
     sigma: float
+    #: of the file
     line: TextLine
 
 
 @dataclass(frozen=True)
 class EqualRecord:
-    """Pairs with one common height difference or distance.
+    """Pairs with one common height difference or distance."""
 
-    Attributes
-    ----------
-    code
-        21 height difference, 22 distance.
-    name
-        Of the common value.
-    pairs
-        The pairs.
-    line
-        Of the file.
-    """
-
+    #: 21 height difference, 22 distance
     code: int
+    #: of the common value
     name: str
+    #: the pairs
     pairs: tuple[PairRecord, ...]
+    #: of the file
     line: TextLine
 
 
 @dataclass
 class Observed:
-    """All observations of a project.
+    """All observations of a project."""
 
-    Attributes
-    ----------
-    sights, frames, axes, equals
-        The records.
-    """
-
+    #: the records
     sights: list[SightRecord] = field(default_factory=list)
     frames: list[FrameRecord] = field(default_factory=list)
     axes: list[AxisRecord] = field(default_factory=list)
     equals: list[EqualRecord] = field(default_factory=list)
 
     def without(self, names: set[str]) -> dict[str, list[str]]:
-        """Drop what names some points.
-
-        Parameters
-        ----------
-        names
-            Of the points.
-
-        Returns
-        -------
-        dict
-            ``file:line`` of what was dropped, by point.
-        """
+        """Drop what names some points."""
         lines: dict[str, list[str]] = {name: [] for name in names}
 
         def free(line: TextLine, *ends: str) -> bool:

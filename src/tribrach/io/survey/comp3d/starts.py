@@ -37,15 +37,6 @@ def frame_poses(
 ) -> list[Pose | None]:
     """Poses of subframes.
 
-    Parameters
-    ----------
-    frames
-        The subframes.
-    known
-        Coordinates (3,) by name; targets and origins that are located are added to it.
-    up : (3,)
-        The vertical, for levelled frames.
-
     Returns
     -------
     list
@@ -155,42 +146,21 @@ def _meet(rays: list[tuple[Array, Array]]) -> Array | None:
 
 @dataclass(frozen=True)
 class AxisStart:
-    """Approximate values of a rotation axis.
+    """Approximate values of a rotation axis."""
 
-    Attributes
-    ----------
-    origin : (3,)
-        A point on it.
-    main
-        Index of its main axis.
-    slopes
-        Along the two other axes.
-    along, radius
-        Place on the axis and radius by target [m].
-    """
-
+    #: (3,), A point on it
     origin: Array
+    #: index of its main axis
     main: int
+    #: along the two other axes
     slopes: tuple[float, float]
+    #: place on the axis and radius by target [m]
     along: dict[str, float]
     radius: dict[str, float]
 
 
 def axis_start(axis: AxisRecord, known: dict[str, Array]) -> AxisStart | None:
-    """The axis of all circles of known points.
-
-    Parameters
-    ----------
-    axis
-        The record.
-    known
-        Coordinates (3,) by name.
-
-    Returns
-    -------
-    AxisStart or None
-        None if no circle has three known points.
-    """
+    """The axis of all circles of known points."""
     circles: dict[str, list[CircleRecord]] = {}
     for circle in axis.circles:
         circles.setdefault(circle.target, []).append(circle)
@@ -225,18 +195,6 @@ def offset_points(
     A point with easting, northing and height offset from a known one is added to ``known``. A point
     that only height differences (or equal ones) tie to others has a height only; it is returned,
     with the plan position of its neighbour, which is close enough for its sigma.
-
-    Parameters
-    ----------
-    observed
-        Observations of the project.
-    known, given
-        Coordinates (3,) by name.
-
-    Returns
-    -------
-    dict
-        Coordinates (3,) of the points with a height only.
     """
     steps = _steps(observed)
     levels: dict[str, Array] = {}

@@ -24,23 +24,15 @@ MAX_DEPTH = 5
 
 @dataclass
 class Problems:
-    """How lines that cannot be used are handled: as errors, or left out with a warning.
+    """How lines that cannot be used are handled: as errors, or left out with a warning."""
 
-    Attributes
-    ----------
-    root
-        The folder that all files must lie in.
-    tolerant
-        Leave them out.
-    warnings
-        Sentences about those that were left out.
-    refused
-        Gathers those that are refused.
-    """
-
+    #: the folder that all files must lie in
     root: Path
+    #: leave them out
     tolerant: bool = False
+    #: sentences about those that were left out
     warnings: list[str] = field(default_factory=list)
+    #: gathers those that are refused
     refused: RefusalCollector = field(default_factory=RefusalCollector)
 
     def refuse(self, error: InputError) -> None:
@@ -53,26 +45,17 @@ class Problems:
 
 @dataclass(frozen=True)
 class TextLine:
-    """One line with data.
+    """One line with data."""
 
-    Attributes
-    ----------
-    file
-        Path as named by the project.
-    number
-        Of the line, from 1.
-    fields
-        Words of the line, without the comment.
-    folder
-        Where files named on the line are looked for.
-    root
-        The folder that they must lie in.
-    """
-
+    #: path as named by the project
     file: str
+    #: of the line, from 1
     number: int
+    #: words of the line, without the comment
     fields: tuple[str, ...]
+    #: where files named on the line are looked for
     folder: Path
+    #: the folder that they must lie in
     root: Path
 
     @property
@@ -85,26 +68,14 @@ class TextLine:
         return InputError(what, file=self.file, line=self.number, cure=cure)
 
     def integer(self, index: int, what: str) -> int:
-        """A field as an integer.
-
-        Raises
-        ------
-        InputError
-            It is not an integer.
-        """
+        """A field as an integer."""
         try:
             return int(self.fields[index])
         except ValueError:
             raise self.error(f"{what} is {self.fields[index]!r}, not an integer") from None
 
     def numbers(self, first: int, what: str) -> list[float]:
-        """All fields from the first on as numbers.
-
-        Raises
-        ------
-        InputError
-            One is not a finite number.
-        """
+        """All fields from the first on as numbers."""
         out = []
         for text in self.fields[first:]:
             try:
@@ -119,13 +90,7 @@ class TextLine:
         return out
 
     def subfile(self, index: int) -> tuple[Path, str]:
-        """Path and shown name of the file that a field names with ``@``.
-
-        Raises
-        ------
-        InputError
-            The field is missing or has no ``@``.
-        """
+        """Path and shown name of the file that a field names with ``@``."""
         name = self.fields[index] if len(self.fields) > index else ""
         if len(name) < 2 or not name.startswith("@"):
             raise self.error("the file of the observations is missing", "name it as @file")
@@ -133,24 +98,7 @@ class TextLine:
 
 
 def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> Iterator[TextLine]:
-    """Lines with data of a file and of all files it includes, in order.
-
-    Parameters
-    ----------
-    path
-        The file.
-    shown
-        Its name in messages.
-    problems
-        Handles files that cannot be included.
-    depth
-        How deep the file is included.
-
-    Raises
-    ------
-    InputError
-        A file is missing, too large, not text, or files include each other.
-    """
+    """Lines with data of a file and of all files it includes, in order."""
     for number, text in enumerate(_text(path, shown).splitlines(), start=1):
         fields = tuple(text.split("*", 1)[0].split())
         if len("".join(fields)) < 2:

@@ -125,24 +125,16 @@ _COMMON = ("use", "reason", "group", "comment")
 
 @dataclass(frozen=True)
 class TableLayout:
-    """A kind of table.
+    """A kind of table."""
 
-    Parameters
-    ----------
-    name : str
-        In words.
-    needs : tuple of str
-        Columns that it must have; they tell it from other tables.
-    words, numbers : tuple of str
-        Columns that it may have.
-    aliases : dict
-        Other names of its columns.
-    """
-
+    #: in words
     name: str
+    #: columns that it must have; they tell it from other tables
     needs: tuple[str, ...]
+    #: columns that it may have
     words: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
+    #: other names of its columns
     aliases: dict[str, str] = field(default_factory=dict, hash=False)
 
     def knows(self, column: str) -> bool:

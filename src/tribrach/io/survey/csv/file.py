@@ -87,22 +87,7 @@ class CsvTable:
     def refuse(
         self, rows: Index, what: str | Callable[[int], str], cure: str | None = None
     ) -> None:
-        """Refuse rows, all of them at once; nothing happens if there are none.
-
-        Parameters
-        ----------
-        rows
-            Numbers of the rows.
-        what
-            What is wrong, for all of them or for a row.
-        cure
-            What to do about it.
-
-        Raises
-        ------
-        InputError
-            There are rows; :class:`~tribrach.errors.Refusals` if there are several.
-        """
+        """Refuse rows, all of them at once; nothing happens if there are none."""
         with RefusalCollector() as refused:
             for row in np.asarray(rows).tolist():
                 refused.add(self.error(row, what if isinstance(what, str) else what(row), cure))
@@ -123,13 +108,7 @@ class CsvTable:
         return np.full(len(self), np.nan) if values is None else values
 
     def columns(self, *names: str) -> Array:
-        """Values (n, k) of columns that must be filled.
-
-        Raises
-        ------
-        InputError
-            A column is missing, or a cell of it is empty.
-        """
+        """Values (n, k) of columns that must be filled."""
         for name in names:
             if name not in self.numbers:
                 raise self.error(None, f"there is no column for {name}", f"add {titled(name)}")
@@ -141,13 +120,7 @@ class CsvTable:
         return values
 
     def names(self, column: str, rows: Sequence[int] | NDArray[np.int64]) -> list[str]:
-        """Names of rows, none of them empty.
-
-        Raises
-        ------
-        InputError
-            An empty name.
-        """
+        """Names of rows, none of them empty."""
         cells = self.words[column]
         empty = np.array([row for row in rows if not cells[row]], dtype=np.int64)
         self.refuse(empty, f"{column} is empty", "give a name")
@@ -158,19 +131,6 @@ def read_table(path: Path, form: ListForm = AS_FOUND) -> CsvTable:
     """Read a table whose header names columns and units.
 
     Lists of coordinates may have the heads of other programs (:mod:`.headings`).
-
-    Parameters
-    ----------
-    path
-        Text, or a spreadsheet in the format xlsx.
-    form
-        What is known of how it is written.
-
-    Raises
-    ------
-    InputError
-        No text, empty, no kind of table, a column without unit, unknown or useless
-        here, a row of another length, a cell that is not a number, a sigma that is not above zero.
     """
     rows = read_rows(path, form)
     rows, header = _headed(rows)

@@ -99,17 +99,11 @@ class AxesQuestion(HeadQuestion):
 
 @dataclass(frozen=True)
 class Heads:
-    """What heads mean.
+    """What heads mean."""
 
-    Attributes
-    ----------
-    names
-        Our names of the columns with their units, "" for one that is left out.
-    remarks
-        Sentences about them without the stop.
-    """
-
+    #: our names of the columns with their units, "" for one that is left out
     names: tuple[str, ...]
+    #: sentences about them without the stop
     remarks: tuple[str, ...]
 
 
@@ -140,13 +134,7 @@ def looks_headless(cells: Sequence[str]) -> bool:
 
 
 def refuse_headless(path: Path, line: int, cells: Sequence[str]) -> None:
-    """Refuse a list without heads.
-
-    Raises
-    ------
-    HeadQuestion
-        Always.
-    """
+    """Refuse a list without heads."""
     numbers = [k for k, cell in enumerate(cells, start=1) if _NUMBER.match(cell)]
     # the first column is that of names, be they numbers or not
     places = [k for k in numbers if k > 1][:3]
@@ -167,22 +155,7 @@ def refuse_headless(path: Path, line: int, cells: Sequence[str]) -> None:
 def named_columns(
     path: Path, line: int, titles: Sequence[str], columns: Mapping[str, str | int]
 ) -> list[str]:
-    """Our names of the columns that a project names, "" for the others.
-
-    Parameters
-    ----------
-    path, line
-        Of the header, for messages.
-    titles
-        Heads as they stand in the file.
-    columns
-        Head or number of a column by our name.
-
-    Raises
-    ------
-    InputError
-        There is no such column, or two names mean one.
-    """
+    """Our names of the columns that a project names, "" for the others."""
     out = [""] * len(titles)
     plain = [" ".join(title.split()).casefold() for title in titles]
     for name, given in columns.items():
@@ -233,22 +206,7 @@ def _has_unit(name: str) -> bool:
 
 
 def heads_of(path: Path, line: int, titles: Sequence[str], known: Sequence[str]) -> Heads | None:
-    """What the heads of a list of coordinates mean; None if it is none that we know.
-
-    Parameters
-    ----------
-    path, line
-        Of the header, for messages.
-    titles
-        Heads as they stand in the file.
-    known
-        Our names of columns that are understood already, "" for the others.
-
-    Raises
-    ------
-    InputError
-        Heads that may mean two things.
-    """
+    """What the heads of a list of coordinates mean; None if it is none that we know."""
     names = list(known)
     said: dict[str, str] = {}
     units: set[str] = set()

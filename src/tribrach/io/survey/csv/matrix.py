@@ -29,23 +29,15 @@ _AXES = {"e": 0, "n": 1, "u": 2, "x": 0, "y": 1, "z": 2}
 
 @dataclass(frozen=True)
 class CoordinateCovariance:
-    """Covariances between coordinates of points.
+    """Covariances between coordinates of points."""
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    line : int
-        Of its header.
-    keys : tuple of (str, int)
-        Point and axis (0 east, 1 north, 2 up) of each row and column.
-    matrix : array (k, k)
-        In square metres.
-    """
-
+    #: the file
     path: Path
+    #: of its header
     line: int
+    #: point and axis (0 east, 1 north, 2 up) of each row and column
     keys: tuple[tuple[str, int], ...]
+    #: (k, k), in square metres
     matrix: Array
 
     def sigmas(self) -> dict[tuple[str, int], float]:
@@ -65,13 +57,6 @@ def read_matrix(
     wanted : collection of (str, int), optional
         Points and axes to take from a matrix in square metres whose first cell says nothing, and
         whose other rows may be of anything. All rows of the file's own format if not given.
-
-    Raises
-    ------
-    InputError
-        Unreadable, not square, names that are no coordinates or differ between rows and columns, a
-        cell that is no number, a matrix that is not symmetric and positive definite, or none of
-        the wanted coordinates in it.
     """
     table = read_rows(path)
     rows, lines = table.cells, table.lines

@@ -38,11 +38,6 @@ def read_planned(
 
     places : approximate coordinates (3,) of points in the work frame [m]. Values are not measured;
     a prediction gives them theirs.
-
-    Raises
-    ------
-    InputError
-        A kind that there is not, a point without coordinates, no sigma.
     """
     table = read_table(Path(path))
     if table.layout is not columns.PLANNED:

@@ -31,38 +31,25 @@ USES = {"": Use.ACTIVE, "on": Use.ACTIVE, "check": Use.CHECK, "off": Use.OFF}
 
 @dataclass(frozen=True)
 class Context:
-    """What the project says about a file.
+    """What the project says about a file."""
 
-    Parameters
-    ----------
-    precision : Precision
-        Of the instrument.
-    frame : WorkFrame
-        The work frame.
-    role : str, optional
-        Of points without a role of their own.
-    lever_arms : Mapping[str, str]
-        Name of the antenna's lever arm by scanner station.
-    carry : Passage, optional
-        The way of the file's coordinates to the frame and epoch of the job.
-    geocentric : Passage, optional
-        The same for geocentric and geographic coordinates of files that name no frame.
-    label : str
-        What tells the file from others of the same name.
-    matrix : CoordinateCovariance, optional
-        Covariances between the coordinates of a file of points.
-    sigma_plan, sigma_up : float, optional
-        Sigma of easting and northing, and of the height, of points whose file gives none [m].
-    """
-
+    #: of the instrument
     precision: Precision = field(default_factory=Precision)
+    #: the work frame
     frame: WorkFrame = field(default_factory=WorkFrame)
+    #: of points without a role of their own
     role: str | None = None
+    #: name of the antenna's lever arm by scanner station
     lever_arms: Mapping[str, str] = field(default_factory=dict)
+    #: the way of the file's coordinates to the frame and epoch of the job
     carry: Passage | None = None
+    #: the same for geocentric and geographic coordinates of files that name no frame
     geocentric: Passage | None = None
+    #: what tells the file from others of the same name
     label: str = ""
+    #: covariances between the coordinates of a file of points
     matrix: CoordinateCovariance | None = None
+    #: sigma of easting and northing, and of the height, of points whose file gives none [m]
     sigma_plan: float | None = None
     sigma_up: float | None = None
 
@@ -119,11 +106,6 @@ class Reader(ABC):
 
         held_out : rows that are not switched off become checks; group : of all, instead of the
         file's own column.
-
-        Raises
-        ------
-        InputError
-            What the survey refuses, with file and line.
         """
         groups = np.full(len(rows), group or "", dtype=object)
         if group is None and "group" in self.table.words:
@@ -139,13 +121,7 @@ class Reader(ABC):
     def sigma(
         self, columns: tuple[str, ...], rows: Index, default: Callable[[], Array | None]
     ) -> Array:
-        """Sigmas (len(rows),): the first of the columns that is filled, or the instrument's.
-
-        Raises
-        ------
-        InputError
-            Neither is given.
-        """
+        """Sigmas (len(rows),): the first of the columns that is filled, or the instrument's."""
         given = np.full(len(rows), np.nan)
         for column in columns:
             given = np.where(np.isnan(given), self.table.number(column)[rows], given)
@@ -164,13 +140,7 @@ class Reader(ABC):
     def covariance(
         self, names: tuple[str, ...], matrix: tuple[str, ...], default: Array | None = None
     ) -> Array:
-        """Covariances (n, 3, 3) of all rows: six columns, three sigmas, or the default (n, 3, 3).
-
-        Raises
-        ------
-        InputError
-            None of them is there, or a cell is empty.
-        """
+        """Covariances (n, 3, 3) of all rows: of six columns, three sigmas, or the default."""
         table = self.table
         if any(table.has(name) for name in matrix):
             flat = table.columns(*matrix)

@@ -35,14 +35,7 @@ class ReadingsReader(Reader):
         self.survey = survey_of([self.raw()], precision, alone=False, site=site, known=None)
 
     def raw(self) -> RawFile:
-        """The table as a raw file.
-
-        Raises
-        ------
-        InputError
-            A face that is neither 1 nor 2, a set that is no whole number, a reading that
-            cannot be right.
-        """
+        """The table as a raw file."""
         table = self.table
         recorder = Recorder(table.path, "CSV")
         stations, targets = table.names("station", self.all), table.names("target", self.all)

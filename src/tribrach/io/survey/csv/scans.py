@@ -61,11 +61,6 @@ class TargetReader(_Scanned):
 
         Where the face is given they are readings of a scanner that is to be calibrated: range,
         horizontal and zenith angle.
-
-        Raises
-        ------
-        InputError
-            A face that is not 1 or -1, or a target without a horizontal angle.
         """
         xyz = self.table.columns("x", "y", "z")
         if self.table.has("sigma_range") or self.table.has("sigma_across"):
@@ -90,13 +85,7 @@ class PolarReader(_Scanned):
     """Range, horizontal and zenith angle in the scanner frame."""
 
     def read(self) -> None:
-        """All polar observations; the instrument's floor is added to every sigma.
-
-        Raises
-        ------
-        InputError
-            Nearer than 0.3 m, within half a degree of a pole, or a face not 1 or -1.
-        """
+        """All polar observations; the instrument's floor is added to every sigma."""
         values = self.table.columns("range", "horizontal", "zenith")
         near = (values[:, 0] < NEAREST) | (np.abs(np.sin(values[:, 2])) < np.sin(POLE))
         self.refuse(near, f"the target is nearer than {NEAREST} m or within 0.5 deg of a pole")

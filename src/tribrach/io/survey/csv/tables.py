@@ -62,24 +62,7 @@ def read(path: Path, context: Context | None = None, form: ListForm = AS_FOUND) 
 
 
 def survey_of(table: CsvTable, context: Context) -> Survey:
-    """Survey of a table that has been read.
-
-    Parameters
-    ----------
-    table : CsvTable
-        The table.
-    context : Context
-        What the project says about it.
-
-    Returns
-    -------
-    Survey
-
-    Raises
-    ------
-    InputError
-        The line, what is wrong there and what to do about it.
-    """
+    """Survey of a table that has been read."""
     table = replace(table, label=context.label)
     if table.layout not in _READERS:
         raise table.error(

@@ -84,25 +84,7 @@ _KINDS: dict[str, type[Observations]] = {
 def add_clusters(
     survey: Survey, stations: Stations, clusters: Sequence[GnssCluster], refused: RefusalCollector
 ) -> None:
-    """Add all GNSS measurements.
-
-    Parameters
-    ----------
-    survey
-        Gets the observations.
-    stations
-        Of the network.
-    clusters
-        The measurements.
-    refused
-        Gathers what is wrong with single measurements.
-
-    Raises
-    ------
-    InputError
-        Frame or coordinate type unknown, epochs that do not fit, malformed numbers, a scale or
-        covariance that is not positive.
-    """
+    """Add all GNSS measurements."""
     for cluster in clusters:
         if min(cluster.scales) <= 0:
             refused.add(
@@ -324,22 +306,7 @@ def _geographic(entry: Entry) -> tuple[Any, Any, Any]:
 
 
 def add_sights(survey: Survey, stations: Stations, sights: Sequence[TerrestrialRecord]) -> None:
-    """Add all terrestrial measurements.
-
-    Parameters
-    ----------
-    survey
-        Gets the observations.
-    stations
-        Give geoid heights and deflections.
-    sights
-        The measurements.
-
-    Raises
-    ------
-    InputError
-        A standard deviation that is not positive.
-    """
+    """Add all terrestrial measurements."""
     for kind in dict.fromkeys(sight.type for sight in sights):
         _add_sights(survey, stations, kind, [sight for sight in sights if sight.type == kind])
     active = {sight.type for sight in sights if not sight.ignored}
@@ -434,21 +401,7 @@ def _fields(stations: Stations, kind: str, sights: Sequence[TerrestrialRecord]) 
 
 
 def assemble(files: Sequence[Records], refused: RefusalCollector) -> Survey:
-    """The survey of all files of one network.
-
-    Parameters
-    ----------
-    files
-        Records of each file.
-    refused
-        Gathers stations and measurements that cannot be right.
-
-    Raises
-    ------
-    InputError
-        No stations, an unknown station, frame or coordinate type, epochs that do not fit, a
-        covariance that is not positive definite, or a measurement type that is not read.
-    """
+    """The survey of all files of one network."""
     stations = Stations(files, refused)
     clusters = [cluster for file in files for cluster in file.clusters]
     sights = [sight for file in files for sight in file.sights]

@@ -67,20 +67,7 @@ _SIGMA, _INSTRUMENT, _TARGET = _columns((90, 9), (99, 7), (106, 7))
 
 
 def parse(path: Path, refused: RefusalCollector) -> Records:
-    """Records of one DNA file.
-
-    Parameters
-    ----------
-    path
-        The file.
-    refused
-        Gathers malformed lines.
-
-    Raises
-    ------
-    InputError
-        Not a DNA file of version 3.
-    """
+    """Records of one DNA file."""
     try:
         lines = read_bytes(path).decode("utf-8-sig").splitlines()
     except UnicodeDecodeError as error:
@@ -199,13 +186,7 @@ class _Reader:
             self.next += 1
 
     def take(self, what: str) -> tuple[RecordPlace, str]:
-        """The next line.
-
-        Raises
-        ------
-        InputError
-            The file has ended.
-        """
+        """The next line."""
         if self.next == len(self.lines):
             raise RecordPlace(self.records.file, None).error(
                 f"the file ends where {what} should follow"

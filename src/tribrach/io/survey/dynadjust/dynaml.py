@@ -33,20 +33,7 @@ _BLOCK = [[f"m{i}{j}" for j in (1, 2, 3)] for i in (1, 2, 3)]
 
 
 def parse(path: Path, refused: RefusalCollector) -> Records:
-    """Records of one DynaML file.
-
-    Parameters
-    ----------
-    path
-        The file.
-    refused
-        Gathers stations and measurements with an element that is missing or malformed.
-
-    Raises
-    ------
-    InputError
-        Not a DynaML file.
-    """
+    """Records of one DynaML file."""
     root = load(path, "DnaXmlFormat")
     # the schema gives these defaults
     frame = root.get("referenceframe", "GDA2020")
@@ -86,13 +73,7 @@ class _Node:
         return {child.tag: child.text or "" for child in self.element.iterchildren(reversed=True)}
 
     def text(self, tag: str, default: str | None = None) -> str:
-        """Text of a child.
-
-        Raises
-        ------
-        InputError
-            There is none and no default.
-        """
+        """Text of a child."""
         text = self._texts.get(tag)
         if text is None and default is None:
             raise self.place.error(f"<{self.element.tag}> has no <{tag}>")

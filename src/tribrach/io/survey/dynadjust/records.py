@@ -89,17 +89,11 @@ IGNORED = "ignored in the file"
 
 @dataclass(frozen=True)
 class RecordPlace:
-    """Place of a record, for sources and error messages.
+    """Place of a record, for sources and error messages."""
 
-    Attributes
-    ----------
-    file
-        Name of the file.
-    line
-        From 1, None if not known.
-    """
-
+    #: name of the file
     file: str
+    #: from 1, None if not known
     line: int | None = None
 
     def __str__(self) -> str:
@@ -120,97 +114,61 @@ class RecordPlace:
 
 @dataclass(frozen=True)
 class StationRecord:
-    """A station.
+    """A station."""
 
-    Attributes
-    ----------
-    name
-        Of the station.
-    constraints
-        Three letters such as ``CCF``.
-    type
-        Of the coordinates: XYZ, LLH, LLh or UTM.
-    values
-        Three texts as in the file.
-    zone
-        Of a projection.
-    place
-        Of the record.
-    """
-
+    #: of the station
     name: str
+    #: three letters such as ``CCF``
     constraints: str
+    #: of the coordinates: XYZ, LLH, LLh or UTM
     type: str
+    #: three texts as in the file
     values: tuple[str, str, str]
+    #: of a projection
     zone: str
+    #: of the record
     place: RecordPlace
 
 
 @dataclass(frozen=True)
 class Entry:
-    """One baseline or point of a cluster.
+    """One baseline or point of a cluster."""
 
-    Attributes
-    ----------
-    first, second
-        Names of the stations.
-    values
-        Three texts as in the file.
-    variance
-        XX, XY, XZ, YY, YZ, ZZ.
-    blocks
-        3x3 covariances with each of the entries that follow.
-    ignored
-        It carries the ignore flag.
-    place
-        Of the record.
-    """
-
+    #: names of the stations
     first: str
     second: str
+    #: three texts as in the file
     values: tuple[str, str, str]
+    #: XX, XY, XZ, YY, YZ, ZZ
     variance: tuple[float, ...]
+    #: 3x3 covariances with each of the entries that follow
     blocks: Sequence[Array]
+    #: it carries the ignore flag
     ignored: bool
+    #: of the record
     place: RecordPlace
 
 
 @dataclass(frozen=True)
 class GnssCluster:
-    """A GNSS measurement.
+    """A GNSS measurement."""
 
-    Attributes
-    ----------
-    type
-        G (baseline), X (baselines) or Y (points).
-    coordinates
-        Type of the coordinates.
-    entries
-        Its baselines or points.
-    scales
-        Of the covariances: V, P, L and H.
-    frame, epoch
-        Of the coordinates.
-    place
-        Of the record.
-    """
-
+    #: G (baseline), X (baselines) or Y (points)
     type: str
+    #: type of the coordinates
     coordinates: str
+    #: its baselines or points
     entries: Sequence[Entry]
+    #: of the covariances: V, P, L and H
     scales: tuple[float, float, float, float]
+    #: of the coordinates
     frame: str
     epoch: str
+    #: of the record
     place: RecordPlace
 
     def covariance(self) -> Array:
-        """Covariance (3n, 3n) as given, before scaling.
-
-        Raises
-        ------
-        InputError
-            An entry has not one block for each entry after it.
-        """
+        """Covariance (3n, 3n) as given, before scaling."""
         n = len(self.entries)
         out = np.zeros((3 * n, 3 * n))
         for k, entry in enumerate(self.entries):
@@ -230,72 +188,46 @@ class GnssCluster:
 
 @dataclass(frozen=True)
 class TerrestrialRecord:
-    """A terrestrial measurement.
+    """A terrestrial measurement."""
 
-    Attributes
-    ----------
-    type
-        Letter of the measurement type.
-    names
-        Of the stations.
-    value, sigma
-        In metres or radians.
-    height_instrument, height_target
-        In metres.
-    ignored
-        It carries the ignore flag.
-    place
-        Of the record.
-    set_name
-        Name of the set of directions.
-    """
-
+    #: letter of the measurement type
     type: str
+    #: of the stations
     names: tuple[str, ...]
+    #: in metres or radians
     value: float
     sigma: float
+    #: in metres
     height_instrument: float
     height_target: float
+    #: it carries the ignore flag
     ignored: bool
+    #: of the record
     place: RecordPlace
+    #: name of the set of directions
     set_name: str = ""
 
 
 @dataclass
 class Records:
-    """All records of one file.
+    """All records of one file."""
 
-    Attributes
-    ----------
-    file
-        Its name.
-    frame, epoch
-        Defaults of the file.
-    stations, clusters, sights
-        The records.
-    geoid
-        Geoid height [m] and deflections xi, eta [rad] by the name of the station.
-    warnings
-        Sentences.
-    """
-
+    #: its name
     file: str
+    #: defaults of the file
     frame: str
     epoch: str
+    #: the records
     stations: list[StationRecord] = field(default_factory=list)
     clusters: list[GnssCluster] = field(default_factory=list)
     sights: list[TerrestrialRecord] = field(default_factory=list)
+    #: geoid height [m] and deflections xi, eta [rad] by the name of the station
     geoid: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    #: sentences
     warnings: list[str] = field(default_factory=list)
 
     def refuse(self, kind: str, ignored: bool, place: RecordPlace) -> None:
-        """Handle a measurement of a type that is not read: warn if it is ignored, else refuse it.
-
-        Raises
-        ------
-        InputError
-            The measurement is not ignored in the file.
-        """
+        """Warn of a measurement of an unread type if it is ignored, else refuse it."""
         name = TYPES.get(kind, "unknown")
         if not ignored:
             raise place.error(
@@ -306,22 +238,7 @@ class Records:
 
 
 def number(text: str, what: str, place: RecordPlace) -> float:
-    """A finite number.
-
-    Parameters
-    ----------
-    text
-        Of the file.
-    what
-        Name of the number, for the message.
-    place
-        Of the record.
-
-    Raises
-    ------
-    InputError
-        The text is not a finite number.
-    """
+    """A finite number."""
     try:
         value = float(text)
     except ValueError:
@@ -334,22 +251,7 @@ def number(text: str, what: str, place: RecordPlace) -> float:
 
 
 def packed_dms(text: str, what: str, place: RecordPlace) -> float:
-    """Angle [rad] of a text ``ddd.mmsssss``: degrees, two digits of minutes, then seconds.
-
-    Parameters
-    ----------
-    text
-        Of the file.
-    what
-        Name of the angle, for the message.
-    place
-        Of the record.
-
-    Raises
-    ------
-    InputError
-        Not a number, or minutes or seconds of 60 and more.
-    """
+    """Angle [rad] of a text ``ddd.mmsssss``: degrees, two digits of minutes, then seconds."""
     number(text, what, place)
     plain = text.strip()
     sign = -1.0 if plain.startswith("-") else 1.0

@@ -100,20 +100,7 @@ class Stations:
         return self.geoid.get(name, (0.0, 0.0, 0.0))[0]
 
     def known(self, names: Sequence[str], place: RecordPlace) -> set[str]:
-        """The names as a set, if all of them are stations.
-
-        Parameters
-        ----------
-        names
-            Of stations.
-        place
-            Of the record, for messages.
-
-        Raises
-        ------
-        InputError
-            One of them is not a station.
-        """
+        """The names as a set, if all of them are stations."""
         for name in names:
             if name not in self.ecef:
                 raise place.error(
@@ -123,17 +110,7 @@ class Stations:
         return set(names)
 
     def add_to(self, survey: Survey, active: set[str], ignored: set[str]) -> None:
-        """Add stations that are measured as points; the others are named in a warning.
-
-        Parameters
-        ----------
-        survey
-            Gets the points.
-        active, ignored
-            Names of stations in active and in ignored measurements.
-
-        Constraints that are not three letters C and F are refused.
-        """
+        """Add stations that are measured as points; the others are named in a warning."""
         unused = []
         for record in self.records:
             letters = record.constraints
@@ -205,13 +182,7 @@ class Stations:
 def ecef_of(
     record: StationRecord, ellipsoid: tuple[float, float], undulation: float = 0.0
 ) -> Array:
-    """ECEF (3,) [m] of a station's coordinates; orthometric heights by the geoid height [m].
-
-    Raises
-    ------
-    InputError
-        Unknown coordinate type, malformed number, or a missing projection zone.
-    """
+    """ECEF (3,) [m] of a station's coordinates; orthometric heights by the geoid height [m]."""
     first, second, third = record.values
     place = record.place
     height = number(third, "the height", place) if record.type != "XYZ" else 0.0

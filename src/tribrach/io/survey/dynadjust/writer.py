@@ -65,23 +65,7 @@ _VARIANCE = (("XX", 0, 0), ("XY", 0, 1), ("XZ", 0, 2), ("YY", 1, 1), ("YZ", 1, 2
 
 
 def write(network: Network) -> Exported:
-    """The network as the text of a combined DynaML file.
-
-    Parameters
-    ----------
-    network
-        On a site on the ellipsoid, in a frame that is named.
-
-    Returns
-    -------
-    Exported
-        Text, and what DynaML cannot hold.
-
-    Raises
-    ------
-    InputError
-        The site is flat, its frame is not known, or nothing of the network can be written.
-    """
+    """The network as the text of a combined DynaML file."""
     writer = _Writer(network)
     root = etree.Element(
         "DnaXmlFormat",

@@ -28,56 +28,29 @@ __all__ = ["AdjustedCoordinates", "adjusted_coordinates", "read_adjusted"]
 
 @dataclass(frozen=True, eq=False)
 class AdjustedCoordinates:
-    """The coordinates of a result.
+    """The coordinates of a result."""
 
-    Attributes
-    ----------
-    names, axis, values, sources
-        Of each of the k adjusted coordinates: point, 0 to 2 for E, N, U, value [m], place.
-    covariance : array (k, k)
-        Of all of them [m^2], scaled as the file says.
-    fixed
-        Points that are held with their coordinates (3,) [m], NaN where not given.
-    dof, factor
-        Redundancy, and the a-posteriori variance factor over the a-priori one; 0 and NaN where the
-        file does not say it.
-    used
-        ``apriori`` or ``aposteriori``, what the covariance is scaled by.
-    element
-        Of the matrix.
-    """
-
+    #: of each of the k adjusted coordinates: point, 0 to 2 for E, N, U, value [m], place
     names: list[str]
     axis: NDArray[np.int64]
     values: Array
     sources: list[str]
+    #: (k, k), of all of them [m^2], scaled as the file says
     covariance: Array
+    #: points that are held with their coordinates (3,) [m], NaN where not given
     fixed: dict[str, Array]
+    #: redundancy, and the a-posteriori variance factor over the a-priori one; 0 and NaN where the
+    #: file does not say it
     dof: int
     factor: float
+    #: ``apriori`` or ``aposteriori``, what the covariance is scaled by
     used: str
+    #: of the matrix
     element: Element
 
 
 def read_adjusted(root: Element) -> Survey:
-    """The survey of a file with adjusted coordinates.
-
-    Parameters
-    ----------
-    root
-        The element ``gama-local-adjustment``.
-
-    Returns
-    -------
-    Survey
-        Fixed points, and adjusted ones as weighted control.
-
-    Raises
-    ------
-    InputError
-        An element that is missing, a coordinate that is no number, a covariance matrix that does
-        not fit its points or is singular.
-    """
+    """The survey of a file with adjusted coordinates."""
     general = _child(root, "network-general-parameters")
     axes = Axes(general.choice("axes-xy", AXES, "ne"))
     coordinates = _child(root, "coordinates")
@@ -127,18 +100,7 @@ def _weighted(survey: Survey, axes: Axes, coordinates: Element) -> None:
 
 
 def adjusted_coordinates(root: Element) -> AdjustedCoordinates:
-    """The coordinates of a result with their covariance, singular or not.
-
-    Parameters
-    ----------
-    root
-        The element ``gama-local-adjustment``.
-
-    Raises
-    ------
-    InputError
-        What the file says wrong.
-    """
+    """The coordinates of a result with their covariance, singular or not."""
     general = _child(root, "network-general-parameters")
     axes = Axes(general.choice("axes-xy", AXES, "ne"))
     coordinates = _child(root, "coordinates")

@@ -40,14 +40,9 @@ def _order(letters: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 
 @dataclass(frozen=True)
 class Axes:
-    """Horizontal axes of a file.
+    """Horizontal axes of a file."""
 
-    Attributes
-    ----------
-    letters
-        Where its ``x`` and ``y`` point.
-    """
-
+    #: where its ``x`` and ``y`` point
     letters: str = "ne"
 
     def matrix(self) -> NDArray[np.float64]:

@@ -94,13 +94,7 @@ class Element:
         return InputError(what, file=self.path, line=self.node.sourceline, cure=cure)
 
     def children(self, allowed: Collection[str] | None = None) -> Iterator[Element]:
-        """Child elements without comments; those that are not allowed here are refused.
-
-        Parameters
-        ----------
-        allowed
-            Names that they may have, any if None.
-        """
+        """Child elements without comments; those that are not allowed here are refused."""
         for node in self.node:
             child = self.allowed(node, allowed)
             if child is not None:
@@ -114,13 +108,7 @@ class Element:
                 yield child
 
     def child(self, node: Any) -> Element:
-        """A node within this element.
-
-        Raises
-        ------
-        InputError
-            It has an attribute that the format does not have.
-        """
+        """A node within this element."""
         return Element(node, self.path, self.label, self.refused)
 
     def allowed(self, node: Any, names: Collection[str] | None) -> Element | None:
@@ -141,13 +129,7 @@ class Element:
         return name in self.node.attrib
 
     def text(self, name: str, default: str | None = None) -> str:
-        """Text of an attribute, without blanks around it.
-
-        Raises
-        ------
-        InputError
-            It is empty, or not given and there is no default.
-        """
+        """Text of an attribute, without blanks around it."""
         given = self.node.get(name)
         if given is None and default is not None:
             return default.strip()
@@ -157,51 +139,27 @@ class Element:
         return text
 
     def choice(self, name: str, values: Collection[str], default: str) -> str:
-        """One of several words.
-
-        Raises
-        ------
-        InputError
-            The attribute is another word.
-        """
+        """One of several words."""
         word = self.text(name, default)
         if word not in values:
             raise self.error(f"{name} is {word!r}", f"use {', '.join(v for v in values if v)}")
         return word
 
     def number(self, name: str, default: float | None = None) -> float:
-        """A finite number.
-
-        Raises
-        ------
-        InputError
-            It is not a finite number, or not given and there is no default.
-        """
+        """A finite number."""
         if default is not None and not self.has(name):
             return default
         return self.as_number(name, self.text(name))
 
     def positive(self, name: str, default: float | None = None) -> float:
-        """A number above zero.
-
-        Raises
-        ------
-        InputError
-            As :meth:`number`; zero or below.
-        """
+        """A number above zero."""
         value = self.number(name, default)
         if value <= 0:
             raise self.error(f"{name} of <{self.tag}> is {value:g}", "give a number above zero")
         return value
 
     def as_number(self, name: str, text: str) -> float:
-        """A word as a finite number; ``name`` is for the message.
-
-        Raises
-        ------
-        InputError
-            It is not a finite number.
-        """
+        """A word as a finite number; ``name`` is for the message."""
         try:
             value = float(text)
         except ValueError as error:
@@ -221,11 +179,6 @@ class Element:
             The angle [rad].
         unit : float
             Unit of its standard deviation [rad].
-
-        Raises
-        ------
-        InputError
-            Not given, or not an angle.
         """
         text = self.text(name)
         sexagesimal = re.match(r"[+-]?\d+-\d+-", text) is not None
@@ -244,13 +197,7 @@ def local_name(node: Any) -> str:
 
 
 def checked(element: Element, action: Callable[[], T]) -> T:
-    """Result of a call for an element; its errors get the file and line.
-
-    Raises
-    ------
-    InputError
-        Errors of the call.
-    """
+    """Result of a call for an element; its errors get the file and line."""
     try:
         return action()
     except InputError as error:

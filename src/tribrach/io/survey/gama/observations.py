@@ -103,13 +103,7 @@ def distance_sigma(section: Element, metres: float) -> float | None:
 
 
 def observation_sigma(element: Element, section: Element) -> float:
-    """Standard deviation of a sight as written (mm, cc or arc seconds).
-
-    Raises
-    ------
-    InputError
-        Neither the observation nor its section gives one, or it is not above zero.
-    """
+    """Standard deviation of a sight as written (mm, cc or arc seconds)."""
     default = None
     if element.tag in _DEFAULTS and section.has(_DEFAULTS[element.tag]):
         default = section.number(_DEFAULTS[element.tag])
@@ -122,36 +116,22 @@ def observation_sigma(element: Element, section: Element) -> float:
 
 @dataclass
 class GamaCluster:
-    """Observations of one ``<obs>`` or list, which share a covariance matrix if there is one.
+    """Observations of one ``<obs>`` or list, which share a covariance matrix if there is one."""
 
-    Attributes
-    ----------
-    element
-        The ``<obs>`` or list.
-    number, row
-        Of each value: that of its observation among the rows, and which of its values it is.
-    unit
-        Of each standard deviation [m or rad], negative where the file's axis or angle runs against
-        ours.
-    kept
-        False for each value of an observation that is left out.
-    """
-
+    #: the ``<obs>`` or list
     element: Element
+    #: of each value: that of its observation among the rows, and which of its values it is
     number: list[int] = field(default_factory=list)
     row: list[int] = field(default_factory=list)
+    #: of each standard deviation [m or rad], negative where the file's axis or angle runs against
+    #: ours
     unit: list[float] = field(default_factory=list)
+    #: false for each value of an observation that is left out
     kept: list[bool] = field(default_factory=list)
 
     @cached_property
     def matrix_element(self) -> Element | None:
-        """The cluster's ``<cov-mat>``, None without one.
-
-        Raises
-        ------
-        InputError
-            There are two.
-        """
+        """The cluster's ``<cov-mat>``, None without one."""
         matrices = list(self.element.node.iterchildren("{*}cov-mat"))
         if len(matrices) > 1:
             raise self.element.child(matrices[1]).error("a second covariance matrix", "keep one")
@@ -174,25 +154,13 @@ class GamaCluster:
         self.kept += [False] * rows
 
     def covariance(self, element: Element) -> NDArray[np.float64]:
-        """Covariance matrix (k, k) [m^2, rad^2] of the values in the file's axes.
-
-        Raises
-        ------
-        InputError
-            Dimension, band or number of elements do not fit.
-        """
+        """Covariance matrix (k, k) [m^2, rad^2] of the values in the file's axes."""
         unit = np.array(self.unit)
         return band_matrix(element, len(unit)) * np.outer(unit, unit)
 
 
 def band_matrix(element: Element, size: int) -> NDArray[np.float64]:
-    """Symmetric matrix (size, size) of a ``<cov-mat dim band>``.
-
-    Raises
-    ------
-    InputError
-        Dimension, band or number of elements do not fit.
-    """
+    """Symmetric matrix (size, size) of a ``<cov-mat dim band>``."""
     dim, band = _whole(element, "dim"), _whole(element, "band")
     if dim != size:
         raise element.error(

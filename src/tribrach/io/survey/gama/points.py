@@ -24,23 +24,15 @@ _ROLES = ("", "xy", "XY", "z", "Z", "xyz", "XYZ", "xyZ", "XYz")
 
 @dataclass(frozen=True)
 class GamaPoint:
-    """A point as the file has it.
+    """A point as the file has it."""
 
-    Attributes
-    ----------
-    element
-        Where it is defined.
-    name
-        Of the point.
-    xyz : (3,)
-        Coordinates in the file's axes [m], NaN where not given.
-    fixed, adjusted
-        Letters of the coordinates.
-    """
-
+    #: where it is defined
     element: Element
+    #: of the point
     name: str
+    #: (3,), coordinates in the file's axes [m], NaN where not given
     xyz: NDArray[np.float64]
+    #: letters of the coordinates
     fixed: str
     adjusted: str
 

@@ -75,20 +75,13 @@ def read(path: Path, label: str = "") -> Survey:
 
 @dataclass(frozen=True)
 class GamaFacts(Fact):
-    """What a file of GNU Gama says about its results.
+    """What a file of GNU Gama says about its results."""
 
-    Parameters
-    ----------
-    axes : Axes
-        Axes of the file, for results in its own x and y.
-    sigma_act : str
-        ``apriori`` or ``aposteriori``: the sigma0 that covariances are scaled with.
-    confidence : float
-        Confidence level of its intervals.
-    """
-
+    #: axes of the file, for results in its own x and y
     axes: Axes
+    #: ``apriori`` or ``aposteriori``: the sigma0 that covariances are scaled with
     sigma_act: str = "aposteriori"
+    #: confidence level of its intervals
     confidence: float = 0.95
 
 

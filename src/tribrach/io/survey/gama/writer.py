@@ -66,52 +66,26 @@ _PLANE = "its plumb lines are not parallel, and those of gama-local are"
 
 @dataclass(frozen=True)
 class _Entry:
-    """An element of a cluster.
+    """An element of a cluster."""
 
-    Attributes
-    ----------
-    list
-        Name of the list that it stands in.
-    tag, start, attributes
-        Of the element; ``start`` is its station, "" for lists that have none.
-    places
-        Its values in the network, in the order of the file.
-    scale
-        File units of one metre or radian, for each value.
-    circle
-        Orientation unknown, -1 for none.
-    matrix
-        Its list must have a covariance matrix.
-    """
-
+    #: name of the list that it stands in
     list: str
+    #: of the element; ``start`` is its station, "" for lists that have none
     tag: str
     attributes: dict[str, str]
+    #: its values in the network, in the order of the file
     places: tuple[Place, ...]
+    #: file units of one metre or radian, for each value
     scale: tuple[float, ...]
     start: str = ""
+    #: orientation unknown, -1 for none
     circle: int = -1
+    #: its list must have a covariance matrix
     matrix: bool = False
 
 
 def write(network: Network) -> Exported:
     """The network as the text of a ``.gkf`` file.
-
-    Parameters
-    ----------
-    network
-        On a flat site, or with observations that know no vertical.
-
-    Returns
-    -------
-    Exported
-        Text, and what gama-local cannot hold.
-
-    Raises
-    ------
-    InputError
-        Nothing of the network can be written, or a point is fixed in such a way that the format has
-        no words for it.
 
     Examples
     --------

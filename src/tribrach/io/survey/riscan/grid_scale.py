@@ -25,20 +25,13 @@ _ALPHA = 0.001
 
 @dataclass(frozen=True)
 class GridScale:
-    """Scale of control against measured distances.
+    """Scale of control against measured distances."""
 
-    Attributes
-    ----------
-    scale
-        Control over measurement, less one.
-    sigma
-        Its standard deviation.
-    explains
-        The misfits that remain with the scale are not larger than their sigmas allow.
-    """
-
+    #: control over measurement, less one
     scale: float
+    #: its standard deviation
     sigma: float
+    #: the misfits that remain with the scale are not larger than their sigmas allow
     explains: bool
 
     @property
@@ -69,11 +62,6 @@ def grid_scale(
         Place (3,) in the scanner frame [m] and covariance (3, 3) of each reflector, by name.
     control
         Place (3,) [m] and standard deviations (3,) of each control point, by name.
-
-    Returns
-    -------
-    GridScale or None
-        None if no scan position sees three control points that are not on one line.
 
     Notes
     -----
@@ -108,15 +96,7 @@ def grid_scale(
 
 
 def grid_sentence(found: GridScale, crs: str) -> str:
-    """What to say of a scale that is there.
-
-    Parameters
-    ----------
-    found
-        The scale.
-    crs
-        Name of the grid, "" if the project has none.
-    """
+    """What to say of a scale that is there."""
     name = f" ({crs})" if crs else ""
     return (
         f"control fits the measured distances with a scale of {found.scale * 1e6:+.1f} ppm, sigma "

@@ -18,20 +18,13 @@ __all__ = ["ProjectDescription", "describe_project"]
 
 @dataclass(frozen=True, eq=False)
 class ProjectDescription:
-    """What a project holds.
+    """What a project holds."""
 
-    Attributes
-    ----------
-    path
-        The file.
-    project
-        Its records; reflectors have the names of what they are linked to.
-    warnings
-        What reading it says, one sentence each.
-    """
-
+    #: the file
     path: Path
+    #: its records; reflectors have the names of what they are linked to
     project: RiscanProject
+    #: what reading it says, one sentence each
     warnings: tuple[str, ...]
 
     @property
@@ -122,24 +115,7 @@ def _accuracy(station: ScanPosition) -> float | None:
 
 
 def describe_project(path: Path) -> ProjectDescription:
-    """Read a project and describe it.
-
-    Parameters
-    ----------
-    path
-        The ``.rsp`` file.
-
-    Returns
-    -------
-    ProjectDescription
-        A project that is whole but cannot become a survey is described all the same, with the
-        reason among its sentences.
-
-    Raises
-    ------
-    InputError
-        Not a RiSCAN PRO project, or malformed.
-    """
+    """Read a project and describe it."""
     project = parse(path)
     linked, _ = linked_stations(project)
     try:

@@ -22,20 +22,7 @@ _Place = tuple[str, str, str]
 
 
 def linked_stations(project: RiscanProject) -> tuple[list[ScanPosition], list[str]]:
-    """Scan positions whose reflectors have the names of what they are linked to.
-
-    Parameters
-    ----------
-    project
-        The records.
-
-    Returns
-    -------
-    stations : list of ScanPosition
-        In the order of the project.
-    warnings : list of str
-        Links that lead nowhere, and those that two reflectors of one position share.
-    """
+    """Scan positions whose reflectors have the names of what they are linked to."""
     known: dict[_Place, TiePoint] = {("GLCS", "", p.name): p for p in project.glcs}
     known |= {("PRCS", "", p.name): p for p in project.prcs}
     known |= {("SOCS", s.name, t.name): t for s in project.stations for t in s.targets}

@@ -75,20 +75,7 @@ OFF = "switched off in RiSCAN PRO"
 
 
 def identities(stations: Sequence[ScanPosition]) -> tuple[list[list[str]], list[str]]:
-    """Names of the targets of each station, made different where the targets are.
-
-    Parameters
-    ----------
-    stations
-        Scan positions.
-
-    Returns
-    -------
-    names : list of list of str
-        Of the targets of each station.
-    warnings : list of str
-        Sentences.
-    """
+    """Names of the targets of each station, made different where the targets are."""
     names: list[list[str]] = []
     places: list[dict[str, Array]] = []
     warnings: list[str] = []
@@ -249,17 +236,11 @@ class Frames:
 
 @dataclass(frozen=True)
 class RiscanFacts(Fact):
-    """What a RiSCAN PRO project says besides its observations.
+    """What a RiSCAN PRO project says besides its observations."""
 
-    Parameters
-    ----------
-    project : str
-        Its name.
-    conditions : Mapping[str, Mapping[str, str]]
-        Conditions of the atmosphere by scan position, as the project writes them.
-    """
-
+    #: its name
     project: str
+    #: conditions of the atmosphere by scan position, as the project writes them
     conditions: Mapping[str, Mapping[str, str]]
 
 
@@ -393,11 +374,6 @@ def _positions(survey: Survey, stations: Sequence[ScanPosition], frames: Frames)
 
     They belong to the antenna; its decimetres from the scanner's origin are far below the metres of
     such positions.
-
-    Returns
-    -------
-    int
-        How many are active.
     """
     named = []
     for station in stations:

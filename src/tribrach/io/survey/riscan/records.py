@@ -23,35 +23,23 @@ __all__ = ["Position", "RiscanProject", "ScanPosition", "TiePoint", "parse"]
 
 @dataclass(frozen=True)
 class TiePoint:
-    """A target in one frame.
+    """A target in one frame."""
 
-    Attributes
-    ----------
-    name
-        Of the target.
-    vector : (3,)
-        Coordinates [m].
-    accuracy : (3,) or None
-        Along the beam and twice across it [m].
-    direction : (3,) or None
-        Direction of the first accuracy.
-    height
-        As given with control [m].
-    active
-        False if it is switched off.
-    source
-        ``file:line``.
-    link
-        Path of the tie point that this one is the same as, "" without one.
-    """
-
+    #: of the target
     name: str
+    #: (3,), coordinates [m]
     vector: Array
+    #: (3,), along the beam and twice across it [m]
     accuracy: Array | None
+    #: (3,), direction of the first accuracy
     direction: Array | None
+    #: as given with control [m]
     height: float
+    #: false if it is switched off
     active: bool
+    #: ``file:line``
     source: str
+    #: path of the tie point that this one is the same as, "" without one
     link: str = ""
 
     def error(self, what: str) -> InputError:
@@ -61,94 +49,59 @@ class TiePoint:
 
 @dataclass(frozen=True)
 class Position:
-    """The position of the scanner's own GNSS receiver.
+    """The position of the scanner's own GNSS receiver."""
 
-    Attributes
-    ----------
-    vector : (3,)
-        Coordinates [m].
-    accuracy
-        As stated [m].
-    system
-        Code of the coordinate system.
-    enabled
-        False if it is switched off.
-    source
-        ``file:line``.
-    """
-
+    #: (3,), coordinates [m]
     vector: Array
+    #: as stated [m]
     accuracy: float
+    #: code of the coordinate system
     system: str
+    #: false if it is switched off
     enabled: bool
+    #: ``file:line``
     source: str
 
 
 @dataclass(frozen=True)
 class ScanPosition:
-    """A station of the scanner.
+    """A station of the scanner."""
 
-    Attributes
-    ----------
-    name
-        Of the station.
-    sop : (4, 4) or None
-        SOCS to PRCS.
-    registered
-        The program had determined the SOP.
-    targets
-        In SOCS.
-    position
-        Of the GNSS receiver.
-    conditions
-        Of the atmosphere, as text.
-    source
-        ``file:line``.
-    """
-
+    #: of the station
     name: str
+    #: (4, 4), SOCS to PRCS
     sop: Array | None
+    #: the program had determined the SOP
     registered: bool
+    #: in SOCS
     targets: tuple[TiePoint, ...]
+    #: of the GNSS receiver
     position: Position | None
+    #: of the atmosphere, as text
     conditions: dict[str, str]
+    #: ``file:line``
     source: str
 
 
 @dataclass(frozen=True)
 class RiscanProject:
-    """A project.
+    """A project."""
 
-    Attributes
-    ----------
-    name
-        Of the project.
-    pop : (4, 4) or None
-        PRCS to GLCS.
-    stations
-        Scan positions.
-    prcs, glcs
-        Tie points in these frames.
-    crs
-        Name of the project's coordinate system, "" if it has none.
-    """
-
+    #: of the project
     name: str
+    #: (4, 4), PRCS to GLCS
     pop: Array | None
+    #: scan positions
     stations: tuple[ScanPosition, ...]
+    #: tie points in these frames
     prcs: tuple[TiePoint, ...]
     glcs: tuple[TiePoint, ...]
+    #: name of the project's coordinate system, "" if it has none
     crs: str = ""
 
 
 def parse(path: Path) -> RiscanProject:
-    """The records of a project file.
-
-    Raises
-    ------
-    InputError
-        Not a RiSCAN PRO project, or with a malformed number, vector or matrix.
-    """
+    """The records of a project file."""
     refused = RefusalCollector()
     root = _Node(load(path, "project"), str(path), refused)
     positions = root.child("scanpositions")
@@ -213,18 +166,7 @@ class _Node:
         return text != "0" if text else default
 
     def numbers(self, count: int) -> Array:
-        """The element's own numbers.
-
-        Parameters
-        ----------
-        count
-            How many there must be.
-
-        Raises
-        ------
-        InputError
-            More, fewer, or not numbers.
-        """
+        """The element's own numbers."""
         words = (self.element.text or "").split()
         try:
             values = np.array([float(word) for word in words])
@@ -237,13 +179,7 @@ class _Node:
         return values
 
     def number(self, tag: str, default: float | None = None) -> float:
-        """The number in a child.
-
-        Raises
-        ------
-        InputError
-            It is missing and there is no default, or is not a number.
-        """
+        """The number in a child."""
         node = self.child(tag)
         if node is None or (default is not None and not self.text(tag)):
             if default is None:
@@ -257,13 +193,7 @@ class _Node:
         return None if node is None else node.numbers(3)
 
     def matrix(self, tag: str) -> Array | None:
-        """The rigid motion (4, 4) in ``tag/matrix``, None if it is missing.
-
-        Raises
-        ------
-        InputError
-            The upper left part is not a rotation.
-        """
+        """The rigid motion (4, 4) in ``tag/matrix``, None if it is missing."""
         node = self.child(tag)
         inner = None if node is None else node.child("matrix")
         if inner is None:

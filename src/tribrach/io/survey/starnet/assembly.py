@@ -77,25 +77,7 @@ def assemble(
     refused: RefusalCollector,
     part: Part = "all",
 ) -> Survey:
-    """The survey of a job.
-
-    Parameters
-    ----------
-    records
-        What the data files say.
-    settings
-        Of the project.
-    refused
-        Gathers what cannot be used.
-    part
-        ``points`` leaves out what is observed, ``planned`` what is given; planned observations have
-        the values that the given coordinates tell.
-
-    Raises
-    ------
-    InputError
-        No coordinates in a grid, or observations without values where they are not planned.
-    """
+    """The survey of a job."""
     places = Places(records, settings, refused)
     refused.settle()
     builder = _Builder(records, settings, places, refused, part)

@@ -67,29 +67,19 @@ _REFUSED = ("ALIAS", "LINK", "GRID", "MEASURED", "PRISM", "ELEVATION", "VRED", "
 
 @dataclass
 class InlineOptions:
-    """The state that options change.
+    """The state that options change."""
 
-    Attributes
-    ----------
-    settings
-        Of the project, which an option without words goes back to.
-    library
-        Instruments by name in capitals, with those that the data define.
-    kind
-        ``2D``, ``3D`` or ``LEV``: what is adjusted.
-    plane
-        Lines are written for a job in plan.
-    off
-        Lines are passed over.
-    ended
-        Nothing follows.
-    """
-
+    #: of the project, which an option without words goes back to
     settings: StarnetSettings
+    #: instruments by name in capitals, with those that the data define
     library: dict[str, StandardErrors] = field(default_factory=dict)
+    #: ``2D``, ``3D`` or ``LEV``: what is adjusted
     kind: str = "3D"
+    #: lines are written for a job in plan
     plane: bool = False
+    #: lines are passed over
     off: bool = False
+    #: nothing follows
     ended: bool = False
     unit: float = 1.0
     gon: bool = False
@@ -155,13 +145,7 @@ class InlineOptions:
         return self.library.get(self.instrument, self.settings.default)
 
     def take(self, line: DataLine) -> None:
-        """Change the state by an option.
-
-        Raises
-        ------
-        InputError
-            An option that is not known or not done, or words that it does not have.
-        """
+        """Change the state by an option."""
         name = option_name(line)
         if name == "DATA":
             self.off = not _on(line, default=True)
@@ -364,13 +348,7 @@ class InlineOptions:
 
 
 def option_name(line: DataLine) -> str:
-    """The whole name of an option that may be cut short.
-
-    Raises
-    ------
-    InputError
-        None begins like it, or it is not done.
-    """
+    """The whole name of an option that may be cut short."""
     word = line.code[1:]
     for names in (_DONE, _INDIFFERENT, _REFUSED):
         found = [name for name in names if word and name.startswith(word)]

@@ -224,15 +224,7 @@ class Places:
         return float(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
 
     def hold_heights(self, names: Sequence[str], warnings: list[str]) -> None:
-        """Hold given heights that are free and told by nothing.
-
-        Parameters
-        ----------
-        names
-            Of points whose height is not observed.
-        warnings
-            Gets a sentence on those that are held.
-        """
+        """Hold given heights that are free and told by nothing."""
         held = []
         for name in names:
             given = self.given[name]
@@ -249,17 +241,7 @@ class Places:
         self.held = {name for name, given in self.given.items() if self._holds(given)}
 
     def add_to(self, survey: Survey, names: set[str], but: set[str]) -> None:
-        """Add the points, with what is known of them beforehand.
-
-        Parameters
-        ----------
-        survey
-            Gets them.
-        names
-            Of all points that are given or observed.
-        but
-            Of points that take no part.
-        """
+        """Add the points, with what is known of them beforehand."""
         for given in self.given.values():
             if given.name in self.xyz and given.name not in but:
                 self._add(survey, given)

@@ -29,29 +29,12 @@ _LISTING = re.compile(r"^ +Summary of Files Used and Option Settings", re.MULTIL
 
 
 def is_listing(text: str) -> bool:
-    """Is a text a listing?
-
-    Parameters
-    ----------
-    text
-        The file, or its beginning.
-    """
+    """Is a text a listing?"""
     return _LISTING.search(text[:4000]) is not None
 
 
 def is_settings(path: Path) -> bool:
-    """Is a file a project file or a listing, and no data?
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read.
-    """
+    """Is a file a project file or a listing, and no data?"""
     return path.suffix.lower() in PROJECTS or is_listing(text_of(path))
 
 
@@ -60,11 +43,6 @@ def recognised(path: Path) -> bool:
 
     Three of four lines that are looked at begin with a data type or an option, and there are
     numbers, or a file that is included.
-
-    Parameters
-    ----------
-    path
-        The file.
     """
     try:
         text = text_of(path)

@@ -51,31 +51,21 @@ class Quantity(Enum):
 
 @dataclass(frozen=True)
 class Given:
-    """Coordinates of a point.
+    """Coordinates of a point."""
 
-    Attributes
-    ----------
-    name
-        Of the point.
-    east, north, height
-        [m], or longitude and latitude [rad]; None where not given.
-    sigmas
-        Of east, north, height.
-    geographic
-        East and north are longitude and latitude.
-    ellipsoidal
-        The height is over the ellipsoid.
-    source
-        ``file:line``.
-    """
-
+    #: of the point
     name: str
+    #: [m], or longitude and latitude [rad]; None where not given
     east: float | None
     north: float | None
     height: float | None
+    #: of east, north, height
     sigmas: tuple[Sigma, Sigma, Sigma]
+    #: east and north are longitude and latitude
     geographic: bool
+    #: the height is over the ellipsoid
     ellipsoidal: bool
+    #: ``file:line``
     source: str
 
 
@@ -134,113 +124,74 @@ class Sight(NamedTuple):
 
 @dataclass(frozen=True)
 class Level:
-    """A levelled height difference [m] with its standard error [m or a word].
+    """A levelled height difference [m] with its standard error [m or a word]."""
 
-    Attributes
-    ----------
-    at, to
-        Its ends.
-    value
-        [m], None if it is only planned.
-    sigma
-        Standard error.
-    default
-        Standard error by length or turns [m].
-    source
-        ``file:line``.
-    """
-
+    #: its ends
     at: str
     to: str
+    #: [m], None if it is only planned
     value: float | None
+    #: standard error
     sigma: Sigma
+    #: standard error by length or turns [m]
     default: float
+    #: ``file:line``
     source: str
 
 
 @dataclass
 class Vector:
-    """A GNSS vector.
+    """A GNSS vector."""
 
-    Attributes
-    ----------
-    at, to
-        Its ends.
-    delta
-        Geocentric [m], None if it is only planned.
-    deviations
-        Standard errors (or variances) of X, Y, Z as written, empty if not given.
-    couplings
-        Correlations (or covariances) XY, XZ, YZ as written, empty if not given.
-    covariances
-        Both are variances and covariances.
-    factor
-        On standard errors in plan and height.
-    centring
-        In plan and height [m].
-    default
-        Standard error: constant [m] and [m/m].
-    heights
-        Of the antennas [m].
-    source
-        ``file:line``.
-    """
-
+    #: its ends
     at: str
     to: str
+    #: geocentric [m], None if it is only planned
     delta: tuple[float, float, float] | None
+    #: both are variances and covariances
     covariances: bool
+    #: on standard errors in plan and height
     factor: tuple[float, float]
+    #: in plan and height [m]
     centring: tuple[float, float]
+    #: standard error: constant [m] and [m/m]
     default: tuple[float, float]
+    #: of the antennas [m]
     heights: tuple[float, float]
+    #: ``file:line``
     source: str
+    #: standard errors (or variances) of X, Y, Z as written, empty if not given
     deviations: tuple[float, ...] = ()
+    #: correlations (or covariances) XY, XZ, YZ as written, empty if not given
     couplings: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class SideShot:
-    """A point that is computed from the adjusted network and takes no part in it.
+    """A point that is computed from the adjusted network and takes no part in it."""
 
-    Attributes
-    ----------
-    name
-        Of the point.
-    sights
-        Numbers of its observations in the records.
-    source
-        ``file:line``.
-    """
-
+    #: of the point
     name: str
+    #: numbers of its observations in the records
     sights: tuple[Sight, ...]
+    #: ``file:line``
     source: str
 
 
 @dataclass
 class StarnetRecords:
-    """Everything that the data files of one job say.
+    """Everything that the data files of one job say."""
 
-    Attributes
-    ----------
-    given
-        Coordinates.
-    sights, levels, vectors, shots
-        Observations.
-    kind
-        ``2D``, ``3D`` or ``LEV``.
-    assumed
-        Standard errors of the default instrument were used although nothing gives them.
-    warnings
-        What has no effect.
-    """
-
+    #: ``2D``, ``3D`` or ``LEV``
     kind: str
+    #: coordinates
     given: list[Given] = field(default_factory=list)
+    #: observations
     sights: list[Sight] = field(default_factory=list)
     levels: list[Level] = field(default_factory=list)
     vectors: list[Vector] = field(default_factory=list)
     shots: list[SideShot] = field(default_factory=list)
+    #: standard errors of the default instrument were used although nothing gives them
     assumed: set[str] = field(default_factory=set)
+    #: what has no effect
     warnings: list[str] = field(default_factory=list)

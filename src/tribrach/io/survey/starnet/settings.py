@@ -32,28 +32,20 @@ REFRACTION_PER_UNIT = 2.0
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Standard errors of an instrument; these where neither project nor file gives any.
+    """Standard errors of an instrument; these where neither project nor file gives any."""
 
-    Attributes
-    ----------
-    distance, distance_ppm
-        Of distances [m] and [m/m].
-    angle, direction, azimuth, zenith
-        Of angles [rad].
-    rise, rise_ppm
-        Of height differences of single sights [m] and [m/m].
-    instrument, target, vertical
-        Of centring in plan at either end, and of either height [m].
-    """
-
+    #: of distances [m] and [m/m]
     distance: float = 0.0075
     distance_ppm: float = 2e-6
+    #: of angles [rad]
     angle: float = 4 * SEC
     direction: float = 3 * SEC
     azimuth: float = 4 * SEC
     zenith: float = 10 * SEC
+    #: of height differences of single sights [m] and [m/m]
     rise: float = 0.015240
     rise_ppm: float = 0.0
+    #: of centring in plan at either end, and of either height [m]
     instrument: float = 0.0
     target: float = 0.0
     vertical: float = 0.0
@@ -61,106 +53,69 @@ class StandardErrors:
 
 @dataclass(frozen=True)
 class StarnetSettings:
-    """What a project says about all of its data.
+    """What a project says about all of its data."""
 
-    Attributes
-    ----------
-    source
-        File that they are from, empty if none says them.
-    kind
-        ``2D``, ``3D`` or ``LEV``.
-    unit
-        Unit of lengths [m].
-    gon
-        Angles are gon and not degrees.
-    east_first
-        Coordinates are written east, north.
-    from_at_to
-        Angles are written from-at-to, not at-from-to.
-    delta
-        Horizontal distances and height differences, not slope distances and zenith angles.
-    grid
-        Name of the grid of a grid job, None of a local one.
-    crs
-        The same for PROJ, None if the name is not known.
-    elevation
-        Of all points of a job in plan [m].
-    scale
-        Length in a local system over length on the ground.
-    geoid
-        Geoid height of all points [m].
-    deflection
-        North and east component of the deflection of the vertical [rad].
-    refraction
-        Coefficient k of the method, twice what STAR*NET writes.
-    radius
-        Of the Earth, for local jobs [m].
-    default
-        Standard errors where no instrument is named.
-    instruments
-        Others by name, in capitals.
-    levelling, by_turns
-        Of a height difference levelled over a metre [m], or over one turn.
-    propagated
-        Constant and ppm of distances are added in squares.
-    west_positive
-        Sign of longitudes.
-    gnss_factor, gnss_centring
-        On standard errors of vectors in plan and height; of centring in plan and height [m].
-    gnss_default
-        Standard errors of vectors without: constant [m] and [m/m].
-    fixed_length, fixed_angle
-        Standard errors of what is fixed [m] and [rad].
-    confidence
-        Of ellipses.
-    files
-        Data files that are used, as named.
-    refusals
-        What the project asks for and is not done.
-    warnings
-        What has no effect.
-    """
-
+    #: file that they are from, empty if none says them
     source: str = ""
+    #: ``2D``, ``3D`` or ``LEV``
     kind: str = "3D"
+    #: unit of lengths [m]
     unit: float = 1.0
+    #: angles are gon and not degrees
     gon: bool = False
+    #: coordinates are written east, north
     east_first: bool = False
+    #: angles are written from-at-to, not at-from-to
     from_at_to: bool = False
+    #: horizontal distances and height differences, not slope distances and zenith angles
     delta: bool = False
+    #: name of the grid of a grid job, None of a local one
     grid: str | None = None
+    #: the same for PROJ, None if the name is not known
     crs: str | None = None
+    #: of all points of a job in plan [m]
     elevation: float = 0.0
+    #: length in a local system over length on the ground
     scale: float = 1.0
+    #: geoid height of all points [m]
     geoid: float = 0.0
+    #: north and east component of the deflection of the vertical [rad]
     deflection: tuple[float, float] = (0.0, 0.0)
+    #: coefficient k of the method, twice what STAR*NET writes
     refraction: float = 0.07 * REFRACTION_PER_UNIT
+    #: of the Earth, for local jobs [m]
     radius: float = 6372000.0
+    #: standard errors where no instrument is named
     default: StandardErrors = StandardErrors()
+    #: others by name, in capitals
     instruments: Mapping[str, StandardErrors] = field(default_factory=dict)
+    #: of a height difference levelled over a metre [m], or over one turn
     levelling: float = 0.0015 / math.sqrt(1000)
     by_turns: bool = False
+    #: constant and ppm of distances are added in squares
     propagated: bool = False
+    #: sign of longitudes
     west_positive: bool = True
+    #: on standard errors of vectors in plan and height; of centring in plan and height [m]
     gnss_factor: tuple[float, float] = (1.0, 1.0)
     gnss_centring: tuple[float, float] = (0.0, 0.0)
+    #: standard errors of vectors without: constant [m] and [m/m]
     gnss_default: tuple[float, float] = (0.005, 0.0)
+    #: standard errors of what is fixed [m] and [rad]
     fixed_length: float = 1e-7
     fixed_angle: float = 1.0001e-3 * SEC
+    #: of ellipses
     confidence: float = 0.95
+    #: data files that are used, as named
     files: tuple[str, ...] = ()
+    #: what the project asks for and is not done
     refusals: tuple[str, ...] = ()
+    #: what has no effect
     warnings: tuple[str, ...] = ()
 
 
 def read_settings(path: Path) -> StarnetSettings:
-    """Settings of a project file, or of the heading of a listing.
-
-    Raises
-    ------
-    InputError
-        Unreadable, neither of both, or values that are none.
-    """
+    """Settings of a project file, or of the heading of a listing."""
     text = text_of(path)
     settings = _of_listing(text, path) if is_listing(text) else _of_project(text, path)
     crs = None if settings.grid is None else grid_of(settings.grid)
@@ -437,13 +392,7 @@ _MTM = re.compile(r"MTM83-(\d{1,2})$")
 
 
 def grid_of(name: str) -> str | None:
-    """The definition for PROJ of a grid of STAR*NET, None if the name is not known.
-
-    Parameters
-    ----------
-    name
-        STAR*NET's name of the grid, or anything that PROJ knows itself.
-    """
+    """The definition for PROJ of a grid of STAR*NET, None if the name is not known."""
     key = name.upper().replace(" ", "")
     if key in _GRIDS:
         return _GRIDS[key]
@@ -462,13 +411,7 @@ def grid_of(name: str) -> str | None:
 
 
 def name_of_grid(crs: str) -> str:
-    """STAR*NET's name of a grid, the definition for PROJ itself where it has none that is known.
-
-    Parameters
-    ----------
-    crs
-        Definition for PROJ, such as ``EPSG:2953``.
-    """
+    """STAR*NET's name of a grid, the definition for PROJ itself where it has none that is known."""
     for name, code in _GRIDS.items():
         if crs == code:
             return name

@@ -51,29 +51,19 @@ _QUADRANT = re.compile(r"([NS])(.+)([EW])$", re.IGNORECASE)
 
 @dataclass(frozen=True)
 class DataLine:
-    """One line with data.
+    """One line with data."""
 
-    Attributes
-    ----------
-    file
-        As named in messages.
-    label
-        As named in sources of observations.
-    number
-        Of the line, from 1.
-    code
-        Data type in capitals, or an option with its period.
-    words
-        What follows, without comment and description.
-    folder
-        Where files named on the line are looked for.
-    """
-
+    #: as named in messages
     file: str
+    #: as named in sources of observations
     label: str
+    #: of the line, from 1
     number: int
+    #: data type in capitals, or an option with its period
     code: str
+    #: what follows, without comment and description
     words: tuple[str, ...]
+    #: where files named on the line are looked for
     folder: Path
 
     @property
@@ -87,15 +77,7 @@ class DataLine:
 
 
 def data_line(text: str, path: Path, label: str, number: int) -> DataLine | None:
-    """One line in words, None if it has no data.
-
-    Parameters
-    ----------
-    text
-        The line.
-    path, label, number
-        Its place.
-    """
+    """One line in words, None if it has no data."""
     text = text.split("#", 1)[0]
     description = _DESCRIPTION.search(text)
     if description:
@@ -107,13 +89,7 @@ def data_line(text: str, path: Path, label: str, number: int) -> DataLine | None
 
 
 def text_of(path: Path) -> str:
-    """The text of a file in UTF-8, or in Latin-1 if it is not UTF-8.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is too large, or is not text.
-    """
+    """The text of a file in UTF-8, or in Latin-1 if it is not UTF-8."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", file=path)
@@ -129,13 +105,7 @@ def text_of(path: Path) -> str:
 
 
 def number_of(word: str, what: str, line: DataLine) -> float:
-    """A finite number.
-
-    Raises
-    ------
-    InputError
-        It is none.
-    """
+    """A finite number."""
     try:
         value = float(word)
     except ValueError:
@@ -148,22 +118,7 @@ def number_of(word: str, what: str, line: DataLine) -> float:
 
 
 def angle_of(word: str, what: str, line: DataLine, *, gon: bool = False) -> float:
-    """An angle [rad], as it is written: no turns are added or taken away.
-
-    Parameters
-    ----------
-    word
-        ``D-M-S``, packed ``D.MMSSss``, or gon.
-    what, line
-        Name and place, for messages.
-    gon
-        The angles of the file are gon.
-
-    Raises
-    ------
-    InputError
-        Malformed, 60 minutes or seconds and more, or beyond the circle.
-    """
+    """An angle [rad], as it is written: no turns are added or taken away."""
     value = number_of(word, what, line) * GON if gon else _degrees(word, what, line)
     if circle_passed(value):
         raise line.error(f"{what} is {word}, beyond the circle", "check the angle and its unit")
@@ -197,13 +152,7 @@ def _degrees(word: str, what: str, line: DataLine) -> float:
 
 
 def azimuth_of(word: str, what: str, line: DataLine, *, gon: bool = False) -> float:
-    """An azimuth or a quadrant bearing, as azimuth [rad] in [0, 2 pi).
-
-    Raises
-    ------
-    InputError
-        Malformed, or a quadrant of more than 90 degrees.
-    """
+    """An azimuth or a quadrant bearing, as azimuth [rad] in [0, 2 pi)."""
     quadrant = _QUADRANT.match(word)
     if quadrant is None:
         return angle_of(word, what, line, gon=gon) % (2 * math.pi)

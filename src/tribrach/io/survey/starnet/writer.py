@@ -74,24 +74,7 @@ _CORRELATED = "correlated, which STAR*NET knows of vectors only"
 
 
 def write(network: Network) -> Exported:
-    """The network as the text of a data file.
-
-    Parameters
-    ----------
-    network
-        On a flat site, or in a projection.
-
-    Returns
-    -------
-    Exported
-        Text, the project of a job in a grid, and what STAR*NET cannot hold.
-
-    Raises
-    ------
-    InputError
-        The site is neither flat nor that of a projection, a name is no word, or nothing of the
-        network can be written.
-    """
+    """The network as the text of a data file."""
     return _Writer(network).exported()
 
 
@@ -400,13 +383,7 @@ class _Writer:
 
 
 def _grid(network: Network) -> ProjectedGrid:
-    """The projection of the network.
-
-    Raises
-    ------
-    InputError
-        It has none, or takes the datum of another system in its place.
-    """
+    """The projection of the network."""
     frame = network.reference.grid
     grid = None if frame is None else frame.work.grid
     if grid is None or grid.site != network.site or grid.geographic is not None:
@@ -444,13 +421,7 @@ def _project(grid: ProjectedGrid) -> str:
 
 
 def _separator(names: Sequence[str]) -> str:
-    """A character that no name has; names are words.
-
-    Raises
-    ------
-    InputError
-        A name has blanks or begins a comment, or all characters are taken.
-    """
+    """A character that no name has; names are words."""
     for name in names:
         if not _NAME.match(name):
             raise InputError(
