@@ -165,7 +165,7 @@ class Counts(Result):
 
 
 @dataclass(frozen=True)
-class Pose(Result):
+class StationPose(Result):
     """A pose, 4 x 4, with its covariance 6 x 6 of left increments."""
 
     world_from_scanner: Matrix
@@ -248,12 +248,12 @@ class SelfCalibration(
         return self.factor * self.adjustment.covariance_columns(columns, columns)
 
     @property
-    def stations(self) -> dict[str, Pose]:
+    def stations(self) -> dict[str, StationPose]:
         """Poses with their covariance."""
         a = self.adjustment
         frames = np.tile(np.eye(4), (a.layout.count("pose"), 1, 1))
         frames[:, :3, :3], frames[:, :3, 3] = a.state.pose_r, a.state.pose_t
-        poses = map(Pose, frames, self.factor * a.family_covariances("pose"))
+        poses = map(StationPose, frames, self.factor * a.family_covariances("pose"))
         return dict(zip(a.layout.names["pose"], poses, strict=True))
 
     @property
