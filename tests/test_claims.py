@@ -64,6 +64,7 @@ def words_of_code(path: Path) -> str:
     )
 
 
+@cache
 def texts() -> dict[str, str]:
     """README, docs, examples, templates and sentences of reports, help of commands."""
     pages = [*ROOT.glob("*.md"), *DOCS.rglob("*.md"), *(ROOT / "benchmarks").glob("*.md")]
@@ -74,9 +75,6 @@ def texts() -> dict[str, str]:
             out[str(path.relative_to(ROOT))] = plain(words_of_code(path))
     del out["docs/method/references.md"]  # titles of others
     return out
-
-
-TEXTS = texts()
 
 
 @cache
@@ -152,7 +150,7 @@ def test_no_text_goes_too_far() -> None:
     found = [
         (name, match.group(), why)
         for pattern, why in too_far()
-        for name, text in TEXTS.items()
+        for name, text in texts().items()
         if (match := re.search(pattern, text, re.IGNORECASE))
     ]
     assert found == []

@@ -4,7 +4,8 @@ import ast
 import re
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
@@ -13,11 +14,15 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 EXTRAS = PROJECT["optional-dependencies"]
 #: extras for those who work on the program
 WORKSHOP = {"dev", "docs", "peers", "fuzz"}
-#: distributions of each module that can be imported here
-INSTALLED = packages_distributions()
 #: calls that import a module by its name
 BY_NAME = {"import_module", "find_spec"}
 OURS = {"tribrach", "tests", "fuzz", "benchmarks"}
+
+
+@cache
+def installed() -> Mapping[str, list[str]]:
+    """Distributions of each module that can be imported here."""
+    return packages_distributions()
 
 
 def normal(name: str) -> str:
@@ -51,7 +56,7 @@ def modules(tree: ast.Module) -> Iterator[str]:
 
 def distributions(module: str) -> set[str]:
     """Distributions that bring a module; one that is not installed has the module's name."""
-    return {normal(name) for name in INSTALLED.get(module, [module])}
+    return {normal(name) for name in installed().get(module, [module])}
 
 
 def declared(requirements: list[str]) -> set[str]:

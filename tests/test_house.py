@@ -3,6 +3,7 @@
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,12 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "tribrach"
 FILES = sorted(SOURCE.rglob("*.py"))
-TREES = {path: ast.parse(path.read_text()) for path in FILES}
 Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text())
 
 
 def public(tree: ast.AST, inside: str = "") -> Iterator[tuple[str, ast.AST]]:
@@ -25,7 +30,7 @@ def public(tree: ast.AST, inside: str = "") -> Iterator[tuple[str, ast.AST]]:
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
 def test_everything_public_is_documented(path: Path) -> None:
-    tree = TREES[path]
+    tree = parsed(path)
     assert ast.get_docstring(tree), "the module says nothing"
     silent = [name for name, node in public(tree) if not ast.get_docstring(node)]
     assert silent == []
@@ -33,7 +38,7 @@ def test_everything_public_is_documented(path: Path) -> None:
 
 def test_public_names_exist() -> None:
     """Every module with public names lists them in ``__all__``, in order and without ghosts."""
-    for path, tree in TREES.items():
+    for path, tree in zip(FILES, map(parsed, FILES), strict=True):
         lists = [
             ast.literal_eval(node.value)
             for node in tree.body
@@ -49,7 +54,7 @@ def test_public_names_exist() -> None:
 
 def test_no_two_public_classes_share_a_name() -> None:
     homes: dict[str, list[str]] = {}
-    for path, tree in TREES.items():
+    for path, tree in zip(FILES, map(parsed, FILES), strict=True):
         for name, node in public(tree):
             if isinstance(node, ast.ClassDef) and "." not in name:
                 homes.setdefault(name, []).append(str(path.relative_to(SOURCE)))
@@ -91,7 +96,7 @@ def test_files_are_touched_in_io_only() -> None:
     """What is read and written is read and written in io; everybody else gets data."""
     places = {
         str(path.relative_to(SOURCE))
-        for path, tree in TREES.items()
+        for path, tree in zip(FILES, map(parsed, FILES), strict=True)
         if path.relative_to(SOURCE).parts[0] != "io" and any(map(touches_files, ast.walk(tree)))
     }
     assert places == TOUCH_FILES.keys()
