@@ -16,6 +16,42 @@ settings.load_profile("default")
 os.environ.setdefault("TRIBRACH_COMPILE_AHEAD", "0")
 
 
+TESTS = Path(__file__).resolve().parent
+#: what ``-m core`` runs: rooms that every answer rests on, and of the others what is soon said
+CORE = (
+    "network", "observations", "geodesy", "geometry", "instruments", "transformation", "cloud",
+    "registration/test_identify.py", "registration/test_plane_ties.py",
+    "registration/test_pose_graph.py", "golden/test_networks.py",
+)  # fmt: skip
+#: but for these, which repeat experiments or go through many networks for long
+LONG = (
+    "network/test_accusations.py", "network/test_gross.py", "network/test_monte_carlo.py",
+    "network/test_variance_components.py", "observations/test_extension.py",
+    "instruments/test_distance_statistics.py",
+)  # fmt: skip
+
+
+def in_core(path: Path) -> bool:
+    """True if tests of a file are of the core."""
+    place = path.relative_to(TESTS) if path.is_relative_to(TESTS) else path
+    return any(place.is_relative_to(one) for one in CORE) and place.as_posix() not in LONG
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """With ``-m core`` alone do not even load what has no test of the core."""
+    if config.option.markexpr != "core" or collection_path.suffix != ".py":
+        return None
+    return None if in_core(collection_path) or collection_path.name == "__init__.py" else True
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of the core."""
+    for item in items:
+        if in_core(item.path) and item.get_closest_marker("slow") is None:
+            item.add_marker(pytest.mark.core)
+
+
 @pytest.fixture(scope="session")
 def shared_data() -> Path:
     """The folder of third-party test data; the test is skipped where it is absent."""
