@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +96,7 @@ def passed_on(room: Path) -> str:
     return "\n".join(lines)
 
 
+@cache
 def public_names(path: Path) -> list[str]:
     """Names that a module defines itself and offers to others."""
     if path.stem.startswith("_") and path.stem != "__init__":
@@ -111,6 +113,7 @@ def public_names(path: Path) -> list[str]:
     return [name for name in listed_names(path) if name in own]
 
 
+@cache
 def listed_names(path: Path) -> list[str]:
     """What stands in ``__all__``; nothing if a module has none."""
     for node in tree(path).body:

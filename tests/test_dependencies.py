@@ -30,6 +30,7 @@ def normal(name: str) -> str:
     return re.sub(r"[-_.]+", "-", name).lower()
 
 
+@cache
 def imported(folder: Path) -> dict[str, str]:
     """Third-party modules that the code of a folder imports, each with one of the files."""
     return {

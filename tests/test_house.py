@@ -3,7 +3,6 @@
 import ast
 import re
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -12,11 +11,13 @@ ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "src" / "tribrach"
 FILES = sorted(SOURCE.rglob("*.py"))
 Function = ast.FunctionDef | ast.AsyncFunctionDef
+Trees = dict[Path, ast.Module]
 
 
-@cache
-def parsed(path: Path) -> ast.Module:
-    return ast.parse(path.read_text())
+@pytest.fixture(scope="module")
+def trees() -> Trees:
+    """Syntax of all modules; no longer kept than these tests take, for it is much."""
+    return {path: ast.parse(path.read_text()) for path in FILES}
 
 
 def public(tree: ast.AST, inside: str = "") -> Iterator[tuple[str, ast.AST]]:
@@ -29,16 +30,16 @@ def public(tree: ast.AST, inside: str = "") -> Iterator[tuple[str, ast.AST]]:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(SOURCE)))
-def test_everything_public_is_documented(path: Path) -> None:
-    tree = parsed(path)
+def test_everything_public_is_documented(path: Path, trees: Trees) -> None:
+    tree = trees[path]
     assert ast.get_docstring(tree), "the module says nothing"
     silent = [name for name, node in public(tree) if not ast.get_docstring(node)]
     assert silent == []
 
 
-def test_public_names_exist() -> None:
+def test_public_names_exist(trees: Trees) -> None:
     """Every module with public names lists them in ``__all__``, in order and without ghosts."""
-    for path, tree in zip(FILES, map(parsed, FILES), strict=True):
+    for path, tree in trees.items():
         lists = [
             ast.literal_eval(node.value)
             for node in tree.body
@@ -52,9 +53,9 @@ def test_public_names_exist() -> None:
             assert [n for n in names if text.count(n) < 2] == [], path.name
 
 
-def test_no_two_public_classes_share_a_name() -> None:
+def test_no_two_public_classes_share_a_name(trees: Trees) -> None:
     homes: dict[str, list[str]] = {}
-    for path, tree in zip(FILES, map(parsed, FILES), strict=True):
+    for path, tree in trees.items():
         for name, node in public(tree):
             if isinstance(node, ast.ClassDef) and "." not in name:
                 homes.setdefault(name, []).append(str(path.relative_to(SOURCE)))
@@ -92,11 +93,11 @@ def touches_files(node: ast.AST) -> bool:
     return node.func.attr in METHODS or node.func.attr in FUNCTIONS.get(owner, ())
 
 
-def test_files_are_touched_in_io_only() -> None:
+def test_files_are_touched_in_io_only(trees: Trees) -> None:
     """What is read and written is read and written in io; everybody else gets data."""
     places = {
         str(path.relative_to(SOURCE))
-        for path, tree in zip(FILES, map(parsed, FILES), strict=True)
+        for path, tree in trees.items()
         if path.relative_to(SOURCE).parts[0] != "io" and any(map(touches_files, ast.walk(tree)))
     }
     assert places == TOUCH_FILES.keys()

@@ -80,6 +80,13 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Installe
     return Installed(wheel, tmp_path_factory.mktemp("away"))
 
 
+@pytest.fixture(scope="module")
+def small(installed: Installed) -> Path:
+    """The demonstration in small, as the installed program makes it."""
+    installed.run("-c", SMALL, "demo", "--out", "small", "--quiet")
+    return installed.folder / "small"
+
+
 def test_every_file_of_the_package_is_in_the_wheel(wheel: Path) -> None:
     source = ROOT / "src"
     files = {
@@ -121,13 +128,14 @@ with TestClient(guard, base_url="http://127.0.0.1:9") as client:
 """
 
 
-def test_the_installed_program_serves_its_page_without_node(installed: Installed) -> None:
+def test_the_installed_program_serves_its_page_without_node(
+    installed: Installed, small: Path
+) -> None:
     """What is served away from the sources is what the build committed."""
-    installed.run("-c", SMALL, "demo", "--out", "seen", "--quiet")
     static = ROOT / "src" / "tribrach" / "workbench" / "static"
     files = json.loads((static / "BUILD.json").read_text())["files"]
     names = sorted(name for name in files if name != "index.html")
-    out = installed.run("-c", f"import hashlib{FIRST}", "seen/out", *names)
+    out = installed.run("-c", f"import hashlib{FIRST}", str(small / "out"), *names)
     assert dict(line.split() for line in out.splitlines()) == {n: files[n] for n in names}
     assert {"main.js", "cloud-worker.js", "laz-perf.wasm", "THIRD_PARTY.txt"} <= set(names)
 
@@ -143,9 +151,8 @@ def contradicted(folder: Path) -> list[str]:
     return [line.strip() for line in lines if "not so" in line]
 
 
-def test_the_demonstration_in_small(installed: Installed) -> None:
-    installed.run("-c", SMALL, "demo", "--out", "small", "--quiet")
-    assert contradicted(installed.folder / "small") == []
+def test_the_demonstration_in_small(small: Path) -> None:
+    assert contradicted(small) == []
 
 
 @pytest.mark.slow

@@ -67,13 +67,22 @@ def searched(project: Path) -> int:
     return len(list(project.parent.glob("out/.tribrach/targets-*.json")))
 
 
-def test_four_faults(job: Path, tmp_path: Path) -> None:
-    undisturbed = copied(job, tmp_path / "whole")
+@pytest.fixture(scope="module")
+def whole(job: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """What an undisturbed run leaves."""
+    undisturbed = copied(job, tmp_path_factory.mktemp("whole") / "job")
     finish_here(undisturbed)
-    whole = results(undisturbed)
-    # the twentieth write is that of the list of what was written
-    for what, number in (("before", 5), ("after", 12), ("full", 20), ("full", 90)):
-        checked(job, tmp_path / f"{what}{number}", whole, what, number)
+    return results(undisturbed)
+
+
+# the twentieth write is that of the list of what was written
+@pytest.mark.parametrize(
+    ("what", "number"), [("before", 5), ("after", 12), ("full", 20), ("full", 90)]
+)
+def test_a_fault(
+    job: Path, whole: dict[str, bytes], tmp_path: Path, what: str, number: int
+) -> None:
+    checked(job, tmp_path / "job", whole, what, number)
 
 
 @pytest.fixture(scope="module")
