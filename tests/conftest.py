@@ -38,10 +38,11 @@ def in_core(path: Path) -> bool:
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
-    """With ``-m core`` alone do not even load what has no test of the core."""
-    if config.option.markexpr != "core" or collection_path.suffix != ".py":
+    """Do not even load the files that the core, or all but the core, has no test in."""
+    asked = {"core": True, "not slow and not core": False}.get(config.option.markexpr)
+    if asked is None or collection_path.suffix != ".py" or collection_path.name == "__init__.py":
         return None
-    return None if in_core(collection_path) or collection_path.name == "__init__.py" else True
+    return True if in_core(collection_path) != asked else None
 
 
 @pytest.hookimpl(tryfirst=True)
