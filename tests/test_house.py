@@ -129,13 +129,13 @@ def test_json_is_written_in_one_place_for_each_sort() -> None:
     assert places == WRITE_JSON.keys()
 
 
-def test_the_classes_of_the_map_stand_where_it_says() -> None:
+def test_the_classes_of_the_map_stand_where_it_says(trees: Trees) -> None:
     text = (ROOT / "docs" / "architecture.md").read_text()
     section = text.split("## Forty classes to know\n")[1].split("\n## ")[0]
     rows = re.findall(r"^\| `(\w+)` \| `([\w/.]+)` \|", section, re.MULTILINE)
     assert len(rows) >= 40
     for name, place in rows:
         classes = [
-            node.name for node in TREES[SOURCE / place].body if isinstance(node, ast.ClassDef)
+            node.name for node in trees[SOURCE / place].body if isinstance(node, ast.ClassDef)
         ]
         assert name in classes, (name, place)
