@@ -12,9 +12,7 @@ from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
-from tribrach.report.schema.comparison import ComparisonDocument
 from tribrach.report.schema.diff import DiffDocument
-from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
@@ -37,7 +35,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "info": ScansDocument,
         "plan": PlanDocument,
         "register": RegistrationDocument,
-        "series": SeriesDocument,
         "scene": SceneDocument,
         "targets": TargetsDocument,
         "transform": TransformationDocument,

@@ -17,6 +17,7 @@ import re
 from collections import namedtuple
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from datetime import UTC, datetime
 from functools import cached_property
 from importlib.metadata import version
 from operator import attrgetter
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Estimate",
     "Form",
+    "Instant",
     "Matrices",
     "Matrix",
     "Number",
@@ -40,6 +42,7 @@ __all__ = [
     "Vector",
     "described",
     "part",
+    "stamp",
 ]
 
 
@@ -82,6 +85,27 @@ class _Nested:
         )
 
 
+class _Instant:
+    """Marks seconds since 1970, which are written as ISO 8601 in UTC."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema as cs
+
+        text = cs.str_schema()
+        return cs.no_info_after_validator_function(
+            lambda value: datetime.fromisoformat(value).timestamp(),
+            text,
+            serialization=cs.plain_serializer_function_ser_schema(stamp, return_schema=text),
+        )
+
+
+def stamp(seconds: float) -> str:
+    """A time for files, given in seconds since 1970: ISO 8601 in UTC."""
+    # times that were kept in days lack a rounding error to the full minute
+    at = datetime.fromtimestamp(round(seconds, 3), UTC)
+    return at.isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
 def _lists(values: Any) -> Any:
     """Nested lists of numbers, None for what is none."""
     values = np.asarray(values, dtype=np.float64)
@@ -98,6 +122,9 @@ Vector = Annotated[NDArray[np.float64], _Nested(1)]
 Matrix = Annotated[NDArray[np.float64], _Nested(2)]
 #: numbers along three axes
 Matrices = Annotated[NDArray[np.float64], _Nested(3)]
+
+#: a time: seconds since 1970 inside, ISO 8601 in UTC in JSON
+Instant = Annotated[float, _Instant()]
 
 #: set while published schemas are made: what stands at the fields is read from their source
 _describing = False
@@ -132,7 +159,8 @@ class Result:
         names = (*(f.name for f in fields(own) if f.name not in cls._without), *cls._also)
         parts = {
             _key(name): cs.typed_dict_field(
-                handler.generate_schema(hints[name]), metadata=_described(notes.get(name))
+                _found(handler.generate_schema(hints[name]), name in cls._also),
+                metadata=_described(notes.get(name)),
             )
             for name in names
         }
@@ -165,6 +193,16 @@ def part(path: str, kind: Any, words: str) -> Any:
 
     get.__annotations__["return"], get.__doc__ = kind, words
     return property(get)
+
+
+def _found(schema: Any, computed: bool) -> Any:
+    """The schema of a key; what is computed is written and, where it is read, not looked at."""
+    from pydantic_core import core_schema as cs
+
+    if not computed:
+        return schema
+    written = cs.plain_serializer_function_ser_schema(lambda value: value, return_schema=schema)
+    return cs.any_schema(serialization=written)
 
 
 class Table:
