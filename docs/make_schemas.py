@@ -12,7 +12,6 @@ from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
-from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
@@ -29,7 +28,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "result": result_model(),
         "baseline": BaselineDocument,
         "compare": ComparisonDocument,
-        "diff": DiffDocument,
         "epoch": EpochDocument,
         "epochs": EpochsDocument,
         "info": ScansDocument,
