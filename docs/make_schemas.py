@@ -15,7 +15,6 @@ from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
-from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
 
@@ -35,7 +34,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "register": RegistrationDocument,
         "scene": SceneDocument,
         "targets": TargetsDocument,
-        "transform": TransformationDocument,
         "workbench": WorkbenchDocument,
     }
     with described():
