@@ -11,7 +11,6 @@ from tribrach import questions
 from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
-from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
@@ -25,7 +24,6 @@ def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
     found: dict[str, type[Document] | Form] = {
         "result": result_model(),
-        "baseline": BaselineDocument,
         "compare": ComparisonDocument,
         "epoch": EpochDocument,
         "epochs": EpochsDocument,

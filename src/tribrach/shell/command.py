@@ -58,8 +58,11 @@ def command(
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
         own = dict(inspect.signature(work).parameters)
         hints = get_type_hints(work, include_extras=True)
-        progress, engine = "progress" in own, "engine" in own
-        options = {n: (hints[n], p.default) for n, p in own.items() if n not in _GIVEN}
+        by_itself = {
+            n for n in _GIVEN if n in own and own[n].kind is inspect.Parameter.KEYWORD_ONLY
+        }
+        progress, engine = "progress" in by_itself, "engine" in by_itself
+        options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
         read = [n for n, (hint, _) in options.items() if _path(hint) and not _written(hint)]
         written = [n for n, (hint, _) in options.items() if _written(hint)]
         meant = {n: m for n in read for m in options[n][0].__metadata__ if inspect.isfunction(m)}
@@ -106,7 +109,7 @@ def command(
     return decorated
 
 
-#: parameters that a command gives itself
+#: parameters, behind a star, that a command gives itself
 _GIVEN = ("progress", "engine")
 #: options that render the answer
 _RENDERED: dict[str, Callable[[Answer], Content]] = {
