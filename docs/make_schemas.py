@@ -11,6 +11,8 @@ from tribrach import questions
 from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
+from tribrach.report.schema.comparison import ComparisonDocument
+from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
@@ -26,7 +28,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "result": result_model(),
         "compare": ComparisonDocument,
         "epoch": EpochDocument,
-        "epochs": EpochsDocument,
         "info": ScansDocument,
         "plan": PlanDocument,
         "register": RegistrationDocument,

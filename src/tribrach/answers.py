@@ -188,12 +188,7 @@ class Result:
             if isinstance(data, cls):
                 return data
             given = checked(data)
-            return cls(**{name: given[_key(name)] for name in built})
-        def made(data: Any, inside: Any) -> Any:
-            if isinstance(data, cls):
-                return data
-            known = inside(data)
-            return cls(**{name: known[key] for name, key in built.items()})
+            return cls(**{name: given[key] for name, key in built.items()})
 
         return cs.no_info_wrap_validator_function(
             made,

@@ -27,8 +27,8 @@ from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.io.number_table import NumberTable
 from tribrach.io.epoch_files import epoch_data
+from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.plan.steps import DesignResult
 from tribrach.job.register import RegisteredFiles
@@ -45,6 +45,7 @@ from tribrach.questions.calibrate.chapters import answer_of as calibration_answe
 from tribrach.questions.check.chapters import answer_of as check_answer
 from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
+from tribrach.questions.epochs.chapters import answer_of as epochs_answer
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
 from tribrach.questions.regress.chapters import answer_of as regression_answer
@@ -62,12 +63,10 @@ from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.cloud_registration import cloud_registration_page
 from tribrach.report.comparison import comparison_page
 from tribrach.report.content import Report
-from tribrach.report.epochs import epochs_page, epochs_svg
+from tribrach.report.epochs import epochs_svg
 from tribrach.report.figures import Picture
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
-from tribrach.report.series import series_page
-from tribrach.report.regression import regression_page
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
 from tribrach.scan.noise_law import fit_noise
@@ -302,7 +301,7 @@ def _epochs(name: Naming) -> tuple[ComparedEpochs, ...]:
 
 
 def _epochs_page(name: Naming) -> str:
-    return epochs_page(_epochs(name))
+    return epochs_answer(_epochs(name)).page()
 
 
 def _series_page(name: Naming) -> str:
@@ -340,7 +339,7 @@ PAGES = {
     "planning.page.plan_page": _plan,
     "cloud_registration.cloud_registration_page": _registration,
     "questions.noise": _noise,
-    "epochs.epochs_page": _epochs_page,
+    "questions.epochs": _epochs_page,
     "epochs.epochs_svg": _epochs_svg,
     "questions.series": _series_page,
 }

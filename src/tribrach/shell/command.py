@@ -45,8 +45,8 @@ def command(
     """Make a command of the function that answers a question.
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
-    answer brings in ``files``. Of one with a function among its marks the function says which file
-    is meant. A parameter ``progress`` is told what is being done; ``engine`` is
+    answer brings in ``files``. Of a parameter with a function among its marks the function says
+    which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
     who does it, which brings the options ``--workers`` and ``--scheduler``.
 
     Parameters
@@ -65,7 +65,12 @@ def command(
         options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
         read = [n for n, (hint, _) in options.items() if _path(hint) and not _written(hint)]
         written = [n for n, (hint, _) in options.items() if _written(hint)]
-        meant = {n: m for n in read for m in options[n][0].__metadata__ if inspect.isfunction(m)}
+        meant = {
+            name: mark
+            for name, (hint, _) in options.items()
+            for mark in getattr(hint, "__metadata__", ())
+            if inspect.isfunction(mark)
+        }
         if json is not None:
             options["json_file"] = (_file("--json", json), None)
         if html is not None:
@@ -83,7 +88,7 @@ def command(
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
-            inputs = _paths(given[name] for name in read)
+            inputs = _paths(given[name] for name in {*read, *meant})
             files = set(_paths(given[name] for name in written))
             claim(inputs, [*outputs.values(), *files], overwrite=overwrite)
             with ExitStack() as stack:
