@@ -19,18 +19,21 @@ from tribrach.calibration.field_check import check_readings
 from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
+from tribrach.geodesy.site import FlatSite
+from tribrach.io.epoch_files import epoch_data
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.motions import CloudMotions, MovedPart, Verdict
-from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings
 from tribrach.questions.check.chapters import answer_of
+from tribrach.questions.epochs.chapters import answer_of as epochs_answer
+from tribrach.questions.series.chapters import answer_of as series_answer
+from tribrach.questions.series.cycles import Cycle, PointAt, Series, SeriesSettings
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.report.comparison import comparison_sentences
-from tribrach.report.epochs import direction_words, epochs_page
+from tribrach.report.epochs import direction_words
 from tribrach.report.findings import Finding
 from tribrach.report.motions import motions_front
 from tribrach.report.names import numbered, some_of, told_apart
 from tribrach.report.page import FrontPage, page
-from tribrach.report.series import series_page
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 
 WRITTEN = [name for name in PAGES if not name.endswith("_svg")]
@@ -134,7 +137,7 @@ def two_epochs(shift: float) -> str:
     )
     settings = Settings(references=("A", "B", "C", "D"))
     found = compare(difference(one, two, space="plan"), settings)
-    return epochs_page([ComparedEpochs(found, ())])
+    return epochs_answer([ComparedEpochs(found, ())]).page()
 
 
 def test_what_moved_stands_first() -> None:
@@ -229,7 +232,9 @@ def series_front(cycles: Sequence[Cycle]) -> tuple[str, str, str]:
     """Of four references without points through time."""
     names = ("A", "B", "C", "D")
     zero = Epoch("zero", names, np.zeros((4, 3)), 1e-6 * np.eye(12))
-    return front(series_page(Series(SeriesSettings(names), zero, 1.0, tuple(cycles)), [], "yard"))
+    kept = epoch_data(zero, FlatSite(), "zero")
+    found = Series(SeriesSettings(names), kept, 1.0, tuple(cycles))
+    return front(series_answer(found, "yard").page())
 
 
 def test_references_are_accused_only_where_they_fail_more_often_than_chance_lets_them() -> None:
@@ -239,7 +244,12 @@ def test_references_are_accused_only_where_they_fail_more_often_than_chance_lets
     sort, verdict, words = series_front([*still[:40], seldom, *still[41:]])
     assert (sort, verdict) == ("good", "No movement found")
     assert "fail their test in 1 cycle, which is no more than chance makes" in words
-    often = [replace(one, test=25.0, moved=("B",), points={"B": place}) for one in still[50:]]
+    rng = np.random.default_rng(1)
+    shifts = [(0.003, *rng.normal(0, 1e-3, 2)) for _ in still[50:]]
+    often = [
+        replace(one, test=25.0, moved=("B",), points={"B": replace(place, displacement=shift)})
+        for one, shift in zip(still[50:], shifts, strict=True)
+    ]
     sort, verdict, _ = series_front([*still[:50], *often])
     assert (sort, verdict) == ("none", "Reference point B moved")
     nobody = [replace(one, test=25.0) for one in still[50:]]
@@ -281,7 +291,7 @@ def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
 
 
 @pytest.mark.parametrize(
-    "which", ["questions.calibrate", "planning.page.plan_page", "series.series_page"]
+    "which", ["questions.calibrate", "planning.page.plan_page", "questions.series"]
 )
 def test_what_is_signed_has_its_datum(which: str) -> None:
     (section,) = parser.document_fromstring(PAGES[which](harmless)).xpath("//div[@class='sign']")
@@ -290,7 +300,7 @@ def test_what_is_signed_has_its_datum(which: str) -> None:
 
 
 def test_a_test_that_passed_does_not_say_that_nothing_moved() -> None:
-    words = PAGES["epochs.epochs_page"](harmless)
+    words = PAGES["questions.epochs"](harmless)
     assert "no displacement shown" in words
     assert "not moved" not in words
 

@@ -15,7 +15,7 @@ import typer
 from typer.core import TyperCommand
 
 import tribrach
-from tribrach.cli.help_words import SpokenCommand, SpokenGroup, spoken
+from tribrach.shell.help_words import SpokenCommand, SpokenGroup, spoken
 
 __all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
 
@@ -55,7 +55,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "cli.plan",
         "Predict precision and reliability, and propose targets, stations and sets.",
     ),
-    "baseline": ("cli.gnss", "Compute a static baseline from RINEX files."),
+    "baseline": ("questions.baseline.command", "Compute a static baseline from RINEX files."),
     "targets": (
         "cli.targets",
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
@@ -64,7 +64,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "cli.register",
         "Register scans by their clouds; no targets, planes or approximate poses are needed.",
     ),
-    "transform": ("cli.transform", "Fit a transformation to common points, and apply it."),
+    "transform": (
+        "questions.transform.command",
+        "Fit a transformation to common points, and apply it.",
+    ),
     "calibrate": (
         "questions.calibrate.command",
         "Calibrate scanners from targets that they saw from several stations.",
@@ -86,7 +89,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Say what has moved between epochs: which points, how far, how sure.",
     ),
     "series": (
-        "cli.series",
+        "questions.series.command",
         "Adjust all cycles of a monitored network: which points move, trends, jumps, alarms.",
     ),
     "regress": (
@@ -98,7 +101,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Say which surfaces no station, one or several saw, and where the sigma is not reached.",
     ),
     "diff": (
-        "cli.diff",
+        "questions.diff.command",
         "Say what differs between two results: what moved, sigmas, states of observations, edits.",
     ),
     "info": (

@@ -48,7 +48,7 @@ def column(
     """
     take = attrgetter(get) if isinstance(get, str) else get
     if not spec:
-        return ColumnHead(head, numeric=False, wide=wide), lambda item: text_cell(
+        return ColumnHead(head, unit, numeric=False, wide=wide), lambda item: text_cell(
             take(item), mark(item)
         )
 
@@ -72,7 +72,7 @@ def passed(get: Callable[[Any], bool], words: tuple[str, str] = ("passed", "fail
 
 
 def component(path: str, k: int) -> Callable[[Any], float | None]:
-    """Takes one number of a triple, None where there is none."""
+    """Takes one number of several, None where there is none."""
     get = attrgetter(path)
 
     def value(item: Any) -> float | None:

@@ -45,7 +45,8 @@ def command(
     """Make a command of the function that answers a question.
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
-    answer brings in ``files``. A parameter ``progress`` is told what is being done; ``engine`` is
+    answer brings in ``files``. Of a parameter with a function among its marks the function says
+    which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
     who does it, which brings the options ``--workers`` and ``--scheduler``.
 
     Parameters
@@ -57,10 +58,19 @@ def command(
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
         own = dict(inspect.signature(work).parameters)
         hints = get_type_hints(work, include_extras=True)
-        progress, engine = "progress" in own, "engine" in own
-        options = {n: (hints[n], p.default) for n, p in own.items() if n not in _GIVEN}
+        by_itself = {
+            n for n in _GIVEN if n in own and own[n].kind is inspect.Parameter.KEYWORD_ONLY
+        }
+        progress, engine = "progress" in by_itself, "engine" in by_itself
+        options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
         read = [n for n, (hint, _) in options.items() if _path(hint) and not _written(hint)]
         written = [n for n, (hint, _) in options.items() if _written(hint)]
+        meant = {
+            name: mark
+            for name, (hint, _) in options.items()
+            for mark in getattr(hint, "__metadata__", ())
+            if inspect.isfunction(mark)
+        }
         if json is not None:
             options["json_file"] = (_file("--json", json), None)
         if html is not None:
@@ -77,7 +87,8 @@ def command(
             quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
-            inputs = _paths(given[name] for name in read)
+            given |= {name: meaning(given[name]) for name, meaning in meant.items()}
+            inputs = _paths(given[name] for name in {*read, *meant})
             files = set(_paths(given[name] for name in written))
             claim(inputs, [*outputs.values(), *files], overwrite=overwrite)
             with ExitStack() as stack:
@@ -103,7 +114,7 @@ def command(
     return decorated
 
 
-#: parameters that a command gives itself
+#: parameters, behind a star, that a command gives itself
 _GIVEN = ("progress", "engine")
 #: options that render the answer
 _RENDERED: dict[str, Callable[[Answer], Content]] = {
