@@ -176,7 +176,7 @@ def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> F
     refuse_impossible(project, scans)
     requests = requested_comparisons(project, scans)
     _check_inputs(job, scans, folder)
-    scans = visit(scans, _wanted(project, state), _besides, state=state, progress=progress)
+    scans = visit(scans, _wanted(project), _besides, state=state, progress=progress)
     members = {scan.name: scan for scan in scans}
     requests = [request.of(members) for request in requests]
     findings: Sequence[Findings] = ()
@@ -205,7 +205,7 @@ def _check_inputs(job: Job, scans: Sequence[StationScan], folder: Path) -> None:
             refuse_loss(folder / "clouds" / group.file)
 
 
-def _wanted(project: Project, state: Remembered) -> Wishes:
+def _wanted(project: Project) -> Wishes:
     """What the scans of a project are read for."""
     settings = project.registration
     area, floor = settings.plane_area_m2, settings.plane_floor_mm * MM
@@ -213,7 +213,7 @@ def _wanted(project: Project, state: Remembered) -> Wishes:
     def wanted(scan: StationScan) -> list[Wish]:
         wishes = [target_wish(scan, project.targets)] if project.targets.wanted else []
         if "planes" in settings.by and scan.origin_known:
-            wishes.append(plane_wish(scan, area, floor, state.folder))
+            wishes.append(plane_wish(scan, area, floor))
         return wishes
 
     return wanted
