@@ -36,6 +36,7 @@ from tribrach.job.plausibility import after_doubts, questions
 from tribrach.job.results import JobResults
 from tribrach.job.steps import (
     FoundInScans,
+    Standing,
     compare,
     find,
     georeference,
@@ -455,11 +456,12 @@ def _run(project: Project, folder: Path, progress: Progress, engine: Engine) -> 
         logo=logo,
     )
     if ties is not None:
+        standing = Standing.of(job, ties, adjustment)
         results = replace(
             results,
             registered=ties.registered,
-            placed=georeference(job, ties, adjustment, folder, origin, progress),
-            comparisons=compare(job, ties, adjustment, progress),
+            placed=georeference(job, standing, folder, origin, progress),
+            comparisons=compare(standing, progress),
         )
     content = report(solution, settings, project.facts, results)
     arms = () if results.antennas is None else results.antennas.lever_arms

@@ -52,11 +52,12 @@ class Calls:
 
     def again(self, **changes: Any) -> tuple[int, StationComparison]:
         """Comparisons made with some of it changed, and the chapter."""
-        wished, shared, frame, state, progress = self.given
+        wished, shared, _, frame, state, progress = self.given
+        shared, frame = changes.pop("shared", shared), changes.pop("frame", frame)
         wish = replace(wished[0], **changes.pop("wish", {}))
         before = self.count
         (chapter,) = compare_stations(
-            [wish], changes.pop("shared", shared), changes.pop("frame", frame), state, progress
+            [wish], shared, shared.delivered(frame), frame, state, progress
         )
         return self.count - before, chapter
 

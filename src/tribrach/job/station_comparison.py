@@ -185,17 +185,17 @@ def _regression_values(sites: Sequence[SiteResult]) -> dict[str, Array]:
 def compare_stations(
     requests: Sequence[RequestedComparison],
     shared: SharedPart,
+    delivered: SharedPart,
     frame: OutputFrame,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[StationComparison]:
     """Every comparison that is asked for; those of unchanged clouds come from the last run.
 
-    shared : where the scans stand in the work frame, and what their points share; frame : of the
-    clouds.
+    shared, delivered : where the scans stand and what their points share, in the work frame and in
+    that of the clouds, which is ``frame``.
     """
     items = []
-    delivered = shared.delivered(frame)
     for number, request in enumerate(requests, start=1):
         a, b = request.section.a, request.section.b
         task = _Task(
