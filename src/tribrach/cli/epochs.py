@@ -10,10 +10,10 @@ from rich.console import Console
 
 from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
+from tribrach.epochs_from_files import compare_epoch_files
 from tribrach.errors import InputError, UnknownName
 from tribrach.io.outputs import write_texts
 from tribrach.job.epochs import EpochSettings
-from tribrach.pipeline import compare_epoch_files
 from tribrach.report.characters import visible
 from tribrach.report.epochs import (
     epochs_findings,
