@@ -87,7 +87,7 @@ def together(scan: StationScan, folder: Path) -> None:
     state = Remembered(folder)
 
     def wanted(one: StationScan) -> list[Wish]:
-        return [target_wish(one, WANTED), plane_wish(one, AREA, FLOOR, state.folder)]
+        return [target_wish(one, WANTED), plane_wish(one, AREA, FLOOR)]
 
     visit([scan], wanted, lambda one: [sample_wish(one)], state=state, progress=silent)
 
