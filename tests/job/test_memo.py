@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.job.memo import put_together, settled, taken_apart
+from tribrach.sentences import Notation, Sentence
 
 KINDS = ("<f8", "<f4", "<i8", "<i1", "|u1", "|b1", ">f8")
 
@@ -105,6 +106,20 @@ def test_what_is_handed_on_is_what_comes_back() -> None:
     assert same(carried(Outer, found), found)
 
 
+def test_sentences_come_back_with_their_figures() -> None:
+    """A second run writes them in the notation of the report as the first one did."""
+    inner = Sentence("off by {by:mm2}", by=np.float64(0.00321))
+    said = Sentence("{name} is {inner}, {n} times ({colour})", name="P", inner=inner, n=np.int64(3),
+                    colour=Colour.RED)  # fmt: skip
+    value = Inner(np.zeros(1), said)
+    found, comma = settled(value), Notation(decimal=",", angle="gon")
+    again = carried(Inner, found)
+    assert same(again, found)
+    assert again.name == said
+    assert comma.words(again.name) == comma.words(said) != said
+    assert again.name.values["inner"].values == {"by": 0.00321}
+
+
 def damaged(**changes: Any) -> dict[str, Any]:
     data: dict[str, Any] = json.loads(json.dumps(taken_apart(outer())))
     return data | changes
@@ -134,6 +149,12 @@ PACKED = taken_apart(np.zeros(3))
         damaged(numbers=[[1]]),
         damaged(numbers={"1": ""}),
         damaged(words=[1]),
+        damaged(words=[{"template": "{by:mm2}", "values": {}}]),
+        damaged(words=[{"template": "{by:mm2}", "values": {"by": "x"}}]),
+        damaged(words=[{"template": "{by", "values": {"by": 1.0}}]),
+        damaged(words=[{"template": 3, "values": {}}]),
+        damaged(words=[{"template": "", "values": []}]),
+        damaged(words=[{"values": {}}]),
         *(
             damaged(inner={"name": "S1", "place": place})
             for place in (

@@ -1,8 +1,9 @@
 """Takes values apart into what JSON can hold and puts them together again, bit for bit.
 
-Values are dataclasses, enums, arrays of numbers, bytes, plain numbers and texts, and tuples, lists
-and mappings of them. Their type hints say what to put together, so no class says itself how it is
-written. What a file holds is not to be trusted: whatever does not fit its hint is refused.
+Values are dataclasses, enums, arrays of numbers, bytes, plain numbers, texts and sentences with
+their figures, and tuples, lists and mappings of them. Their type hints say what to put together, so
+no class says itself how it is written. What a file holds is not to be trusted: whatever does not
+fit its hint is refused.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 
 __all__ = ["put_together", "settled", "taken_apart"]
 
@@ -27,6 +29,8 @@ __all__ = ["put_together", "settled", "taken_apart"]
 _MOST_BYTES = 80_000_000
 #: kinds of arrays: truth values, whole numbers with and without sign, floating numbers
 _KINDS = "biuf"
+#: what is raised where data are not of a form
+_MISFITS = (ValueError, TypeError, LookupError, AttributeError, OverflowError)
 #: what Python makes of JSON; a number without a point may stand for a floating one
 _LEAVES: dict[Any, tuple[type, ...]] = {
     NoneType: (NoneType,),
@@ -48,6 +52,8 @@ def settled(value: Any) -> Any:
         return value.item()
     if isinstance(value, np.ndarray):
         return np.array(value, order="C")
+    if isinstance(value, Sentence):
+        return Sentence.of(value.template, {key: _figure(of) for key, of in value.values.items()})
     if isinstance(value, list | tuple):
         return type(value)(settled(item) for item in value)
     if isinstance(value, Mapping):
@@ -67,6 +73,9 @@ def taken_apart(value: Any) -> Any:
     """
     if isinstance(value, Enum):
         return value.name
+    if isinstance(value, Sentence):
+        figures = {name: taken_apart(figure) for name, figure in value.values.items()}
+        return {"template": value.template, "values": figures}
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, bytes):
@@ -102,12 +111,14 @@ def put_together(form: Any, data: Any) -> Any:
     """
     try:
         return _made_of(form, data)
-    except (ValueError, TypeError, KeyError, OverflowError, InputError, zlib.error) as error:
+    except (*_MISFITS, InputError, zlib.error) as error:
         raise ValueError(f"this is no {form}") from error
 
 
 def _made_of(form: Any, data: Any) -> Any:
     kind, of = get_origin(form) or form, get_args(form)
+    if kind in (str, Sentence) and isinstance(data, dict):
+        return Sentence.of(data["template"], {k: _said(v) for k, v in data["values"].items()})
     if kind in _LEAVES:
         return _known(data, isinstance(data, _LEAVES[kind]))
     if kind in (Union, UnionType):
@@ -132,6 +143,21 @@ def _made_of(form: Any, data: Any) -> Any:
     if issubclass(kind, Mapping):
         return {_made_of(of[0], key): _made_of(of[1], item) for key, item in data}
     raise TypeError(f"{form} cannot be put together")
+
+
+def _figure(value: Any) -> Any:
+    """What a field of a sentence has; what is no number is a word there."""
+    value = settled(value)
+    return value if _is_figure(value) else str(value)
+
+
+def _said(data: Any) -> Any:
+    """What a field of a sentence has, of its data."""
+    return _made_of(str, data) if isinstance(data, dict) else _known(data, _is_figure(data))
+
+
+def _is_figure(value: Any) -> bool:
+    return isinstance(value, str | int | float)
 
 
 @cache
