@@ -23,7 +23,7 @@ from tribrach.job.find_planes import plane_wish, surroundings
 from tribrach.job.find_targets import extract, target_wish
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
-from tribrach.job.surface_samples import sample_wish, samples_of
+from tribrach.job.surface_samples import SurfaceSamples, sample_wish
 from tribrach.job.visits import Wish, visit
 from tribrach.project.sections import TargetSection
 
@@ -79,7 +79,7 @@ def one_by_one(scan: StationScan, folder: Path) -> None:
     state = Remembered(folder)
     extract([scan], WANTED, state, silent)
     surroundings([scan], AREA, FLOOR, state, silent)
-    samples_of([scan], state, silent)
+    SurfaceSamples(state, silent).of([scan])
 
 
 def together(scan: StationScan, folder: Path) -> None:
@@ -87,7 +87,7 @@ def together(scan: StationScan, folder: Path) -> None:
     state = Remembered(folder)
 
     def wanted(one: StationScan) -> list[Wish]:
-        return [target_wish(one, WANTED), plane_wish(one, AREA, FLOOR, state.folder)]
+        return [target_wish(one, WANTED), plane_wish(one, AREA, FLOOR)]
 
     visit([scan], wanted, lambda one: [sample_wish(one)], state=state, progress=silent)
 

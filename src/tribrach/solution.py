@@ -7,7 +7,7 @@ by :mod:`tribrach.pipeline`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -113,6 +113,19 @@ class SolvedNetwork:
     components: VarianceComponents | None
     warnings: tuple[ReportWarning, ...]
     apart: Adjustment
+
+    def questioned(self, questions: Callable[[], Iterable[str]]) -> SolvedNetwork:
+        """The same with what looks wrong in what is given first, if it fails its global test.
+
+        Parameters
+        ----------
+        questions : callable
+            Asked for what looks wrong, in sentences.
+        """
+        if self.quality.global_test.passed is not False:
+            return self
+        said = warned(Severity.INPUT, questions())
+        return replace(self, warnings=(*said, *self.warnings))
 
 
 class Solving:

@@ -1,7 +1,5 @@
 """Summaries gathered in pieces are those of the whole; the weakest direction of a cloud."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -58,15 +56,6 @@ def test_the_sample_stays_small() -> None:
     for seed in range(30):
         summary.add(*cloud(20_000, seed))
     assert 1000 < len(summary.sample) <= 4000
-
-
-def test_what_is_remembered_comes_back() -> None:
-    summary = CloudSummary()
-    summary.add(*cloud(5_000))
-    again = CloudSummary.from_facts(json.loads(json.dumps(summary.to_facts())))
-    assert again.shares == summary.shares
-    assert again.quantile(0.9) == summary.quantile(0.9)
-    assert again.sample == pytest.approx(summary.sample, abs=0)
 
 
 def test_a_heading_error_is_weakest_across_the_line_of_sight() -> None:

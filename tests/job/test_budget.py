@@ -16,6 +16,7 @@ from tribrach.job.budget import error_budget
 from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
+from tribrach.job.surface_samples import SurfaceSamples
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.columns import ColumnSet
@@ -24,6 +25,10 @@ from tribrach.scan.surface_sample import surface_sample
 from tribrach.units import SEC
 
 NOISE = ScanNoise(1.2e-3, 10e-6, 8 * SEC, 8 * SEC, 4e-3, 0.3e-3)
+
+
+def samples(folder: Path) -> SurfaceSamples:
+    return SurfaceSamples(Remembered(folder), lambda *_: None)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +48,7 @@ def scan(tmp_path_factory: pytest.TempPathFactory) -> StationScan:
 
 def test_regions_add_up(adjustment: Adjustment, scan: StationScan, tmp_path: Path) -> None:
     (where,) = shared_part([scan], adjustment).scans.values()
-    rows = error_budget([scan], {"S1": where}, adjustment, Remembered(tmp_path))
+    rows = error_budget([scan], {"S1": where}, adjustment, samples(tmp_path))
     assert [row.region for row in rows] == ["10 to 20 m, 0 to 30°", "10 to 20 m, 30 to 45°",
                                             "20 to 30 m, 30 to 45°"]  # fmt: skip
     assert sum(row.share for row in rows) == pytest.approx(1, abs=0.1)
@@ -68,19 +73,19 @@ def test_sample_is_taken_once(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     where = shared_part([scan], adjustment).scans
-    first = error_budget([scan], where, adjustment, Remembered(tmp_path))
+    first = error_budget([scan], where, adjustment, samples(tmp_path))
 
     def fail(scan: object) -> None:
         raise AssertionError("sampled twice")
 
     monkeypatch.setattr("tribrach.job.surface_samples.surface_sample", fail)
-    assert error_budget([scan], where, adjustment, Remembered(tmp_path)) == first
+    assert error_budget([scan], where, adjustment, samples(tmp_path)) == first
 
 
 def test_posterior_factor_scales_the_station_only(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path
 ) -> None:
-    state = Remembered(tmp_path)
+    state = samples(tmp_path)
     before = error_budget([scan], shared_part([scan], adjustment).scans, adjustment, state)[0]
     twice = error_budget(
         [scan], shared_part([scan], adjustment, 4.0).scans, adjustment, state, 4.0
@@ -93,12 +98,12 @@ def test_scans_without_noise_have_no_budget(
     adjustment: Adjustment, scan: StationScan, tmp_path: Path
 ) -> None:
     where = Placement("S1", Pose(np.eye(3), np.zeros(3)), adjustment.covariance("S1"), None)
-    assert error_budget([scan], {"S1": where}, adjustment, Remembered(tmp_path)) == []
+    assert error_budget([scan], {"S1": where}, adjustment, samples(tmp_path)) == []
 
 
 def test_table_and_chart(adjustment: Adjustment, scan: StationScan, tmp_path: Path) -> None:
     rows = error_budget(
-        [scan], shared_part([scan], adjustment).scans, adjustment, Remembered(tmp_path)
+        [scan], shared_part([scan], adjustment).scans, adjustment, samples(tmp_path)
     )
     table = budget_table(rows, ColumnSet(Style()))
     heads = [column.head for column in table.columns]
@@ -140,9 +145,7 @@ def test_own_neighbours_and_shared_add_up_by_intensity(
     law = RangeLaw(0.2, -0.75, 0.0003, 100.0, 5000.0)
     noise = replace(NOISE, law=law, shared_share=0.4, systematic=5 * SEC)
     one = lit(scan, tmp_path, noise)
-    rows = error_budget(
-        [one], shared_part([one], adjustment).scans, adjustment, Remembered(tmp_path)
-    )
+    rows = error_budget([one], shared_part([one], adjustment).scans, adjustment, samples(tmp_path))
     by_light = [row for row in rows if row.by == "intensity"]
     assert len(by_light) == 4
     assert sum(row.share for row in by_light) == pytest.approx(1, abs=0.02)

@@ -41,9 +41,8 @@ def test_proposed_pairs_and_their_plans_are_remembered(
     def never(*_: object) -> None:
         raise AssertionError("surfels were made again")
 
-    surfels = sorted(path.name for path in state.folder.glob("surfels-*.npz"))
-    assert len(surfels) == 3
-    monkeypatch.setattr(find_surfels, "prepare", never)
+    assert len(list(state.folder.glob("surfels-*.json"))) == 3
+    monkeypatch.setattr(find_surfels, "surfaces", never)
     again = cloud_pairs(scans, FLOOR, state, quiet)
     assert [e.ends for e in again.edges] == [e.ends for e in first.edges]
     # all pairs of three are the same three, remembered one by one

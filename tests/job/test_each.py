@@ -10,16 +10,16 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.io.keeping import keeping
 from tribrach.io.outputs import write_text
-from tribrach.job.each import Item, each, facts_alone
+from tribrach.job.each import Item, each
 from tribrach.job.state import Remembered
 from tribrach.tasks.engine import Call
 
 
-def squared(number: float, *, progress: Progress) -> dict[str, Any]:
+def squared(number: float, *, progress: Progress) -> float:
     progress("squares", 1, 1)
     if number < 0:
         raise InputError("a negative number")
-    return {"square": number**2}
+    return number**2
 
 
 class Backwards:
@@ -39,11 +39,8 @@ def items(*numbers: float) -> list[Item]:
 def wanted(state: Remembered, *numbers: float) -> tuple[list[float], list[str]]:
     """Squares, and what was said while they were made."""
     said: list[str] = []
-    wish = items(*numbers)
-    made = each(
-        squared, wish, facts_alone, state=state, progress=lambda what, *_: said.append(what)
-    )
-    return [facts["square"] for facts in made], said
+    made = each(squared, items(*numbers), state=state, progress=lambda what, *_: said.append(what))
+    return made, said
 
 
 def test_only_what_is_not_remembered_is_made(tmp_path: Path) -> None:
@@ -70,28 +67,28 @@ def test_what_was_made_before_a_failure_is_remembered(tmp_path: Path) -> None:
     assert wanted(Remembered(tmp_path), 2.0)[1] != []
 
 
-def written(number: float, *, path: Path, progress: Progress) -> dict[str, Any]:
+def written(number: float, *, path: Path, progress: Progress) -> float:
     """A square in a file; zero is a disk that is full."""
     if number == 0:
         path.write_text("half")
         raise InputError("the file cannot be written (the disk is full)", file=path)
     write_text(path, str(number**2))
-    return {}
+    return number
 
 
-def squares(state: Remembered, folder: Path, *numbers: float) -> list[str]:
+def squares(state: Remembered, folder: Path, *numbers: float) -> list[float]:
     wish = [
         Item(f"square-{n}", f"square of {n}", (n,), file=folder / f"{n:.0f}.txt") for n in numbers
     ]
-    read = lambda item, facts: str(float(item.file.read_text()))  # noqa: E731
-    return each(written, wish, read, state=state, progress=lambda *_: None)
+    each(written, wish, state=state, progress=lambda *_: None)
+    return [float((folder / f"{n:.0f}.txt").read_text()) for n in numbers]
 
 
 def test_files_get_their_names_from_the_caller_alone(tmp_path: Path) -> None:
     """A task that fails leaves nothing, and the user reads the name that he knows."""
     state, folder = Remembered(tmp_path), tmp_path / "squares"
     with keeping(folder=tmp_path):
-        assert squares(state, folder, 3.0, 2.0) == ["9.0", "4.0"]
+        assert squares(state, folder, 3.0, 2.0) == [9.0, 4.0]
         with pytest.raises(InputError) as refused:
             squares(state, folder, 5.0, 0.0)
     assert str(refused.value).startswith(f"{folder / '0.txt'}: the file cannot be written")
@@ -101,13 +98,13 @@ def test_files_get_their_names_from_the_caller_alone(tmp_path: Path) -> None:
     }
 
 
-def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
+def test_a_file_of_another_size_is_made_again(tmp_path: Path) -> None:
     state = Remembered(tmp_path)
-    assert squares(state, tmp_path, 3.0, 2.0) == ["9.0", "4.0"]
-    (tmp_path / "3.txt").write_text("x.0")
-    assert squares(state, tmp_path, 3.0, 2.0) == ["9.0", "4.0"]
+    assert squares(state, tmp_path, 3.0, 2.0) == [9.0, 4.0]
+    (tmp_path / "3.txt").write_text("x")
+    assert squares(state, tmp_path, 3.0, 2.0) == [9.0, 4.0]
     (tmp_path / "3.txt").unlink()
-    assert squares(state, tmp_path, 3.0, 2.0) == ["9.0", "4.0"]
+    assert squares(state, tmp_path, 3.0, 2.0) == [9.0, 4.0]
 
 
 def test_a_file_of_another_program_is_not_replaced(tmp_path: Path) -> None:

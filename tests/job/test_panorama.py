@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from tribrach.geometry.polar import xyz_from_polar
-from tribrach.job.panorama import HEIGHT, WIDTH, Panorama, panorama
+from tribrach.job.panorama import HEIGHT, WIDTH, panorama
 from tribrach.report.panoramas import panorama_file
 from tribrach.scan.range_image import organise
 from tribrach.targets.detection import Detection
@@ -43,17 +43,6 @@ def test_marks_are_where_the_targets_are(scanned):
     bright = bright[np.hypot(*(bright - view.marks[0, ::-1]).T) < 6]
     assert len(bright) >= 9
     np.testing.assert_allclose(bright.mean(axis=0), view.marks[0, ::-1], atol=0.6)
-
-
-def test_a_panorama_comes_back_as_it_was(scanned):
-    view = panorama(scanned[0], scanned[1], [scanned[2]])
-    facts = view.to_facts()
-    again = Panorama.from_facts(facts)
-    np.testing.assert_array_equal(again.grey, view.grey)
-    np.testing.assert_array_equal(again.marks, view.marks)
-    for wrong in ({"grey": "AAAA"}, {"pixels": [3, 3]}, {"pixels": [10**6, 10**6]}):
-        with pytest.raises(ValueError, match=r"pa|pixels"):
-            Panorama.from_facts(facts | wrong)
 
 
 def test_pictures_of_pages_are_small_and_show_the_same(scanned):

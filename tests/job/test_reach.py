@@ -13,7 +13,12 @@ from tribrach.job.budget import reach_sentences
 from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
+from tribrach.job.surface_samples import SurfaceSamples
 from tribrach.network.adjustment import Adjustment, adjust
+
+
+def samples(folder: Path) -> SurfaceSamples:
+    return SurfaceSamples(Remembered(folder), lambda *_: None)
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +48,7 @@ def around(center: np.ndarray, radius: float) -> np.ndarray:
 def test_far_away_is_told(adjustment: Adjustment, tmp_path: Path) -> None:
     one = scan(tmp_path, adjustment, around(np.array([140.0, 20.0, 8.0]), 5.0))
     where = shared_part([one], adjustment).scans
-    (said,) = reach_sentences([one], where, adjustment, Remembered(tmp_path))
+    (said,) = reach_sentences([one], where, adjustment, samples(tmp_path))
     assert said.startswith("the scans of station S1 reach ")
     assert float(said.split("reach ")[1].split()[0]) > 5
     near = float(said.split("uncertain is ")[1].split(" mm")[0])
@@ -54,4 +59,4 @@ def test_far_away_is_told(adjustment: Adjustment, tmp_path: Path) -> None:
 def test_among_the_targets_is_silent(adjustment: Adjustment, tmp_path: Path) -> None:
     one = scan(tmp_path, adjustment, around(TARGETS[0] * 0.6 + [4.0, 3.0, 3.0], 2.0))
     where = shared_part([one], adjustment).scans
-    assert reach_sentences([one], where, adjustment, Remembered(tmp_path)) == []
+    assert reach_sentences([one], where, adjustment, samples(tmp_path)) == []

@@ -15,32 +15,48 @@ from tribrach.job.state import Remembered, digest
 def test_a_product_is_recalled_until_its_key_or_its_file_changes(tmp_path: Path) -> None:
     state, product = Remembered(tmp_path), tmp_path / "a.laz"
     product.write_bytes(b"12345")
-    state.remember("a", "key", {"points": 5}, product)
-    assert state.recall("a", "key", product) == {"points": 5}
-    assert state.recall("a", "other", product) is None
-    assert state.recall("b", "key", product) is None
+    state.remember("a", "key", 5, product)
+    assert state.recall("a", "key", int, product) == 5
+    assert state.recall("a", "other", int, product) is None
+    assert state.recall("b", "key", int, product) is None
     product.write_bytes(b"123")
-    assert state.recall("a", "key", product) is None
+    assert state.recall("a", "key", int, product) is None
     product.unlink()
-    assert state.recall("a", "key", product) is None
+    assert state.recall("a", "key", int, product) is None
+
+
+def test_what_is_handed_on_is_no_memory(tmp_path: Path) -> None:
+    """Whoever recalls it next gets the object itself, and nobody else."""
+    state, made = Remembered(tmp_path), [1.0, 2.0]
+    state.remember("a", "key", made)
+    state.hand_on("a", "key", made)
+    assert state.recall("a", "key", list[float]) is made
+    again = state.recall("a", "key", list[float])
+    assert again == made
+    assert again is not made
+    state.hand_on("a", "key", made)
+    assert state.recall("a", "other", list[float]) is None
+    assert state.known("a", "key", list[float])
+    (tmp_path / FOLDER / "a.json").unlink()
+    assert state.recall("a", "key", list[float]) == made
+    assert state.recall("a", "key", list[float]) is None
 
 
 def test_damaged_memory_is_no_memory(tmp_path: Path) -> None:
     state = Remembered(tmp_path)
-    state.remember("a", "key", {})
-    (tmp_path / FOLDER / "a.json").write_text("{")
-    assert state.recall("a", "key") is None
-    (tmp_path / FOLDER / "a.json").write_text("[1]")
-    assert state.recall("a", "key") is None
+    state.remember("a", "key", [1])
+    for text in ("{", "[1]", '{"key": "key", "files": [], "facts": "1"}'):
+        (tmp_path / FOLDER / "a.json").write_text(text)
+        assert state.recall("a", "key", list[int]) is None
 
 
 def test_what_is_no_number_is_recalled_as_it_was(tmp_path: Path) -> None:
-    state, facts = Remembered(tmp_path), {"a": [np.nan, 1.5], "b": {"c": -np.inf, "d": np.inf}}
+    state, facts = Remembered(tmp_path), {"a": [np.nan, 1.5], "b": [-np.inf, np.inf]}
     state.remember("a", "key", facts)
     text = (tmp_path / FOLDER / "a.json").read_text()
     assert "NaN" not in text
     assert "Infinity" not in text
-    assert repr(state.recall("a", "key")) == repr(facts)
+    assert repr(state.recall("a", "key", dict[str, list[float]])) == repr(facts)
 
 
 def test_files_are_known_by_their_contents(tmp_path: Path) -> None:
@@ -88,8 +104,8 @@ def test_a_digest_depends_on_nothing_else(parts: list[object]) -> None:
 @pytest.mark.parametrize("name", ["targets-../../x", "a/b", "..", "x" * 300, "a\0b", ""])
 def test_no_name_leads_out_of_the_folder(tmp_path: Path, name: str) -> None:
     state = Remembered(tmp_path / "out")
-    state.remember(name, "key", {"points": 5})
-    state.remember("a_b", "key", {"points": 6})
-    assert state.recall(name, "key") == {"points": 5}
-    assert state.recall("a_b", "key") == {"points": 6}
+    state.remember(name, "key", 5)
+    state.remember("a_b", "key", 6)
+    assert state.recall(name, "key", int) == 5
+    assert state.recall("a_b", "key", int) == 6
     assert {p.parent for p in tmp_path.rglob("*.json")} == {tmp_path / "out" / FOLDER}

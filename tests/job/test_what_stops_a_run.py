@@ -9,7 +9,7 @@ from tribrach.errors import InputError, RankDefect, TribrachError
 from tribrach.job.find_targets import Findings
 from tribrach.job.opened import Job
 from tribrach.job.state import Remembered
-from tribrach.job.steps import FoundInScans, scans_to_tell_of
+from tribrach.job.steps import FoundInScans, GivenBesides, scans_to_tell_of
 from tribrach.project.edits import Edits
 from tribrach.project.sections import TargetSection
 from tribrach.targets.detection import Detection
@@ -28,7 +28,9 @@ def findings(scan: str, station: str, *, empty: bool) -> Findings:
 def test_scans_without_targets_are_not_told_where_the_control_network_is_open() -> None:
     rows = [("S1", "S1", True), ("S1b", "S1", False), ("S2", "S2", True)]
     parts = [findings(scan, station, empty=empty) for scan, station, empty in rows]
-    found = FoundInScans((), parts, TargetSection(), cast(Remembered, None))
+    found = FoundInScans(
+        (), parts, TargetSection(), cast(Remembered, None), cast(GivenBesides, None)
+    )
     edits = role("A", "free")
     open_job = cast(Job, SimpleNamespace(survey=survey(), edits=edits))
     closed = cast(Job, SimpleNamespace(survey=survey(), edits=Edits()))

@@ -47,7 +47,7 @@ def test_six_walls_of_a_room(gridded):
         assert p.detection.rms == pytest.approx(SIGMA, rel=0.05)
         assert p.detection.coverage > 0.9
         assert np.abs((p.outline - p.center) @ p.normal).max() < 1e-9
-        assert p.to_dict()["kind"] == "plane"
+        assert p.detection.kind == "plane"
     wall = next(p for p in planes if p.normal[0] > 0.99)
     assert wall.area == pytest.approx(9 * 3.6, rel=0.05)
 

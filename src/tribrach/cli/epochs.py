@@ -11,9 +11,9 @@ import typer
 
 from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
+from tribrach.epochs_from_files import compare_epoch_files
 from tribrach.errors import InputError, UnknownName
 from tribrach.job.epochs import EpochSettings
-from tribrach.pipeline import compare_epoch_files
 from tribrach.questions.epochs.chapters import answer_of
 from tribrach.report.answer import Answer
 from tribrach.report.epochs import epochs_svg

@@ -129,7 +129,7 @@ def _json(content: Report) -> Content:
 
 def _epoch(content: Report, label: str) -> Content:
     """The epoch file, for later epochs."""
-    from tribrach.pipeline import epoch_text
+    from tribrach.epochs_from_files import epoch_text
 
     return epoch_text(content.adjustment, label)
 

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -135,34 +134,6 @@ class CloudSummary:
             name: float(count / max(1, self.points))
             for name, count in zip(CLASSES, self.within, strict=True)
         }
-
-    def to_facts(self) -> dict[str, Any]:
-        """Plain numbers to remember."""
-        return {
-            "points": self.points,
-            "squares": self.squares.tolist(),
-            "range": [self.smallest if self.points else 0.0, self.largest],
-            "counts": self.counts.tolist(),
-            "within": self.within.tolist(),
-            "bounds": [self.low.tolist(), self.high.tolist()],
-            "sample": self.sample.tolist(),
-        }
-
-    @classmethod
-    def from_facts(cls, facts: dict[str, Any]) -> Self:
-        """The same from what was remembered."""
-        low, high = facts["bounds"]
-        return cls(
-            points=facts["points"],
-            squares=np.array(facts["squares"]),
-            smallest=facts["range"][0],
-            largest=facts["range"][1],
-            counts=np.array(facts["counts"], dtype=np.int64),
-            within=np.array(facts["within"], dtype=np.int64),
-            low=np.array(low),
-            high=np.array(high),
-            sample=np.array(facts["sample"]).reshape(-1, 4),
-        )
 
 
 @njit(cache=True, nogil=True)

@@ -24,7 +24,7 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -118,6 +118,10 @@ def _digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+#: what the program wrote into a folder, by the names of files
+_Written = dict[str, list[_Content]]
+
+
 @dataclass
 class _Scope:
     """What one piece of work reads and where it writes.
@@ -133,6 +137,9 @@ class _Scope:
         Folder of results, absolute; None for single files.
     overwrite
         Files of others may be replaced.
+    lists
+        What the program wrote into a folder, by the path of the list, and what told the list from
+        others when it was last read or written.
     """
 
     stamps: dict[Path, _Stamp | None] = field(default_factory=dict)
@@ -140,6 +147,7 @@ class _Scope:
     folder: Path | None = None
     overwrite: bool = False
     locks: list[FolderLock] = field(default_factory=list)
+    lists: dict[Path, tuple[_Stamp | None, _Written]] = field(default_factory=dict)
 
     def add(self, inputs: Iterable[Path]) -> None:
         """Keep further files."""
@@ -316,7 +324,7 @@ def refuse_loss(path: Path) -> None:
         _refuse_links(path, scope.folder)
     if scope.overwrite or _own(path) or not path.is_file():
         return
-    known = _written(path, scope).get(_name(path, scope))
+    known = _written(_list_of(path, scope), scope).get(_name(path, scope))
     if known is None or not any(content.is_of(path) for content in known):
         raise InputError(
             "there is a file of this name that this program did not write"
@@ -327,34 +335,46 @@ def refuse_loss(path: Path) -> None:
         )
 
 
-def note_written(path: Path, part: Path) -> None:
-    """List a file as written by this program, just before it gets its name.
+def note_written(files: Mapping[Path, Path]) -> None:
+    """List files as written by this program, just before they get their names.
 
     Parameters
     ----------
-    path : Path
-        The file as it is named.
-    part : Path
-        Its content, complete, under its temporary name.
+    files : mapping of Path to Path
+        By the files as they are named their content, complete, under a temporary name.
 
     Raises
     ------
     OSError
         The list cannot be written, but for folders in which nothing may be made.
     """
-    scope = _scope_of(path)
-    if scope is None or _own(path):
-        return
-    name, content = _name(path, scope), _Content.of(part)
-    place = _root(path, scope) / STATE_FOLDER / MANIFEST
+    by_list: dict[Path, tuple[_Scope, dict[Path, Path]]] = {}
+    for path, part in files.items():
+        scope = _scope_of(path)
+        if scope is not None and not _own(path):
+            by_list.setdefault(_list_of(path, scope), (scope, {}))[1][path] = part
+    for place, (scope, some) in by_list.items():
+        _add(place, scope, some)
+
+
+def _add(place: Path, scope: _Scope, files: Mapping[Path, Path]) -> None:
+    """Add files to the list of a folder.
+
+    Raises
+    ------
+    OSError
+        The list cannot be written, but for folders in which nothing may be made.
+    """
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with _alone(place.parent, scope):
-            listed = _written(path, scope)
-            # a run that is killed before the file gets its name leaves the one that was there
-            there = [old for old in listed.get(name, []) if path.is_file() and old.is_of(path)]
-            others = [old for old in there if old.digest != content.digest]
-            _list(place, listed | {name: [*others, content]})
+            listed = dict(_written(place, scope))
+            for path, part in files.items():
+                name, content = _name(path, scope), _Content.of(part)
+                # a run that is killed before the file gets its name leaves the one that was there
+                there = [old for old in listed.get(name, []) if path.is_file() and old.is_of(path)]
+                listed[name] = [*(old for old in there if old.digest != content.digest), content]
+            scope.lists[place] = _list(place, listed), listed
     except OSError as error:
         # a folder where only the file itself may be written: it will not be known as ours; on a
         # full disk a file that is not listed would stand in the way of the next run
@@ -376,8 +396,8 @@ def _alone(state: Path, scope: _Scope) -> Iterator[None]:
         lock.release()
 
 
-def _list(place: Path, written: dict[str, list[_Content]]) -> None:
-    """Write the list of what the program wrote.
+def _list(place: Path, written: _Written) -> _Stamp | None:
+    """Write the list of what the program wrote; what tells it from others.
 
     Raises
     ------
@@ -388,7 +408,9 @@ def _list(place: Path, written: dict[str, list[_Content]]) -> None:
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
             file.write(json_text({"written": dict(sorted(written.items()))}))
+        stamp = _stamp(Path(part))
         os.replace(part, place)
+        return stamp
     finally:
         Path(part).unlink(missing_ok=True)
 
@@ -419,9 +441,25 @@ def _own(path: Path) -> bool:
     return path.parent.name == STATE_FOLDER
 
 
-def _written(path: Path, scope: _Scope) -> dict[str, list[_Content]]:
-    """What the program wrote, by name; empty where the list is damaged."""
-    place = _root(path, scope) / STATE_FOLDER / MANIFEST
+def _list_of(path: Path, scope: _Scope) -> Path:
+    """The list that names a file."""
+    return _root(path, scope) / STATE_FOLDER / MANIFEST
+
+
+def _written(place: Path, scope: _Scope) -> _Written:
+    """What a list says that the program wrote; it is read again where another command changed it.
+
+    Whoever changes a list puts a new file in its place, so it never has the same stamp again.
+    """
+    stamp = _stamp(place)
+    known = scope.lists.get(place)
+    if known is None or known[0] != stamp:
+        scope.lists[place] = known = stamp, {} if stamp is None else _read(place)
+    return known[1]
+
+
+def _read(place: Path) -> _Written:
+    """A list from its file; empty where it is damaged."""
     try:
         if place.stat().st_size > _LARGEST:
             return {}

@@ -19,24 +19,26 @@ _SORTS = {
 }
 
 
-def read_logo(path: Path) -> str:
+def read_logo(path: Path | None) -> str:
     """A picture as an address that holds all of it.
 
     Parameters
     ----------
-    path : Path
-        PNG, JPEG or SVG of one megabyte at most.
+    path : Path or None
+        PNG, JPEG or SVG of one megabyte at most; None where there is none.
 
     Returns
     -------
     str
-        For the source of an image in a page, where a drawing can run nothing.
+        For the source of an image in a page, where a drawing can run nothing; "" without one.
 
     Raises
     ------
     InputError
         It cannot be read, is something else, or too large.
     """
+    if path is None:
+        return ""
     try:
         with path.open("rb") as file:
             data = file.read(_MOST + 1)

@@ -74,6 +74,7 @@ def write_texts(texts: Mapping[Path, Content]) -> list[Path]:
         for path, text in texts.items():
             staged[path] = _stage(path, text)
         refuse_changes()
+        note_written({to: Path(name) for to, name in staged.items() if not special(to)})
         for path, name in staged.items():
             _put(name, path)
     except OSError as error:
@@ -111,7 +112,7 @@ def take_over(made: Path, path: Path) -> Path:
         if special(place):
             raise OSError(22, "it is no ordinary file")
         refuse_changes()
-        note_written(path, made)
+        note_written({path: made})
         os.replace(made, place)
     except OSError as error:
         raise InputError(
@@ -200,7 +201,6 @@ def _put(name: str, path: Path) -> None:
         with open(name, "rb") as source, path.open("wb") as target:
             shutil.copyfileobj(source, target)
     else:
-        note_written(path, Path(name))
         os.replace(name, path.resolve())
 
 

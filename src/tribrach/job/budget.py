@@ -9,13 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array, Progress
+from tribrach._types import Array
 from tribrach.cloud.budget import POINT_PARTS, SYSTEMATIC, PointBudget, point_budget
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.job.scans import StationScan
-from tribrach.job.state import Remembered
-from tribrach.job.surface_samples import samples_of
+from tribrach.job.surface_samples import SurfaceSamples
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.contributions import by_category, contributions
 from tribrach.registration.geometry_warnings import (
@@ -143,21 +142,20 @@ def reach_sentences(
     scans: Sequence[StationScan],
     placements: Mapping[str, Placement],
     adjustment: Adjustment,
-    state: Remembered,
-    progress: Progress = lambda what, done, total: None,
+    samples: SurfaceSamples,
 ) -> list[str]:
     """One sentence for each station whose scans are extrapolated; placements by scan name."""
     sentences = []
     placed = [around for around in targets_around(adjustment) if len(around.targets) > 1]
     stations = {around.station for around in placed}
     looked = [scan for scan in scans if scan.station in stations and scan.origin_known]
-    samples = samples_of(looked, state, progress)
+    taken = samples.of(looked)
     for around in placed:
         seen = [scan for scan in looked if scan.station == around.station]
         if not seen:
             continue
         where = placements[seen[0].name]
-        points = np.concatenate([where.pose @ samples[scan.name].xyz for scan in seen])
+        points = np.concatenate([where.pose @ taken[scan.name].xyz for scan in seen])
         if len(points):
             sentences += _sentence(around, where, points)
     return sentences
@@ -229,9 +227,8 @@ def error_budget(
     scans: Sequence[StationScan],
     placements: Mapping[str, Placement],
     adjustment: Adjustment,
-    state: Remembered,
+    samples: SurfaceSamples,
     factor: float = 1.0,
-    progress: Progress = lambda what, done, total: None,
 ) -> list[BudgetRow]:
     """State the budget of the regions of every station whose points have a covariance.
 
@@ -241,21 +238,19 @@ def error_budget(
         Scans, and where they stand by their names.
     adjustment
         The network that placed them.
-    state
-        Where samples of points are remembered.
+    samples
+        Some points of the scans.
     factor
         On a-priori covariances, as in the placements (a posteriori variance).
-    progress
-        Told of scans that samples are taken of.
     """
     rows: list[BudgetRow] = []
     known = [scan for scan in scans if placements[scan.name].noise is not None]
-    samples = samples_of(known, state, progress)
+    taken = samples.of(known)
     for station in dict.fromkeys(scan.station for scan in scans):
         first = next(placements[scan.name] for scan in scans if scan.station == station)
         shares = station_shares(adjustment, first, factor)
         sampled = [
-            _sampled(samples[scan.name], placements[scan.name], shares)
+            _sampled(taken[scan.name], placements[scan.name], shares)
             for scan in known
             if scan.station == station
         ]

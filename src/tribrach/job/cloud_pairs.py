@@ -111,33 +111,31 @@ def cloud_pairs(
     clouds = _Clouds(stations, state, progress)
     names = list(stations)
     priors = known.poses
-    found: dict[tuple[int, int], dict[str, Any]] = {}
+    found: dict[tuple[int, int], _Tried] = {}
 
     def attempt(a: str, b: str) -> tuple[CloudEdge | None, int]:
         prior = priors[a].inverse @ priors[b] if a in priors and b in priors else None
-        facts = _facts(clouds, floor, state, a, b, prior, known.sigma)
-        found[names.index(a), names.index(b)] = facts
-        edge = _edge(a, b, facts)
-        return edge, 0 if edge is None else int(facts["rank"])
+        tried = _tried(clouds, floor, state, a, b, prior, known.sigma)
+        found[names.index(a), names.index(b)] = tried
+        return tried.edge, tried.rank
 
     if all_pairs(len(names), choice):
         try_all(names, attempt, progress)
     else:
-        alike, radii = _plans(clouds, state, progress)
-        promise = promise_of(names, alike, radii, priors, known.sigma.shift)
-        try_proposed(names, promise, radii, attempt, progress)
+        plans = _plans(clouds, state, progress)
+        promise = promise_of(names, plans.alike, plans.radii, priors, known.sigma.shift)
+        try_proposed(names, promise, plans.radii, attempt, progress)
     edges, ranks = [], {}
     sentences: list[str] = []
     obstacles: dict[frozenset[str], str] = {}
-    for (i, j), facts in sorted(found.items()):
-        a, b = names[i], names[j]
-        edge = _edge(a, b, facts)
-        if edge is None:
-            obstacles[frozenset((a, b))] = " ".join(facts["sentences"])
+    for i, j in sorted(found):
+        tried = found[i, j]
+        if tried.edge is None:
+            obstacles[frozenset((names[i], names[j]))] = " ".join(tried.sentences)
             continue
-        edges.append(edge)
-        ranks[edge.ends] = facts["rank"], facts["agree"]
-        sentences += facts["sentences"]
+        edges.append(tried.edge)
+        ranks[tried.edge.ends] = tried.rank, tried.agree
+        sentences += tried.sentences
     graph = consistent(edges)
     joints = tuple(
         Joint(e.first, e.second, e.pose, float(ranks[e.ends][1]))
@@ -208,31 +206,51 @@ class _Clouds:
         return station_surfels(self.stations, self._state, self._progress)
 
 
-def _edge(a: str, b: str, facts: Mapping[str, Any]) -> CloudEdge | None:
-    """The relative pose of a pair, None if none was taken."""
-    if facts["pose"] is None:
-        return None
-    pose = Pose.from_matrix(np.array(facts["pose"]))
-    return CloudEdge(a, b, pose, np.array(facts["covariance"]))
+@dataclass(frozen=True, eq=False)
+class _Plans:
+    """Likeness (n, n) of plans, and reaches [m] by station."""
+
+    alike: Array
+    radii: Mapping[str, float]
 
 
-def _plans(
-    clouds: _Clouds, state: Remembered, progress: Progress
-) -> tuple[Array, dict[str, float]]:
-    """Likeness (n, n) of plans and reaches [m] by station, from the last run if they hold."""
+def _plans(clouds: _Clouds, state: Remembered, progress: Progress) -> _Plans:
+    """The plans of all stations, from the last run if they hold."""
     names = list(clouds.stations)
     sources = [(name, [s.scan for s in clouds.stations[name]]) for name in names]
-    key = state.key(_plans, sources)
-    facts = state.recall("clouds-plans", key)
-    if facts is None:
-        made = [clouds[name] for name in names]
-        alike = likeness([Walls.of(scan) for scan in made], progress)
-        facts = {"alike": alike.tolist(), "radii": {cloud.name: cloud.radius for cloud in made}}
-        state.remember("clouds-plans", key, facts)
-    return np.array(facts["alike"]), facts["radii"]
+
+    def made() -> _Plans:
+        scans = [clouds[name] for name in names]
+        alike = likeness([Walls.of(scan) for scan in scans], progress)
+        return _Plans(alike, {scan.name: scan.radius for scan in scans})
+
+    return state.once("clouds-plans", state.key(_plans, sources), _Plans, made)
 
 
-def _facts(
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """What became of a pair.
+
+    edge : its relative pose, None if none was taken; rank : directions that it holds; agree : share
+    of the surface that bears it out.
+    """
+
+    edge: CloudEdge | None
+    rank: int
+    agree: float
+    sentences: tuple[str, ...]
+
+    @classmethod
+    def of(cls, a: str, b: str, pair: CloudPair) -> _Tried:
+        """What counts of a pair of two stations."""
+        fit = pair.fit
+        if fit is None:
+            return cls(None, 0, 0.0, pair.sentences)
+        edge = CloudEdge(a, b, Pose.from_matrix(fit.pose.matrix), fit.precision.covariance)
+        return cls(edge, fit.precision.rank, fit.verdict.agree, pair.sentences)
+
+
+def _tried(
     clouds: _Clouds,
     floor: tuple[float, float],
     state: Remembered,
@@ -240,28 +258,13 @@ def _facts(
     b: str,
     prior: Pose | None,
     sigma: ApproximateSigma,
-) -> dict[str, Any]:
+) -> _Tried:
     """What became of a pair, from the last run if nothing changed."""
     sources = [(name, [s.scan for s in clouds.stations[name]]) for name in (a, b)]
-    key = state.key(_facts, sources, floor, None if prior is None else (prior.matrix, sigma))
-    product = f"clouds-{a}-{b}"
-    known = state.recall(product, key)
-    if known is not None:
-        return known
-    facts = _to_facts(register_pair(clouds[a], clouds[b], prior, sigma=sigma, floor=floor))
-    state.remember(product, key, facts)
-    return facts
+    key = state.key(_tried, sources, floor, None if prior is None else (prior.matrix, sigma))
 
+    def made() -> _Tried:
+        pair = register_pair(clouds[a], clouds[b], prior, sigma=sigma, floor=floor)
+        return _Tried.of(a, b, pair)
 
-def _to_facts(pair: CloudPair) -> dict[str, Any]:
-    """A pair as plain numbers."""
-    fit = pair.fit
-    if fit is None:
-        return {"pose": None, "sentences": list(pair.sentences)}
-    return {
-        "pose": fit.pose.matrix.tolist(),
-        "covariance": fit.precision.covariance.tolist(),
-        "rank": fit.precision.rank,
-        "agree": float(fit.verdict.agree),
-        "sentences": list(pair.sentences),
-    }
+    return state.once(f"clouds-{a}-{b}", key, _Tried, made)

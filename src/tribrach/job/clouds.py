@@ -22,7 +22,7 @@ from tribrach.instruments.range_law import RangeLaw
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter, step_for
 from tribrach.io.keeping import is_read
-from tribrach.job.each import Item, each, facts_alone
+from tribrach.job.each import Item, each
 from tribrach.job.grouping import groups, whole_source
 from tribrach.job.poses import PLACED, pose_words, station_order
 from tribrach.job.scans import MeasuredScan, StationScan
@@ -48,10 +48,19 @@ __all__ = ["CloudProduct", "Product", "write_clouds"]
 _NOTE = "file-cloud-"
 
 
+@dataclass(frozen=True)
+class _Note:
+    """A cloud that was written: its file with its date [ns], and marks of the scans in it."""
+
+    file: str
+    date: int
+    scans: tuple[str, ...]
+
+
 def note_written(state: Remembered, path: Path, scans: Sequence[StationScan]) -> None:
     """Note what a cloud just written is, so that it can be removed later."""
-    facts = {"file": path.name, "date": path.stat().st_mtime_ns, "scans": _marks(scans)}
-    state.remember(_NOTE + path.name, "", facts, path)
+    note = _Note(path.name, path.stat().st_mtime_ns, _marks(scans))
+    state.remember(_NOTE + path.name, "", note, path)
 
 
 def remove_superseded(
@@ -74,9 +83,9 @@ def remove_superseded(
         A file cannot be removed.
     """
     held, gone = set(_marks(scans)), []
-    for record, data in state.records(_NOTE):
-        path = _own(folder, data)
-        if path is None or is_read(path) or not set(data["facts"]["scans"]) <= held:
+    for record, note, sizes in state.records(_NOTE, _Note):
+        path = _own(folder, note, sizes)
+        if path is None or is_read(path) or not set(note.scans) <= held:
             continue
         if any(path.name == now.name or _same(path, now) for now in current):
             continue
@@ -94,28 +103,24 @@ def remove_superseded(
     return gone
 
 
-def _own(folder: Path, data: Mapping[str, Any]) -> Path | None:
-    """The file that a record tells of, if it is untouched since; names lead nowhere else."""
-    facts, sizes = data.get("facts"), data.get("files")
-    if not isinstance(facts, dict) or not isinstance(sizes, list) or len(sizes) != 1:
+def _own(folder: Path, note: _Note, sizes: Sequence[int]) -> Path | None:
+    """The file that a note tells of, if it is untouched since; names lead nowhere else."""
+    path = folder / note.file
+    if not note.scans or note.file in ("", ".", "..") or path.name != note.file:
         return None
-    name, date, marks = (facts.get(key) for key in ("file", "date", "scans"))
-    if not isinstance(name, str) or not isinstance(marks, list) or not marks:
-        return None
-    path = folder / name
-    if name in ("", ".", "..") or path.name != name or path.parent != folder:
+    if path.parent != folder:
         return None
     try:
         status = path.lstat()
     except (OSError, ValueError):
         return None
-    untouched = status.st_mtime_ns == date and status.st_size == sizes[0]
+    untouched = status.st_mtime_ns == note.date and [status.st_size] == sizes
     return path if untouched and path.is_file() and not path.is_symlink() else None
 
 
-def _marks(scans: Sequence[StationScan]) -> list[str]:
+def _marks(scans: Sequence[StationScan]) -> tuple[str, ...]:
     """A mark for each scan: its file and its number there."""
-    return [digest(str(s.scan.path.resolve()), s.scan.index) for s in scans]
+    return tuple(digest(str(s.scan.path.resolve()), s.scan.index) for s in scans)
 
 
 def _same(one: Path, other: Path) -> bool:
@@ -242,34 +247,34 @@ def write_clouds(
         fresh.add(number)
         note_written(state, folder / wanted[number].file, wanted[number].scans)
 
-    written = each(_written, items, facts_alone, state=state, progress=progress, made=made)
+    written = each(_written, items, state=state, progress=progress, made=made)
     products = [
         Product(
             folder / group.file,
             tuple(scan.name for scan in group.scans),
-            CloudSummary.from_facts(facts["summary"]),
-            facts["step"],
+            summary,
+            step,
             number in fresh,
-            tuple(facts["sentences"]),
+            sentences,
         )
-        for number, (group, facts) in enumerate(zip(wanted, written, strict=True))
+        for number, (group, (summary, step, sentences)) in enumerate(
+            zip(wanted, written, strict=True)
+        )
     ]
     remove_superseded(state, folder, [p.path for p in products], scans)
     return products
 
 
-def _written(file: str, *of: Any, path: Path, progress: Progress) -> dict[str, Any]:
-    """Write a cloud; what is remembered of it.
+def _written(
+    file: str, *of: Any, path: Path, progress: Progress
+) -> tuple[CloudSummary, float | None, tuple[str, ...]]:
+    """Write a cloud; its summary, the step of its coordinates, and what the file cannot carry.
 
     file : its name in the end; of : what :class:`CloudProduct` takes besides.
     """
     cloud = CloudProduct(file, *of)
     summary = cloud.write(path, progress)
-    return {
-        "summary": summary.to_facts(),
-        "step": None if cloud.copied else cloud.step,
-        "sentences": cloud.sentences,
-    }
+    return summary, None if cloud.copied else cloud.step, tuple(cloud.sentences)
 
 
 def _rounded(sigma: Single) -> Single:

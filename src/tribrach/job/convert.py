@@ -57,7 +57,7 @@ def convert_scans(
     ]
 
 
-def as_copc(source: Path, *, path: Path, progress: Progress) -> dict[str, Any]:
+def as_copc(source: Path, *, path: Path, progress: Progress) -> int:
     """Write a cloud as COPC for a viewer, in the steps that it is stored in.
 
     Parameters
@@ -71,7 +71,7 @@ def as_copc(source: Path, *, path: Path, progress: Progress) -> dict[str, Any]:
 
     Returns
     -------
-    dict
+    int
         Number of points.
 
     Raises
@@ -90,7 +90,7 @@ def as_copc(source: Path, *, path: Path, progress: Progress) -> dict[str, Any]:
             cure='say format = "copc" in [cloud]',
         )
     placed, step = scans[0].pose is not None, stored_step(source) or _FINEST
-    return {"points": _convert(scans[0], path, placed, step, progress)}
+    return _convert(scans[0], path, placed, step, progress)
 
 
 def _numbered(path: Path, number: int) -> Path:

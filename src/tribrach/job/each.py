@@ -10,10 +10,9 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from tribrach._types import Progress
 from tribrach.errors import InputError
@@ -22,12 +21,9 @@ from tribrach.io.outputs import take_over
 from tribrach.job.state import Remembered
 from tribrach.tasks.engine import Call
 
-__all__ = ["Item", "Made", "each", "facts_alone", "make"]
+__all__ = ["Item", "each", "product_type"]
 
 R = TypeVar("R")
-
-#: what is raised where remembered facts or their file are not what was written
-_DAMAGED = (InputError, KeyError, TypeError, ValueError, IndexError)
 
 
 @dataclass(frozen=True)
@@ -63,15 +59,9 @@ class Item:
         return () if self.file is None else (self.file,)
 
 
-def facts_alone(item: Item, facts: dict[str, Any]) -> dict[str, Any]:
-    """Give facts as they are, for products that are no more."""
-    return facts
-
-
 def each(
-    task: Callable[..., dict[str, Any]],
+    task: Callable[..., R],
     items: Sequence[Item],
-    read: Callable[[Item, dict[str, Any]], R],
     *,
     state: Remembered,
     progress: Progress,
@@ -82,14 +72,11 @@ def each(
     Parameters
     ----------
     task
-        A function of a module that makes the facts of an item from its values, and gets
-        ``progress``; where items have files ``path`` as well, under which it writes. See
-        :mod:`tribrach.tasks.engine`.
+        A function of a module that makes the product of an item from its values, and gets
+        ``progress``; where items have files ``path`` as well, under which it writes. The type that
+        it returns says how products are remembered. See :mod:`tribrach.tasks.engine`.
     items
         What is wanted; products of different names.
-    read
-        Makes the product from an item and its facts, in this process; where it cannot, because
-        what is remembered was damaged, the item is made anew.
     state
         What is remembered, and who does what is not.
     progress
@@ -111,12 +98,12 @@ def each(
         What the first task that fails raises; products that were ready are remembered.
     """
     keys = [state.key(task, *item.values) for item in items]
-    products: dict[int, R] = {}
-    for number, (item, key) in enumerate(zip(items, keys, strict=True)):
-        facts = state.recall(item.product, key, *item.files)
-        if facts is not None:
-            with suppress(*_DAMAGED):
-                products[number] = read(item, facts)
+    form = product_type(task)
+    found = [
+        state.recall(item.product, key, form, *item.files)
+        for item, key in zip(items, keys, strict=True)
+    ]
+    products = {number: product for number, product in enumerate(found) if product is not None}
     missing = [number for number in range(len(items)) if number not in products]
     mark = f"{state.MADE}{uuid.uuid4().hex[:8]}-"
     calls = []
@@ -127,45 +114,33 @@ def each(
             values = (task, item.values, (state.folder, mark, item.file))
         calls.append(Call(item.what, values, item.source, item.cost))
     try:
-        for k, (facts, path) in state.engine.completed(make, calls, progress):
+        for k, (product, path) in state.engine.completed(_make, calls, progress):
             number = missing[k]
             item = items[number]
             if item.file is not None and path is not None:
                 take_over(path, item.file)
             made(number)
-            state.remember(item.product, keys[number], facts, *item.files)
-            products[number] = read(item, facts)
+            products[number] = state.remember(item.product, keys[number], product, *item.files)
     finally:
         state.drop(mark)
     return [products[number] for number in range(len(items))]
 
 
-#: facts of an item, and the file that was written for it
-Made = tuple[dict[str, Any], Path | None]
+def product_type(task: Callable[..., Any]) -> Any:
+    """The type of the products of a task, which its hints tell."""
+    return get_type_hints(task)["return"]
 
 
-def make(
-    task: Callable[..., dict[str, Any]],
+def _make(
+    task: Callable[..., R],
     values: tuple[Any, ...],
     place: tuple[Path, str, Path] | None,
     *,
     progress: Progress,
-) -> Made:
-    """Do the task of an item.
+) -> tuple[R, Path | None]:
+    """Do the task of an item; its product, and its file under a name that nobody else gives.
 
-    Parameters
-    ----------
-    task, values
-        What is done, with what.
-    place
-        Folder, mark and file of the product, None where it has none.
-    progress
-        Told of what is done.
-
-    Returns
-    -------
-    tuple of dict and Path
-        The facts of the item, and its file under a name that nobody else gives.
+    place : folder, mark and file of the product, None where it has none.
     """
     if place is None:
         return task(*values, progress=progress), None

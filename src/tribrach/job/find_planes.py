@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
-
-import numpy as np
 
 from tribrach._types import Progress
-from tribrach.io.arrays import named_bytes, read_named
-from tribrach.io.outputs import write_bytes
 from tribrach.job.each import Item, each
 from tribrach.job.scans import MeasuredScan, StationScan
-from tribrach.job.state import Remembered, digest
+from tribrach.job.state import Remembered
 from tribrach.job.visits import Wish
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.views import StationView, Surroundings, merged_view, view_of
@@ -70,29 +63,27 @@ def _planes_and_views(
     progress: Progress,
 ) -> dict[str, tuple[PlaneSet, StationView]]:
     """Planes and views by the names of the scans, from the last run if nothing changed."""
-    items = [plane_wish(scan, least_area, floor, state.folder).item for scan in scans]
-    found = each(_of_scan, items, _read, state=state, progress=progress)
+    items = [plane_wish(scan, least_area, floor).item for scan in scans]
+    found = each(_of_scan, items, state=state, progress=progress)
     return {scan.name: seen for scan, seen in zip(scans, found, strict=True)}
 
 
-def plane_wish(scan: StationScan, least_area: float, floor: float, folder: Path) -> Wish:
-    """The planes and the view of a scan as a product with a file in a folder."""
-    plain = re.sub(r"[^\w-]", "_", scan.name)[:60]
+def plane_wish(scan: StationScan, least_area: float, floor: float) -> Wish:
+    """The planes and the view of a scan as a product."""
     item = Item(
         f"planes-{scan.name}",
         f"planes of {scan.name}",
         (scan.measured, least_area, floor),
         source=scan.scan.path,
         cost=scan.scan.records or 0,
-        file=folder / f"planes-{plain}-{digest(scan.name)[:8]}.npz",
     )
     return Wish(_of_scan, item)
 
 
 def _of_scan(
-    scan: MeasuredScan, least_area: float, floor: float, *, path: Path, progress: Progress
-) -> dict[str, Any]:
-    """Write planes and view of one scan into a file."""
+    scan: MeasuredScan, least_area: float, floor: float, *, progress: Progress
+) -> tuple[PlaneSet, StationView]:
+    """Planes and view of one scan."""
     cloud, image = laid_out(scan.scan)
     shared = None if scan.noise is None else scan.noise.estimated_shared
     found, _ = find_planes(
@@ -104,52 +95,4 @@ def _of_scan(
         scan=scan.name,
         **scan.fit_sigmas,
     )
-    planes = PlaneSet.of(found)
-    write_bytes(path, _packed(planes, view_of(cloud.xyz, image)))
-    return {"planes": len(planes)}
-
-
-def _packed(planes: PlaneSet, view: StationView) -> bytes:
-    """Planes and view as the bytes of an npz file."""
-    arrays = {
-        "normal": planes.normal,
-        "center": planes.center,
-        "covariance": planes.covariance,
-        "area": planes.area,
-        "sample": np.concatenate([np.zeros((0, 3)), *planes.samples]),
-        "count": np.array([len(s) for s in planes.samples], dtype=np.int64),
-        "spacing": planes.spacing,
-        "near": view.near,
-        "far": view.far,
-        "looked": view.looked,
-        "points": view.points,
-        "reach": np.array(view.reach),
-    }
-    return named_bytes(arrays)
-
-
-def _read(item: Item, facts: dict[str, Any]) -> tuple[PlaneSet, StationView]:
-    """What was packed.
-
-    Raises
-    ------
-    InputError, ValueError, KeyError, TypeError, IndexError
-        The file is damaged.
-    """
-    assert item.file is not None
-    data = read_named(item.file)
-    ends = np.cumsum(data["count"])
-    samples = tuple(np.split(data["sample"], ends[:-1])) if len(ends) else ()
-    planes = PlaneSet(
-        data["normal"],
-        data["center"],
-        data["covariance"],
-        data["area"],
-        samples,
-        data["spacing"],
-        (item.values[0].name,) * len(ends),
-    )
-    view = StationView(
-        data["near"], data["far"], data["looked"], data["points"], float(data["reach"])
-    )
-    return planes, view
+    return PlaneSet.of(found), view_of(cloud.xyz, image)

@@ -5,7 +5,6 @@ Two scans of one station share its frame; what both saw is one detection, the mo
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -75,7 +74,7 @@ def extract(
 ) -> list[Findings]:
     """Targets of every scan; those of unchanged scans come from the last run."""
     items = [target_wish(scan, wanted).item for scan in scans]
-    return each(_facts, items, _from_facts, state=state, progress=progress)
+    return each(_found, items, state=state, progress=progress)
 
 
 def target_wish(scan: StationScan, wanted: TargetSection) -> Wish:
@@ -87,12 +86,12 @@ def target_wish(scan: StationScan, wanted: TargetSection) -> Wish:
         scan.scan.path,
         scan.scan.records or 0,
     )
-    return Wish(_facts, item)
+    return Wish(_found, item)
 
 
-def _facts(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> dict[str, Any]:
-    """What a scan holds, as plain numbers."""
-    return _to_facts(find_targets(scan, wanted))
+def _found(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> Findings:
+    """What a scan holds; nobody is told how far the search is."""
+    return find_targets(scan, wanted)
 
 
 def found_alone(
@@ -231,34 +230,3 @@ def _without_doubles(detections: list[Detection]) -> list[Detection]:
         ):
             kept.append(detection)
     return kept
-
-
-def _to_facts(findings: Findings) -> dict[str, Any]:
-    return {
-        "detections": [d.to_dict() for d in findings.detections],
-        "rejected": [r.to_dict() for r in findings.rejected],
-        "points": findings.points,
-        "panorama": None if findings.panorama is None else findings.panorama.to_facts(),
-        "sentences": list(findings.sentences),
-        "sampling": None if findings.sampling is None else findings.sampling.to_facts(),
-        "pictures": {
-            str(number): base64.b64encode(picture).decode("ascii")
-            for number, picture in findings.pictures.items()
-        },
-    }
-
-
-def _from_facts(item: Item, facts: dict[str, Any]) -> Findings:
-    scan: MeasuredScan = item.values[0]
-    view, sampling = facts["panorama"], facts["sampling"]
-    return Findings(
-        scan.name,
-        scan.station,
-        tuple(Detection.from_dict(d) for d in facts["detections"]),
-        tuple(Rejected.from_dict(r) for r in facts["rejected"]),
-        int(facts["points"]),
-        None if view is None else Panorama.from_facts(view),
-        tuple(str(s) for s in facts["sentences"]),
-        None if sampling is None else Sampling.from_facts(sampling),
-        {int(number): base64.b64decode(text) for number, text in facts["pictures"].items()},
-    )

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
@@ -14,7 +13,6 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Single
 from tribrach.geometry.polar import polar_from_xyz
-from tribrach.io.grey_pictures import grey_file, grey_picture
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection
 
@@ -22,8 +20,6 @@ __all__ = ["HEIGHT", "WIDTH", "Panorama", "close_up", "panorama"]
 
 #: pixels of a panorama as it is shown: width, and most of its height
 WIDTH, HEIGHT = 1400, 560
-#: a packed panorama with more pixels than this is damaged
-_MOST = 20_000_000
 #: pixels of which less is seen stay dark
 _SEEN = 1e-3
 
@@ -57,36 +53,6 @@ class Panorama:
         """The same with some of its targets, by a mask (n,)."""
         kinds = tuple(kind for kind, kept in zip(self.kinds, keep, strict=True) if kept)
         return replace(self, marks=self.marks[np.array(keep, dtype=bool)], kinds=kinds)
-
-    def to_facts(self) -> dict[str, Any]:
-        """As plain numbers and text, to be remembered."""
-        return {
-            "grey": base64.b64encode(grey_file(self.grey)).decode("ascii"),
-            "pixels": list(self.grey.shape),
-            "marks": self.marks.tolist(),
-            "kinds": list(self.kinds),
-            "shape": list(self.shape),
-            "window": list(self.window),
-        }
-
-    @classmethod
-    def from_facts(cls, facts: Mapping[str, Any]) -> Panorama:
-        """The same again.
-
-        Raises
-        ------
-        ValueError, KeyError, TypeError
-            These are facts of something else, or damaged.
-        """
-        rows, columns = (int(n) for n in facts["pixels"])
-        if not 0 <= rows * columns <= _MOST:
-            raise ValueError("this is no panorama")
-        grey = grey_picture(base64.b64decode(facts["grey"]), (rows, columns))
-        width, height = (float(x) for x in facts["shape"])
-        marks = np.array(facts["marks"], dtype=float).reshape(-1, 2)
-        left, right = (float(x) for x in facts["window"])
-        kinds = tuple(str(kind) for kind in facts["kinds"])
-        return cls(grey, marks, kinds, (width, height), (left, right))
 
 
 def panorama(

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from pyproj import CRS, Transformer
 from pyproj.exceptions import CRSError, ProjError
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import AdjustmentError, InputError
 from tribrach.io.survey.csv.file import read_table
 from tribrach.job.nothing_found import odd_sizes
 from tribrach.network.survey import Survey
@@ -34,7 +34,7 @@ from tribrach.observations.sights import (
 )
 from tribrach.project import Project
 
-__all__ = ["after_doubts", "doubts", "observed_points", "questions"]
+__all__ = ["after_doubts", "doubts", "observed_points", "questioned", "questions"]
 
 #: sigmas of control from which on their unit is asked for [m]
 _COARSE, _FINE = 0.5, 1e-6
@@ -81,6 +81,26 @@ def doubts(project: Project, survey: Survey) -> list[str]:
 def questions(project: Project, survey: Survey) -> list[str]:
     """What looks wrong, as questions, for a network that cannot be adjusted or fails its test."""
     return [f"{sentence}?" for sentence in doubts(project, survey)]
+
+
+@contextmanager
+def questioned(project: Project, survey: Survey) -> Iterator[None]:
+    """A block that adjusts; what cannot be adjusted says first what looks wrong in what is given.
+
+    Parameters
+    ----------
+    project
+        The project.
+    survey
+        What its files say.
+    """
+    try:
+        yield
+    except AdjustmentError as error:
+        error.because(questions(project, survey))
+        raise
+    except InputError as error:
+        raise after_doubts(error, project, survey) from error
 
 
 def after_doubts(error: InputError, project: Project, survey: Survey) -> InputError:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from tribrach.gnss.sessions import SessionResult
+    from tribrach.job.antenna_lever_arms import EstimatedLeverArm
     from tribrach.job.antennas import CarriedAntennas
     from tribrach.job.epochs import ComparedEpochs
     from tribrach.job.station_comparison import StationComparison
@@ -50,3 +51,8 @@ class JobResults:
     epochs: Sequence[ComparedEpochs] = field(default=())
     antennas: CarriedAntennas | None = None
     logo: str = ""
+
+    @property
+    def lever_arms(self) -> Sequence[EstimatedLeverArm]:
+        """Lever arms that were estimated."""
+        return () if self.antennas is None else self.antennas.lever_arms

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,9 +171,9 @@ class StationScan(MeasuredScan):
     common: CommonErrors | None = None
     unscreened: bool = False
 
-    def screened(self, facts: Mapping[str, Any]) -> StationScan:
+    def screened(self, found: NoReturn) -> StationScan:
         """Leave out beams without return, as they were found in the file."""
-        return replace(self, scan=_without(self.scan, facts), unscreened=False)
+        return replace(self, scan=_without(self.scan, found), unscreened=False)
 
     @property
     def measured(self) -> MeasuredScan:
@@ -280,22 +280,11 @@ def scans_of_entry(project: Project, k: int, entry: ScanFile) -> tuple[Scan, ...
 def _screened(scan: Scan, state: Remembered) -> Scan:
     """A scan without its beams without return; they are sought in every file once."""
     key, product = state.key(find_no_return, scan), f"beams-{scan.source}"
-    facts = state.recall(product, key)
-    if facts is None:
-        facts = asdict(find_no_return(scan))
-        state.remember(product, key, facts)
-    return _without(scan, facts)
+    return _without(scan, state.once(product, key, NoReturn, lambda: find_no_return(scan)))
 
 
-def _without(scan: Scan, facts: Mapping[str, Any]) -> Scan:
+def _without(scan: Scan, found: NoReturn) -> Scan:
     """A scan without its beams without return, from what was found of them."""
-    found = NoReturn(
-        **{
-            **facts,
-            "shell": None if facts["shell"] is None else tuple(facts["shell"]),
-            "places": tuple(tuple(place) for place in facts["places"]),
-        }
-    )
     return replace(scan, no_return=found if found.points else None)
 
 

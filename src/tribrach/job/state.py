@@ -4,6 +4,9 @@ Beside the results lies a folder of small JSON files, one for each product. Each
 the product: a digest of everything that it depends on. If the key is unchanged and the product is
 whole, it is not made again.
 
+A product that is made or recalled in this run goes on as the object that it is. Its record is
+written beside it for later runs, by the type hints of the product (:mod:`tribrach.job.memo`).
+
 The key is taken from the function that makes the product and from its arguments
 (:meth:`Remembered.key`): from the code of the function and of all that it uses, from every field of
 every argument, and from the contents of the files that they name. So nobody keeps a list of what
@@ -24,12 +27,13 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import Field, fields, is_dataclass
 from enum import Enum
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel
@@ -38,6 +42,7 @@ from tribrach.code_version import code_version
 from tribrach.io.json_text import json_text, restored
 from tribrach.io.keeping import STATE_FOLDER, hold
 from tribrach.io.outputs import write_text
+from tribrach.job.memo import put_together, settled, taken_apart
 from tribrach.tasks.engine import HERE, Engine
 
 __all__ = ["FOUND", "NOT_IN_DIGEST", "PICTURES", "Remembered", "digest"]
@@ -48,8 +53,9 @@ NOT_IN_DIGEST = "not_in_digest"
 #: folders of results besides the clouds: what was found in scans, and pictures of it
 FOUND, PICTURES = "targets", "pictures"
 
-_BLOCK = 1 << 22
+T = TypeVar("T")
 
+_BLOCK = 1 << 22
 
 #: state files beyond this size are not read
 _MOST_BYTES = 200_000_000
@@ -200,6 +206,8 @@ class Remembered:
 
     def __init__(self, results: Path, engine: Engine = HERE) -> None:
         self.folder, self.engine = results / STATE_FOLDER, engine
+        self._at_hand: dict[str, tuple[str, Any]] = {}
+        self._digests: dict[str, str] = {}
 
     def key(self, maker: Callable[..., Any], *arguments: Any) -> str:
         """Take the digest of everything that a product depends on.
@@ -227,31 +235,75 @@ class Remembered:
         reader.add([maker.__module__, maker.__qualname__, *arguments])
         return digest(reader.state.hexdigest(), code_version({maker.__module__, *reader.modules}))
 
-    def recall(self, product: str, key: str, *files: Path) -> dict[str, Any] | None:
-        """What was remembered of a product made from the same key, if its files are whole."""
+    def known(self, product: str, key: str, form: type[T]) -> bool:
+        """Tell if :meth:`recall` would give a product; it is in memory until it is recalled."""
+        value = self.recall(product, key, form)
+        if value is not None:
+            self.hand_on(product, key, value)
+        return value is not None
+
+    def hand_on(self, product: str, key: str, value: Any) -> None:
+        """Keep a product in memory for the one who recalls it next."""
+        self._at_hand[product] = key, value
+
+    def recall(self, product: str, key: str, form: type[T], *files: Path) -> T | None:
+        """What was remembered of a product made from the same key, if its files are whole.
+
+        Parameters
+        ----------
+        product, key
+            Its name, and the digest of what it depends on.
+        form
+            Its type.
+        *files
+            Its files.
+        """
+        found: T | None
+        held, found = self._at_hand.pop(product, ("", None))
+        if held == key:
+            return found
         record = self._read(self._place(product))
         if record is None or record.get("key") != key:
             return None
         if record.get("files") != [_size(file) for file in files]:
             return None
-        facts = record.get("facts")
-        return facts if isinstance(facts, dict) else None
+        try:
+            found = put_together(form, record.get("facts"))
+        except ValueError:
+            return None
+        return found
 
-    def remember(self, product: str, key: str, facts: Mapping[str, Any], *files: Path) -> None:
-        """Note that a product was made; its files are already in place."""
-        record = {"key": key, "files": [_size(file) for file in files], "facts": facts}
+    def remember(self, product: str, key: str, value: T, *files: Path) -> T:
+        """Note a product that was made; its files are already in place.
+
+        Returns
+        -------
+        T
+            The product as later runs recall it, in every bit.
+        """
+        value = settled(value)
+        sizes = [_size(file) for file in files]
+        record = {"key": key, "files": sizes, "facts": taken_apart(value)}
         text = json_text(record, sort_keys=True, restorable=True)
         write_text(self._place(product), text)
+        return value
+
+    def once(self, product: str, key: str, form: type[T], make: Callable[[], T]) -> T:
+        """What was remembered of a product without files, or what is made now."""
+        known = self.recall(product, key, form)
+        return self.remember(product, key, make()) if known is None else known
 
     def forget(self, product: str) -> None:
         """Take a product for one that was never made."""
         self._place(product).unlink(missing_ok=True)
 
-    def records(self, prefix: str) -> list[tuple[Path, dict[str, Any]]]:
-        """Files and contents of all records of products whose names begin so, in order."""
-        paths = sorted(self.folder.glob(f"{prefix}*.json")) if self.folder.is_dir() else []
-        records = [(path, self._read(path)) for path in paths]
-        return [(path, record) for path, record in records if record is not None]
+    def records(self, prefix: str, form: type[T]) -> Iterator[tuple[Path, T, list[int]]]:
+        """Records of all products whose names begin so, in order: file, product, sizes of files."""
+        for path in sorted(self.folder.glob(f"{prefix}*.json")) if self.folder.is_dir() else ():
+            record = self._read(path) or {}
+            with suppress(ValueError):
+                product = put_together(form, record.get("facts"))
+                yield path, product, put_together(list[int], record.get("files"))
 
     def file_digest(self, path: Path) -> str:
         """Digest of a file's contents.
@@ -269,16 +321,10 @@ class Remembered:
             stamp.st_ctime_ns,
             stamp.st_ino,
         )
-        name = f"file-{digest(str(path.resolve()))[:16]}"
-        known = self.recall(name, key)
-        if known is not None:
-            return str(known["digest"])
-        state = hashlib.blake2b(digest_size=20)
-        with path.open("rb") as file:
-            while block := file.read(_BLOCK):
-                state.update(block)
-        self.remember(name, key, {"digest": state.hexdigest()})
-        return state.hexdigest()
+        if key not in self._digests:
+            name = f"file-{digest(str(path.resolve()))[:16]}"
+            self._digests[key] = self.once(name, key, str, lambda: _contents(path))
+        return self._digests[key]
 
     def sweep(self, *folders: Path) -> None:
         """Remove what killed runs left half-written among the results and in further folders.
@@ -327,6 +373,15 @@ class Remembered:
         except (OSError, ValueError, RecursionError):
             return None
         return record if isinstance(record, dict) else None
+
+
+def _contents(path: Path) -> str:
+    """The digest of a file's contents."""
+    state = hashlib.blake2b(digest_size=20)
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            state.update(block)
+    return state.hexdigest()
 
 
 def _size(path: Path) -> int:

@@ -9,8 +9,8 @@ incidence only where the project asks for that, with angles and footprint over t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -203,12 +203,15 @@ def stated_noise(
         name = whose.get(scan.station)
         if name is not None and scan.noise is not None and scan.origin_known:
             by_instrument.setdefault(name, []).append(scan)
-    facts: dict[str, dict[str, Any]] = {}
-    calls, owners = [], []
+    found: dict[str, StatedNoise] = {}
+    keys, calls, owners = {}, [], []
     for name, members in by_instrument.items():
-        known = state.recall(f"noise-{name}", _key(state, members, incidence))
+        basis = _BASIS[instruments[name].stated_by("range_mm")].format(name)
+        source = _Source(name, basis, tuple(scan.name for scan in members), _noise(members))
+        keys[name] = source, state.key(_shown, source, [scan.scan for scan in members], incidence)
+        known = state.recall(f"noise-{name}", keys[name][1], StatedNoise)
         if known is not None:
-            facts[name] = known
+            found[name] = known
             continue
         owners += [name] * len(members)
         calls += _calls(members)
@@ -220,14 +223,19 @@ def stated_noise(
             continue
         # of all scans of the scanner, in their order whoever was ready first
         observed = joined([part for _, part in sorted(parts.pop(name).items())])
-        facts[name] = _facts(observed, _noise(by_instrument[name]), incidence)
-        state.remember(f"noise-{name}", _key(state, by_instrument[name], incidence), facts[name])
-    out = []
-    for name, members in by_instrument.items():
-        basis = _BASIS[instruments[name].stated_by("range_mm")].format(name)
-        scanned = tuple(scan.name for scan in members)
-        out.append(_from_facts(name, basis, scanned, facts[name]))
-    return out
+        source, key = keys[name]
+        found[name] = state.remember(f"noise-{name}", key, _shown(source, observed, incidence))
+    return [found[name] for name in by_instrument]
+
+
+@dataclass(frozen=True)
+class _Source:
+    """Who states which noise, for which scans."""
+
+    instrument: str
+    basis: str
+    scans: tuple[str, ...]
+    noise: ScanNoise
 
 
 def _noise(members: Sequence[StationScan]) -> ScanNoise:
@@ -235,11 +243,6 @@ def _noise(members: Sequence[StationScan]) -> ScanNoise:
     noise = members[0].noise
     assert noise is not None
     return noise
-
-
-def _key(state: Remembered, members: Sequence[StationScan], incidence: bool) -> str:
-    """Of what scans of one scanner show."""
-    return state.key(_facts, tuple(scan.scan for scan in members), _noise(members), incidence)
 
 
 def _calls(members: Sequence[StationScan]) -> list[Call]:
@@ -270,64 +273,47 @@ def _observed(scan: Scan, records: int, most: int, *, progress: Progress) -> Obs
     return found.of_patches(kept)
 
 
-def _facts(observed: ObservedNoise, noise: ScanNoise, incidence: bool) -> dict[str, Any]:
-    """What scans of one scanner show, as plain numbers."""
-    lawful = noise.law is not None and bool(np.isfinite(observed.intensity).any())
-    facts: dict[str, Any] = {"lawful": lawful, "patches": observed.patches, "smooth": 0}
-    facts |= {"whole": None, "law": None, "classes": {}, "neighbours": None, "slanted": None}
+def _shown(source: _Source, observed: ObservedNoise, incidence: bool) -> StatedNoise:
+    """What scans of one scanner show of the noise that is stated for them."""
+    noise = source.noise
+    nothing = StatedNoise(
+        instrument=source.instrument,
+        basis=source.basis,
+        scans=source.scans,
+        lawful=noise.law is not None and bool(np.isfinite(observed.intensity).any()),
+        patches=observed.patches,
+        smooth=0,
+        whole=None,
+        classes=dict.fromkeys(CAUSES, ()),
+        law=None,
+    )
     try:
         fitted = fit_noise(observed)
     except InputError as error:
-        return facts | {"why": error.what}
+        return replace(nothing, why=error.what)
     smooth = fitted.smooth
     stated = smooth.stated(noise, incidence=incidence)
     (whole,) = noise_classes(smooth, stated, "range", 1)
     slanted = None
-    if not incidence and not lawful:
+    if not incidence and not nothing.lawful:
         (slanted,) = noise_classes(smooth, smooth.stated(noise), "range", 1)
-    return facts | {
-        "smooth": smooth.patches,
-        "whole": asdict(whole),
-        "classes": {
-            by: [asdict(one) for one in noise_classes(smooth, stated, by, _CLASSES)]
-            for by in CAUSES
-        },
-        "law": None if fitted.law is None else asdict(fitted.law),
-        "neighbours": _neighbours(fitted, noise),
-        "why": fitted.why,
-        "slanted": None if slanted is None else asdict(slanted),
-    }
-
-
-def _neighbours(fitted: FittedNoise, noise: ScanNoise) -> dict[str, Any] | None:
-    """What neighbours share, as plain numbers."""
-    seen = smooth_correlation(fitted)
-    if seen is None:
-        return None
-    return asdict(
-        NeighbourNoise(
-            noise.shared_share, seen.share, seen.sigma, seen.angle, seen.factor, seen.sentence()
-        )
+    return replace(
+        nothing,
+        smooth=smooth.patches,
+        whole=whole,
+        classes={by: tuple(noise_classes(smooth, stated, by, _CLASSES)) for by in CAUSES},
+        law=fitted.law,
+        neighbours=_neighbours(fitted, noise),
+        why=fitted.why,
+        slanted=slanted,
     )
 
 
-def _from_facts(
-    name: str, basis: str, scans: tuple[str, ...], facts: Mapping[str, Any]
-) -> StatedNoise:
-    """The same from what was remembered."""
-    return StatedNoise(
-        instrument=name,
-        basis=basis,
-        scans=scans,
-        lawful=facts["lawful"],
-        patches=facts["patches"],
-        smooth=facts["smooth"],
-        whole=None if facts["whole"] is None else NoiseClass(**facts["whole"]),
-        classes={
-            by: tuple(NoiseClass(**one) for one in facts["classes"].get(by, ())) for by in CAUSES
-        },
-        law=None if facts["law"] is None else RangeLaw(**facts["law"]),
-        neighbours=None if facts["neighbours"] is None else NeighbourNoise(**facts["neighbours"]),
-        why=facts["why"],
-        slanted=None if facts["slanted"] is None else NoiseClass(**facts["slanted"]),
+def _neighbours(fitted: FittedNoise, noise: ScanNoise) -> NeighbourNoise | None:
+    """What neighbours share."""
+    seen = smooth_correlation(fitted)
+    if seen is None:
+        return None
+    return NeighbourNoise(
+        noise.shared_share, seen.share, seen.sigma, seen.angle, seen.factor, seen.sentence()
     )

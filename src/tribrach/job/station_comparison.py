@@ -6,25 +6,20 @@ changed.
 
 from __future__ import annotations
 
-import base64
-import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tribrach._types import Array, Progress
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.shared_part import SharedPart
-from tribrach.comparison.c2c import C2C, Pitch, Signed, Tally
-from tribrach.comparison.predicted import OffsetTest, Prediction
+from tribrach.comparison.predicted import OffsetTest
 from tribrach.comparison.regression import Regression, regress
-from tribrach.comparison.results import M3C2Figures, SiteResult
-from tribrach.comparison.sampling_floor import Floor
-from tribrach.comparison.sites import ComparisonSite, Geometry, choose_sites
+from tribrach.comparison.results import SiteResult
+from tribrach.comparison.sites import ComparisonSite, choose_sites
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
@@ -49,96 +44,8 @@ __all__ = [
     "RequestedComparison",
     "StationComparison",
     "compare_stations",
-    "from_facts",
     "requested_comparisons",
-    "to_facts",
 ]
-
-# What a comparison found as plain numbers, to be remembered, and back: equal in every digit.
-
-
-#: dataclasses inside of others, by the names of their fields
-_INSIDE: dict[str, type[Any]] = {
-    "seen_a": Geometry,
-    "seen_b": Geometry,
-    "c2c": C2C,
-    "m3c2": M3C2Figures,
-    "prediction": Prediction,
-    "floor": Floor,
-    "pitch_a": Pitch,
-    "pitch_b": Pitch,
-    "plane": Signed,
-    "tally": Tally,
-}
-
-
-#: arrays of millions of numbers are no results of a comparison; files may be tampered with
-_MOST = 10_000_000
-
-
-def to_facts(
-    sites: Sequence[SiteResult], offsets: OffsetTest | None, remarks: Sequence[str]
-) -> dict[str, Any]:
-    """Sites, the test of all their offsets, and remarks as plain numbers."""
-    return {
-        "sites": [_plain(site) for site in sites],
-        "offsets": None if offsets is None else asdict(offsets),
-        "remarks": list(remarks),
-    }
-
-
-def from_facts(facts: Mapping[str, Any]) -> tuple[list[SiteResult], OffsetTest | None, list[str]]:
-    """The same three again.
-
-    Raises
-    ------
-    ValueError, KeyError, TypeError
-        These are facts of something else, or damaged.
-    """
-    sites = [_made(SiteResult, site) for site in facts["sites"]]
-    offsets = facts["offsets"]
-    return sites, None if offsets is None else OffsetTest(**offsets), list(facts["remarks"])
-
-
-def _plain(value: Any) -> Any:
-    """Dataclasses as mappings, arrays packed, numbers of numpy as those of Python."""
-    if is_dataclass(value):
-        return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
-    if isinstance(value, np.ndarray):
-        little = np.ascontiguousarray(value, dtype=value.dtype.newbyteorder("<"))
-        packed = base64.b64encode(zlib.compress(little.tobytes(), 1)).decode()
-        return {"type": little.dtype.str, "shape": list(value.shape), "packed": packed}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _made(kind: type[Any], facts: Mapping[str, Any]) -> Any:
-    """A dataclass from its fields; lists of them were tuples."""
-    given: dict[str, Any] = {}
-    for name, value in facts.items():
-        if isinstance(value, Mapping):
-            given[name] = _array(value) if "packed" in value else _made(_INSIDE[name], value)
-        else:
-            given[name] = tuple(value) if isinstance(value, list) else value
-    return kind(**given)
-
-
-def _array(facts: Mapping[str, Any]) -> NDArray[Any]:
-    dtype, shape = np.dtype(facts["type"]), tuple(int(n) for n in facts["shape"])
-    size = int(np.prod(shape, dtype=object)) * dtype.itemsize
-    if dtype.kind not in "fi" or not 0 <= size <= 8 * _MOST:
-        raise ValueError("this is no array of numbers")
-    try:
-        unpacked = zlib.decompressobj().decompress(base64.b64decode(facts["packed"]), size + 1)
-    except zlib.error as error:
-        raise ValueError("the packed numbers are damaged") from error
-    return np.frombuffer(unpacked, dtype=dtype).reshape(shape).copy()
-
-
-#: sites, all their offsets together, remarks
-Found = tuple[list[SiteResult], OffsetTest | None, list[str]]
-
 
 #: points of a cloud among which flat sites are looked for, at most
 _SAMPLE = 200_000
@@ -278,17 +185,17 @@ def _regression_values(sites: Sequence[SiteResult]) -> dict[str, Array]:
 def compare_stations(
     requests: Sequence[RequestedComparison],
     shared: SharedPart,
+    delivered: SharedPart,
     frame: OutputFrame,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> list[StationComparison]:
     """Every comparison that is asked for; those of unchanged clouds come from the last run.
 
-    shared : where the scans stand in the work frame, and what their points share; frame : of the
-    clouds.
+    shared, delivered : where the scans stand and what their points share, in the work frame and in
+    that of the clouds, which is ``frame``.
     """
     items = []
-    delivered = shared.delivered(frame)
     for number, request in enumerate(requests, start=1):
         a, b = request.section.a, request.section.b
         task = _Task(
@@ -309,18 +216,7 @@ def compare_stations(
                 cost=sum(scan.scan.records or 0 for scan in (*request.a, *request.b)),
             )
         )
-    return each(_facts, items, _from_facts, state=state, progress=progress)
-
-
-def _from_facts(item: Item, facts: Mapping[str, Any]) -> StationComparison:
-    """A comparison from plain numbers."""
-    task, a, b = item.values
-    return StationComparison.of(a, b, task.limit, *from_facts(facts))
-
-
-def _facts(task: _Task, a: str, b: str, *, progress: Progress) -> dict[str, Any]:
-    """One comparison as plain numbers; a, b : names of the stations."""
-    return to_facts(*_compared(task, partial(_tell, progress, f"{a} against {b}")))
+    return each(_compared, items, state=state, progress=progress)
 
 
 @dataclass(frozen=True)
@@ -363,8 +259,8 @@ def _placed(scans: Sequence[StationScan], shared: SharedPart) -> _PlacedScans:
     return _PlacedScans(tuple(scan.measured for scan in scans), shared.scans[scans[0].name])
 
 
-def _compared(task: _Task, progress: Progress) -> Found:
-    """One comparison: its sites, all their offsets together, and how sites were chosen."""
+def _compared(task: _Task, a: str, b: str, *, progress: Progress) -> StationComparison:
+    """One comparison; a, b : names of the stations."""
     clouds = _cloud(task.a, task.frame), _cloud(task.b, task.frame)
     remarks: list[str] = []
     sites = task.sites
@@ -376,9 +272,10 @@ def _compared(task: _Task, progress: Progress) -> Found:
         method=task.method,
         limit=task.limit,
         stations=task.pair,
-        progress=progress,
+        progress=partial(_tell, progress, f"{a} against {b}"),
     )
-    return results, offset_test(results, task.pair), remarks
+    offsets = offset_test(results, task.pair)
+    return StationComparison.of(a, b, task.limit, results, offsets, remarks)
 
 
 def _tell(

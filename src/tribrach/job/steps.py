@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tribrach._types import Progress
 from tribrach.cloud.placement import Placement
@@ -18,6 +18,7 @@ from tribrach.geodesy import frames
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
+from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses
 from tribrach.job.budget import BudgetRow, error_budget, reach_sentences
 from tribrach.job.clouds import Product, write_clouds
 from tribrach.job.decided_targets import found_again
@@ -37,12 +38,13 @@ from tribrach.job.station_comparison import (
     compare_stations,
     requested_comparisons,
 )
-from tribrach.job.surface_samples import sample_wish
+from tribrach.job.surface_samples import SurfaceSamples, sample_wish
 from tribrach.job.tie import Registered, known_poses, register
 from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.job.visits import Wish, Wishes, visit
 from tribrach.network.adjustment import Adjustment
-from tribrach.project.sections import TargetSection
+from tribrach.network.survey import Survey
+from tribrach.project.sections import CloudSection, TargetSection
 from tribrach.tasks.engine import HERE, Engine
 from tribrach.units import MM
 
@@ -52,8 +54,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "FoundInScans",
+    "GivenBesides",
     "PlacedScans",
     "ScanWork",
+    "Standing",
     "compare",
     "find",
     "find_and_name",
@@ -62,6 +66,25 @@ __all__ = [
     "refuse_lost",
     "scans_to_tell_of",
 ]
+
+
+@dataclass(frozen=True)
+class GivenBesides:
+    """What a project gives besides its scans, read before the first of them.
+
+    Parameters
+    ----------
+    survey : Survey
+        Everything that was measured and given without them.
+    known : ApproximatePoses
+        Where the scanners stood, approximately.
+    truth : mapping or None
+        What a simulated project is compared with.
+    """
+
+    survey: Survey
+    known: ApproximatePoses = NO_POSES
+    truth: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
@@ -80,12 +103,15 @@ class FoundInScans:
         Comparisons that the project asks for.
     wanted : TargetSection
         Targets that the project looks for.
+    given : GivenBesides
+        What the project gives besides.
     """
 
     scans: Sequence[StationScan]
     findings: Sequence[Findings]
     wanted: TargetSection
     state: Remembered
+    given: GivenBesides
     comparisons: Sequence[RequestedComparison] = ()
 
 
@@ -97,6 +123,7 @@ class ScanWork:
     findings: Sequence[Findings]
     registered: Registered
     state: Remembered
+    given: GivenBesides
     comparisons: Sequence[RequestedComparison] = ()
 
     def corrected(self, adjustment: Adjustment) -> ScanWork:
@@ -110,6 +137,57 @@ class ScanWork:
     def named(self) -> Named | None:
         """Targets with their names; None if none are sought."""
         return self.registered.named
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Scans at their adjusted stations, before anything is made of them.
+
+    Parameters
+    ----------
+    work : ScanWork
+        With scans corrected by the adjusted calibration of their scanners.
+    adjustment : Adjustment
+        What placed them.
+    factor : float
+        On a-priori covariances (a posteriori variance).
+    frame : OutputFrame
+        Of the clouds.
+    placements : mapping
+        Pose and covariance by scan, in the work frame.
+    shared, delivered : SharedPart or None
+        What the points of all scans share, in the work frame and in that of the clouds; None with
+        more stations than a joint covariance is kept of.
+    """
+
+    work: ScanWork
+    adjustment: Adjustment
+    factor: float
+    frame: OutputFrame
+    placements: Mapping[str, Placement]
+    shared: SharedPart | None
+    delivered: SharedPart | None
+
+    @classmethod
+    def of(cls, job: Job, work: ScanWork, adjustment: Adjustment) -> Standing:
+        """The scans of a job where its adjusted network puts them."""
+        frame, work = output_frame(job), work.corrected(adjustment)
+        factor = adjustment.variance_factor(posterior=job.project.adjustment.posterior)
+        names = station_order(work.scans)
+        if len(names) <= MOST_STATIONS:
+            shared = shared_part(work.scans, adjustment, factor)
+            delivered = shared.delivered(frame)
+            return cls(work, adjustment, factor, frame, shared.scans, shared, delivered)
+        parts = [shared_part(work.scans, adjustment, factor, only=[name]) for name in names]
+        placements = {name: place for part in parts for name, place in part.scans.items()}
+        return cls(work, adjustment, factor, frame, placements, None, None)
+
+    def shared_by(self, stations: Sequence[str]) -> tuple[SharedPart, SharedPart]:
+        """What points of the scans of some stations share, in both frames."""
+        if self.shared is not None and self.delivered is not None:
+            return self.shared, self.delivered
+        some = shared_part(self.work.scans, self.adjustment, self.factor, only=stations)
+        return some, some.delivered(self.frame)
 
 
 @dataclass(frozen=True)
@@ -175,37 +253,38 @@ def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> F
     scans = open_scans(job, state)
     refuse_impossible(project, scans)
     requests = requested_comparisons(project, scans)
-    _check_inputs(job, scans, folder)
-    scans = visit(scans, _wanted(project, state), _besides, state=state, progress=progress)
+    given = _given_besides(job, scans)
+    if project.cloud.write:
+        _refuse_clouds(scans, project.cloud, folder)
+    scans = visit(scans, _wanted(project), _besides, state=state, progress=progress)
     members = {scan.name: scan for scan in scans}
     requests = [request.of(members) for request in requests]
     findings: Sequence[Findings] = ()
     if project.targets.wanted:
         findings = extract(scans, project.targets, state, progress)
-    return FoundInScans(scans, findings, project.targets, state, requests)
+    return FoundInScans(scans, findings, project.targets, state, given, requests)
 
 
-def _check_inputs(job: Job, scans: Sequence[StationScan], folder: Path) -> None:
+def _given_besides(job: Job, scans: Sequence[StationScan]) -> GivenBesides:
     """Read all other files of a project before the first scan, which may be hours of work.
 
     Raises
     ------
-    InputError : what they say wrong, what no section explains, a cloud that would take the place
-        of another file.
+    InputError : what they say wrong, what no section explains.
     """
-    project = job.project
-    # put together once and kept
-    _ = job.survey
-    if project.truth is not None:
-        read_truth(project.folder / project.truth)
-    if "clouds" in project.registration.by:
-        known_poses(job, scans)
-    if project.cloud.write:
-        for group in groups(scans, project.cloud):
-            refuse_loss(folder / "clouds" / group.file)
+    survey, truth = job.survey, job.project.truth
+    return GivenBesides(
+        survey, known_poses(job, scans), None if truth is None else read_truth(job.folder / truth)
+    )
 
 
-def _wanted(project: Project, state: Remembered) -> Wishes:
+def _refuse_clouds(scans: Sequence[StationScan], section: CloudSection, folder: Path) -> None:
+    """Refuse clouds that would take the place of another file, before any of them is made."""
+    for group in groups(scans, section):
+        refuse_loss(folder / "clouds" / group.file)
+
+
+def _wanted(project: Project) -> Wishes:
     """What the scans of a project are read for."""
     settings = project.registration
     area, floor = settings.plane_area_m2, settings.plane_floor_mm * MM
@@ -213,7 +292,7 @@ def _wanted(project: Project, state: Remembered) -> Wishes:
     def wanted(scan: StationScan) -> list[Wish]:
         wishes = [target_wish(scan, project.targets)] if project.targets.wanted else []
         if "planes" in settings.by and scan.origin_known:
-            wishes.append(plane_wish(scan, area, floor, state.folder))
+            wishes.append(plane_wish(scan, area, floor))
         return wishes
 
     return wanted
@@ -233,12 +312,12 @@ def name_and_tie(job: Job, found: FoundInScans, progress: Progress) -> ScanWork:
     NothingFound : targets were sought, none was found, and nothing else was observed.
     """
     scans, findings = found.scans, found_again(found.findings, job.edits)
-    registered = register(job, scans, findings, found.state, progress)
+    registered = register(job, scans, findings, found.given.known, found.state, progress)
     observed = registered.survey is not None and registered.survey.tables()
-    if not observed and not job.survey.tables():
+    if not observed and not found.given.survey.tables():
         stations = dict.fromkeys(scan.station for scan in scans)
         refuse_unplaced(stations, scans, findings, found.wanted)
-    return ScanWork(scans, findings, registered, found.state, found.comparisons)
+    return ScanWork(scans, findings, registered, found.state, found.given, found.comparisons)
 
 
 def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
@@ -285,88 +364,58 @@ def refuse_lost(job: Job, work: ScanWork, adjustment: Adjustment) -> None:
 
 
 def georeference(
-    job: Job,
-    work: ScanWork,
-    adjustment: Adjustment,
-    folder: Path,
-    sigma_origin: str,
-    progress: Progress,
+    job: Job, standing: Standing, folder: Path, sigma_origin: str, progress: Progress
 ) -> PlacedScans:
     """Write poses and clouds through the adjusted stations; what was made of the scans."""
-    project, frame = job.project, output_frame(job)
-    work = work.corrected(adjustment)
-    factor = adjustment.variance_factor(posterior=project.adjustment.posterior)
-    names = station_order(work.scans)
-    shared: SharedPart | None = None
-    if len(names) <= MOST_STATIONS:
-        shared = shared_part(work.scans, adjustment, factor)
-        placements = dict(shared.scans)
-    else:
-        parts = [shared_part(work.scans, adjustment, factor, only=[name]) for name in names]
-        placements = {name: place for part in parts for name, place in part.scans.items()}
+    project, work, adjustment = job.project, standing.work, standing.adjustment
+    scans, placements, frame = work.scans, standing.placements, standing.frame
     clouds = folder / "clouds"
     if project.cloud.write:
-        # before the first of them is written
-        for group in groups(work.scans, project.cloud):
-            refuse_loss(clouds / group.file)
-    delivered = None if shared is None else shared.delivered(frame)
-    write_texts(pose_texts(clouds, work.scans, placements, frame, sigma_origin, delivered))
+        _refuse_clouds(scans, project.cloud, folder)
+    write_texts(pose_texts(clouds, scans, placements, frame, sigma_origin, standing.delivered))
     products: list[Product] = []
     if project.cloud.write:
         products = write_clouds(
-            work.scans,
-            placements,
-            frame,
-            project.cloud,
-            clouds,
-            work.state,
-            progress,
-            sigma_origin,
+            scans, placements, frame, project.cloud, clouds, work.state, progress, sigma_origin
         )
-    budget = error_budget(work.scans, placements, adjustment, work.state, factor, progress)
-    whose = {name: job.instruments.of_station(name) for name in names}
+    samples = SurfaceSamples(work.state, progress)
+    whose = {name: job.instruments.of_station(name) for name in station_order(scans)}
     loose = bool(adjustment.defect and not adjustment.layout.count("point"))
     return PlacedScans(
-        work.scans,
+        scans,
         work.findings,
         work.named,
         placements,
         frame,
         products,
-        budget,
-        corrected=calibration_sentences(work.scans, adjustment),
-        reach=reach_sentences(work.scans, placements, adjustment, work.state, progress),
+        error_budget(scans, placements, adjustment, samples, standing.factor),
+        corrected=calibration_sentences(scans, adjustment),
+        reach=reach_sentences(scans, placements, adjustment, samples),
         noise=stated_noise(
-            work.scans,
+            scans,
             whose,
             project.instruments,
             work.state,
             progress,
             incidence=project.cloud.incidence,
         ),
-        truth=[] if loose else _truth(project, work, adjustment, placements, progress),
+        truth=[] if loose else _truth(project, standing, progress),
         loose=loose and project.truth is not None,
-        shared=delivered,
+        shared=standing.delivered,
     )
 
 
-def _truth(
-    project: Project,
-    work: ScanWork,
-    adjustment: Adjustment,
-    placements: Mapping[str, Placement],
-    progress: Progress,
-) -> list[TruthRow]:
+def _truth(project: Project, standing: Standing, progress: Progress) -> list[TruthRow]:
     """The comparison of a simulated project with its truth; none without a truth."""
-    if project.truth is None:
+    work = standing.work
+    if work.given.truth is None or project.truth is None:
         return []
-    file = project.folder / project.truth
     return against_truth(
-        read_truth(file),
-        file.parent,
-        adjustment,
+        work.given.truth,
+        (project.folder / project.truth).parent,
+        standing.adjustment,
         work.scans,
-        placements,
+        standing.placements,
         work.named,
         project.cloud.incidence,
         state=work.state,
@@ -374,18 +423,14 @@ def _truth(
     )
 
 
-def compare(
-    job: Job, work: ScanWork, adjustment: Adjustment, progress: Progress
-) -> tuple[StationComparison, ...]:
+def compare(standing: Standing, progress: Progress) -> tuple[StationComparison, ...]:
     """The comparisons between stations that the project asks for."""
-    factor = adjustment.variance_factor(posterior=job.project.adjustment.posterior)
-    scans = {scan.name: scan for scan in work.corrected(adjustment).scans}
-    requests = [request.of(scans) for request in work.comparisons]
+    requests, state = standing.work.comparisons, standing.work.state
     if not requests:
         return ()
-    compared = [s.station for request in requests for s in (*request.a, *request.b)]
-    shared = shared_part(list(scans.values()), adjustment, factor, only=compared)
-    return tuple(compare_stations(requests, shared, output_frame(job), work.state, progress))
+    compared = [scan.station for request in requests for scan in (*request.a, *request.b)]
+    shared, delivered = standing.shared_by(compared)
+    return tuple(compare_stations(requests, shared, delivered, standing.frame, state, progress))
 
 
 def output_frame(job: Job) -> OutputFrame:

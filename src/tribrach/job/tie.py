@@ -176,10 +176,11 @@ def register(
     job: Job,
     scans: Sequence[StationScan],
     findings: Sequence[Findings],
+    known: ApproximatePoses,
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> Registered:
-    """Names, approximate poses and observations of all stations.
+    """Names, approximate poses and observations of all stations; known : see :func:`known_poses`.
 
     Raises
     ------
@@ -195,7 +196,6 @@ def register(
     settings = project.registration
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
     clouds = None
-    known = known_poses(job, scans)
     if "clouds" in by:
         clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs)
     joined = register_by_planes(
@@ -242,7 +242,7 @@ def known_poses(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
     InputError : a file of poses that is not there, or cannot be read.
     """
     settings = job.project.registration
-    if not settings.approximate and not settings.poses:
+    if settings.by == ("targets",) or not (settings.approximate or settings.poses):
         return NO_POSES
     for k, name in enumerate(settings.poses):
         if not (job.folder / name).exists():

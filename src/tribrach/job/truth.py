@@ -11,7 +11,7 @@ The errors of the points of a scan are remembered, so that a second run reads no
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -215,8 +215,9 @@ def against_truth(
         if file.is_file() and where.noise is not None:
             matrix = np.array(truth["stations"][scan.station]["world_from_scanner"])
             items.append(_item(scan, where, Pose.from_matrix(matrix), file, incidence))
-    for errors in each(_cloud_facts, items, _cloud, state=state, progress=progress):
-        rows += errors
+    errors = each(_cloud_error, items, state=state, progress=progress)
+    for item, error in zip(items, errors, strict=True):
+        rows += _cloud(item.values[0].name, error)
     if named is not None:
         rows += [_counted(b) for b in bookkeeping(truth, named)]
     return rows
@@ -408,7 +409,7 @@ def _item(scan: StationScan, where: Placement, true: Pose, file: Path, incidence
     )
 
 
-def _cloud_facts(
+def _cloud_error(
     scan: MeasuredScan,
     where: Placement,
     true: Pose,
@@ -416,15 +417,13 @@ def _cloud_facts(
     incidence: bool,
     *,
     progress: Progress,
-) -> dict[str, Any]:
-    """The errors of the points of a scan as plain numbers."""
-    return asdict(cloud_error(scan, where, true, file, incidence))
+) -> CloudError:
+    """The errors of the points of a scan; nobody is told how far it is."""
+    return cloud_error(scan, where, true, file, incidence)
 
 
-def _cloud(item: Item, facts: dict[str, Any]) -> list[TruthRow]:
+def _cloud(scan: str, error: CloudError) -> list[TruthRow]:
     """The points' own errors, and the whole with the station's."""
-    scan: MeasuredScan = item.values[0]
-    error = CloudError(**{**facts, "whole_bounds": tuple(facts["whole_bounds"])})
     low, high = error.whole_bounds
     own = (
         f"own noise: mean squared error {error.noise:.3f} times what is stated, {error.points:,} "
@@ -435,7 +434,7 @@ def _cloud(item: Item, facts: dict[str, Any]) -> list[TruthRow]:
         f"{high:.2f} is to be expected, since the station's own error is common to all points"
     )
     return [
-        TruthRow(what, scan.name, words, value, *limits, side=_side(value, *limits))
+        TruthRow(what, scan, words, value, *limits, side=_side(value, *limits))
         for what, words, value, limits in (
             ("points of", own, error.noise, BAND),
             ("cloud", whole, error.whole, (low, high)),

@@ -1,27 +1,23 @@
 """Visits to scans: a scan is decoded once, and everything that is wanted of it is made meanwhile.
 
-What is made is remembered, each product by its own key and made by its own task, so that whoever
-asks for it afterwards (:func:`tribrach.job.each.each`) finds it there. A setting of one product
-makes that product anew and no other.
+What is made is remembered, each product by its own key and made by its own task, and handed on to
+whoever asks for it afterwards (:func:`tribrach.job.each.each`). A setting of one product makes that
+product anew and no other.
 """
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass, replace
 from typing import Any
 
 from tribrach._types import Progress
-from tribrach.io.keeping import refuse_loss
-from tribrach.io.outputs import take_over
-from tribrach.job.each import Item, Made, make
+from tribrach.job.each import Item, product_type
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.scan.loading import LIMIT, HeldScan, hold
 from tribrach.scan.no_return import find_no_return
-from tribrach.scan.scan import Scan
+from tribrach.scan.scan import NoReturn, Scan
 from tribrach.tasks.engine import Call
 
 __all__ = ["Wish", "Wishes", "visit"]
@@ -39,16 +35,16 @@ class Wish:
         What it is.
     """
 
-    task: Callable[..., dict[str, Any]]
+    task: Callable[..., Any]
     item: Item
 
     def key(self, state: Remembered) -> str:
         """The digest of everything that the product depends on."""
         return state.key(self.task, *self.item.values)
 
-    def known(self, state: Remembered) -> bool:
+    def known(self, state: Remembered, key: str) -> bool:
         """True if the product is remembered and nothing has changed."""
-        return state.recall(self.item.product, self.key(state), *self.item.files) is not None
+        return state.known(self.item.product, key, product_type(self.task))
 
 
 #: what is wanted of a scan
@@ -57,10 +53,16 @@ Wishes = Callable[[StationScan], Sequence[Wish]]
 
 @dataclass(frozen=True)
 class _Plan:
-    """What is to be made of the scan of a number: which of the products that are wanted of it."""
+    """What is to be made of the scan of a number: which of the products that are wanted of it.
+
+    keys : of all of them, empty while its beams without return are not known; beams : product and
+    key of these where they are sought.
+    """
 
     number: int
     parts: tuple[int, ...]
+    keys: tuple[str, ...]
+    beams: tuple[str, str] | None
 
 
 def visit(
@@ -98,42 +100,36 @@ def visit(
     """
     out = list(scans)
     plans, calls = [], []
-    mark = f"{state.MADE}{uuid.uuid4().hex[:8]}-"
     for number, scan in enumerate(scans):
-        out[number] = scan = _recalled(scan, state)
+        beams = _beams(scan, state) if scan.unscreened else None
+        known = None if beams is None else state.recall(*beams, NoReturn)
+        if known is not None:
+            out[number], beams = scan.screened(known), None
+        scan = out[number]
         first, more = wanted(scan), besides(scan)
         wishes = [*first, *more]
         # without its beams no key of an unscreened scan is known
-        missing = [k for k, wish in enumerate(wishes) if scan.unscreened or not wish.known(state)]
+        keys = () if scan.unscreened else tuple(wish.key(state) for wish in wishes)
+        missing = [
+            k for k, wish in enumerate(wishes) if scan.unscreened or not wish.known(state, keys[k])
+        ]
         missing = missing if any(k < len(first) for k in missing) else []
         if missing or scan.unscreened:
-            plans.append(_Plan(number, tuple(missing)))
-            parts = tuple(_part(wishes[k], state, mark) for k in missing)
+            plans.append(_Plan(number, tuple(missing), keys, beams))
+            chosen = [wishes[k] for k in missing]
+            parts = tuple((wish.task, wish.item.what, wish.item.values) for wish in chosen)
             values = (scan.scan, scan.unscreened, parts)
             calls.append(Call(f"{scan.name}", values, scan.scan.path, scan.scan.records or 0))
-    try:
-        for done, (beams, made) in state.engine.completed(_visited, calls, progress):
-            plan = plans[done]
-            scan = out[plan.number]
-            if beams is not None:
-                product, key = _beams(scan, state)
-                state.remember(product, key, beams)
-                out[plan.number] = scan = scan.screened(beams)
-            wishes = [*wanted(scan), *besides(scan)]
-            for k, (facts, path) in zip(plan.parts, made, strict=True):
-                item = wishes[k].item
-                if item.file is not None and path is not None:
-                    take_over(path, item.file)
-                state.remember(item.product, wishes[k].key(state), facts, *item.files)
-    finally:
-        state.drop(mark)
+    for done, (found, made) in state.engine.completed(_visited, calls, progress):
+        plan = plans[done]
+        scan, keys = out[plan.number], plan.keys
+        if plan.beams is not None and found is not None:
+            out[plan.number] = scan = scan.screened(state.remember(*plan.beams, found))
+        wishes = [*wanted(scan), *besides(scan)]
+        for k, product in zip(plan.parts, made, strict=True):
+            name, key = wishes[k].item.product, keys[k] if keys else wishes[k].key(state)
+            state.hand_on(name, key, state.remember(name, key, product))
     return out
-
-
-def _recalled(scan: StationScan, state: Remembered) -> StationScan:
-    """A scan, screened if it is remembered what its beams without return are."""
-    facts = state.recall(*_beams(scan, state)) if scan.unscreened else None
-    return scan if facts is None else scan.screened(facts)
 
 
 def _beams(scan: StationScan, state: Remembered) -> tuple[str, str]:
@@ -142,30 +138,22 @@ def _beams(scan: StationScan, state: Remembered) -> tuple[str, str]:
     return f"beams-{plain.source}", state.key(find_no_return, plain)
 
 
-#: a task, its values, and where it writes
-_Part = tuple[Callable[..., dict[str, Any]], str, tuple[Any, ...], tuple[Path, str, Path] | None]
-
-
-def _part(wish: Wish, state: Remembered, mark: str) -> _Part:
-    item, place = wish.item, None
-    if item.file is not None:
-        refuse_loss(item.file)
-        place = (state.folder, mark, item.file)
-    return wish.task, item.what, item.values, place
+#: a task, what it does in words, and its values
+_Part = tuple[Callable[..., Any], str, tuple[Any, ...]]
 
 
 def _visited(
     scan: Scan, unscreened: bool, parts: tuple[_Part, ...], *, progress: Progress
-) -> tuple[dict[str, Any] | None, list[Made]]:
+) -> tuple[NoReturn | None, list[Any]]:
     """What the file has for beams without return if it is sought, and what the parts made."""
     if not parts:
-        return asdict(find_no_return(scan)), []
+        return find_no_return(scan), []
     progress(f"points of {scan.source}", 0, None)
     beams, held = _held(scan, unscreened)
     made = []
-    for task, what, values, place in parts:
+    for task, what, values in parts:
         progress(what, 0, None)
-        made.append(make(task, (_with(held, values[0]), *values[1:]), place, progress=progress))
+        made.append(task(_with(held, values[0]), *values[1:], progress=progress))
     return beams, made
 
 
@@ -174,14 +162,14 @@ def _with(held: HeldScan, of: Any) -> Any:
     return held if isinstance(of, Scan) else replace(of, scan=held)
 
 
-def _held(scan: Scan, unscreened: bool) -> tuple[dict[str, Any] | None, HeldScan]:
+def _held(scan: Scan, unscreened: bool) -> tuple[NoReturn | None, HeldScan]:
     """Beams without return if they are sought, and the other points in memory."""
     if not unscreened:
         return None, hold(scan)
     if scan.records is None or scan.records > LIMIT:
         # without its beams it may be no more than can be held
         beams = find_no_return(scan)
-        return asdict(beams), hold(replace(scan, no_return=beams if beams.points else None))
+        return beams, hold(replace(scan, no_return=beams if beams.points else None))
     held = hold(scan, stored=True)
     beams = find_no_return(held)
-    return asdict(beams), held.without(beams if beams.points else None)
+    return beams, held.without(beams if beams.points else None)

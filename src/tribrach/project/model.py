@@ -216,6 +216,12 @@ class Project(Section):
         return (*own, *sorted(path for path in named if _is_file(path)))
 
     @property
+    def logo(self) -> Path | None:
+        """The picture that the facts name for the head of the report; None if they name none."""
+        names = [name for key, name in self.facts.items() if key.strip().lower() == "logo"]
+        return self._folder / names[0] if names and names[0] else None
+
+    @property
     def edits_file(self) -> Path:
         """Where decisions made by hand are kept, whether there are any or not."""
         return self._folder / self.edits

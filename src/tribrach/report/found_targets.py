@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from tribrach.io.outputs import write_texts
 from tribrach.job.grouping import file_name
+from tribrach.job.memo import settled
 from tribrach.job.state import FOUND
 from tribrach.report.panoramas import panorama_file
 from tribrach.report.schema.base import document_text, heading
@@ -15,6 +18,7 @@ from tribrach.report.schema.scans import SCHEMA, TargetsDocument
 
 if TYPE_CHECKING:
     from tribrach.job.find_targets import Findings
+    from tribrach.targets.detection import Detection, Rejected
 
 __all__ = ["FOLDER", "LIST", "targets_document", "write_found"]
 
@@ -25,10 +29,18 @@ FOLDER, LIST = FOUND, "targets.json"
 def targets_document(findings: Sequence[Findings]) -> str:
     """Targets and candidates of scans as JSON, centres in the frames of their scans."""
     data = heading(SCHEMA) | {
-        "targets": [d.to_dict() for f in findings for d in f.detections],
-        "rejected": [{"scan": f.scan, **r.to_dict()} for f in findings for r in f.rejected],
+        "targets": [_part(d) for f in findings for d in f.detections],
+        "rejected": [{"scan": f.scan, **_part(r)} for f in findings for r in f.rejected],
     }
     return document_text(TargetsDocument.model_validate(data))
+
+
+def _part(found: Detection | Rejected) -> dict[str, Any]:
+    """The fields of what was found, arrays as lists."""
+    return {
+        name: value.tolist() if isinstance(value, np.ndarray) else value
+        for name, value in vars(settled(found)).items()
+    }
 
 
 def write_found(findings: Sequence[Findings], folder: Path) -> list[Path]:

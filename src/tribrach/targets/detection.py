@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, Self
+from typing import Literal
 
 import numpy as np
 
@@ -72,42 +72,6 @@ class Detection:
         """Standard deviations (3,) of the centre along x, y, z [m]."""
         return np.asarray(np.sqrt(np.diag(self.covariance)))
 
-    def to_dict(self) -> dict[str, Any]:
-        """JSON form: metres, radians, covariance row by row, None for what is not known."""
-        return {
-            "kind": self.kind,
-            "scan": self.scan,
-            "center": [float(x) for x in self.center],
-            "covariance": [[float(x) for x in row] for row in self.covariance],
-            "radius": float(self.radius),
-            "rms": float(self.rms),
-            "points": int(self.points),
-            "inliers": int(self.inliers),
-            "range": _number(self.range),
-            "incidence": _number(self.incidence),
-            "coverage": float(self.coverage),
-            "facts": {name: float(value) for name, value in self.facts.items()},
-            "sentences": list(self.sentences),
-        }
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """Read a detection from its JSON form.
-
-        Parameters
-        ----------
-        data : mapping of str to Any
-            As written by :meth:`to_dict`.
-
-        Returns
-        -------
-        Detection
-            The detection.
-        """
-        arrays = {name: np.array(data[name], dtype=float) for name in ("center", "covariance")}
-        unknown = {k: float("nan") for k in ("range", "incidence") if data[k] is None}
-        return cls(**{**data, **arrays, **unknown, "sentences": tuple(data["sentences"])})
-
 
 @dataclass(frozen=True, eq=False)
 class Rejected:
@@ -126,32 +90,6 @@ class Rejected:
     kind: Kind
     center: Array
     reason: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON form, in metres."""
-        center = [float(x) for x in self.center]
-        return {"kind": self.kind, "center": center, "reason": self.reason}
-
-    @classmethod
-    def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """Read a rejection from its JSON form.
-
-        Parameters
-        ----------
-        data : mapping of str to Any
-            As written by :meth:`to_dict`.
-
-        Returns
-        -------
-        Rejected
-            The rejection.
-        """
-        return cls(data["kind"], np.array(data["center"], dtype=float), data["reason"])
-
-
-def _number(value: float) -> float | None:
-    """A number as JSON can hold it."""
-    return float(value) if np.isfinite(value) else None
 
 
 def lies_on(center: Array, detections: Iterable[Detection], radii: float = 1.0) -> bool:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -644,17 +643,6 @@ class Plane:
     sample: Array
     spacing: float
     detection: Detection
-
-    def to_dict(self) -> dict[str, Any]:
-        """JSON form: that of the detection with normal, tangents, their covariance and outline."""
-        return {
-            **self.detection.to_dict(),
-            "normal": [float(x) for x in self.normal],
-            "tangents": [[float(x) for x in t] for t in self.tangents],
-            "plane_covariance": [[float(x) for x in row] for row in self.covariance],
-            "area": float(self.area),
-            "outline": [[float(x) for x in p] for p in self.outline],
-        }
 
 
 def find_planes(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -129,12 +129,3 @@ class Sampling:
         enough = "reach" if reach >= away else "are too few: they reach"
         takes = f"{away:.1f} m, one takes {needs} at least"
         return f"{takes}; {there} are there and {enough} {reach:.1f} m"
-
-    def to_facts(self) -> dict[str, float]:
-        """As plain numbers, to be remembered."""
-        return {"step_h": self.step_h, "step_v": self.step_v, "median": self.median}
-
-    @classmethod
-    def from_facts(cls, facts: Mapping[str, Any]) -> Self:
-        """The same again."""
-        return cls(*(float(facts[name]) for name in ("step_h", "step_v", "median")))

@@ -22,7 +22,7 @@ from tribrach.io.clouds.copc_head import CopcHead, is_copc, read_copc_head
 from tribrach.io.keeping import STATE_FOLDER, keeping
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.convert import as_copc
-from tribrach.job.each import Item, each, facts_alone
+from tribrach.job.each import Item, each
 from tribrach.job.poses import PoseFile
 from tribrach.job.state import Remembered
 from tribrach.workbench.further import cloud_stem
@@ -216,7 +216,7 @@ def _as_copc(path: Path, folder: Path, key: str, progress: Progress) -> Path:
     copy = folder / STATE_FOLDER / f"{key}.copc.laz"
     item = Item(f"{key}{path.suffix}", f"{path.name} for the page", (path,), path, 0.0, copy)
     with keeping([path], folder):
-        each(as_copc, [item], facts_alone, state=Remembered(folder), progress=progress)
+        each(as_copc, [item], state=Remembered(folder), progress=progress)
     return copy
 
 

@@ -118,7 +118,7 @@ class Staged:
                 self.file.flush()
                 os.fsync(self.file.fileno())
                 self.file.close()
-            note_written(self.path, self._hidden)
+            note_written({self.path: self._hidden})
             os.replace(self._hidden, self._place)
 
     def discard(self) -> None:

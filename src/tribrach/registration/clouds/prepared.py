@@ -5,9 +5,9 @@ One pass over the points in chunks; of a scan of any size no more than its surfe
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Self
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,17 @@ from tribrach.registration.clouds.curvature import formed
 from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coarser, surfels_of
 
-__all__ = ["AT_SURFACE", "BEHIND", "SEEN_THROUGH", "UNSEEN", "PreparedScan", "RangeView", "prepare"]
+__all__ = [
+    "AT_SURFACE",
+    "BEHIND",
+    "SEEN_THROUGH",
+    "UNSEEN",
+    "PreparedScan",
+    "RangeView",
+    "SurfacesOfScan",
+    "prepare",
+    "surfaces",
+]
 
 
 @dataclass(frozen=True)
@@ -220,55 +230,43 @@ class PreparedScan:
             np.quantile(np.linalg.norm(self.coarse.surfels.center, axis=1), GATES.radius_quantile)
         )
 
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """All of it as arrays by name, but for the trees and what follows from the others."""
-        out = {
-            "points": np.array(self.points),
-            "nearest": self.view.nearest,
-            "farthest": self.view.farthest,
-        }
-        for kind, surfels in (("fine", self.fine.surfels), ("coarse", self.coarse.surfels)):
-            for field in fields(Surfels):
-                out[f"{kind}_{field.name}"] = np.asarray(getattr(surfels, field.name))
-        return out
 
-    @classmethod
-    def from_arrays(cls, name: str, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The scan that :meth:`to_arrays` took apart.
+@dataclass(frozen=True, eq=False)
+class SurfacesOfScan:
+    """What a prepared scan is made of besides its search trees, which are quickly made.
 
-        Parameters
-        ----------
-        name
-            Name of the scan.
-        arrays
-            By name.
+    Attributes
+    ----------
+    points : int
+        Number of points of the scan.
+    fine, coarse : Surfels
+        For the fit and for the search.
+    nearest, farthest : array (r, 2 r)
+        Smallest and largest range in every direction [m].
+    """
 
-        Raises
-        ------
-        KeyError
-            One of them is missing.
-        """
-        fine, coarse = (_surfels_from(kind, arrays) for kind in ("fine", "coarse"))
-        view = RangeView.settled(arrays["nearest"], arrays["farthest"])
-        return cls._indexed(name, int(arrays["points"]), fine, coarse, view)
+    points: int
+    fine: Surfels
+    coarse: Surfels
+    nearest: Array
+    farthest: Array
 
-    @classmethod
-    def _indexed(
-        cls, name: str, points: int, fine: Surfels, coarse: Surfels, view: RangeView
-    ) -> Self:
-        """Surfels with their trees."""
-        whole = Indexed.of(fine)
-        some = whole if len(fine) <= GATES.most_some else Indexed.of(fine.thinned(GATES.most_some))
-        return cls(name, points, whole, some, Indexed.of(coarse), view)
-
-
-def _surfels_from(kind: str, arrays: Mapping[str, NDArray[Any]]) -> Surfels:
-    columns: dict[str, Any] = {f.name: arrays[f"{kind}_{f.name}"] for f in fields(Surfels)}
-    return Surfels(**columns | {"stands_for": float(columns["stands_for"])})
+    def indexed(self, name: str) -> PreparedScan:
+        """The scan of a name with its search trees."""
+        whole = Indexed.of(self.fine)
+        most = GATES.most_some
+        some = whole if len(self.fine) <= most else Indexed.of(self.fine.thinned(most))
+        view = RangeView.settled(self.nearest, self.farthest)
+        return PreparedScan(name, self.points, whole, some, Indexed.of(self.coarse), view)
 
 
 def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> PreparedScan:
-    """Prepare a scan from chunks of points.
+    """Prepare a scan from chunks of points, which :func:`surfaces` describes."""
+    return surfaces(name, chunks, size).indexed(name)
+
+
+def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> SurfacesOfScan:
+    """Find the surfels and the view of a scan from chunks of points.
 
     Parameters
     ----------
@@ -281,8 +279,8 @@ def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> P
 
     Returns
     -------
-    PreparedScan
-        The prepared scan.
+    SurfacesOfScan
+        The surfels and the view.
 
     Raises
     ------
@@ -317,7 +315,7 @@ def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> P
             "register it",
             cure="give the whole scan, with surfaces in it",
         )
-    return PreparedScan._indexed(name, total, fine, coarse, view)
+    return SurfacesOfScan(total, fine, coarse, view.nearest, view.farthest)
 
 
 def _upright(cells: CubeSums, merges: int) -> Surfels:
