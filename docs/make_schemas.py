@@ -16,7 +16,6 @@ from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocu
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
-from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
@@ -36,7 +35,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "epochs": EpochsDocument,
         "info": ScansDocument,
         "plan": PlanDocument,
-        "register": RegistrationDocument,
         "series": SeriesDocument,
         "regress": RegressionDocument,
         "scene": SceneDocument,

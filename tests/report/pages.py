@@ -28,7 +28,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.plan.steps import DesignResult
-from tribrach.job.register import RegisteredFiles
 from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings, series_of
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
@@ -45,6 +44,8 @@ from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
+from tribrach.questions.register.chapters import answer_of as register_answer
+from tribrach.questions.register.registration import RegisteredFiles
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
@@ -54,7 +55,6 @@ from tribrach.report.build import build
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.comparisons import comparison_chapter
 from tribrach.report.charts import Chart, beside, legend
-from tribrach.report.cloud_registration import cloud_registration_page
 from tribrach.report.comparison import comparison_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_page, epochs_svg
@@ -253,7 +253,7 @@ def _registration(name: Naming) -> str:
     scans: Any = {
         s: SimpleNamespace(path=Path(s.replace("/", "|")), no_return=None) for s in stations
     }
-    return cloud_registration_page(RegisteredFiles(scans, dict.fromkeys(stations, 9), found))
+    return register_answer(RegisteredFiles(scans, dict.fromkeys(stations, 9), found)).page()
 
 
 def _fit(edge: CloudEdge) -> Any:
@@ -331,7 +331,7 @@ PAGES = {
     "questions.calibrate": _calibration,
     "regression.regression_page": _regression,
     "planning.page.plan_page": _plan,
-    "cloud_registration.cloud_registration_page": _registration,
+    "questions.register": _registration,
     "questions.noise": _noise,
     "epochs.epochs_page": _epochs_page,
     "epochs.epochs_svg": _epochs_svg,
