@@ -16,7 +16,7 @@ from tribrach.report.schema.comparison import ComparisonDocument, RegressionDocu
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
-from tribrach.report.schema.scans import ScansDocument, TargetsDocument
+from tribrach.report.schema.scans import ScansDocument
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
@@ -38,7 +38,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "series": SeriesDocument,
         "regress": RegressionDocument,
         "scene": SceneDocument,
-        "targets": TargetsDocument,
         "transform": TransformationDocument,
         "workbench": WorkbenchDocument,
     }
