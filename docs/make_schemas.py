@@ -14,8 +14,7 @@ from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.comparison import ComparisonDocument
 from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.schema.plan import PlanDocument
-from tribrach.report.schema.registration import RegistrationDocument
-from tribrach.report.schema.scans import ScansDocument, TargetsDocument
+from tribrach.report.schema.scans import ScansDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
 
@@ -30,9 +29,7 @@ def documents() -> dict[str, type[Document] | Form]:
         "epoch": EpochDocument,
         "info": ScansDocument,
         "plan": PlanDocument,
-        "register": RegistrationDocument,
         "scene": SceneDocument,
-        "targets": TargetsDocument,
         "workbench": WorkbenchDocument,
     }
     with described():

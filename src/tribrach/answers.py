@@ -36,6 +36,7 @@ __all__ = [
     "Matrices",
     "Matrix",
     "Number",
+    "PoseEstimate",
     "Result",
     "Table",
     "Test",
@@ -146,22 +147,27 @@ class Result:
         Fields that are not written: what was computed with, not what was found.
     keys : mapping, optional
         Keys of names that are written otherwise.
+    lacking : tuple of str
+        Properties that are written behind these, where they are not None.
     """
 
     _also: ClassVar[tuple[str, ...]] = ()
     _without: ClassVar[tuple[str, ...]] = ()
     _keys: ClassVar[Mapping[str, str]] = {}
+    _lacking: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(
         cls,
         *,
         also: tuple[str, ...] = (),
         without: tuple[str, ...] = (),
+        lacking: tuple[str, ...] = (),
         keys: Mapping[str, str] | None = None,
         **more: Any,
     ) -> None:
         super().__init_subclass__(**more)
-        cls._also, cls._without = (*cls._also, *also), (*cls._without, *without)
+        cls._also, cls._without = (*cls._also, *also, *lacking), (*cls._without, *without)
+        cls._lacking = (*cls._lacking, *lacking)
         cls._keys = {**cls._keys, **(keys or {})}
 
     @classmethod
@@ -175,6 +181,7 @@ class Result:
         parts = {
             key: cs.typed_dict_field(
                 _found(handler.generate_schema(hints[name]), name in cls._also),
+                required=name not in cls._lacking,
                 metadata=_described(notes.get(name)),
             )
             for name, key in keys.items()
@@ -194,17 +201,25 @@ class Result:
             made,
             whole,
             serialization=cs.plain_serializer_function_ser_schema(
-                lambda one: {key: _plain(getattr(one, name)) for name, key in keys.items()},
+                lambda one: {
+                    key: _plain(value)
+                    for name, key in keys.items()
+                    if (value := getattr(one, name)) is not None or name not in cls._lacking
+                },
                 return_schema=whole,
             ),
         )
 
 
 def part(path: str, kind: Any, words: str) -> Any:
-    """A property that is an attribute of a field: ``part("fitted.spread", Number, "...")``."""
+    """A property that is an attribute of a field: ``part("fitted.spread", Number, "...")``.
+
+    It is None where the field is.
+    """
+    field, _, _ = path.partition(".")
 
     def get(self: Any) -> Any:
-        return attrgetter(path)(self)
+        return None if getattr(self, field) is None else attrgetter(path)(self)
 
     get.__annotations__["return"], get.__doc__ = kind, words
     return property(get)
@@ -393,6 +408,14 @@ class Estimate(Result):
     def t(self) -> float:
         """Value over sigma."""
         return self.value / self.sigma
+
+
+@dataclass(frozen=True)
+class PoseEstimate(Result):
+    """A pose, 4 x 4, with its covariance 6 x 6 of left increments."""
+
+    world_from_scanner: Matrix
+    covariance: Matrix
 
 
 @dataclass(frozen=True)

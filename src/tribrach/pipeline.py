@@ -32,9 +32,9 @@ from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.progress import watched
 from tribrach.project import Project
+from tribrach.questions.targets.left_findings import leaving, renew_findings
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
-from tribrach.report.left_findings import leaving, renew_findings
 from tribrach.report.summary import sigma_origin
 from tribrach.report.workbench_parts import workbench_texts
 from tribrach.solution import AdjustmentSettings, SolvedNetwork, adjust_network, report, solve

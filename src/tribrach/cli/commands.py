@@ -57,11 +57,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "baseline": ("questions.baseline.command", "Compute a static baseline from RINEX files."),
     "targets": (
-        "cli.targets",
+        "questions.targets.command",
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
     ),
     "register": (
-        "cli.register",
+        "questions.register.command",
         "Register scans by their clouds; no targets, planes or approximate poses are needed.",
     ),
     "transform": (

@@ -10,7 +10,7 @@ from tribrach.errors import InputError, NothingFound, TribrachError
 from tribrach.job.nothing_found import search_sentences
 from tribrach.job.opened import Job
 from tribrach.job.steps import FoundInScans, scans_to_tell_of
-from tribrach.report.found_targets import FOLDER, LIST, write_found
+from tribrach.questions.targets.chapters import FOLDER, LIST, write_found
 
 __all__ = ["leaving", "renew_findings"]
 
