@@ -7,9 +7,10 @@ import io
 from collections.abc import Mapping
 from typing import Any
 
+from tribrach.answers import items_of
 from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_text import json_text
-from tribrach.workbench.schema import SceneDocument
+from tribrach.workbench.schema import Scene
 
 __all__ = ["TABLES", "table_csv", "table_json", "table_of"]
 
@@ -27,12 +28,12 @@ _AXES = ("x", "y", "z")
 _PARTS = {3: _AXES, 6: ("tx", "ty", "tz", "rx", "ry", "rz"), 4: ("0", "1", "2", "3")}
 
 
-def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
+def table_of(scene: Scene, name: str) -> dict[str, list[Any]]:
     """A table of a scene in columns.
 
     Parameters
     ----------
-    scene : SceneDocument
+    scene : Scene
         The scene.
     name : str
         One of :data:`TABLES`.
@@ -43,7 +44,7 @@ def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
         There is no such table.
     """
     left_out = TABLES[name]
-    columns: dict[str, list[Any]] = getattr(scene, name).model_dump(by_alias=True)
+    columns: dict[str, list[Any]] = items_of(getattr(scene, name))
     return {key: values for key, values in columns.items() if key not in left_out}
 
 
