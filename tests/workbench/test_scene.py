@@ -23,14 +23,14 @@ from tribrach.workbench.clouds import (
 from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import ResultFolder, read_result
 from tribrach.workbench.scene import scene_of
-from tribrach.workbench.schema import FORM, Scene
+from tribrach.workbench.schema import FORM, SceneDocument
 
 ROOT = Path(__file__).resolve().parents[2]
 STORED = Path(__file__).parent / "scene_schema_1.json"
 Yard = Callable[[str], Path]
 
 
-def scene(folder: Path, clouds: bool = False) -> Scene:
+def scene(folder: Path, clouds: bool = False) -> SceneDocument:
     result, beside = read_result(folder), ResultFolder.beside(folder)
     parts = []
     if clouds:
@@ -40,7 +40,7 @@ def scene(folder: Path, clouds: bool = False) -> Scene:
     return scene_of(result, beside, parts)
 
 
-def drawn(one: Scene, xyz: np.ndarray) -> np.ndarray:
+def drawn(one: SceneDocument, xyz: np.ndarray) -> np.ndarray:
     """Places as the page draws them."""
     return (np.asarray(xyz, dtype=float) - one.origin) @ np.array(one.frame).T
 

@@ -35,17 +35,17 @@ __all__ = [
     "GlobalVerdict",
     "Head",
     "KindCount",
-    "Plane",
+    "PlaneUnknown",
     "Point",
     "Report",
     "ReportSettings",
-    "Scalar",
+    "ScalarUnknown",
     "SetUp",
     "SnoopingRow",
     "StationRow",
     "Summary",
     "Unknown",
-    "Vector",
+    "VectorUnknown",
 ]
 
 Number = float | None
@@ -286,7 +286,7 @@ class StationRow(
 
 
 @dataclass(frozen=True)
-class Scalar(Result, without=("name", "at")):
+class ScalarUnknown(Result, without=("name", "at")):
     """A calibration parameter, scale, refraction coefficient or the like."""
 
     name: str
@@ -310,7 +310,7 @@ class Scalar(Result, without=("name", "at")):
 
 
 @dataclass(frozen=True)
-class Vector(Result, without=("name", "sigma")):
+class VectorUnknown(Result, without=("name", "sigma")):
     """A lever arm or common shift [m, m^2]."""
 
     name: str
@@ -332,7 +332,7 @@ class Vector(Result, without=("name", "sigma")):
 
 
 @dataclass(frozen=True)
-class Plane(Result, without=("name", "sigma")):
+class PlaneUnknown(Result, without=("name", "sigma")):
     """A plane ``n x = d``."""
 
     name: str
@@ -356,7 +356,7 @@ class Plane(Result, without=("name", "sigma")):
 
 
 #: any other unknown
-Unknown = Scalar | Vector | Plane
+Unknown = ScalarUnknown | VectorUnknown | PlaneUnknown
 
 
 @dataclass(frozen=True)

@@ -22,13 +22,13 @@ from tribrach.network.observation_rows import ObservationRow, ObservationRows
 from tribrach.report.chapters import CHAPTERS, named
 from tribrach.report.content import (
     DatumStatement,
-    Plane,
+    PlaneUnknown,
     Point,
     Report,
-    Scalar,
+    ScalarUnknown,
     SetUp,
     Summary,
-    Vector,
+    VectorUnknown,
 )
 
 __all__ = ["SCHEMA", "AdjustedNetwork", "dumps", "form", "network", "pieces"]
@@ -50,9 +50,9 @@ class AdjustedNetwork(Result):
     sigma0: Summary
     points: dict[str, Point]
     stations: dict[str, SetUp]
-    calibrations: dict[str, Scalar]
-    lever_arms: dict[str, Vector]
-    planes: dict[str, Plane]
+    calibrations: dict[str, ScalarUnknown]
+    lever_arms: dict[str, VectorUnknown]
+    planes: dict[str, PlaneUnknown]
     observations: Sequence[ObservationRow]
     #: observations switched off or given another sigma by hand
     edits: list[Edit]
@@ -100,7 +100,7 @@ def _document(content: Report) -> dict[str, Any]:
     for name in ("value", "sigma"):
         if not np.isfinite(content.observations.column(name)).all():
             raise ValueError(f"the {name} of an observation is not a number")
-    scalars = [u for u in content.unknowns if isinstance(u, Scalar)]
+    scalars = [u for u in content.unknowns if isinstance(u, ScalarUnknown)]
     of_stations = [u.role == "orientation" and u.at != "" for u in scalars]
     adjusted = AdjustedNetwork(
         content.title,
@@ -110,8 +110,8 @@ def _document(content: Report) -> dict[str, Any]:
         {point.name: point for point in content.points},
         _stations(content, compress(scalars, of_stations)),
         {u.name: u for u, own in zip(scalars, of_stations, strict=True) if not own},
-        {u.name: u for u in content.unknowns if isinstance(u, Vector)},
-        {u.name: u for u in content.unknowns if isinstance(u, Plane)},
+        {u.name: u for u in content.unknowns if isinstance(u, VectorUnknown)},
+        {u.name: u for u in content.unknowns if isinstance(u, PlaneUnknown)},
         content.observations,
         list(content.adjustment.network.edits),
         list(content.warnings),
@@ -120,7 +120,7 @@ def _document(content: Report) -> dict[str, Any]:
     return head | vars(adjusted) | _chapters(content)
 
 
-def _stations(content: Report, oriented: Iterable[Scalar]) -> dict[str, SetUp]:
+def _stations(content: Report, oriented: Iterable[ScalarUnknown]) -> dict[str, SetUp]:
     """Scanner stations by their pose; set-ups on points by their orientation unknowns."""
     out: dict[str, SetUp] = {station.name: station for station in content.stations}
     for unknown in oriented:

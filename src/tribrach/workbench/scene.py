@@ -24,8 +24,8 @@ from tribrach.units import format_angle
 from tribrach.workbench.epochs import scene_epochs
 from tribrach.workbench.result_folder import ResultFolder
 from tribrach.workbench.schema import (
-    Scene,
     SceneCloud,
+    SceneDocument,
     SceneEpochs,
     SceneObservations,
     ScenePlanes,
@@ -51,7 +51,7 @@ def scene_of(
     *,
     session: bool = False,
     epochs: Sequence[EpochComparisonPart] = (),
-) -> Scene:
+) -> SceneDocument:
     """Make the scene of a result.
 
     Parameters
@@ -69,7 +69,7 @@ def scene_of(
 
     Returns
     -------
-    Scene
+    SceneDocument
     """
     style = Style(beside.angle)
     observations = _observations(result["observations"], style)
@@ -78,7 +78,7 @@ def scene_of(
     stations = _stations(result, beside, clouds)
     targets, rejected = _targets(result.get("scans") or {}, beside, style)
     places = dict(zip(points["name"], points["xyz"], strict=True))
-    return Scene(
+    return SceneDocument(
         title=result["title"],
         confidence=beside.confidence(result),
         ellipsoid=math.sqrt(float(chi2.ppf(beside.confidence(result), 3))),

@@ -14,7 +14,7 @@ from typing import Any, Literal, get_type_hints
 from tribrach.answers import Form, Number, Result, written
 from tribrach.network.observation_rows import ObservationRow
 
-__all__ = ["FORM", "Scene", "SceneAttribute", "SceneCloud"]
+__all__ = ["FORM", "SceneAttribute", "SceneCloud", "SceneDocument"]
 
 Names = list[str]
 Triple = tuple[Number, Number, Number]
@@ -196,7 +196,7 @@ class SceneJoint(Result):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Scene(Result, maybe=("joint",)):
+class SceneDocument(Result, maybe=("joint",)):
     """What ``tribrach view`` and ``tribrach workbench`` draw."""
 
     title: str
@@ -243,4 +243,4 @@ class Scene(Result, maybe=("joint",)):
     sigmas_of: str
 
 
-FORM = Form("scene", Scene, 1)
+FORM = Form("scene", SceneDocument, 1)

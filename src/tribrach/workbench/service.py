@@ -23,7 +23,7 @@ from tribrach.workbench.epochs import read_epochs
 from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import CLOUDS, RESULT, ResultFolder, read_result
 from tribrach.workbench.scene import decided_targets, scene_of
-from tribrach.workbench.schema import FORM, Scene, SceneCloud
+from tribrach.workbench.schema import FORM, SceneCloud, SceneDocument
 from tribrach.workbench.views import VIEWS, keep_view, read_views
 
 if TYPE_CHECKING:
@@ -118,7 +118,7 @@ class Service:
             self._parts: list[SceneCloud] = []
             self._pending: list[str] = []
             self._text: bytes | None = None
-            self._scene: Scene | None = None
+            self._scene: SceneDocument | None = None
 
     def _of_session(self, session: Session) -> tuple[dict[str, Any], ResultFolder]:
         """The network as it is now, with what the last run says of the scans."""
@@ -136,7 +136,7 @@ class Service:
         return result, beside
 
     @property
-    def scene(self) -> Scene:
+    def scene(self) -> SceneDocument:
         """The scene as it is now."""
         with self._lock:
             if self._scene is None:

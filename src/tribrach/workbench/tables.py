@@ -10,7 +10,7 @@ from typing import Any
 from tribrach.answers import items_of
 from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_text import json_text
-from tribrach.workbench.schema import Scene
+from tribrach.workbench.schema import SceneDocument
 
 __all__ = ["TABLES", "table_csv", "table_json", "table_of"]
 
@@ -28,12 +28,12 @@ _AXES = ("x", "y", "z")
 _PARTS = {3: _AXES, 6: ("tx", "ty", "tz", "rx", "ry", "rz"), 4: ("0", "1", "2", "3")}
 
 
-def table_of(scene: Scene, name: str) -> dict[str, list[Any]]:
+def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
     """A table of a scene in columns.
 
     Parameters
     ----------
-    scene : Scene
+    scene : SceneDocument
         The scene.
     name : str
         One of :data:`TABLES`.

@@ -14,11 +14,11 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.content import (
     CorrelationRow,
     Head,
-    Plane,
+    PlaneUnknown,
     ReportSettings,
-    Scalar,
+    ScalarUnknown,
     Unknown,
-    Vector,
+    VectorUnknown,
 )
 from tribrach.report.numbers import Style, matrix, numbers, sigmas
 from tribrach.report.subject import Subject
@@ -63,7 +63,7 @@ def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Un
     )
 
 
-def _scalars(adjustment: Adjustment, factor: float) -> list[Scalar]:
+def _scalars(adjustment: Adjustment, factor: float) -> list[ScalarUnknown]:
     names = adjustment.layout.names["scalar"]
     covariance = adjustment.family_covariances("scalar") * factor
     roles = scalar_roles(adjustment)
@@ -74,15 +74,15 @@ def _scalars(adjustment: Adjustment, factor: float) -> list[Scalar]:
         value = float(adjustment.state.scalars[i])
         if role == "orientation":
             value = value % (2 * np.pi) % (2 * np.pi)  # the second brings 2 pi itself to 0
-        out.append(Scalar(name, role, value, sigma[i], unit, at))
+        out.append(ScalarUnknown(name, role, value, sigma[i], unit, at))
     return out
 
 
-def _vectors(adjustment: Adjustment, factor: float) -> list[Vector]:
+def _vectors(adjustment: Adjustment, factor: float) -> list[VectorUnknown]:
     covariance = adjustment.family_covariances("vector") * factor
     roles = {i: r.means for _, r, i, _ in unknown_references(adjustment, "vector") if r.means}
     return [
-        Vector(
+        VectorUnknown(
             name,
             roles.get(i, "vector"),
             tuple(adjustment.state.vectors[i].tolist()),
@@ -93,12 +93,12 @@ def _vectors(adjustment: Adjustment, factor: float) -> list[Vector]:
     ]
 
 
-def _planes(adjustment: Adjustment, factor: float) -> list[Plane]:
+def _planes(adjustment: Adjustment, factor: float) -> list[PlaneUnknown]:
     """Normal and offset; their sigmas and covariance are of the tangent (two turns, offset)."""
     covariance = adjustment.family_covariances("plane") * factor
     state = adjustment.state
     return [
-        Plane(
+        PlaneUnknown(
             name,
             tuple(state.plane_n[i].tolist()),
             float(state.plane_d[i]),
