@@ -9,14 +9,14 @@ from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 
 from tribrach import questions
 from tribrach.answers import Form, described
-from tribrach.report.json_result import result_model
+from tribrach.report import json_result
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.comparison import ComparisonDocument
 from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.scans import ScansDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
-from tribrach.workbench.schema import SceneDocument
+from tribrach.workbench.schema import FORM as SCENE
 
 FOLDER = Path(__file__).parent / "schema"
 
@@ -24,12 +24,12 @@ FOLDER = Path(__file__).parent / "schema"
 def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
     found: dict[str, type[Document] | Form] = {
-        "result": result_model(),
+        "result": json_result.form(),
         "compare": ComparisonDocument,
         "epoch": EpochDocument,
         "info": ScansDocument,
         "plan": PlanDocument,
-        "scene": SceneDocument,
+        "scene": SCENE,
         "workbench": WorkbenchDocument,
     }
     with described():

@@ -24,7 +24,7 @@ _UPRIGHT = 3.0
 
 def height_sentences(adjustment: Adjustment) -> list[str]:
     """Antennas that are switched off and stand too high or too low, in words."""
-    out = []
+    out = list[str]()
     for o in adjustment.network.observations:
         if not isinstance(o, Antennas):
             continue

@@ -350,16 +350,27 @@ class PairFit:
         return self.alignment.pose
 
 
+#: what is written of a pair that was registered
+_FITTED = (
+    "first_from_second",
+    "relative_covariance",
+    "overlap",
+    "rms",
+    "matches",
+    "effective_matches",
+    "correlation_length",
+    "held_directions",
+    "found_by",
+)
+
+
 @dataclass(frozen=True, eq=False)
 class CloudPair(
     Result,
     without=("a", "b", "fit", "rivals"),
-    also=("first", "second", "registered"),
-    lacking=(
-        "first_from_second", "relative_covariance", "overlap", "rms", "matches",
-        "effective_matches", "correlation_length", "held_directions", "found_by",
-    ),
-):  # fmt: skip
+    also=("first", "second", "registered", *_FITTED),
+    maybe=_FITTED,
+):
     """A pair of scans that was tried; figures only where it was registered."""
 
     #: names of the scans
