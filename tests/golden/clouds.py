@@ -19,6 +19,10 @@ from tests.comparison import test_completeness
 from tests.demo_twin import few_boards
 from tests.golden.harness import REPOSITORY, Case, Group
 from tests.golden.networks import rows
+from tests.io.survey.riscan_files import Rsp, Scan
+from tests.io.survey.riscan_files import write as riscan
+from tests.io.survey.test_riscan_links import control as riscan_control
+from tests.io.survey.test_riscan_links import seen, sop
 from tests.io.test_mesh import binary
 from tests.registration.clouds.scenes import points_of
 from tests.registration.clouds.scenes import yard as bare_yard
@@ -101,7 +105,9 @@ def court(folder: Path) -> None:
     path = courtyard(folder, ("S2", "S3"), 10_000, 2)
     path.rename(folder / "job.toml")
     recipe = '\n[adjustment]\nheights = "recipe"\nheight_mark = "M2"\n'
-    (folder / "recipe.toml").write_text((folder / "job.toml").read_text() + recipe)
+    text = (folder / "job.toml").read_text() + recipe
+    text = text.replace('angle = "gon"', 'angle = "deg"\ndecimal = ","\nthousands = "."')
+    (folder / "recipe.toml").write_text(text)
 
 
 def campaigns(folder: Path) -> None:
@@ -154,6 +160,9 @@ WALL = (
 
 def workbench(folder: Path) -> None:
     twins.results(folder / "yard", "work")
+    for kind in ("projected", "ecef"):
+        (folder / kind).mkdir()
+        twins.write(folder / kind, kind)
 
 
 def asked(folder: Path, out: Path) -> None:
@@ -191,6 +200,8 @@ def asked(folder: Path, out: Path) -> None:
 WORKBENCH = (
     Case("asked", "workbench yard/yard.toml, by its server", call=asked),
     Case("view", "view yard/out --export {out}"),
+    Case("projected", "run projected/yard.toml --out {out}", RUNS, keep="[cr]*.[jt]*"),
+    Case("ecef", "run ecef/yard.toml --out {out}", RUNS, keep="[cr]*.[jt]*"),
 )
 
 
@@ -198,6 +209,12 @@ WORKBENCH = (
 
 
 def scans(folder: Path) -> None:
+    links = {f"tp00{k}": f"/test/TPL (GLCS)/CP{k}" for k in range(1, 6)}
+    taken = [
+        Scan("S1", seen("S1", lambda n: n.replace("CP", "tp00")), sop("S1"), links=links),
+        Scan("S2", seen("S2", lambda n: n.replace("CP", "x")), registered=False, inactive=("x1",)),
+    ]
+    riscan(Rsp(taken, glcs=riscan_control(0.9996), crs="EPSG:32633"), folder / "project.rsp")
     ptx(folder / "a.ptx", scans=2)
     for kind in ("las", "laz", "e57", "ply", "pcd", "pts", "ptx", "copc"):
         shutil.copytree(SEEDS / kind, folder / kind)
@@ -212,6 +229,7 @@ FILES = (
         "info las/a.las las/b.las laz/a.laz laz/b.laz ply/a.ply ply/b.ply pcd/a.pcd pcd/b.pcd "
         f"ptx/a.ptx e57/a.e57 e57/b.e57 copc/a.copc.laz {JSON}",
     ),
+    Case("riscan", f"info project.rsp {JSON}"),
     Case("info-bad", "info a.ptx cut.ptx empty.las absent.e57"),
     Case("convert", "convert a.ptx {out}/b.laz"),
     Case("placed", "convert a.ptx {out}/b.las --placed --step-mm 1"),
@@ -230,6 +248,9 @@ def setups(folder: Path) -> None:
     for k, (x, y, heading) in enumerate(((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5), (2.0, 8.0, -1.4))):
         pose = levelled((x, y, 1.6), heading, 5e-5, rng)
         np.savetxt(folder / f"S{k + 1}.xyz", points_of(bare_yard(), pose, 30_000, k), fmt="%.4f")
+    (folder / "alone").mkdir()
+    for k in (1, 2, 3):
+        shutil.copy(folder / f"S{k}.xyz", folder / "alone")
     flat = rng.uniform((-3, -3, -1.5), (3, 3, -1.5), (20_000, 3))
     np.savetxt(folder / "lone.xyz", flat, fmt="%.4f")
     away = np.loadtxt(folder / "S2.xyz")[:2000] + np.array([5000.0, 7000.0, 100.0])
@@ -249,6 +270,8 @@ REGISTER = (
         ITERATED,
         keep="*.[jl]*",
     ),
+    Case("init", "init alone --yes"),
+    Case("run", "run alone/project.toml --out {out}", ITERATED, needs=("init",), keep="re*.[jt]*"),
     Case("lone", "register S1.xyz lone.xyz"),
     Case("one", "register S1.xyz"),
     Case("away", "register S1.xyz away.xyz"),

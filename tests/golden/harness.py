@@ -232,8 +232,11 @@ def _run(case: Case, folder: Path) -> dict[str, str]:
 
 
 def _shorter(number: re.Match[str]) -> str:
-    """To eight digits, and nothing of what is zero but for rounding."""
-    return f"{float(number.group()):.8g}" if abs(float(number.group())) > 1e-10 else "0.0"
+    """To a micrometre or six digits, and nothing of what is zero but for rounding."""
+    value = float(number.group())
+    if abs(value) < 1e-10:
+        return "0.0"
+    return f"{value:.6f}" if abs(value) > 1 else f"{value:.6g}"
 
 
 def _normalised(text: str, folder: Path, days: set[datetime.date]) -> str:

@@ -135,6 +135,9 @@ def yard(folder: Path, seed: int = 32, places: Places = PLACES) -> None:
         "-height": {"S2 height": 0.1},
         "-metre": {"S1-C distance": 1.0},
         "-turned": {"S1-B direction": 200.0, "S1-C distance": 1.0},
+        "-circle": {"S2-T2 direction": 100.0},
+        "-feet": {"S2-T1 distance": 44.81 * (1 / 0.3048 - 1)},
+        "-two": {"S1-T1 direction": 0.05, "S1-T2 direction": -0.04, "S2-T3 distance": 0.03},
     }
     for name, wrong in mistakes.items():
         rng.bit_generator.state = state
@@ -173,18 +176,40 @@ def yard(folder: Path, seed: int = 32, places: Places = PLACES) -> None:
         "height": ("", "-height"),
         "metre": ("", "-metre"),
         "turned": ("", "-turned"),
+        "circle": ("", "-circle"),
+        "feet": ("", "-feet"),
+        "two": ("", "-two"),
     }
     for name, (top, which) in projects.items():
         text = YARD.format(top=top, sights=which) + INSTRUMENTS
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     text = YARD.format(top="", sights="").replace("targets.csv", "targets-swapped.csv")
     (folder / "swapped.toml").write_text(text + INSTRUMENTS, encoding="utf-8")
+    plain = YARD.format(top="", sights="")
+    typed = (folder / "control.csv").read_text().splitlines()
+    east, north = typed[2].split(",")[1:3]
+    for name, line in {
+        "typed": typed[2].replace(north, f"{float(north) + 0.2:.4f}"),
+        "placeholder": typed[2].replace(east, "0.0").replace(north, "0.0"),
+    }.items():
+        rows(folder / f"control-{name}.csv", typed[0], [typed[1], line, *typed[3:]])
+        text = plain.replace("control.csv", f"control-{name}.csv") + INSTRUMENTS
+        (folder / f"{name}.toml").write_text(text, encoding="utf-8")
+    coarse = INSTRUMENTS.replace("distance_mm = 1.5", "distance_mm = 15000")
+    (folder / "coarse.toml").write_text(plain + coarse, encoding="utf-8")
+    one = plain.replace("control.csv", "control-one.csv") + INSTRUMENTS
+    rows(folder / "control-one.csv", typed[0], [typed[1]])
+    (folder / "one.toml").write_text(one, encoding="utf-8")
     top = '[output]\nangle = "gon"\nepoch = true\ndecimal = ","\n'
     (folder / "edited.toml").write_text(
         'edits = "off.toml"\n' + YARD.format(top=top, sights="-blunder") + INSTRUMENTS,
         encoding="utf-8",
     )
     (folder / "off.toml").write_text(EDITS, encoding="utf-8")
+    (folder / "none.toml").write_text(EDITS.replace("S1:T2", "S1:T9"), encoding="utf-8")
+    (folder / "no-edit.toml").write_text(
+        (folder / "edited.toml").read_text().replace("off.toml", "none.toml"), encoding="utf-8"
+    )
 
 
 YARD_CASES = (
@@ -194,18 +219,27 @@ YARD_CASES = (
     Case("free-all", f"adjust yard.toml --datum free --posterior --confidence 0.99 {TEXT}"),
     Case("blunders", f"adjust gon.toml {JSON} {TEXT}"),
     Case("snoop", f"adjust gon.toml --snoop {ALL}"),
-    Case("robust", f"adjust gon.toml --robust danish {JSON}"),
+    Case("robust", "adjust gon.toml --robust danish"),
     Case("huber", "adjust gon.toml --robust huber"),
-    Case("vce", f"adjust yard.toml --vce {JSON} {TEXT}"),
+    Case("vce", f"adjust yard.toml --vce {JSON}"),
     Case("deg", f"adjust deg.toml {PAGE} {TEXT}"),
     Case("gon-as-deg", "adjust gon.toml --angle deg"),
     Case("comma", f"adjust comma.toml --snoop {PAGE} {TEXT}"),
     Case("comma-deg", f"adjust comma-deg.toml {PAGE} {TEXT}"),
-    Case("height", f"adjust height.toml {JSON} {TEXT}"),
+    Case("height", f"adjust height.toml {TEXT}"),
     Case("metre", f"adjust metre.toml {PAGE}"),
     Case("turned", "adjust turned.toml"),
     Case("swapped", f"adjust swapped.toml {TEXT}"),
+    *(
+        Case(name, f"adjust {name}.toml")
+        for name in ("circle", "feet", "two", "typed", "placeholder", "coarse", "one")
+    ),
     Case("quiet", "adjust yard.toml -q"),
+    Case("no-option", "adjust yard.toml --confidence 2"),
+    Case("no-datum", "adjust yard.toml --datum fixed:A,Z"),
+    Case("taken", "adjust yard.toml --json control.csv"),
+    Case("one-name", "adjust yard.toml --json new.json --text new.json"),
+    Case("no-edit", "adjust no-edit.toml"),
     Case("check-project", "check-project gon.toml"),
     Case("run", "run edited.toml --out {out}"),
     Case("run-dry", "run gon.toml --dry-run"),
@@ -238,8 +272,9 @@ YARD_CASES = (
 def files(folder: Path) -> None:
     for path in INPUTS.iterdir():
         shutil.copy(path, folder)
-    for kind in ("gama", "starnet", "gvx", "ski", "sinex", "landxml", "epochs"):
+    for kind in ("gama", "starnet", "gvx", "ski", "sinex", "landxml", "gsi", "sdr"):
         shutil.copytree(SEEDS / kind, folder / kind)
+    (folder / "README.md").write_text("# No network\n")
     (folder / "facade.toml").write_text(
         'title = "Traverse"\n[[points]]\nfile = "control.csv"\n'
         '[[points]]\nfile = "check.csv"\nrole = "check"\n'
@@ -262,6 +297,32 @@ FILE_CASES = (
     Case("loop-held", f"adjust loop.csv held.csv {ALL}"),
     *(Case(f"gama-{name}", f"adjust gama/{name}.gkf {TEXT}") for name in "acdefgh"),
     *(Case(f"starnet-{name}", f"adjust starnet/{name}.dat {TEXT}") for name in "abcefgh"),
+    *(
+        Case(name.replace("/", "-").partition(".")[0], f"adjust {name}")
+        for name in ("ski/a.asc", "sinex/a.snx", "gsi/a.gsi", "sdr/a.raw")
+    ),
+    Case("gvx-a", f"adjust gvx/a.gvx {JSON} {TEXT}"),
+    Case("absent", "adjust absent.gsi"),
+    Case("unknown", "adjust README.md"),
 )
 
-GROUPS = (Group("yard", yard, YARD_CASES), Group("files", files, FILE_CASES))
+# what every command says of itself
+
+COMMANDS = (
+    *("init", "check-project", "run", "demo", "adjust", "export", "plan", "baseline", "transform"),
+    *("transform fit", "transform apply", "epochs", "series", "diff", "view", "workbench"),
+    *("targets", "register", "info", "convert", "calibrate", "check", "noise", "compare"),
+    *("regress", "complete", "simulate"),
+)
+HELP = (
+    Case("tribrach", "--help"),
+    Case("version", "--version"),
+    Case("no-command", "adjst yard.toml"),
+    *(Case(words.replace(" ", "-"), f"{words} --help") for words in COMMANDS),
+)
+
+GROUPS = (
+    Group("yard", yard, YARD_CASES),
+    Group("files", files, FILE_CASES),
+    Group("help", lambda folder: None, HELP),
+)
