@@ -301,7 +301,8 @@ def pairs(folder: Path) -> None:
 
 COMPARE = (
     Case("sites", f"compare S1.laz S2.laz --sites sites.csv --poses known.json {JSON} {PAGE}"),
-    Case("whole", f"compare S1.laz S2.laz --limit-m 0.05 {JSON} --distances {{out}}/d.laz"),
+    Case("whole", f"compare S1.laz S2.laz --limit-m 0.05 {JSON} {PAGE}"),
+    Case("distances", "compare S1.laz S2.laz --distances {out}/d.laz"),
     Case("c2c", "compare S1.laz S2.laz --method c2c --sites sites.csv --html {out}/page.html"),
     Case("m3c2", "compare S1.laz S2.laz --method m3c2 --sites sites.csv"),
     Case("moved", f"compare moved.laz S2.laz --moved --method m3c2 {JSON} {PAGE}"),
