@@ -12,7 +12,6 @@ from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
-from tribrach.report.schema.comparison import ComparisonDocument
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
@@ -30,7 +29,6 @@ def documents() -> dict[str, type[Document] | Form]:
     found: dict[str, type[Document] | Form] = {
         "result": result_model(),
         "baseline": BaselineDocument,
-        "compare": ComparisonDocument,
         "diff": DiffDocument,
         "epoch": EpochDocument,
         "epochs": EpochsDocument,

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from tribrach.answers import Result
 from tribrach.report.figures import Picture
 from tribrach.report.schema.base import DocumentPart
 from tribrach.report.tables import ReportTable
@@ -33,7 +34,7 @@ class Chapter:
         In the page only.
     tables : tuple of ReportTable
         Those without rows are left out.
-    data : DocumentPart, sequence or mapping of parts, or None
+    data : DocumentPart, Result, sequence or mapping of parts, or None
         What the JSON result holds: numbers in metres and radians, names as keys, None where there
         is no number; None if it holds nothing.
     warnings : tuple of ReportWarning
@@ -50,7 +51,7 @@ class Chapter:
     sentences: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
     tables: tuple[ReportTable, ...] = ()
-    data: DocumentPart | Sequence[DocumentPart] | Mapping[str, DocumentPart] | None = None
+    data: DocumentPart | Result | Sequence[DocumentPart] | Mapping[str, DocumentPart] | None = None
     warnings: tuple[ReportWarning, ...] = ()
     key: str = ""
     signed: bool = False
