@@ -11,7 +11,6 @@ from tribrach import questions
 from tribrach.answers import Form, described
 from tribrach.report import json_result
 from tribrach.report.schema.base import Document, DocumentPart
-from tribrach.report.schema.comparison import ComparisonDocument
 from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.scans import ScansDocument
@@ -25,7 +24,6 @@ def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
     found: dict[str, type[Document] | Form] = {
         "result": json_result.form(),
-        "compare": ComparisonDocument,
         "epoch": EpochDocument,
         "info": ScansDocument,
         "plan": PlanDocument,

@@ -16,7 +16,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.twins import write_twin
 from tribrach.job.cloud_file import open_cloud, station_pair
 from tribrach.job.compare import compare_clouds
-from tribrach.job.motions import CloudMotions, MotionCollector, MovedPart
+from tribrach.questions.compare.motions import CloudMotions, MotionCollector, MovedPart
 from tribrach.simulate.twins import build
 from tribrach.simulate.twins.retaining_wall import MOTIONS
 

@@ -53,21 +53,21 @@ def test_figures_are_those_of_the_distances() -> None:
     expected = cKDTree(b).query(a)[0]
     near = expected[expected <= 0.012]
     found = cloud_to_cloud(in_memory(a), in_memory(b), 0.012)
-    assert found.count == len(near)
+    assert found.n == len(near)
     assert found.beyond == pytest.approx(1 - len(near) / len(a))
     assert found.mean == pytest.approx(near.mean(), rel=1e-9)
     assert found.std == pytest.approx(near.std(), rel=1e-9)
     assert found.rms == pytest.approx(np.sqrt((near**2).mean()), rel=1e-9)
     assert found.median == pytest.approx(np.median(near), abs=2e-6)
     assert found.q95 == pytest.approx(np.quantile(near, 0.95), abs=2e-6)
-    assert any("cuts distances" in sentence for sentence in found.sentences)
+    assert any("cuts distances" in sentence for sentence in found.notes)
 
 
 @pytest.mark.parametrize("shift", [0.0, UTM])
 def test_without_errors_there_is_nothing_but_the_floor(shift: np.ndarray | float) -> None:
     found = compared(0.0, shift=shift)
     floor = lattice_floor(ACROSS, UP)
-    assert found.model == "lattice"
+    assert found.floor_model == "lattice"
     assert found.floor is not None
     assert (found.floor.mean, found.floor.std, found.floor.rms) == pytest.approx(
         (floor.mean, floor.std, floor.rms), rel=1e-6
@@ -79,9 +79,9 @@ def test_without_errors_there_is_nothing_but_the_floor(shift: np.ndarray | float
     assert found.pitch_a is not None
     assert (found.pitch_b.across, found.pitch_b.up) == pytest.approx((ACROSS, UP), rel=1e-5)
     assert (found.pitch_a.across, found.pitch_a.up) == pytest.approx((0.0173, 0.0241), rel=1e-4)
-    assert found.plane is not None
-    assert found.plane.rms < 1e-8
-    assert found.debiased is None or found.debiased < 0.1 * floor.rms
+    assert found.local_plane is not None
+    assert found.local_plane.rms < 1e-8
+    assert found.debiased_rms is None or found.debiased_rms < 0.1 * floor.rms
 
 
 @pytest.mark.parametrize("noise", [0.0015, 0.002, 0.0025])
@@ -91,9 +91,9 @@ def test_debiased_rms_gives_the_noise_back(noise: float) -> None:
     for seed in range(3):
         a, b = other(noise, 2 * seed), wall(ACROSS, UP, noise, 2 * seed + 1)
         found = cloud_to_cloud(in_memory(a), in_memory(b), 0.2)
-        assert found.debiased is not None
-        squares.append(found.debiased**2)
-        assert not any("too small" in sentence for sentence in found.sentences)
+        assert found.debiased_rms is not None
+        squares.append(found.debiased_rms**2)
+        assert not any("too small" in sentence for sentence in found.notes)
     # the nearest of several noisy points is a little nearer than the surface
     assert np.sqrt(np.mean(squares)) == pytest.approx(noise * np.sqrt(2), rel=0.08)
     assert np.sqrt(np.mean(squares)) < noise * np.sqrt(2)
@@ -101,26 +101,26 @@ def test_debiased_rms_gives_the_noise_back(noise: float) -> None:
 
 def test_noise_as_large_as_the_pitch_is_called_too_small() -> None:
     found = compared(0.012)
-    assert found.debiased is not None
-    assert found.debiased < 0.9 * 0.012 * np.sqrt(2)
-    assert any("too small" in sentence for sentence in found.sentences)
+    assert found.debiased_rms is not None
+    assert found.debiased_rms < 0.9 * 0.012 * np.sqrt(2)
+    assert any("too small" in sentence for sentence in found.notes)
 
 
 def test_offset_comes_through() -> None:
     found = compared(0.001, offset=0.004)
-    assert found.debiased == pytest.approx(np.sqrt(0.004**2 + 2 * 0.001**2), rel=0.05)
-    assert found.plane is not None
-    assert found.plane.mean == pytest.approx(0.004, abs=1e-4)
+    assert found.debiased_rms == pytest.approx(np.sqrt(0.004**2 + 2 * 0.001**2), rel=0.05)
+    assert found.local_plane is not None
+    assert found.local_plane.mean == pytest.approx(0.004, abs=1e-4)
 
 
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_planes_are_signed_towards_the_viewpoint(side: float) -> None:
     found = compared(0.001, 0.005, UTM, viewpoint=UTM + np.array([2.0, 30 * side, 2.0]))
-    assert found.plane is not None
-    assert found.plane.mean == pytest.approx(0.005 * side, abs=1e-4)
-    assert found.plane.median == pytest.approx(0.005 * side, abs=2e-4)
+    assert found.local_plane is not None
+    assert found.local_plane.mean == pytest.approx(0.005 * side, abs=1e-4)
+    assert found.local_plane.median == pytest.approx(0.005 * side, abs=2e-4)
     # noise of the points and of planes through sixteen of them
-    assert found.plane.std == pytest.approx(0.001 * np.sqrt(1 + 1 / 16), rel=0.04)
+    assert found.local_plane.std == pytest.approx(0.001 * np.sqrt(1 + 1 / 16), rel=0.04)
 
 
 def test_planes_do_not_go_beyond_the_border() -> None:
@@ -138,17 +138,17 @@ def test_points_at_random_have_a_measured_floor() -> None:
     a, b = (np.column_stack([*rng.uniform(0, 2, (2, n)), np.zeros(n)]) for n in (30_000, 40_000))
     found = cloud_to_cloud(in_memory(a), in_memory(b), 0.2)
     floor = random_floor(0.01)
-    assert found.model == "measured"
+    assert found.floor_model == "measured"
     assert found.floor is not None
     assert found.floor.mean == pytest.approx(floor.mean, rel=0.05)
     assert found.mean == pytest.approx(floor.mean, rel=0.02)
-    assert any("no lattice" in sentence for sentence in found.sentences)
+    assert any("no lattice" in sentence for sentence in found.notes)
 
 
 def test_nothing_near() -> None:
     found = cloud_to_cloud(in_memory(wall(0.1, 0.1, 0, 1, 5.0)), in_memory(wall(0.1, 0.1, 0, 2)), 1)
-    assert (found.count, found.beyond, found.mean, found.floor) == (0, 1.0, None, None)
-    assert found.sentences == ("no point of the compared cloud has a neighbour within the limit",)
+    assert (found.n, found.beyond, found.mean, found.floor) == (0, 1.0, None, None)
+    assert found.notes == ("no point of the compared cloud has a neighbour within the limit",)
 
 
 def test_few_points_and_no_surface() -> None:
@@ -156,11 +156,11 @@ def test_few_points_and_no_surface() -> None:
     bush = rng.uniform(0, 1, (4000, 3))
     found = cloud_to_cloud(in_memory(bush[:20] + 0.01), in_memory(bush), 0.2)
     assert found.floor is None or found.floor.rms > 0
-    assert any("only 20 points" in sentence for sentence in found.sentences)
+    assert any("only 20 points" in sentence for sentence in found.notes)
     alone = cloud_to_cloud(in_memory(bush[:40] + 0.01), in_memory(bush[:40]), 0.2)
     assert alone.floor is None
-    assert alone.debiased is None
-    assert any("floor is not known" in sentence for sentence in alone.sentences)
+    assert alone.debiased_rms is None
+    assert any("floor is not known" in sentence for sentence in alone.notes)
 
 
 def shuffled(points: np.ndarray, size: int):
@@ -178,16 +178,16 @@ def test_tiles_say_what_the_whole_says(seed: int, size: int) -> None:
     a, b = inner(wall(0.0373, 0.0441, 0.002, seed)), wall(0.04, 0.045, 0.002, seed + 1)
     whole = cloud_to_cloud(in_memory(a), in_memory(b), 0.04)
     tiles = cloud_to_cloud(shuffled(a, 1700), shuffled(b, 1900), 0.04, size=size)
-    assert tiles.count == whole.count
+    assert tiles.n == whole.n
     assert (tiles.tally.bins == whole.tally.bins).all()
     assert (tiles.mean, tiles.std, tiles.rms) == pytest.approx((whole.mean, whole.std, whole.rms))
     assert (tiles.median, tiles.q95) == pytest.approx((whole.median, whole.q95), abs=1e-12)
     assert tiles.floor is not None
     assert whole.floor is not None
     assert tiles.floor.mean == pytest.approx(whole.floor.mean, rel=0.01)
-    assert tiles.plane is not None
-    assert whole.plane is not None
-    assert tiles.plane.std == pytest.approx(whole.plane.std, rel=0.05)
+    assert tiles.local_plane is not None
+    assert whole.local_plane is not None
+    assert tiles.local_plane.std == pytest.approx(whole.local_plane.std, rel=0.05)
 
 
 @given(

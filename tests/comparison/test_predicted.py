@@ -22,6 +22,7 @@ from tribrach.comparison.predicted import BAND, Prediction, compare_offsets, pre
 from tribrach.comparison.station_pair import StationPair
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.job.compare import compare_clouds, offset_test
+from tribrach.report.comparison import offsets_finding
 
 #: middles and normals of walls about the origin
 WALLS = (((0.0, 8.0, 2.0), (0.0, -1.0, 0.0)), ((10.0, 4.0, 1.0), (-1.0, 0.0, 0.0)),
@@ -157,7 +158,8 @@ def test_offsets_in_words() -> None:
     for size, words in ((1e-6, "smaller than"), (0.001, "as large as"), (0.02, "larger than")):
         found = compare_offsets([prediction(offset=s * size) for s in (1, 1, 1)], pair)
         assert found is not None
-        assert f"3 sites are {words} the joint covariance" in found.sentence()
+        said = offsets_finding(found).values
+        assert (said["t.count"], said["how"]) == (3, words)
     assert compare_offsets([], pair) is None
 
 
@@ -244,8 +246,8 @@ def test_all_sites_of_the_twin(tmp_path: Path, seed: int) -> None:
     _as_predicted(found, pair, made, adjustment)
     for site in found:
         assert site.c2c is not None
-        assert site.c2c.debiased is not None
-        assert BAND[0] < site.c2c.debiased / site.predicted_sigma < BAND[1], site.name
+        assert site.c2c.debiased_rms is not None
+        assert BAND[0] < site.c2c.debiased_rms / site.predicted_sigma < BAND[1], site.name
     without = [s.prediction for s in compared(clouds, pair, incidence=False)]
     outside = [p for p in without if p is not None and not BAND[0] < p.ratio < BAND[1]]
     assert len(outside) >= 2

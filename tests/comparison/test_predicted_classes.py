@@ -1,12 +1,14 @@
 """Predicted against observed by class: right predictions stand, wrong ones fall where they are."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from tests.comparison.test_predicted import prediction
+from tribrach.comparison.compared import Comparison
 from tribrach.comparison.predicted_classes import predicted_classes
 from tribrach.comparison.results import SiteResult
 from tribrach.comparison.sites import Geometry
@@ -66,14 +68,18 @@ def test_a_wrong_model_falls_in_its_own_classes() -> None:
     ]  # fmt: skip
 
 
+def whole(some: Sequence[SiteResult]) -> Comparison:
+    return Comparison("A", "B", 0.2, tuple(some))
+
+
 def test_the_table_says_it_and_is_left_out_without_predictions() -> None:
     some = sites(3, count=8)
-    names = [table.name for table in comparison_tables(some)]
+    names = [table.name for table in comparison_tables(whole(some))]
     assert names[-1] == "predicted-classes"
     unlit = [replace(s, light_a=None, light_b=None, prediction=None) for s in some]
-    assert "predicted-classes" not in [table.name for table in comparison_tables(unlit)]
+    assert "predicted-classes" not in [table.name for table in comparison_tables(whole(unlit))]
     # predictions are for a surface that stood still
-    moved = [table.name for table in comparison_tables(some, moved=True)]
+    moved = [table.name for table in comparison_tables(whole(some), moved=True)]
     assert moved == [name for name in names if not name.startswith("predicted")]
     (first, *_) = predicted_classes([replace(s, light_a=None, light_b=None) for s in some])
     assert first.by == "range"
@@ -81,7 +87,7 @@ def test_the_table_says_it_and_is_left_out_without_predictions() -> None:
 
 def test_the_band_about_predictions_stays_in_its_panel() -> None:
     """Beyond it, it would be drawn over what stands above, on paper on the page before."""
-    pictures = {one.name: one for one in comparison_pictures(sites(3), 0.2)}
+    pictures = {one.name: one for one in comparison_pictures(whole(sites(3)))}
     drawing = pictures["predicted-observed"].drawing
     (panel,) = drawing.marks
     paths = {dict(mark.attributes)["class"]: mark for mark in panel.inner if mark.tag == "path"}

@@ -75,7 +75,7 @@ def test_a_wall_that_tilts_about_its_foot() -> None:
     assert found.values[TURN] == pytest.approx(0.0, abs=1e-12)
     # what moves it within its face leaves every distance as it was
     assert list(found.seen) == [True, False, False, True, True, False]
-    assert found.rank == 3
+    assert found.dof == 3
     assert np.isnan(found.values[[1, 2, 5]]).all()
 
 
@@ -116,7 +116,7 @@ def test_motions_and_their_differences_scatter_as_stated() -> None:
             sums[k] += float(off @ np.linalg.solve(one.cofactor, off))
         # both registrations cancel but for their own points
         assert np.trace(relative.cofactor) < 0.05 * np.trace(found.cofactor)
-    for total, rank in zip(sums, (3, 3, fixed.rank), strict=True):
+    for total, rank in zip(sums, (3, 3, fixed.dof), strict=True):
         low, high = stats.chi2.ppf([0.0005, 0.9995], rank * draws)
         assert low < total < high
 
@@ -219,10 +219,10 @@ def test_no_stable_area_where_less_than_half_agrees() -> None:
 def test_areas_without_a_comparison_add_up() -> None:
     places = np.array([[k, 0.0, 0.0] for k in range(10)]) + PLACES[0]
     why = np.array([-1, -1, -1, -1, 0, 0, 1, 1, 1, 3])
-    found = areas_without(places, why, 1.0, places[:2] + 50)
+    found, reasons = areas_without(places, why, 1.0, places[:2] + 50)
     assert found.share == pytest.approx(4 / 12)
-    assert [r.words for r in found.reasons] == [REASONS[k] for k in (0, 1, 3, 4)]
-    assert found.share + sum(r.share for r in found.reasons) == pytest.approx(1.0)
-    assert [r.area for r in found.reasons] == [2, 3, 1, 2]
-    assert found.reasons[1].places[0].middle == pytest.approx(places[7])
-    assert found.reasons[1].places[0].extent == pytest.approx((3, 1, 1))
+    assert [r.words for r in reasons] == [REASONS[k] for k in (0, 1, 3, 4)]
+    assert found.share + sum(r.share for r in reasons) == pytest.approx(1.0)
+    assert [r.area for r in reasons] == [2, 3, 1, 2]
+    assert reasons[1].places[0].middle == pytest.approx(places[7])
+    assert reasons[1].places[0].extent == pytest.approx((3, 1, 1))

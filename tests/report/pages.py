@@ -42,6 +42,8 @@ from tribrach.observations.sights import Directions, SlopeDistances
 from tribrach.planning.prediction import Criterion, figures
 from tribrach.questions.calibrate.chapters import answer_of as calibration_answer
 from tribrach.questions.check.chapters import answer_of as check_answer
+from tribrach.questions.compare.chapters import ComparedClouds
+from tribrach.questions.compare.chapters import answer_of as comparison_answer
 from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.questions.epochs.chapters import answer_of as epochs_answer
@@ -61,7 +63,6 @@ from tribrach.report.build import build
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.comparisons import comparison_chapter
 from tribrach.report.charts import Chart, beside, legend
-from tribrach.report.comparison import comparison_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_svg
 from tribrach.report.figures import Picture
@@ -176,7 +177,8 @@ def _report(name: Naming) -> str:
 
 
 def _comparison(name: Naming) -> str:
-    return comparison_page(name(0), name(1), 0.2, sites_of(name))
+    found = ComparedClouds(name(0), name(1), 0.2, tuple(sites_of(name)))
+    return comparison_answer((name(0), name(1)), found).page()
 
 
 def _completeness(name: Naming) -> str:
@@ -331,7 +333,7 @@ def _epochs_svg(name: Naming) -> str:
 #: every function that makes a page, by its module below ``tribrach.report`` and its name
 PAGES = {
     "html.render": _report,
-    "comparison.comparison_page": _comparison,
+    "questions.compare": _comparison,
     "questions.complete": _completeness,
     "questions.check": _check,
     "questions.calibrate": _calibration,

@@ -16,22 +16,24 @@ from tests.report import pages
 from tests.report.hostile import harmless
 from tests.report.pages import PAGES, sites_of
 from tribrach.calibration.field_check import check_readings
+from tribrach.comparison.compared import Comparison
 from tribrach.comparison.predicted import OffsetTest, Prediction
+from tribrach.comparison.results import SiteResult
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.epoch_files import epoch_data
 from tribrach.job.epochs import ComparedEpochs
-from tribrach.job.motions import CloudMotions, MovedPart, Verdict
 from tribrach.questions.check.chapters import answer_of
+from tribrach.questions.compare.motions import CloudMotions, MovedPart, Verdict
+from tribrach.questions.compare.moved import motions_front
 from tribrach.questions.epochs.chapters import answer_of as epochs_answer
 from tribrach.questions.series.chapters import answer_of as series_answer
 from tribrach.questions.series.cycles import Cycle, PointAt, Series, SeriesSettings
 from tribrach.registration.clouds.graph import CloudEdge
-from tribrach.report.comparison import comparison_sentences
+from tribrach.report.comparison import comparison_findings, offsets_finding
 from tribrach.report.epochs import direction_words
 from tribrach.report.findings import Finding
-from tribrach.report.motions import motions_front
 from tribrach.report.names import numbered, some_of, told_apart
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
@@ -166,16 +168,15 @@ def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_mov
     predicted = Prediction(
         noise, scatter, (9000, 9000), 1e-3, 5e-3, 1e-4, (), 4e-3, 5e-3, None, 0.5
     )
-    sites = [replace(site, prediction=predicted) for site in sites_of(harmless)]
-    offsets = OffsetTest(len(sites), 99.0, 1.0, 5.0)
-    still = comparison_sentences(sites, offsets)
-    moved = comparison_sentences(sites, offsets, moved=True)
-    assert any("larger than the joint covariance" in words for words in still)
-    assert not any("joint covariance" in words for words in moved)
+    sites = tuple(replace(site, prediction=predicted) for site in sites_of(harmless))
+    found = Comparison("A", "B", 0.2, sites, OffsetTest(len(sites), 99.0, 1.0, 5.0))
+    still, moved = comparison_findings(found), comparison_findings(found, moved=True)
+    (offsets,) = (one for one in still if one.key == "offsets")
+    assert offsets.values["how"] == "larger than"
+    assert {one.key for one in moved} == {"site_note"}
     assert set(moved) <= set(still)
-    assert any("few points" in words for words in moved)
-    one = OffsetTest(1, 99.0, 1.0, 5.0).sentence()
-    assert one.startswith("The offset of the site is larger than")
+    one = offsets_finding(OffsetTest(1, 99.0, 1.0, 5.0))
+    assert one.words.startswith("The offset of the site is larger than")
 
 
 def test_it_is_said_why_sites_are_too_far_apart_together_and_none_by_itself() -> None:
@@ -186,12 +187,15 @@ def test_it_is_said_why_sites_are_too_far_apart_together_and_none_by_itself() ->
     )
     sites = [replace(site, prediction=near) for site in sites_of(harmless)]
     failed = OffsetTest(16, 32.9, 6.9, 28.8)
-    why = "No site by itself is beyond three times the sigma of its offset"
-    assert any(why in words for words in comparison_sentences(sites, failed))
-    passed = OffsetTest(16, 20.0, 6.9, 28.8)
-    assert not any(why in words for words in comparison_sentences(sites, passed))
+
+    def said(sites: list[SiteResult], offsets: OffsetTest) -> set[str]:
+        found = Comparison("A", "B", 0.2, tuple(sites), offsets)
+        return {one.key for one in comparison_findings(found)}
+
+    assert "together_only" in said(sites, failed)
+    assert "together_only" not in said(sites, OffsetTest(16, 20.0, 6.9, 28.8))
     sites = [replace(sites[0], prediction=far), *sites[1:]]
-    assert not any(why in words for words in comparison_sentences(sites, failed))
+    assert "together_only" not in said(sites, failed)
 
 
 def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -277,8 +281,8 @@ def test_a_site_is_said_to_have_moved_only_if_its_test_says_so(
     verdicts: tuple[Verdict, Verdict], sort: str, words: str
 ) -> None:
     parts = [MovedPart(name, v, 1.0) for name, v in zip("ab", verdicts, strict=True)]
-    stable, surface = SimpleNamespace(agrees=True), SimpleNamespace(share=0.8)
-    all_of_it = SimpleNamespace(parts=parts, stable=stable, surface=surface, named=True)
+    stable, compared = SimpleNamespace(agrees=True), SimpleNamespace(share=0.8)
+    all_of_it = SimpleNamespace(parts=parts, stable=stable, compared=compared, sites=True)
     told = motions_front(cast(CloudMotions, all_of_it))
     assert (told.sort, told.verdict) == (sort, words)
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tests.comparison.test_rigid_motion import ground, joined, observed, wall
-from tribrach.comparison.not_compared import NotCompared
+from tribrach.comparison.not_compared import ComparedSurface
 from tribrach.comparison.rigid_motion import part_motion
-from tribrach.job.motions import CloudMotions, ComparedPlaces, MovedPart, StableArea
-from tribrach.report.motion_pictures import motions_pictures
-from tribrach.report.motions import motions_tables
+from tribrach.questions.compare.motion_pictures import motions_pictures
+from tribrach.questions.compare.motions import CloudMotions, ComparedPlaces, MovedPart, StableArea
+from tribrach.questions.compare.moved import motions_tables
 
 STILL = np.zeros(6)
 
@@ -41,13 +41,14 @@ def motions() -> CloudMotions:
     part = MovedPart("1", "moved", 24.0, moved, None, limit, moved.detectable(0.05, 0.8))
     area = StableArea(12, 0.8, 110.0, stable, stable.limit(0.05), stable.detectable(0.05, 0.8))
     return CloudMotions(
-        named=False,
         parts=(part,),
+        sites=False,
         stable=area,
         patches=15,
         loose=0.0,
         factor=1.0,
-        surface=NotCompared(150.0, 0.6, ()),
+        compared=ComparedSurface(150.0, 0.6),
+        not_compared=(),
         places=places,
     )
 

@@ -81,7 +81,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Estimate the noise of a scanner from planes in its scans: a law for each point.",
     ),
     "compare": (
-        "cli.compare",
+        "questions.compare.command",
         "Compare two clouds, on test sites or as a whole, with the sampling floor beside.",
     ),
     "epochs": (

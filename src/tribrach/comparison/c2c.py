@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Result
 from tribrach.comparison.nearest import Neighbours
 from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
 from tribrach.comparison.streams import Stream
@@ -57,97 +58,84 @@ _FEW, _COARSE = 30, 0.25
 
 
 @dataclass(frozen=True)
-class Pitch:
-    """Pitch of the points of a cloud on its surface.
+class Pitch(Result):
+    """Pitch of the points of a cloud on its surface."""
 
-    Attributes
-    ----------
-    across, up
-        Medians across and upwards [m].
-    lattice
-        Share of the places that are lattices.
-    """
-
+    #: medians across and upwards [m]
     across: float
     up: float
+    #: share of places that are lattices
     lattice: float
 
 
 @dataclass(frozen=True)
-class Signed:
-    """Distances from local planes.
-
-    Attributes
-    ----------
-    count
-        Their number.
-    mean, std, rms, median
-        Of the signed distances [m].
-    q95
-        Size that 95 % do not exceed [m].
-    """
+class Signed(Result):
+    """Distances from local planes [m]."""
 
     count: int
     mean: float
     std: float
     rms: float
     median: float
+    #: size that 95 % do not exceed
     q95: float
 
 
 @dataclass(frozen=True)
-class C2C:
-    """Distances from the points of a cloud to the nearest of a reference.
+class C2C(
+    Result,
+    without=("limit", "floor", "tally", "sample", "places", "normals"),
+    also=("floor_mean", "floor_std", "floor_rms"),
+):
+    """Distances to nearest points [m] beside what sampling alone makes of them."""
 
-    Attributes
-    ----------
-    limit
-        Largest distance that counts [m].
-    count
-        Points with a neighbour within the limit.
-    beyond
-        Share of the points without.
-    mean, std, rms, median, q95
-        Of the distances [m], None without any.
-    floor
-        Distances that sampling alone makes, None where no surface was seen.
-    model
-        ``lattice`` or ``measured``: what the floor rests on.
-    pitch_a, pitch_b
-        Pitch of either cloud, None where no surface was seen.
-    debiased
-        RMS across the surface [m], None where nothing is left beside sampling.
-    plane
-        Distances from local planes, None where no plane was seen.
-    sentences
-        What to know before the figures are used.
-    tally
-        The distances for a histogram.
-    sample : array (k, 4)
-        Points and their distances [m].
-    places, normals : array (p, 3)
-        Where the surface was looked at [m], and its unit normals, NaN where there is none.
-    """
-
+    #: largest distance that counts
     limit: float
-    count: int
+    #: points with a neighbour within the limit
+    n: int
+    #: share of the points without
     beyond: float
+    #: of the distances, None without any
     mean: float | None
     std: float | None
     rms: float | None
     median: float | None
     q95: float | None
+    #: distances that sampling alone makes, None where no surface was seen
     floor: Floor | None
-    model: str | None
+    #: ``lattice`` or ``measured``: what the floor rests on
+    floor_model: str | None
+    #: of either cloud, None where no surface was seen
     pitch_a: Pitch | None
     pitch_b: Pitch | None
-    debiased: float | None
-    plane: Signed | None
-    sentences: tuple[str, ...]
+    #: RMS across the surface, None where nothing is left beside sampling
+    debiased_rms: float | None
+    #: None where no plane was seen
+    local_plane: Signed | None
+    #: what to know before the figures are used
+    notes: tuple[str, ...]
+    #: the distances for a histogram
     tally: Tally
+    #: points and their distances (k, 4)
     sample: Array
+    #: where the surface was looked at (p, 3), and its unit normals, NaN where there is none
     places: Array
     normals: Array
+
+    @property
+    def floor_mean(self) -> float | None:
+        """Mean of the floor."""
+        return None if self.floor is None else self.floor.mean
+
+    @property
+    def floor_std(self) -> float | None:
+        """Standard deviation of the floor."""
+        return None if self.floor is None else self.floor.std
+
+    @property
+    def floor_rms(self) -> float | None:
+        """Root mean square of the floor."""
+        return None if self.floor is None else self.floor.rms
 
 
 def cloud_to_cloud(
@@ -335,7 +323,7 @@ def _result(looked: Sequence[_Looked], limit: float, own: SamplingPattern) -> C2
     debiased = _debiased(rms, floor)
     return C2C(
         limit=limit,
-        count=t.count,
+        n=t.count,
         beyond=t.share_beyond,
         mean=t.mean if some else None,
         std=t.std if some else None,
@@ -343,12 +331,12 @@ def _result(looked: Sequence[_Looked], limit: float, own: SamplingPattern) -> C2
         median=t.quantile(0.5) if some else None,
         q95=t.quantile(0.95) if some else None,
         floor=floor,
-        model=model,
+        floor_model=model,
         pitch_a=_pitch(own),
         pitch_b=pitch_b,
-        debiased=debiased,
-        plane=_plane_figures(signed, sizes),
-        sentences=tuple(_sentences(t, floor, pitch_b, debiased, limit)),
+        debiased_rms=debiased,
+        local_plane=_plane_figures(signed, sizes),
+        notes=tuple(_sentences(t, floor, pitch_b, debiased, limit)),
         tally=t,
         sample=np.concatenate([np.empty((0, 4)), *(tile.sample for tile in looked)]),
         places=places,

@@ -16,10 +16,11 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array, Index, Mask
+from tribrach.answers import Result
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair
 
-__all__ = ["REASONS", "NotCompared", "Reason", "Where", "areas_without", "reasons_of"]
+__all__ = ["REASONS", "ComparedSurface", "Reason", "Where", "areas_without", "reasons_of"]
 
 #: why a place is not compared, in the order in which it is asked
 REASONS = (
@@ -40,8 +41,8 @@ _TOGETHER, _LISTED = 1.8, 5
 
 
 @dataclass(frozen=True)
-class Where:
-    """Places that lie together: middle and extent along the axes, and area [m, m^2]."""
+class Where(Result):
+    """Cells that lie together: middle, extent [m] and area [m^2]."""
 
     middle: tuple[float, float, float]
     extent: tuple[float, float, float]
@@ -49,22 +50,25 @@ class Where:
 
 
 @dataclass(frozen=True)
-class Reason:
-    """One of :data:`REASONS`: its area [m^2], its share of all, and its largest places."""
+class Reason(Result):
+    """Surface that is not compared for one reason."""
 
+    #: one of :data:`REASONS`
     words: str
+    #: [m^2], about
     area: float
+    #: of all
     share: float
+    #: the largest
     places: tuple[Where, ...]
 
 
 @dataclass(frozen=True)
-class NotCompared:
-    """What was compared and what was not: areas [m^2], about."""
+class ComparedSurface(Result):
+    """Surface that is compared: area [m^2], about, and its share of all."""
 
-    compared: float
+    area: float
     share: float
-    reasons: tuple[Reason, ...]
 
 
 def reasons_of(found: M3C2EP, pair: StationPair) -> Index:
@@ -96,7 +100,9 @@ def reasons_of(found: M3C2EP, pair: StationPair) -> Index:
     return out
 
 
-def areas_without(places: Array, reasons: Index, cell: float, only_b: Array) -> NotCompared:
+def areas_without(
+    places: Array, reasons: Index, cell: float, only_b: Array
+) -> tuple[ComparedSurface, tuple[Reason, ...]]:
     """Sum up what is not compared.
 
     Parameters
@@ -120,7 +126,7 @@ def areas_without(places: Array, reasons: Index, cell: float, only_b: Array) -> 
             share = len(here) / total
             rows.append(Reason(words, area * len(here), share, _places(here, cell)))
     good = int((why == COMPARED).sum())
-    return NotCompared(area * good, good / total, tuple(rows))
+    return ComparedSurface(area * good, good / total), tuple(rows)
 
 
 def _places(points: Array, cell: float) -> tuple[Where, ...]:

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from pykdtree.kdtree import KDTree
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.cloud_parts import CloudChunk, Source
@@ -105,44 +105,68 @@ def with_random(
 
 
 @dataclass(frozen=True)
-class Prediction:
-    """A site: what was predicted along its normal and what was observed, all in metres.
+class Prediction(
+    Result,
+    without=("noise", "scatter", "dof", "offset_noise", "row"),
+    also=(
+        "sigma",
+        "observed",
+        "ratio",
+        "noise_b",
+        "noise_a",
+        "scatter_b",
+        "scatter_a",
+        "noise_ratio",
+        "noise_ratio_error",
+        "enough",
+        "offset_sigma",
+        "offset_agrees",
+        "verdict",
+    ),
+):
+    """What was predicted of the distance along the normal, and what was observed [m]."""
 
-    Attributes
-    ----------
-    noise, scatter
-        Predicted noise and observed scatter of single points, of the first and the second
-        cloud.
-    dof
-        Degrees of freedom of each scatter.
-    registration
-        Predicted sigma between the stations at the site.
-    offset
-        Mean distance of the second cloud from the first.
-    offset_noise
-        Sigma of the offset from the points alone.
-    row
-        What the unknowns of both stations (12 + k,) do to the offset.
-    lod95, lod95_additive, lod95_spatial
-        Mean levels of detection with propagated uncertainty.
-    changed
-        Share of the distances beyond the first level.
-    angles
-        Largest sigma that the systematic part of the angles of both scans adds to the offset.
-    """
-
+    #: predicted noise and observed scatter of single points, of the first and the second cloud
     noise: tuple[float, float]
     scatter: tuple[float, float]
+    #: degrees of freedom of each scatter
     dof: tuple[int, int]
+    #: predicted sigma between the stations at the site
     registration: float
+    #: mean distance of the second cloud from the first
     offset: float
+    #: sigma of the offset from the points alone
     offset_noise: float
+    #: what the unknowns of both stations (12 + k,) do to the offset
     row: tuple[float, ...]
+    #: mean levels of detection with propagated uncertainty
     lod95: float
     lod95_additive: float
     lod95_spatial: float | None
+    #: share of the distances beyond the first level
     changed: float
+    #: largest sigma that systematic angles of both scans add to the offset
     angles: float = 0.0
+
+    @property
+    def noise_a(self) -> float:
+        """Predicted noise of single points of the second cloud, A."""
+        return self.noise[1]
+
+    @property
+    def noise_b(self) -> float:
+        """Predicted noise of single points of the first cloud, B."""
+        return self.noise[0]
+
+    @property
+    def scatter_a(self) -> float:
+        """Observed scatter of single points of the second cloud, A."""
+        return self.scatter[1]
+
+    @property
+    def scatter_b(self) -> float:
+        """Observed scatter of single points of the first cloud, B."""
+        return self.scatter[0]
 
     @property
     def sigma(self) -> float:
@@ -278,48 +302,21 @@ def _pooled(sigma: Array, dof: NDArray[np.int64]) -> float:
 
 
 @dataclass(frozen=True)
-class OffsetTest:
-    """Offsets of k sites against the joint covariance of both stations.
+class OffsetTest(Result, also=("agrees",)):
+    """The offsets of all sites against the joint covariance of both stations."""
 
-    Attributes
-    ----------
-    count
-        Number of sites.
-    statistic
-        ``L^T C^-1 L`` with ``C = A S A^T + D``, what the sites share included.
-    least, limit
-        2.5 and 97.5 % of chi-square of k.
-    """
-
+    #: number of sites
     count: int
+    #: ``L^T C^-1 L`` with ``C = A S A^T + D``, what the sites share included
     statistic: float
+    #: 2.5 and 97.5 % of chi-square of their number
     least: float
     limit: float
 
-    @cached_property
+    @property
     def agrees(self) -> bool:
         """True if the offsets are as large as predicted, and not smaller either."""
         return self.least <= self.statistic <= self.limit
-
-    def sentence(self) -> str:
-        """The test in words."""
-        how, cure = "as large as", ""
-        taken = f"Taken together, the offsets of {self.count} sites are"
-        if self.count == 1:
-            taken = "The offset of the site is"
-        if self.statistic > self.limit:
-            how = "larger than"
-            cure = (
-                "; look at the sites with the largest ratio of offset and sigma, and for errors "
-                "of the scanners that the sigmas of the stations leave out"
-            )
-        elif self.statistic < self.least:
-            how = "smaller than"
-        return (
-            f"{taken} {how} the joint covariance of "
-            f"the stations says: chi-square {self.statistic:.1f}, where {self.least:.1f} to "
-            f"{self.limit:.1f} is to be expected in 95 of 100 surveys{cure}"
-        )
 
 
 def compare_offsets(predictions: Sequence[Prediction], stations: StationPair) -> OffsetTest | None:

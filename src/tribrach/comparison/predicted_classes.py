@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.comparison.predicted import BAND
 from tribrach.comparison.results import SiteResult
 from tribrach.statistics import chi2
@@ -32,36 +33,24 @@ _LEVEL = 0.95
 
 
 @dataclass(frozen=True)
-class PredictedClass:
-    """Clouds at sites that their scanners saw alike.
+class PredictedClass(Result, without=("square",), also=("ratio", "limits", "verdict")):
+    """Predicted against observed of clouds at sites that their scanners saw alike [m]."""
 
-    Attributes
-    ----------
-    by
-        What the class is of.
-    low, high
-        Least and largest of it: intensity as in the files, range [m], incidence [rad].
-    clouds
-        Clouds at sites in it.
-    dof
-        Degrees of freedom of the scatter.
-    noise, scatter
-        Predicted noise and observed scatter of single points, root mean squares [m].
-    square
-        Observed over predicted variances of single points, by the degrees of freedom.
-    offset_sigma, offset
-        Predicted sigma of the distance between the clouds, and that distance, root mean squares
-        over the sites [m].
-    """
-
+    #: what the class is of: intensity, range or incidence
     by: Cause
+    #: its least and largest: as in the files, in metres or radians
     low: float
     high: float
+    #: clouds at sites in it
     clouds: int
+    #: of the scatter
     dof: int
+    #: predicted noise and observed scatter of single points, root mean squares
     noise: float
     scatter: float
+    #: observed over predicted variances of single points, by the degrees of freedom
     square: float
+    #: predicted sigma of the distance between the clouds, and that distance, over the sites
     offset_sigma: float
     offset: float
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tribrach.answers import Result
 from tribrach.comparison.c2c import C2C
 from tribrach.comparison.m3c2 import M3C2
 from tribrach.comparison.predicted import Prediction
@@ -21,36 +22,24 @@ WHOLE = "all"
 
 
 @dataclass(frozen=True)
-class M3C2Figures:
-    """Distances along normals over a site; figures are None where nothing was usable.
+class M3C2Figures(Result):
+    """Distances along normals (M3C2) [m]; figures are null where nothing was usable."""
 
-    Attributes
-    ----------
-    count
-        Distances.
-    mean, std
-        Mean and standard deviation [m].
-    lod95
-        Mean level of detection as published [m].
-    lod95_quadratic
-        Mean level with variances added [m].
-    changed
-        Share of the distances beyond their quadratic level.
-    cylinder, scale
-        Diameters of the cylinders and of the neighbourhoods of the normals [m].
-    sentences
-        What a reader has to know.
-    """
-
-    count: int
+    #: distances
+    n: int
     mean: float | None
     std: float | None
+    #: mean level of detection as published
     lod95: float | None
+    #: mean level with variances added
     lod95_quadratic: float | None
+    #: share of the distances beyond their quadratic level
     changed: float | None
+    #: diameters of the cylinders and of the neighbourhoods of the normals
     cylinder: float
     scale: float
-    sentences: tuple[str, ...] = ()
+    #: what a reader has to know
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, result: M3C2) -> M3C2Figures:
@@ -59,7 +48,7 @@ class M3C2Figures:
         distance, level = result.distance[rows], result.lod95_quadratic[rows]
         some = len(distance) > 0
         return cls(
-            count=len(distance),
+            n=len(distance),
             mean=float(distance.mean()) if some else None,
             std=float(distance.std()) if some else None,
             lod95=float(result.lod95[rows].mean()) if some else None,
@@ -67,45 +56,47 @@ class M3C2Figures:
             changed=float((np.abs(distance) > level).mean()) if some else None,
             cylinder=result.settings.diameter,
             scale=float(max(result.settings.scales)),
-            sentences=tuple(result.warnings),
+            notes=tuple(result.warnings),
         )
 
 
 @dataclass(frozen=True)
-class SiteResult:
-    """The figures of a site.
+class Views(Result):
+    """How both scanners saw a site."""
 
-    Attributes
-    ----------
-    name
-        Of the site.
-    n
-        Points of the compared cloud in it.
-    seen_a, seen_b
-        How both scanners saw it, None where the scanner's place is not known.
-    c2c
-        Distances point to point.
-    m3c2
-        Distances along normals.
-    prediction
-        Of the distance along the normal and what was observed of it, None where the stations
-        are not known.
-    light_a, light_b
-        Mean intensities of both clouds there, as in the files of their scans, None where unknown.
-    center
-        Its middle [m] in the frame of the clouds, None where nothing of it was compared.
-    """
+    a: Geometry | None
+    b: Geometry | None
+
+
+@dataclass(frozen=True)
+class SiteResult(
+    Result,
+    without=("seen_a", "seen_b", "light_a", "light_b"),
+    also=("range", "incidence", "predicted_sigma", "stations"),
+):
+    """A test site."""
 
     name: str
+    #: points of the compared cloud in it
     n: int
+    #: how both scanners saw it, None where the scanner's place is not known
     seen_a: Geometry | None = None
     seen_b: Geometry | None = None
+    #: distances point to point, and along normals
     c2c: C2C | None = None
     m3c2: M3C2Figures | None = None
+    #: None where the stations are not known
     prediction: Prediction | None = None
+    #: mean intensities of both clouds there, as in the files of their scans
     light_a: float | None = None
     light_b: float | None = None
+    #: its middle in the frame of the clouds [m], null where nothing of it was compared
     center: tuple[float, float, float] | None = None
+
+    @property
+    def stations(self) -> Views:
+        """How both scanners saw it, null where the scanner's place is not known."""
+        return Views(self.seen_a, self.seen_b)
 
     @property
     def predicted_sigma(self) -> float | None:

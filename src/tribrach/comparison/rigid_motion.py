@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 
 from tribrach._types import Array, Index, Mask
+from tribrach.answers import Matrix, Number, Result, Vector
 from tribrach.cloud.shared_part import angle_slopes
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.predicted import multiplicity
@@ -134,64 +135,70 @@ def distances_of(
     return PlaceDistances(places, normals, found.distance[rows], sigma, number, pair)
 
 
+@dataclass(frozen=True)
+class Components(Result):
+    """A motion in the frame of the face; null for what the distances do not show."""
+
+    #: along the normal, which looks towards the scanner of B [m]
+    out: Number
+    #: along the face, to the right as seen from outside and upwards (east and north of ground) [m]
+    right: Number
+    up: Number
+    #: how much further out the upper (northern) end is, per metre [m/m]
+    tilt: Number
+    #: the same of the right (eastern) end [m/m]
+    turn: Number
+    #: about the normal [rad]
+    spin: Number
+
+
 @dataclass(frozen=True, eq=False)
-class PartMotion:
-    """How a part moved as one body.
+class PartMotion(
+    Result,
+    without=(
+        *("kept", "misfit", "redundancy", "values", "seen", "parameters", "cofactor", "gain"),
+        *("own", "basis", "lever", "solver"),
+    ),
+    also=("distances", "left_out", "statistic", "dof", "components", "unseen"),
+):
+    """A motion as one body, at its middle."""
 
-    Attributes
-    ----------
-    middle, normal : array (3,)
-        Its middle [m] and mean normal.
-    kept : array of bool (m,)
-        Distances that go along with each other; the others are not used.
-    misfit, dof
-        ``v^T W v`` of those used, and redundancy.
-    values : array (6,)
-        The :data:`COMPONENTS` [m, rad]; NaN where they are not seen.
-    covariance : array (6, 6)
-        Of them; NaN where they are not seen.
-    seen : array of bool (6,)
-        Which of them the distances show.
-    parameters : array (r,)
-        The motion in the r directions that are seen, all in metres.
-    cofactor : array (r, r)
-        Their covariance.
-    gain : array (r, 12 + k)
-        What the unknowns of both stations do to them.
-    own : array (r, r)
-        The part of their covariance that is not of the stations.
-    basis : array (6, r)
-        These directions among the scaled components.
-    lever
-        Length that turns are scaled by [m].
-    solver : array (r, count)
-        What each distance does to them.
-    """
-
-    middle: Array
-    normal: Array
+    #: middle [m] and mean normal
+    middle: Vector
+    normal: Vector
+    #: distances (m,) that go along with each other; the others are not used
     kept: Mask
+    #: ``v^T W v`` of those used, and redundancy
     misfit: float
-    dof: int
+    redundancy: int
+    #: the :data:`COMPONENTS` (6,) [m, rad]; NaN where they are not seen
     values: Array
-    covariance: Array
+    #: of the components in their order
+    covariance: Matrix
+    #: which of them the distances show (6,)
     seen: Mask
+    #: the motion in the r directions that are seen (r,), all in metres, and their covariance
     parameters: Array
     cofactor: Array
+    #: what the unknowns of both stations do to them (r, 12 + k)
     gain: Array
+    #: the part of their covariance that is not of the stations (r, r)
     own: Array
+    #: these directions among the scaled components (6, r)
     basis: Array
+    #: length that turns are scaled by [m]
     lever: float
+    #: what each distance does to them (r, count)
     solver: Array
 
     @property
-    def count(self) -> int:
+    def distances(self) -> int:
         """Distances used."""
         return int(self.kept.sum())
 
     @property
     def left_out(self) -> int:
-        """Distances that did not fit with them."""
+        """Distances that do not go along with the others."""
         return int((~self.kept).sum())
 
     @cached_property
@@ -200,9 +207,19 @@ class PartMotion:
         return float(self.parameters @ np.linalg.solve(self.cofactor, self.parameters))
 
     @property
-    def rank(self) -> int:
-        """Motions that are seen."""
+    def dof(self) -> int:
+        """Motions that are seen: degrees of freedom of the statistic."""
         return len(self.parameters)
+
+    @property
+    def components(self) -> Components:
+        """In the frame of the face."""
+        return Components(*self.values.tolist())
+
+    @property
+    def unseen(self) -> list[str]:
+        """Components that the distances do not show."""
+        return [name for name, seen in zip(COMPONENTS, self.seen, strict=True) if not seen]
 
     def columns(self, part: PlaceDistances) -> Array:
         """What the scaled components do (m, 6) to distances."""
@@ -224,7 +241,7 @@ class PartMotion:
 
     def limit(self, alpha: float) -> float:
         """Of the statistic."""
-        return float(chi2.ppf(1 - alpha, self.rank))
+        return float(chi2.ppf(1 - alpha, self.dof))
 
     def detectable(self, alpha: float, power: float) -> float:
         """Shift outwards [m] that would have been found with this power."""
@@ -232,7 +249,7 @@ class PartMotion:
         shift[0] = 1.0
         direction = self.basis.T @ shift
         weight = float(direction @ np.linalg.solve(self.cofactor, direction))
-        needed = float(chi2.noncentrality(self.limit(alpha), self.rank, power))
+        needed = float(chi2.noncentrality(self.limit(alpha), self.dof, power))
         return float(np.sqrt(needed / weight)) if weight > 0 else float("inf")
 
 
@@ -391,7 +408,7 @@ def _fitted(part: PlaceDistances, factor: float) -> PartMotion | None:
         normal=normal,
         kept=np.ones(len(part), dtype=bool),
         misfit=float(weight @ v**2),
-        dof=len(part) - rank,
+        redundancy=len(part) - rank,
         values=empty,
         covariance=np.full((6, 6), np.nan),
         seen=np.linalg.norm(hidden, axis=0) <= _WITHIN,

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array, Index, Mask
+from tribrach.answers import Result
 from tribrach.comparison.streams import Spool, Stream
 
 __all__ = ["ComparisonSite", "Geometry", "choose_sites", "cut", "seen_from"]
@@ -118,16 +119,8 @@ def cut(
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """How a scanner saw a site.
-
-    Attributes
-    ----------
-    range
-        Mean range [m].
-    incidence
-        Mean incidence angle [rad], None where no surface was seen.
-    """
+class Geometry(Result):
+    """How a scanner saw a site: mean range [m], and incidence [rad] where a surface was seen."""
 
     range: float
     incidence: float | None

@@ -89,7 +89,7 @@ def compare_clouds(
     work = _Work(a, b, method, limit, stations, incidence, distances, engine, progress)
     pairs = _pairs(a, b, sites, limit, progress)
     results = [work.compare(number, pair) for number, pair in enumerate(pairs)]
-    if not any(r.c2c is not None and r.c2c.count for r in results):
+    if not any(r.c2c is not None and r.c2c.n for r in results):
         raise InputError(
             f"no point of {a.path.name} is within {limit:g} m of {b.path.name}"
             + (" on any site" if sites else ""),
@@ -242,7 +242,7 @@ class _Work:
         assert c2c.pitch_b is not None
         area = max(p.across * p.up for p in (c2c.pitch_a, c2c.pitch_b))
         cylinder = _CYLINDER * float(np.sqrt(area))
-        rough = 0.0 if c2c.plane is None else c2c.plane.std / np.sqrt(2)
+        rough = 0.0 if c2c.local_plane is None else c2c.local_plane.std / np.sqrt(2)
         scanner = self.b.scanner
         return M3C2Settings(
             scales=(max(_WIDER * cylinder, _ROUGH * rough),),

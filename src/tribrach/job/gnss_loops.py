@@ -43,7 +43,9 @@ def epoch_sentences(reference: Reference, sessions: Sequence[SessionResult]) -> 
         return []
     if epoch is None or not frames.is_dynamic(frame):
         return [f"Coordinates are in {frame}."]
-    out: list[str] = [Sentence("Coordinates are in {frame} at epoch {epoch:2}.", frame=frame, epoch=epoch)]
+    out: list[str] = [
+        Sentence("Coordinates are in {frame} at epoch {epoch:2}.", frame=frame, epoch=epoch)
+    ]
     ages = [
         (abs(1980.014 + b.start / _YEAR - epoch) * FASTEST_TURN * b.length, b)
         for session in sessions

@@ -16,6 +16,7 @@ import numpy as np
 from tribrach._types import Array, Progress
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.shared_part import SharedPart
+from tribrach.comparison.compared import Comparison
 from tribrach.comparison.predicted import OffsetTest
 from tribrach.comparison.regression import Regression, regress
 from tribrach.comparison.results import SiteResult
@@ -115,34 +116,14 @@ REGRESSION_UNITS = {"range": "m", "incidence": "deg", "mean": "mm", "std": "mm"}
 
 
 @dataclass(frozen=True)
-class StationComparison:
-    """Two stations or scans against each other.
+class StationComparison(Comparison, without=("values", "remarks")):
+    """A comparison between stations of a job."""
 
-    Parameters
-    ----------
-    a, b : str
-        The compared one and the reference.
-    limit : float
-        Longest distance that was compared [m].
-    sites : tuple of SiteResult
-        What each site says.
-    offsets : OffsetTest or None
-        All sites together.
-    regression : Regression or None
-        Of nearest-neighbour distances on range and incidence.
-    values : mapping
-        Columns (n,) of the regression, in the units of :data:`REGRESSION_UNITS`.
-    remarks : tuple of str
-        How sites were chosen, and why there is no regression.
-    """
-
-    a: str
-    b: str
-    limit: float
-    sites: tuple[SiteResult, ...]
-    offsets: OffsetTest | None = None
+    #: of nearest-neighbour distances on range and incidence
     regression: Regression | None = None
+    #: columns (n,) of the regression by name, in the units of :data:`REGRESSION_UNITS`
     values: Mapping[str, Array] = field(default_factory=dict, repr=False)
+    #: how sites were chosen, and why there is no regression
     remarks: tuple[str, ...] = ()
 
     @classmethod

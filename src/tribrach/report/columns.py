@@ -14,7 +14,7 @@ from tribrach.report.tables import Cell, ColumnHead, Spec, number_cell, text_cel
 from tribrach.sentences import written
 from tribrach.units import format_angle
 
-__all__ = ["AXES", "ColumnSet", "column", "component", "passed"]
+__all__ = ["AXES", "ColumnSet", "along", "column", "component", "passed"]
 
 AXES = ("E", "N", "U")
 
@@ -35,7 +35,7 @@ def column(
     head
         Its head; the unit of the quantities stands below it.
     get
-        Path of the attribute of an item, or what takes it.
+        Path of the attribute of an item, None where something on it is, or what takes it.
     spec
         How a quantity is written, such as ``mm2`` (:mod:`tribrach.sentences`), or what writes it
         with its item; words without it.
@@ -46,7 +46,7 @@ def column(
     wide
         True if narrow prints leave it out.
     """
-    take = attrgetter(get) if isinstance(get, str) else get
+    take = along(get) if isinstance(get, str) else get
     if not spec:
         return ColumnHead(head, unit, numeric=False, wide=wide), lambda item: text_cell(
             take(item), mark(item)
@@ -62,6 +62,22 @@ def column(
 
     below = unit or (spec.rstrip("0123456789g,") if isinstance(spec, str) else "")
     return ColumnHead(head, below, wide=wide), cell
+
+
+def along(path: str) -> Callable[[Any], Any]:
+    """Takes an attribute by the names that lead to it; None where one of them is None."""
+    *names, last = path.split(".")
+    if not names:
+        return attrgetter(last)
+
+    def take(item: Any) -> Any:
+        for name in names:
+            item = getattr(item, name)
+            if item is None:
+                return None
+        return getattr(item, last)
+
+    return take
 
 
 def passed(get: Callable[[Any], bool], words: tuple[str, str] = ("passed", "failed")) -> Spec:

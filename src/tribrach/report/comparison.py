@@ -1,53 +1,36 @@
-"""A comparison of two clouds as tables and as a page with a map and a histogram."""
+"""What a comparison of clouds says, its tables and pictures, for runs and for two clouds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tribrach._types import Array
+from tribrach.comparison.c2c import C2C
+from tribrach.comparison.compared import Comparison
 from tribrach.comparison.predicted import BAND, OffsetTest
-from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
+from tribrach.comparison.predicted_classes import PredictedClass
 from tribrach.comparison.results import WHOLE, SiteResult
 from tribrach.report.charts import HALF, Chart, beside, colour_bar
-from tribrach.report.columns import ColumnSet
+from tribrach.report.columns import along, column
 from tribrach.report.figures import Picture
-from tribrach.report.motion_pictures import motions_pictures
-from tribrach.report.motions import motions_front, motions_sentences, motions_tables
+from tribrach.report.findings import Finding
 from tribrach.report.names import numbered
-from tribrach.report.numbers import Style, count_cell, counted, fixed_cell, percent_cell
-from tribrach.report.page import FrontPage, page
-from tribrach.report.tables import (
-    Cell,
-    ColumnHead,
-    ReportTable,
-    build_table,
-    number_cell,
-    text_cell,
-)
+from tribrach.report.numbers import Style, counted
+from tribrach.report.tables import ReportTable, Spec, build_table
+from tribrach.report.views import SIZE, views_in_words, views_of
+from tribrach.sentences import written
 from tribrach.units import span
 
-if TYPE_CHECKING:
-    from tribrach.comparison.c2c import C2C
-    from tribrach.job.motions import CloudMotions
-
 __all__ = [
-    "comparison_page",
+    "PREDICTED",
+    "comparison_findings",
     "comparison_pictures",
-    "comparison_sentences",
     "comparison_tables",
-    "prediction_sentences",
+    "offsets_finding",
 ]
 
-Make = Callable[[SiteResult], Cell]
-
-#: a plan narrower than this share of its length is a line
-_LINE = 0.03
-
-_mm = ColumnSet(Style()).mm
-
+_STYLE = Style()
 _C2C_NOTE = (
     "Distances from points of A to their nearest points of B within the limit: mean, standard "
     "deviation, RMS (root mean square) and median are of these alone, and what is beyond the limit "
@@ -88,7 +71,7 @@ _BOTH = (
     "adds up many small excesses."
 )
 #: name of a picture
-_PREDICTED = "predicted-observed"
+PREDICTED = "predicted-observed"
 #: bins of the histogram
 _BINS = 100
 #: points on the map, all sites together: more of them hide each other and take seconds to draw
@@ -96,34 +79,35 @@ _DRAWN = 40_000
 
 
 def comparison_tables(
-    sites: Sequence[SiteResult], angle_unit: str = "gon", *, moved: bool = False
+    found: Comparison, angle_unit: str = "gon", *, moved: bool = False
 ) -> list[ReportTable]:
     """Sites, distances from point to point and along normals, predictions; those with rows.
 
     Predictions are for a surface that stood still; with ``moved`` what moved is told elsewhere.
     """
+    sites = found.sites
     tables = [_sites(sites, angle_unit), _c2c(sites), _m3c2(sites)]
     if not moved:
-        tables += [_predicted(sites), _classes(sites, angle_unit)]
+        tables += [_predicted(sites), _classes(found, angle_unit)]
     return [table for table in tables if table.rows]
 
 
-def comparison_sentences(
-    sites: Sequence[SiteResult], offsets: OffsetTest | None = None, *, moved: bool = False
-) -> list[str]:
+def comparison_findings(found: Comparison, *, moved: bool = False) -> list[Finding]:
     """What predictions came to, and what is to be known of single sites.
 
     Predictions are for a surface that stood still; with ``moved`` what moved is told elsewhere.
     """
     sites_of_note: dict[str, list[str]] = {}
-    for site in sites:
-        notes = () if site.c2c is None else site.c2c.sentences
-        notes += () if site.m3c2 is None else site.m3c2.sentences
-        for note in notes:
-            sites_of_note.setdefault(note.rstrip("."), []).append(site.name)
+    for site in found.sites:
+        for figures in (site.c2c, site.m3c2):
+            for note in () if figures is None else figures.notes:
+                sites_of_note.setdefault(note.rstrip("."), []).append(site.name)
     return [
-        *(() if moved else prediction_sentences(sites, offsets)),
-        *(f"{_sites_named(names)}: {note}." for note, names in sites_of_note.items()),
+        *(() if moved else _prediction_findings(found)),
+        *(
+            Finding.of("site_note", "{sites}: {note}.", sites=_sites_named(names), note=note)
+            for note, names in sites_of_note.items()
+        ),
     ]
 
 
@@ -136,205 +120,181 @@ def _sites_named(names: Sequence[str]) -> str:
     return f"Sites {numbered(names)}"
 
 
-def prediction_sentences(
-    sites: Sequence[SiteResult], offsets: OffsetTest | None = None
-) -> list[str]:
-    """Predicted against observed in words: scatter of the points, offsets of the sites."""
-    known = [(s.name, s.prediction) for s in sites if s.prediction is not None]
+def _prediction_findings(found: Comparison) -> Iterator[Finding]:
+    """Predicted against observed: scatter of the points, offsets of the sites."""
+    known = [(s.name, s.prediction) for s in found.sites if s.prediction is not None]
     if not known:
-        return []
+        return
     enough = [(name, p) for name, p in known if p.enough]
-    sentences = []
     if enough:
-        good = sum(p.noise_agrees for _, p in enough)
         ratios = [p.noise_ratio for _, p in enough]
-        sentences.append(
-            f"The scatter of single points (standard deviation) is as predicted within 10 % on "
-            f"{good} of {counted(len(enough), 'site')} with enough points (observed over predicted "
-            f"{_span(ratios)})."
+        low, high = written(min(ratios), "2"), written(max(ratios), "2")
+        yield Finding.of(
+            "scatter",
+            "The scatter of single points (standard deviation) is as predicted within 10 % on "
+            "{good} of {sites} with enough points (observed over predicted "
+            f"{'{low:2}' if low == high else '{low:2} to {high:2}'}).",
+            good=sum(p.noise_agrees for _, p in enough),
+            sites=counted(len(enough), "site"),
+            low=min(ratios),
+            high=max(ratios),
         )
     few = [name for name, p in known if not p.enough]
     if few:
-        sentences.append(f"Too few points to tell 10 % on {', '.join(few)}.")
-    if offsets is not None:
-        sentences.append(f"{offsets.sentence()}.")
-        far = offsets.statistic > offsets.limit
-        if far and offsets.count > 1 and all(p.offset_agrees for _, p in known):
-            sentences.append(_BOTH)
-    sentences += [f"Site {name}: {p.verdict}." for name, p in enough if p.verdict != "as predicted"]
-    return sentences
+        yield Finding.of("few_points", "Too few points to tell 10 % on {n}.", n=", ".join(few))
+    if found.offsets is not None:
+        yield offsets_finding(found.offsets)
+        far = found.offsets.statistic > found.offsets.limit
+        if far and found.offsets.count > 1 and all(p.offset_agrees for _, p in known):
+            yield Finding(_BOTH, key="together_only")
+    for name, p in enough:
+        if p.verdict != "as predicted":
+            yield Finding.of("site", "Site {name}: {p.verdict}.", name=name, p=p)
 
 
-def _span(values: Sequence[float]) -> str:
-    """1.02, or 0.98 to 1.02."""
-    low, high = f"{min(values):.2f}", f"{max(values):.2f}"
-    return low if low == high else f"{low} to {high}"
-
-
-def comparison_page(
-    a: str,
-    b: str,
-    limit: float,
-    sites: Sequence[SiteResult],
-    offsets: OffsetTest | None = None,
-    motions: CloudMotions | None = None,
-) -> str:
-    """The whole comparison as one HTML file."""
-    figures = comparison_pictures(sites, limit)
-    sentences = comparison_sentences(sites, offsets, moved=motions is not None)
-    tables = comparison_tables(sites, moved=motions is not None)
-    first: list[ReportTable] = []
-    if motions is not None:
-        figures = [one for one in figures if one.name != _PREDICTED]
-        figures = [*motions_pictures(motions), *figures]
-        sentences = [*motions_sentences(motions), *sentences]
-        first = motions_tables(motions)
-    return page(
-        "Comparison of clouds",
-        f"{a} against {b}",
-        _front(sites, offsets) if motions is None else motions_front(motions),
-        sentences or ["Every site has enough points, and its figures are above sampling."],
-        figures,
-        tables,
-        f"A: {a}; B, the reference: {b}; limit {1e3 * limit:g} mm. Nearest-neighbour distances "
-        "are no accuracy: read them beside their floor.",
-        first,
+def offsets_finding(test: OffsetTest) -> Finding:
+    """The test of all offsets together."""
+    several = "Taken together, the offsets of {t.count} sites are"
+    taken = "The offset of the site is" if test.count == 1 else several
+    how, cure = "as large as", ""
+    if test.statistic > test.limit:
+        how = "larger than"
+        cure = (
+            "; look at the sites with the largest ratio of offset and sigma, and for errors of the "
+            "scanners that the sigmas of the stations leave out"
+        )
+    elif test.statistic < test.least:
+        how = "smaller than"
+    return Finding.of(
+        "offsets",
+        f"{taken} {{how}} the joint covariance of the stations says: chi-square {{t.statistic:1}}, "
+        "where {t.least:1} to {t.limit:1} is to be expected in 95 of 100 surveys{cure}.",
+        t=test,
+        how=how,
+        cure=cure,
     )
 
 
-def _front(sites: Sequence[SiteResult], offsets: OffsetTest | None) -> FrontPage:
-    """Whether the clouds differ by what was predicted."""
-    known = [s.prediction for s in sites if s.prediction is not None]
-    enough = [p for p in known if p.enough]
-    signed = "The distances between these two clouds, with the sigmas stated here."
-    if not known:
-        sentence = "The stations are not known with their covariance: nothing was predicted."
-        return FrontPage("none", "Measured, not judged", sentence, signed=signed)
-    good = all(p.noise_agrees for p in enough)
-    sort: Literal["good", "bad", "none"]
-    if offsets is not None and offsets.statistic > offsets.limit:
-        sort, verdict = "bad", "Farther apart than predicted"
-    elif not good:
-        sort, verdict = "bad", "Scatter not as predicted"
-    elif offsets is not None and not offsets.agrees:
-        sort, verdict = "none", "Nearer than predicted"
-    elif enough:
-        sort, verdict = "good", "As predicted"
-    else:
-        sort, verdict = "none", "Too few points to judge the scatter"
-    sentence = f"{offsets.sentence()}." if offsets is not None else ""
-    return FrontPage(sort, verdict, sentence, signed=signed)
-
-
-def comparison_pictures(sites: Sequence[SiteResult], limit: float) -> list[Picture]:
+def comparison_pictures(found: Comparison) -> list[Picture]:
     """Map, histogram, and predicted against observed, those that there is anything for."""
-    figures = [_map(sites), _histogram(sites, limit), _ratios(sites)]
+    figures = [_map(found.sites), _histogram(found.sites, found.limit), _ratios(found.sites)]
     return [one for one in figures if one is not None]
 
 
+def _mm(head: str, path: str, *, wide: bool = False) -> Spec:
+    """Small lengths in millimetres, with more digits where all would be zero."""
+    return column(head, path, lambda value, _: _STYLE.small(value, "m"), unit="mm", wide=wide)
+
+
+def _pitch(of: str, *, wide: bool = False) -> Spec:
+    """Pitch of a cloud across by upwards."""
+    path = f"c2c.pitch_{of.lower()}"
+    up = along(f"{path}.up")
+    return column(
+        f"pitch {of}",
+        f"{path}.across",
+        lambda across, site: f"{1e3 * across:.1f}×{1e3 * up(site):.1f}",
+        unit="mm",
+        wide=wide,
+    )
+
+
 def _sites(sites: Sequence[SiteResult], unit: str) -> ReportTable:
+    angle = "gon1" if unit == "gon" else "°1"
     columns = [
-        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
-        (ColumnHead("points of A"), lambda s: count_cell(s.n)),
-        _metres("range A", _at("seen_a.range")),
-        _metres("range B", _at("seen_b.range")),
-        _degrees("incidence A", unit, _at("seen_a.incidence")),
-        _degrees("incidence B", unit, _at("seen_b.incidence")),
-        (ColumnHead("pitch A", "mm", wide=True), lambda s: _pitch(s, "pitch_a")),
-        (ColumnHead("pitch B", "mm"), lambda s: _pitch(s, "pitch_b")),
-        _mm("predicted σ", _at("predicted_sigma")),
+        column("Site", "name"),
+        column("points of A", "n", "0"),
+        column("range A", "seen_a.range", "m2"),
+        column("range B", "seen_b.range", "m2"),
+        column("incidence A", "seen_a.incidence", angle),
+        column("incidence B", "seen_b.incidence", angle),
+        _pitch("A", wide=True),
+        _pitch("B"),
+        _mm("predicted σ", "predicted_sigma"),
     ]
     return build_table("sites", "Sites", _SITE_NOTE, sites, columns)
 
 
 def _c2c(sites: Sequence[SiteResult]) -> ReportTable:
     rows = [s for s in sites if s.c2c is not None]
-
     columns = [
-        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
-        _mm("mean", _at("c2c.mean")),
-        _mm("floor", _at("c2c.floor.mean")),
-        _mm("std", _at("c2c.std")),
-        _mm("floor", _at("c2c.floor.std")),
-        _mm("RMS", _at("c2c.rms")),
-        _mm("floor", _at("c2c.floor.rms")),
-        _mm("debiased", _at("c2c.debiased")),
-        _mm("median", _at("c2c.median"), wide=True),
-        _mm("95 %", _at("c2c.q95"), wide=True),
-        _percent("beyond", "c2c.beyond", wide=True),
-        _mm("plane mean", _at("c2c.plane.mean"), wide=True),
-        _mm("plane std", _at("c2c.plane.std")),
+        column("Site", "name"),
+        _mm("mean", "c2c.mean"),
+        _mm("floor", "c2c.floor_mean"),
+        _mm("std", "c2c.std"),
+        _mm("floor", "c2c.floor_std"),
+        _mm("RMS", "c2c.rms"),
+        _mm("floor", "c2c.floor_rms"),
+        _mm("debiased", "c2c.debiased_rms"),
+        _mm("median", "c2c.median", wide=True),
+        _mm("95 %", "c2c.q95", wide=True),
+        column("beyond", "c2c.beyond", "%1", wide=True),
+        _mm("plane mean", "c2c.local_plane.mean", wide=True),
+        _mm("plane std", "c2c.local_plane.std"),
     ]
     return build_table("c2c", "Nearest points (C2C)", _C2C_NOTE, rows, columns)
 
 
 def _m3c2(sites: Sequence[SiteResult]) -> ReportTable:
     rows = [s for s in sites if s.m3c2 is not None]
-
     columns = [
-        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
-        (ColumnHead("core points"), lambda s: count_cell(_at("m3c2.count")(s))),
-        _mm("mean", _at("m3c2.mean")),
-        _mm("its σ", _at("prediction.offset_sigma")),
-        _mm("std", _at("m3c2.std")),
-        _mm("LoD", _at("m3c2.lod95")),
-        _mm("quadratic", _at("m3c2.lod95_quadratic")),
-        _percent("beyond it", "m3c2.changed"),
-        _mm("cylinder", _at("m3c2.cylinder"), wide=True),
-        _mm("normals over", _at("m3c2.scale"), wide=True),
+        column("Site", "name"),
+        column("core points", "m3c2.n", "0"),
+        _mm("mean", "m3c2.mean"),
+        _mm("its σ", "prediction.offset_sigma"),
+        _mm("std", "m3c2.std"),
+        _mm("LoD", "m3c2.lod95"),
+        _mm("quadratic", "m3c2.lod95_quadratic"),
+        column("beyond it", "m3c2.changed", "%1"),
+        _mm("cylinder", "m3c2.cylinder", wide=True),
+        _mm("normals over", "m3c2.scale", wide=True),
     ]
     return build_table("m3c2", "Along normals (M3C2)", _M3C2_NOTE, rows, columns)
 
 
 def _predicted(sites: Sequence[SiteResult]) -> ReportTable:
     rows = [s for s in sites if s.prediction is not None]
-
-    def verdict(site: SiteResult) -> Cell:
-        assert site.prediction is not None
-        words = site.prediction.verdict
-        mark = {"as predicted": "good", "too few points to tell 10 %": ""}.get(words, "bad")
-        return text_cell(words, mark)
-
+    marks = {"as predicted": "good", "too few points to tell 10 %": ""}
     columns = [
-        (ColumnHead("Site", numeric=False), lambda s: text_cell(s.name)),
-        _mm("noise A", _pair("noise", 1), wide=True),
-        _mm("noise B", _pair("noise", 0), wide=True),
-        _mm("scatter A", _pair("scatter", 1), wide=True),
-        _mm("scatter B", _pair("scatter", 0), wide=True),
-        (ColumnHead("scatter/noise"), lambda s: fixed_cell(s.prediction.noise_ratio, 2)),
-        _mm("offset", _at("prediction.offset")),
-        _mm("its σ", _at("prediction.offset_sigma")),
-        _mm("stations σ", _at("prediction.registration"), wide=True),
-        _mm("angles σ", _at("prediction.angles"), wide=True),
-        _mm("predicted", _at("prediction.sigma")),
-        _mm("observed", _at("prediction.observed")),
-        (ColumnHead("ratio"), lambda s: fixed_cell(s.prediction.ratio, 2)),
-        _mm("C2C debiased", _at("c2c.debiased")),
-        _mm("LoD", _at("prediction.lod95"), wide=True),
-        _percent("beyond it", "prediction.changed", wide=True),
-        (ColumnHead("Verdict", numeric=False), verdict),
+        column("Site", "name"),
+        _mm("noise A", "prediction.noise_a", wide=True),
+        _mm("noise B", "prediction.noise_b", wide=True),
+        _mm("scatter A", "prediction.scatter_a", wide=True),
+        _mm("scatter B", "prediction.scatter_b", wide=True),
+        column("scatter/noise", "prediction.noise_ratio", "2"),
+        _mm("offset", "prediction.offset"),
+        _mm("its σ", "prediction.offset_sigma"),
+        _mm("stations σ", "prediction.registration", wide=True),
+        _mm("angles σ", "prediction.angles", wide=True),
+        _mm("predicted", "prediction.sigma"),
+        _mm("observed", "prediction.observed"),
+        column("ratio", "prediction.ratio", "2"),
+        _mm("C2C debiased", "c2c.debiased_rms"),
+        _mm("LoD", "prediction.lod95", wide=True),
+        column("beyond it", "prediction.changed", "%1", wide=True),
+        column(
+            "Verdict", "prediction.verdict", mark=lambda s: marks.get(s.prediction.verdict, "bad")
+        ),
     ]
     return build_table("predicted", "Predicted against observed", _PREDICTED_NOTE, rows, columns)
 
 
-def _classes(sites: Sequence[SiteResult], unit: str) -> ReportTable:
+def _classes(found: Comparison, unit: str) -> ReportTable:
     """Predicted against observed by intensity, range and incidence."""
-    mm = ColumnSet(Style()).mm
     columns = [
-        (ColumnHead("Clouds seen at", numeric=False), lambda c: text_cell(_seen_at(c, unit))),
-        (ColumnHead("clouds"), lambda c: count_cell(c.clouds)),
-        mm("noise", lambda c: c.noise),
-        mm("scatter", lambda c: c.scatter),
-        (ColumnHead("ratio"), lambda c: fixed_cell(c.ratio, 2)),
-        (ColumnHead("from"), lambda c: fixed_cell(c.limits[0], 2)),
-        (ColumnHead("to"), lambda c: fixed_cell(c.limits[1], 2)),
-        mm("offset σ", lambda c: c.offset_sigma),
-        mm("offset", lambda c: c.offset),
-        (ColumnHead("Verdict", numeric=False), lambda c: text_cell(c.verdict)),
+        column("Clouds seen at", lambda c: _seen_at(c, unit)),
+        column("clouds", "clouds", "0"),
+        _mm("noise", "noise"),
+        _mm("scatter", "scatter"),
+        column("ratio", "ratio", "2"),
+        column("from", lambda c: c.limits[0], "2"),
+        column("to", lambda c: c.limits[1], "2"),
+        _mm("offset σ", "offset_sigma"),
+        _mm("offset", "offset"),
+        column("Verdict", "verdict"),
     ]
-    rows = predicted_classes(sites)
     title = "Predicted against observed by class"
-    return build_table("predicted-classes", title, _CLASSES_NOTE, rows, columns)
+    return build_table("predicted-classes", title, _CLASSES_NOTE, found.classes, columns)
 
 
 def _seen_at(one: PredictedClass, unit: str) -> str:
@@ -346,16 +306,6 @@ def _seen_at(one: PredictedClass, unit: str) -> str:
     factor = 200 / np.pi if unit == "gon" else 180 / np.pi
     sign = " gon" if unit == "gon" else "°"
     return f"incidence {span(round(factor * one.low), round(factor * one.high))}{sign}"
-
-
-def _pair(name: str, k: int) -> Callable[[SiteResult], float | None]:
-    """One of both clouds' figures of a prediction."""
-
-    def get(site: SiteResult) -> float | None:
-        both = getattr(site.prediction, name, None)
-        return None if both is None else float(both[k])
-
-    return get
 
 
 def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
@@ -378,96 +328,36 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
     chart.points(predicted, observed, words)
     caption = "Along the normal, single points of both clouds; the band is 10 % to both sides."
     title = "Sites, predicted against observed"
-    return Picture(_PREDICTED, title, beside([[chart]], title), caption)
-
-
-def _at(path: str) -> Callable[[SiteResult], float | None]:
-    """A number of a site by the names that lead to it; None where one of them is None."""
-
-    def get(site: SiteResult) -> float | None:
-        value: Any = site
-        for name in path.split("."):
-            value = None if value is None else getattr(value, name)
-        return None if value is None else float(value)
-
-    return get
-
-
-def _metres(head: str, get: Callable[[SiteResult], float | None]) -> tuple[ColumnHead, Make]:
-    return ColumnHead(head, "m"), lambda s: number_cell(get(s), Style.plain(get(s), 2))
-
-
-def _degrees(
-    head: str, unit: str, get: Callable[[SiteResult], float | None]
-) -> tuple[ColumnHead, Make]:
-    factor = 200 / np.pi if unit == "gon" else 180 / np.pi
-
-    def cell(site: SiteResult) -> Cell:
-        angle = get(site)
-        return number_cell(angle, "" if angle is None else f"{factor * angle:.1f}")
-
-    return ColumnHead(head, "gon" if unit == "gon" else "°"), cell
-
-
-def _pitch(site: SiteResult, name: str) -> Cell:
-    pitch = getattr(site.c2c, name, None)
-    if pitch is None:
-        return text_cell("")
-    return number_cell(pitch.across, f"{1e3 * pitch.across:.1f}×{1e3 * pitch.up:.1f}")
-
-
-def _percent(head: str, path: str, *, wide: bool = False) -> tuple[ColumnHead, Make]:
-    def cell(site: SiteResult) -> Cell:
-        return percent_cell(_at(path)(site))
-
-    return ColumnHead(head, "%", wide=wide), cell
+    return Picture(PREDICTED, title, beside([[chart]], title), caption)
 
 
 def _map(sites: Sequence[SiteResult]) -> Picture | None:
     """Distances in plan and in elevation along the longer side of the plan."""
-    samples = [s.c2c.sample for s in sites if s.c2c is not None and s.c2c.count]
+    samples = [s.c2c.sample for s in sites if s.c2c is not None and s.c2c.n]
     if not samples:
         return None
     rows = np.concatenate(samples)
     rows = rows[:: -(-len(rows) // _DRAWN)]
     rows = rows[np.argsort(rows[:, 3])]
-    corner = np.floor(rows[:, :3].min(axis=0) / 10) * 10
-    x, y, z, d = (rows - np.append(corner, 0)).T
-    along, name = (x, "x") if np.ptp(x) >= np.ptp(y) else (y, "y")
+    xyz, d = rows[:, :3], rows[:, 3]
     top = max(1e3 * float(np.quantile(d, 0.98)), 1e-3)
-    start = {"x": corner[0], "y": corner[1], "z": corner[2]}
     # a plan that is a line shows nothing that the elevation does not
-    flat = min(np.ptp(x), np.ptp(y)) < _LINE * max(np.ptp(x), np.ptp(y))
-    views = [] if flat else [(x, y, "xy")]
-    views.append((along, z, f"{name}z"))
-    rows_of_panels = []
-    for u, v, names in views:
-        labels = [f"{axis}{_less(start[axis])} [m]" for axis in names]
-        panel = Chart(_wide(u), _wide(v), (labels[0], labels[1]), (900.0, 420.0), equal=True)
-        panel.cloud(u, v, 1e3 * d / top)
-        rows_of_panels.append([panel])
-    scale = colour_bar(0.0, top, "nearest-neighbour distance [mm]", 900.0)
-    what = "Elevation" if flat else "Plan and elevation"
-    caption = f"{what}; a sample of {len(rows):,} points, colours up to the 98 % quantile."
-    drawing = beside(rows_of_panels, "Distances", scale)
+    views = views_of(xyz, "xyz", level=True)
+    panels = []
+    for view in views:
+        panel = view.panel()
+        panel.cloud(*view.of(xyz), 1e3 * d / top)
+        panels.append([panel])
+    scale = colour_bar(0.0, top, "nearest-neighbour distance [mm]", SIZE[0])
+    words = views_in_words(views)
+    caption = f"{words}; a sample of {len(rows):,} points, colours up to the 98 % quantile."
+    drawing = beside(panels, "Distances", scale)
     return Picture("distances", "Distances", drawing, caption, wide=True)
-
-
-def _less(start: float) -> str:
-    """What an axis is shortened by."""
-    return f" - {start:.0f}" if start > 0 else f" + {-start:.0f}" if start < 0 else ""
-
-
-def _wide(values: Array) -> tuple[float, float]:
-    """Ends of an axis with a little space beside the values."""
-    low, high = float(values.min()), float(values.max())
-    margin = 0.03 * (high - low) + 1e-6
-    return low - margin, high + margin
 
 
 def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
     """Share of the distances per bin, all sites together, with the mean floor."""
-    results: list[C2C] = [s.c2c for s in sites if s.c2c is not None and s.c2c.count]
+    results: list[C2C] = [s.c2c for s in sites if s.c2c is not None and s.c2c.n]
     if not results:
         return None
     edges = results[0].tally.histogram(_BINS)[0]
@@ -481,7 +371,7 @@ def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
         if count and low < end:
             words = f"{low:.2f} to {high:.2f} mm: {count:,} points"
             chart.bar(low, min(high, end), 0.0, float(count), "s0", words)
-    known = [(one.floor.mean, one.count) for one in results if one.floor is not None]
+    known = [(one.floor.mean, one.n) for one in results if one.floor is not None]
     if known:
         mean = 1e3 * float(np.average([m for m, _ in known], weights=[n for _, n in known]))
         words = f"mean floor {mean:.1f} mm"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from tribrach._types import Array
@@ -12,16 +12,15 @@ from tribrach.job.station_comparison import REGRESSION_UNITS, StationComparison
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import anchor
 from tribrach.report.comparison import (
+    comparison_findings,
     comparison_pictures,
-    comparison_sentences,
     comparison_tables,
 )
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
 from tribrach.report.findings import words
 from tribrach.report.names import spoken
-from tribrach.report.regression import regression_findings, regression_pictures, regression_tables
-from tribrach.report.schema.comparison import StationComparisonPart, station_comparison
+from tribrach.report.regression import RegressionFigures, regression_pictures, regression_tables
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable
 
@@ -40,32 +39,40 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 def comparison_chapter(one: StationComparison, angle: Literal["gon", "deg"] = "deg") -> Chapter:
     """What a comparison came to; names of its tables and pictures end with those of both."""
-    sentences = _sentences(one)
+    told = _told(one)
     shown = _shown(one, angle)
     slug, title = anchor(f"{one.a}-{one.b}"), f"{spoken(one.a)} against {spoken(one.b)}"
     return Chapter(
         f"comparison-{slug}",
         f"Comparison between stations: {title}",
-        tuple(sentences) or ("nothing",),
+        tuple(told.sentences) or ("nothing",),
         tuple(replace(p, name=f"{p.name}-{slug}", title=p.title) for p in _pictures(one, shown)),
         tuple(
             replace(t, name=f"{t.name}-{slug}", title=t.title) for t in _tables(one, shown, angle)
         ),
-        station_comparison(
-            one.a, one.b, one.limit, one.sites, one.offsets, one.regression, sentences
-        ),
+        told,
         key=_KEY,
     )
 
 
-def _sentences(one: StationComparison) -> list[str]:
-    """What it came to."""
-    sentences = [*comparison_sentences(one.sites, one.offsets), *one.remarks]
-    return (
-        sentences
-        if one.regression is None
-        else [*sentences, *words(regression_findings(one.regression))]
-    )
+@dataclass(frozen=True)
+class ToldComparison(StationComparison, also=("sentences",)):
+    """A comparison between stations of a job."""
+
+    #: of nearest-neighbour distances on range and incidence
+    regression: RegressionFigures | None = None
+
+    @property
+    def sentences(self) -> list[str]:
+        """What it came to."""
+        fits = [] if self.regression is None else self.regression.sentences
+        return [*words(comparison_findings(self)), *self.remarks, *fits]
+
+
+def _told(one: StationComparison) -> ToldComparison:
+    """A comparison with its sentences."""
+    figures = None if one.regression is None else RegressionFigures(**vars(one.regression))
+    return ToldComparison(**vars(one) | {"regression": figures})
 
 
 class _Shown(NamedTuple):
@@ -92,7 +99,7 @@ def _shown(one: StationComparison, angle: Literal["gon", "deg"]) -> _Shown | Non
 def _tables(
     one: StationComparison, shown: _Shown | None, angle: Literal["gon", "deg"]
 ) -> list[ReportTable]:
-    tables = comparison_tables(one.sites, angle)
+    tables = comparison_tables(one, angle)
     if shown is not None:
         tables += regression_tables(shown.regression, shown.units)
     return tables
@@ -100,10 +107,10 @@ def _tables(
 
 def _pictures(one: StationComparison, shown: _Shown | None) -> list[Picture]:
     """Map, histogram, predicted against observed, curves of the regression."""
-    pictures = comparison_pictures(one.sites, one.limit)
+    pictures = comparison_pictures(one)
     if shown is not None:
         pictures += regression_pictures(shown.values, shown.units, shown.regression)
     return pictures
 
 
-SUBJECT = Subject(_KEY, _chapters, list[StationComparisonPart], several=True)
+SUBJECT = Subject(_KEY, _chapters, list[ToldComparison], several=True)

@@ -14,10 +14,17 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array, Index, Mask, Progress
+from tribrach.answers import Number, Result
 from tribrach.comparison.cloud_parts import plain
 from tribrach.comparison.core_points import core_points
 from tribrach.comparison.m3c2_ep import M3C2EP
-from tribrach.comparison.not_compared import COMPARED, NotCompared, areas_without, reasons_of
+from tribrach.comparison.not_compared import (
+    COMPARED,
+    ComparedSurface,
+    Reason,
+    areas_without,
+    reasons_of,
+)
 from tribrach.comparison.results import SiteResult
 from tribrach.comparison.rigid_motion import (
     PartMotion,
@@ -52,60 +59,44 @@ Verdict = Literal["moved", "no motion found", "not one body", "too few distances
 
 
 @dataclass(frozen=True, eq=False)
-class MovedPart:
-    """A part, and how it moved.
+class MovedPart(Result):
+    """A part of the surface, and how it moved."""
 
-    Attributes
-    ----------
-    name
-        Of a site, or a number.
-    verdict
-        What can be said.
-    area
-        Of the surface that it was compared on, about [m^2].
-    motion
-        Against the control of both clouds; None with too few distances.
-    relative
-        Against the stable area; None without one, or where it does not show it.
-    limit
-        Of the statistic of the motion.
-    detectable
-        Shift outwards that would have been found with 80 % [m].
-    """
-
+    #: of a site, or a number
     name: str
     verdict: Verdict
+    #: that it was compared on, about [m^2]
     area: float
+    #: against the control of both clouds; null with too few distances
     motion: PartMotion | None = None
-    relative: PartMotion | None = None
+    #: null without a stable area, or where the distances do not show it
+    against_stable: PartMotion | None = None
+    #: of the statistic of the motion
     limit: float | None = None
-    detectable: float | None = None
+    #: shift outwards that would have been found with 80 % [m]
+    detectable: Number | None = None
+
+    @property
+    def differs(self) -> bool:
+        """Did it move, as one body or not?"""
+        return self.verdict in ("moved", "not one body")
 
 
 @dataclass(frozen=True, eq=False)
-class StableArea:
-    """The surface that keeps its places, and the registration on it.
+class StableArea(Result, also=("agrees",)):
+    """The largest group of patches that keep their places among each other."""
 
-    Attributes
-    ----------
-    patches, share
-        Their number, and their share of the surface in patches.
-    area
-        About [m^2].
-    motion
-        Of it against the control of both clouds: what the registration is wrong by.
-    limit
-        Of its statistic.
-    detectable
-        Error of the registration along its mean normal that would have been found with 80 % [m].
-    """
-
+    #: their number, and their share of the surface in patches
     patches: int
     share: float
+    #: about [m^2]
     area: float
+    #: against the control of both clouds: what the registration is wrong by
     motion: PartMotion
+    #: of its statistic
     limit: float
-    detectable: float
+    #: error of the registration along its mean normal that would have been found with 80 % [m]
+    detectable: Number
 
     @property
     def agrees(self) -> bool:
@@ -115,68 +106,45 @@ class StableArea:
 
 @dataclass(frozen=True, eq=False)
 class ComparedPlaces:
-    """Distances that motions are from, and what each is part of.
+    """Distances that motions are from, and what each is part of."""
 
-    Attributes
-    ----------
-    xyz, normals : array (m, 3)
-        Core points [m] and normals.
-    distance, sigma : array (m,)
-        Later less earlier along the normal [m]; points and both stations propagated.
-    stable : array of bool (m,)
-        In the stable area.
-    part : array (m,)
-        Number of the part from 1, in the order of the parts; 0 where it is in none.
-    core : array (m,)
-        Number of the core point among those of all sites one after the other.
-    """
-
+    #: core points (m, 3) [m] and normals
     xyz: Array
     normals: Array
+    #: later less earlier along the normal (m,) [m]; sigmas of points and both stations
     distance: Array
     sigma: Array
+    #: in the stable area?
     stable: Mask
+    #: number of the part from 1, in the order of the parts; 0 where it is in none
     part: Index
+    #: number of the core point among those of all sites one after the other
     core: Index
 
 
 @dataclass(frozen=True, eq=False)
-class CloudMotions:
-    """What moved between two clouds.
+class CloudMotions(Result, without=("places",)):
+    """What moved between two clouds."""
 
-    Attributes
-    ----------
-    named
-        True if the parts are sites that were given, else they were found.
-    parts
-        Sites in their order; of parts that were found the largest first.
-    stable
-        None where no more than half of the surface agrees in one motion.
-    patches
-        Number of patches of the surface.
-    loose
-        Share of the surface in patches that neither keep their places nor are in a part.
-    factor
-        Variance factor of the points, one at least.
-    surface
-        What was compared, and what was not.
-    places
-        The distances, with the stable area and the parts that they are in.
-    alike
-        Given values that both clouds were placed by.
-    one_result
-        True if both are of one run.
-    """
-
-    named: bool
+    #: sites in their order; of parts that were found the largest first
     parts: tuple[MovedPart, ...]
+    #: are the parts sites that were given, or were they found?
+    sites: bool
+    #: null where no more than half of the surface agrees in one motion
     stable: StableArea | None
+    #: of the surface
     patches: int
+    #: share of the surface in patches that is neither stable nor in a part
     loose: float
+    #: variance factor of the points, one at least
     factor: float
-    surface: NotCompared
+    compared: ComparedSurface
+    not_compared: tuple[Reason, ...]
+    #: the distances, with the stable area and the parts that they are in
     places: ComparedPlaces
-    alike: tuple[str, ...] = ()
+    #: given values that both registrations rest on
+    given_alike: tuple[str, ...] = ()
+    #: are both clouds of one run?
     one_result: bool = False
 
 
@@ -253,7 +221,7 @@ class MotionCollector:
         distances = _joined(whole, self.pair)
         places = np.concatenate([np.empty((0, 3)), *(found.core for _, found in self.found)])
         only_b = _only(earlier, places, sites, cell, progress)
-        surface = areas_without(places, np.concatenate([_EMPTY, *reasons]), cell, only_b)
+        compared, missed = areas_without(places, np.concatenate([_EMPTY, *reasons]), cell, only_b)
         patches = patches_of(distances, cell)
         stable = stable_patches(patches)
         area = _stable_area(distances, patches, stable, cell)
@@ -266,15 +234,16 @@ class MotionCollector:
         in_parts = sum(p.motion.kept.size for p in parts if p.motion is not None)
         whole_count = max(int(patches.count.sum()), 1)
         return CloudMotions(
-            named=bool(sites),
             parts=tuple(parts),
+            sites=bool(sites),
             stable=area,
             patches=len(patches),
             loose=0.0 if sites else max(1 - (settled + in_parts) / whole_count, 0.0),
             factor=patches.factor,
-            surface=surface,
+            compared=compared,
+            not_compared=missed,
             places=self._places(np.concatenate([_EMPTY, *reasons]), patches, stable, part_of),
-            alike=self.pair.alike,
+            given_alike=self.pair.alike,
             one_result=one_result,
         )
 
@@ -427,7 +396,7 @@ def _part(
     if motion is None:
         return MovedPart(name, "too few distances", area)
     limit = motion.limit(alpha)
-    bends = motion.misfit > factor * float(chi2.ppf(_ONE_BODY, motion.dof))
+    bends = motion.misfit > factor * float(chi2.ppf(_ONE_BODY, motion.redundancy))
     bends |= motion.left_out > 0.2 * len(some)
     verdict: Verdict = "moved" if motion.statistic > limit else "no motion found"
     relative = None if stable is None else relative_motion(some, motion, stable)
@@ -436,7 +405,7 @@ def _part(
         verdict="not one body" if bends else verdict,
         area=area,
         motion=motion,
-        relative=relative,
+        against_stable=relative,
         limit=limit,
         detectable=motion.detectable(alpha, POWER),
     )

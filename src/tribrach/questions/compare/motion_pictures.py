@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.job.motions import CloudMotions, ComparedPlaces, MovedPart
+from tribrach.questions.compare.motions import CloudMotions, ComparedPlaces, MovedPart
 from tribrach.report.charts import Chart, beside, colour_bar, legend, shades
 from tribrach.report.figures import Picture
+from tribrach.report.views import SIZE, View, views_in_words, views_of
 
 __all__ = ["motions_pictures"]
 
-#: a plan narrower than this share of its length is a line
-_LINE = 0.03
 #: places that are drawn; more hide each other
 _DRAWN = 40_000
 #: from -1 by way of 0 to 1: blue, grey that is seen on white and on black, red
@@ -21,8 +20,6 @@ _SIGNED = np.array(
      [239, 138, 98], [178, 24, 43]],
     dtype=float,
 )  # fmt: skip
-#: width and largest height of a panel in pixels
-_SIZE = (900.0, 420.0)
 #: colours of the stable area, of what is in nothing, and of parts one after the other
 _STABLE, _NOTHING = "#7fbf9a", "#c9c9c9"
 _PARTS = ("#d1495b", "#3d6fb4", "#e0a030", "#7b4fa3", "#1f9e9e", "#8c6b4f")
@@ -49,18 +46,18 @@ def _distances(places: ComparedPlaces) -> Picture:
     top = max(float(np.quantile(np.abs(values), 0.98)), 1e-3)
     order = np.argsort(np.abs(values), kind="stable")
     colours = shades(np.clip(0.5 + values[order] / (2 * top), 0, 1), _SIGNED)
-    views = _views(xyz)
+    views = views_of(xyz)
     panels = []
     for view in views:
         panel = view.panel()
         panel.spots(*view.of(xyz[order]), colours)
         panels.append([panel])
-    scale = colour_bar(-top, top, "A minus B along the normal [mm]", _SIZE[0], _SIGNED)
+    scale = colour_bar(-top, top, "A minus B along the normal [mm]", SIZE[0], _SIGNED)
     title = "Distances along normals"
     caption = (
-        f"{_what(views)}; {len(values):,} core points that were compared, colours to the 98 % "
-        "quantile of their sizes. Red lies further out, towards the scanner of B, in the later "
-        "cloud A."
+        f"{views_in_words(views)}; {len(values):,} core points that were compared, colours to the "
+        "98 % quantile of their sizes. Red lies further out, towards the scanner of B, in the "
+        "later cloud A."
     )
     drawing = beside(panels, title, scale)
     return Picture("motions-distances", title, drawing, caption, wide=True)
@@ -75,16 +72,14 @@ def _membership(motions: CloudMotions) -> Picture:
     colours[stable] = _rgb(_STABLE)
     for number in np.unique(part[part > 0]).tolist():
         own = part == number
-        if motions.named:
+        if motions.sites:
             # a site of the stable area keeps its colour
             own &= ~stable
         colours[own] = _rgb(_colour(number))
     order = np.argsort((part > 0).astype(int) * 2 + stable, kind="stable")
-    views = _views(xyz)
+    views = views_of(xyz)
     moved = [
-        (k, p)
-        for k, p in enumerate(motions.parts, start=1)
-        if p.motion is not None and p.verdict in ("moved", "not one body")
+        (k, p) for k, p in enumerate(motions.parts, start=1) if p.motion is not None and p.differs
     ]
     shifts = [shift for _, p in moved if (shift := _shift(p)) is not None]
     longest = max((float(np.linalg.norm(shift)) for shift in shifts), default=0.0)
@@ -96,22 +91,22 @@ def _membership(motions: CloudMotions) -> Picture:
         for _, one in moved[:_NAMED]:
             _draw(panel, view, one, scale)
         panels.append([panel])
-    what = "site" if motions.named else "part"
+    what = "site" if motions.sites else "part"
     entries = [(_STABLE, "stable area")] if stable.any() else []
     entries += [(_colour(k), f"{what} {p.name}: {p.verdict}") for k, p in moved[:_NAMED]]
     entries.append((_NOTHING, "neither"))
     title = "What moved"
-    caption = f"{_what(views)}; core points that were compared."
+    caption = f"{views_in_words(views)}; core points that were compared."
     if scale > 0:
         caption += (
             f" Arrows: shift along the mean normal of what moved, where its sign is sure with 95 "
             f"%, drawn {scale:,.0f} times as long as it is (1 mm is {1e-3 * scale:.2g} m)."
         )
-    drawing = beside(panels, title, legend(entries, _SIZE[0]))
+    drawing = beside(panels, title, legend(entries, SIZE[0]))
     return Picture("motions-parts", title, drawing, caption, wide=True)
 
 
-def _draw(panel: Chart, view: _View, part: MovedPart, scale: float) -> None:
+def _draw(panel: Chart, view: View, part: MovedPart, scale: float) -> None:
     """Name of a part at its middle, and its shift as an arrow."""
     assert part.motion is not None
     middle = part.motion.middle
@@ -137,53 +132,6 @@ def _shift(part: MovedPart) -> Array | None:
         return None
     half = _NORMAL_95 * float(np.sqrt(max(motion.covariance[0, 0], 0.0)))
     return motion.values[0] * motion.normal if abs(float(motion.values[0])) > half else None
-
-
-class _View:
-    """Plan or elevation of places, shortened by a round corner."""
-
-    def __init__(self, xyz: Array, axes: tuple[int, int]) -> None:
-        self.axes = axes
-        low, high = xyz.min(axis=0), xyz.max(axis=0)
-        self._corner = np.floor(low / 10) * 10
-        ends = []
-        for k in axes:
-            margin = 0.03 * float(high[k] - low[k]) + 1e-6
-            start = float(self._corner[k])
-            ends.append((float(low[k]) - start - margin, float(high[k]) - start + margin))
-        self._ends = ends
-
-    def of(self, xyz: Array) -> tuple[Array, Array]:
-        """Places (n, 3) in the axes of the panel."""
-        x, y = (xyz[:, k] - self._corner[k] for k in self.axes)
-        return x, y
-
-    def panel(self) -> Chart:
-        """An empty panel."""
-        labels = [f"{'ENU'[k]}{_less(float(self._corner[k]))} [m]" for k in self.axes]
-        return Chart(self._ends[0], self._ends[1], (labels[0], labels[1]), _SIZE, equal=True)
-
-
-def _views(xyz: Array) -> list[_View]:
-    """Plan, unless it is a line, and elevation along its longer side."""
-    extent = np.ptp(xyz, axis=0)
-    along = 0 if extent[0] >= extent[1] else 1
-    flat = min(extent[:2]) < _LINE * max(extent[:2])
-    # the elevation of a level surface is a line too
-    level = extent[2] < _LINE * max(extent[:2]) and not flat
-    views = [] if flat else [_View(xyz, (0, 1))]
-    return views if level else [*views, _View(xyz, (along, 2))]
-
-
-def _what(views: list[_View]) -> str:
-    """The views in words."""
-    words = ["plan" if view.axes == (0, 1) else "elevation" for view in views]
-    return " and ".join(words).capitalize()
-
-
-def _less(start: float) -> str:
-    """What an axis is shortened by."""
-    return f" - {start:.0f}" if start > 0 else f" + {-start:.0f}" if start < 0 else ""
 
 
 def _some(count: int) -> slice:

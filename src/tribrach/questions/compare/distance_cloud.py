@@ -22,7 +22,7 @@ from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.job.cloud_file import CloudFile
-from tribrach.job.motions import CloudMotions, MotionCollector
+from tribrach.questions.compare.motions import CloudMotions, MotionCollector
 from tribrach.scan.scan import Field
 
 __all__ = ["DistanceCloud"]

@@ -1,0 +1,1 @@
+"""Do two clouds differ, by how much beside sampling and sigmas, and what has moved?"""
