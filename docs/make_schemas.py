@@ -15,7 +15,6 @@ from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
-from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
@@ -34,7 +33,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "epochs": EpochsDocument,
         "info": ScansDocument,
         "plan": PlanDocument,
-        "register": RegistrationDocument,
         "series": SeriesDocument,
         "scene": SceneDocument,
         "targets": TargetsDocument,

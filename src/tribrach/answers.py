@@ -34,6 +34,7 @@ __all__ = [
     "Matrices",
     "Matrix",
     "Number",
+    "PoseEstimate",
     "Result",
     "Table",
     "Test",
@@ -112,16 +113,25 @@ class Result:
         Properties that are written behind the fields.
     without : tuple of str
         Fields that are not written: what was computed with, not what was found.
+    lacking : tuple of str
+        Properties that are written behind these, where they are not None.
     """
 
     _also: ClassVar[tuple[str, ...]] = ()
     _without: ClassVar[tuple[str, ...]] = ()
+    _lacking: ClassVar[tuple[str, ...]] = ()
 
     def __init_subclass__(
-        cls, *, also: tuple[str, ...] = (), without: tuple[str, ...] = (), **more: Any
+        cls,
+        *,
+        also: tuple[str, ...] = (),
+        without: tuple[str, ...] = (),
+        lacking: tuple[str, ...] = (),
+        **more: Any,
     ) -> None:
         super().__init_subclass__(**more)
-        cls._also, cls._without = (*cls._also, *also), (*cls._without, *without)
+        cls._also, cls._without = (*cls._also, *also, *lacking), (*cls._without, *without)
+        cls._lacking = (*cls._lacking, *lacking)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
@@ -132,7 +142,9 @@ class Result:
         names = (*(f.name for f in fields(own) if f.name not in cls._without), *cls._also)
         parts = {
             _key(name): cs.typed_dict_field(
-                handler.generate_schema(hints[name]), metadata=_described(notes.get(name))
+                handler.generate_schema(hints[name]),
+                required=name not in cls._lacking,
+                metadata=_described(notes.get(name)),
             )
             for name in names
         }
@@ -151,17 +163,25 @@ class Result:
             made,
             whole,
             serialization=cs.plain_serializer_function_ser_schema(
-                lambda one: {_key(name): _plain(getattr(one, name)) for name in names},
+                lambda one: {
+                    _key(name): _plain(value)
+                    for name in names
+                    if (value := getattr(one, name)) is not None or name not in cls._lacking
+                },
                 return_schema=whole,
             ),
         )
 
 
 def part(path: str, kind: Any, words: str) -> Any:
-    """A property that is an attribute of a field: ``part("fitted.spread", Number, "...")``."""
+    """A property that is an attribute of a field: ``part("fitted.spread", Number, "...")``.
+
+    It is None where the field is.
+    """
+    field, _, _ = path.partition(".")
 
     def get(self: Any) -> Any:
-        return attrgetter(path)(self)
+        return None if getattr(self, field) is None else attrgetter(path)(self)
 
     get.__annotations__["return"], get.__doc__ = kind, words
     return property(get)
@@ -340,6 +360,14 @@ class Estimate(Result):
     def t(self) -> float:
         """Value over sigma."""
         return self.value / self.sigma
+
+
+@dataclass(frozen=True)
+class PoseEstimate(Result):
+    """A pose, 4 x 4, with its covariance 6 x 6 of left increments."""
+
+    world_from_scanner: Matrix
+    covariance: Matrix
 
 
 @dataclass(frozen=True)

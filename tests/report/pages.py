@@ -29,7 +29,6 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.plan.steps import DesignResult
-from tribrach.job.register import RegisteredFiles
 from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings, series_of
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
@@ -48,6 +47,8 @@ from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
+from tribrach.questions.register.chapters import answer_of as register_answer
+from tribrach.questions.register.registration import RegisteredFiles
 from tribrach.questions.regress.chapters import answer_of as regression_answer
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
@@ -58,7 +59,6 @@ from tribrach.report.build import build
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.comparisons import comparison_chapter
 from tribrach.report.charts import Chart, beside, legend
-from tribrach.report.cloud_registration import cloud_registration_page
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_page, epochs_svg
 from tribrach.report.figures import Picture
@@ -257,7 +257,7 @@ def _registration(name: Naming) -> str:
     scans: Any = {
         s: SimpleNamespace(path=Path(s.replace("/", "|")), no_return=None) for s in stations
     }
-    return cloud_registration_page(RegisteredFiles(scans, dict.fromkeys(stations, 9), found))
+    return register_answer(RegisteredFiles(scans, dict.fromkeys(stations, 9), found)).page()
 
 
 def _fit(edge: CloudEdge) -> Any:
@@ -335,7 +335,7 @@ PAGES = {
     "questions.calibrate": _calibration,
     "questions.regress": _regression,
     "planning.page.plan_page": _plan,
-    "cloud_registration.cloud_registration_page": _registration,
+    "questions.register": _registration,
     "questions.noise": _noise,
     "epochs.epochs_page": _epochs_page,
     "epochs.epochs_svg": _epochs_svg,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.answers import Matrix, Number, Result
+from tribrach.answers import Matrix, Number, PoseEstimate, Result
 from tribrach.calibration.correlations import (
     CorrelatedPair,
     Correlations,
@@ -165,14 +165,6 @@ class Counts(Result):
 
 
 @dataclass(frozen=True)
-class StationPose(Result):
-    """A pose, 4 x 4, with its covariance 6 x 6 of left increments."""
-
-    world_from_scanner: Matrix
-    covariance: Matrix
-
-
-@dataclass(frozen=True)
 class SelfCalibration(
     Result,
     without=(
@@ -248,12 +240,12 @@ class SelfCalibration(
         return self.factor * self.adjustment.covariance_columns(columns, columns)
 
     @property
-    def stations(self) -> dict[str, StationPose]:
+    def stations(self) -> dict[str, PoseEstimate]:
         """Poses with their covariance."""
         a = self.adjustment
         frames = np.tile(np.eye(4), (a.layout.count("pose"), 1, 1))
         frames[:, :3, :3], frames[:, :3, 3] = a.state.pose_r, a.state.pose_t
-        poses = map(StationPose, frames, self.factor * a.family_covariances("pose"))
+        poses = map(PoseEstimate, frames, self.factor * a.family_covariances("pose"))
         return dict(zip(a.layout.names["pose"], poses, strict=True))
 
     @property

@@ -61,7 +61,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
     ),
     "register": (
-        "cli.register",
+        "questions.register.command",
         "Register scans by their clouds; no targets, planes or approximate poses are needed.",
     ),
     "transform": ("cli.transform", "Fit a transformation to common points, and apply it."),

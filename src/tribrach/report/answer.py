@@ -49,10 +49,12 @@ class Answer:
     notation: ReportNotation = PLAIN
     #: what a terminal shows: text as it is, findings, tables
     terminal: Sequence[str | Finding | ReportTable] = ()
-    #: why it may not be used as it is: said last, with exit status 2
-    failure: str = ""
-    #: why no file is written: raised once the answer was shown
-    refused: InputError | None = None
+    #: why it may not be used as it is: raised once it was shown
+    failure: InputError | None = None
+    #: true if then no file is written
+    refuses: bool = False
+    #: files that were written before; with these all files are named at the end
+    written: Sequence[Path] | None = None
     #: further files that were asked for
     files: Mapping[Path, Content] = field(default_factory=dict)
 

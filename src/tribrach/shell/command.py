@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -23,7 +24,6 @@ from tribrach.shell.flow import (
     Scheduler,
     Workers,
     claim,
-    fail,
     guarded,
     say,
     shown,
@@ -31,10 +31,12 @@ from tribrach.shell.flow import (
 )
 from tribrach.shell.printing import printed
 
-__all__ = ["WRITTEN", "command", "deliver"]
+__all__ = ["FOLDER", "WRITTEN", "command", "deliver"]
 
 #: marks the parameter of a command that names a file which the command writes
 WRITTEN = "written"
+#: marks the one that names the folder of results
+FOLDER = "folder"
 #: terminals with as many columns show all columns of the tables
 _WIDE = 118
 
@@ -59,8 +61,8 @@ def command(
         hints = get_type_hints(work, include_extras=True)
         progress, engine = "progress" in own, "engine" in own
         options = {n: (hints[n], p.default) for n, p in own.items() if n not in _GIVEN}
-        read = [n for n, (hint, _) in options.items() if _path(hint) and not _written(hint)]
-        written = [n for n, (hint, _) in options.items() if _written(hint)]
+        marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
+        read, written, folder = ([n for n in marks if marks[n] == m] for m in ("", WRITTEN, FOLDER))
         if json is not None:
             options["json_file"] = (_file("--json", json), None)
         if html is not None:
@@ -79,7 +81,8 @@ def command(
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             inputs = _paths(given[name] for name in read)
             files = set(_paths(given[name] for name in written))
-            claim(inputs, [*outputs.values(), *files], overwrite=overwrite)
+            place = given[folder[0]] if folder else None
+            claim(inputs, [*outputs.values(), *files], place, overwrite=overwrite)
             with ExitStack() as stack:
                 if progress:
                     given["progress"] = stack.enter_context(shown(quiet))
@@ -123,17 +126,18 @@ def deliver(
     Raises
     ------
     InputError
-        A file cannot be written, or the answer refuses it; then none has changed.
+        A file cannot be written, then none has changed; or the answer has a failure.
     """
-    if answer.refused is None:
+    if not answer.refuses:
         texts = {path: render(answer) for render, path in outputs.items() if path is not None}
-        write_texts(texts | dict(answer.files))
+        written = write_texts(texts | dict(answer.files))
+        if answer.written is not None:
+            paths = [Finding(str(path)) for path in (*answer.written, *written)]
+            answer = replace(answer, terminal=[*answer.terminal, *paths])
     if not quiet:
         _show(answer)
-    if answer.refused is not None:
-        raise answer.refused
-    if answer.failure:
-        fail(answer.failure)
+    if answer.failure is not None:
+        raise answer.failure
 
 
 def _show(answer: Answer) -> None:
@@ -158,8 +162,10 @@ def _path(hint: Any) -> bool:
     return "pathlib.Path" in str(getattr(hint, "__origin__", hint))
 
 
-def _written(hint: Any) -> bool:
-    return WRITTEN in getattr(hint, "__metadata__", ())
+def _marked(hint: Any) -> str:
+    """How the parameter is marked, "" if it names what is read."""
+    found = getattr(hint, "__metadata__", ())
+    return next((mark for mark in (WRITTEN, FOLDER) if mark in found), "")
 
 
 def _paths(values: Any) -> list[Path]:

@@ -11,7 +11,7 @@ from tests.scan.in_memory import in_memory, mixed, shell
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp, log
-from tribrach.job.register import register_files
+from tribrach.questions.register.registration import register_files
 from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.relative_covariance import RelativeCovariance, relative_covariance

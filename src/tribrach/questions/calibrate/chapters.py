@@ -14,6 +14,7 @@ from tribrach.calibration.correlations import LIMITS
 from tribrach.calibration.remedies import Remedy
 from tribrach.calibration.self_calibration import SelfCalibration, remedy_sentences
 from tribrach.calibration.significance import BlockTest, Omitted
+from tribrach.errors import InputError
 from tribrach.network.quality import global_test
 from tribrach.report.answer import Answer
 from tribrach.report.charts import SIGNED, Chart, beside, colour_bar, legend
@@ -60,7 +61,9 @@ def answer_of(title: str, calibration: SelfCalibration, further: Sequence[str] =
         for p in c.parameters
     ]
     lines += [*(one.line() for one in found), *(f"= {one}" for one in further)]
-    nothing = "no redundancy: nothing is checked; observe more before these figures are used"
+    nothing = InputError(
+        "no redundancy: nothing is checked", cure="observe more before these figures are used"
+    )
     return Answer(
         "Self-calibration",
         title,
@@ -74,7 +77,7 @@ def answer_of(title: str, calibration: SelfCalibration, further: Sequence[str] =
         tables=[_left(c), _omitted(c), _pairs(c), *_datums(c), _remedies(c)],
         footer=f"Datum: {c.datum}. Sigmas {c.sigma_origin}.",
         terminal=["\n".join(lines)],
-        failure="" if sigma0.dof > 0 else nothing,
+        failure=None if sigma0.dof > 0 else nothing,
     )
 
 

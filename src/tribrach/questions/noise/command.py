@@ -61,11 +61,11 @@ def noise(
         return answer
     if not estimate.doubts:
         return replace(answer, files={out: _instrument(estimate, sheet)})
-    refused = InputError(
+    failure = InputError(
         "these scans do not tell the noise of the scanner: " + "; ".join(estimate.doubts),
         cure="take scans with smooth walls or floors at several ranges, or leave --out away",
     )
-    return replace(answer, refused=refused)
+    return replace(answer, failure=failure, refuses=True)
 
 
 def _stated(

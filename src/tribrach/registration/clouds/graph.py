@@ -16,6 +16,7 @@ from itertools import pairwise
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log, skew
 from tribrach.network.network import Network
@@ -80,37 +81,20 @@ class CloudEdge:
 
 
 @dataclass(frozen=True, eq=False)
-class StationLoop:
-    """The closure of a loop of stations and its test.
+class StationLoop(Result, without=("edges",), also=("closes",)):
+    """A loop of stations, its closure [m, rad] and the test of it."""
 
-    Attributes
-    ----------
-    stations : tuple of str
-        Names of the stations around the loop.
-    edges : tuple of CloudEdge
-        Edges of the loop.
-    shift : float
-        Shift that is left around the loop [m].
-    turn : float
-        Turn that is left around the loop [rad].
-    shift_sigma : float
-        Predicted for the shift, as the length of three components [m].
-    turn_sigma : float
-        Predicted for the turn, as the length of three components [rad].
-    statistic : float
-        Test statistic.
-    limit : float
-        Its limit.
-    """
-
+    #: names of the stations around the loop
     stations: tuple[str, ...]
     edges: tuple[CloudEdge, ...]
-    shift: float
-    turn: float
-    shift_sigma: float
-    turn_sigma: float
-    statistic: float
-    limit: float
+    #: left around the loop [m, rad]
+    shift: Number
+    turn: Number
+    #: predicted for these, as lengths of three components
+    shift_sigma: Number
+    turn_sigma: Number
+    statistic: Number
+    limit: Number
 
     @property
     def closes(self) -> bool:

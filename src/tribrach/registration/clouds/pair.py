@@ -15,6 +15,7 @@ from enum import Enum
 import numpy as np
 
 from tribrach._types import Array, Mask
+from tribrach.answers import Matrix, Number, Result, part
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, align
@@ -350,26 +351,47 @@ class PairFit:
 
 
 @dataclass(frozen=True, eq=False)
-class CloudPair:
-    """The result of registering two scans.
+class CloudPair(
+    Result,
+    without=("a", "b", "fit", "rivals"),
+    also=("first", "second", "registered"),
+    lacking=(
+        "first_from_second", "relative_covariance", "overlap", "rms", "matches",
+        "effective_matches", "correlation_length", "held_directions", "found_by",
+    ),
+):  # fmt: skip
+    """A pair of scans that was tried; figures only where it was registered."""
 
-    Attributes
-    ----------
-    a, b : str
-        Names of the scans.
-    fit : PairFit or None
-        The pose with its covariance, None if none may be taken.
-    rivals : tuple of PairFit
-        Other places that fit as well.
-    sentences : tuple of str
-        What is weak, or why there is no pose.
-    """
-
+    #: names of the scans
     a: str
     b: str
+    #: the pose with its covariance, None if none may be taken
     fit: PairFit | None
+    #: other places that fit as well
     rivals: tuple[PairFit, ...]
+    #: what is weak, or why there is no pose
     sentences: tuple[str, ...]
+
+    first = part("a", str, "One scan.")
+    second = part("b", str, "The other.")
+    first_from_second = part("fit.pose.matrix", Matrix, "4 x 4.")
+    relative_covariance = part(
+        "fit.precision.covariance",
+        Matrix,
+        "6 x 6 of the translation in the first [m] and a rotation vector in the second.",
+    )
+    overlap = part("fit.verdict.overlap", tuple[Number, ...], "Share of each that the other sees.")
+    rms = part("fit.alignment.rms", Number, "Of the residuals of the matches [m].")
+    matches = part("fit.precision.observations", int, "Number of matches.")
+    effective_matches = part("fit.precision.effective", Number, "As many independent ones.")
+    correlation_length = part("fit.precision.correlation_length", Number, "Of residuals [m].")
+    held_directions = part("fit.precision.rank", int, "Of six.")
+    found_by = part("fit.origin.value", str, "What proposed the pose.")
+
+    @property
+    def registered(self) -> bool:
+        """True if it has a pose."""
+        return self.fit is not None
 
 
 def register_pair(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Number, PoseEstimate, Result, part
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
@@ -27,7 +28,8 @@ from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.project.sections import CloudSection
-from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
+from tribrach.registration.clouds.graph import StationLoop
+from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma, CloudPair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import Choice
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
@@ -42,6 +44,9 @@ from tribrach.scan.scan import Scan
 __all__ = ["PlacedOutput", "RegisteredFiles", "register_files", "write_placed"]
 
 
+#: what the parts of covariances are of
+COVARIANCE_OF = "translation [m], left rotation increments [rad]"
+RELATIVE_OF = "translation in the first [m], rotation vector in the second"
 #: places of standing surfaces that are kept of a scan, and what stands [sine of the slope]
 _DRAWN, _STANDING = 1500, 0.5
 
@@ -92,39 +97,120 @@ class PlacedOutput:
         ]
 
 
+@dataclass(frozen=True)
+class RegisteredScan(Result):
+    """A scan and its file."""
+
+    scan: str
+    file: str
+    #: without beams that came back from nothing
+    points: int
+    #: beams that came back from nothing, left out
+    no_return: int
+
+
+@dataclass(frozen=True)
+class PlacedPair(Result):
+    """A pair against the adjusted poses: root mean squares on flat places [m]."""
+
+    first: str
+    second: str
+    places: int
+    #: differences, and what is predicted of them by the noise and by the registration
+    observed: Number
+    noise: Number
+    registration: Number
+
+
+@dataclass(frozen=True)
+class PlacedGroup(Result):
+    """Stations that hang together, in the frame of one of them."""
+
+    frame_of: str
+    stations: dict[str, PoseEstimate]
+    differences: tuple[PlacedPair, ...]
+
+    @classmethod
+    def of(cls, group: CloudGroup) -> PlacedGroup:
+        """The figures of a group."""
+        placed = {n: PoseEstimate(p.matrix, group.covariances[n]) for n, p in group.poses.items()}
+        pairs = tuple(PlacedPair(*ends, **vars(d)) for ends, d in group.differences.items())
+        return cls(group.stations[0], placed, pairs)
+
+
+@dataclass(frozen=True)
+class Approximate(Result):
+    """Approximate poses that said where to look [m, rad]."""
+
+    scans: tuple[str, ...]
+    origin: str
+    sigma_shift: Number
+    sigma_turn: Number
+
+
 @dataclass(frozen=True, eq=False)
-class RegisteredFiles:
-    """Scans by the names that they have in the registration, and the registration.
+class RegisteredFiles(
+    Result,
+    without=("files", "points", "registration", "known", "walls"),
+    also=(
+        "scans", "pairs", "loops", "not_used", "groups", "approximate", "sentences",
+    ),
+):  # fmt: skip
+    """Scans by the names that they have in the registration, and the registration."""
 
-    Parameters
-    ----------
-    scans
-        By name.
-    points
-        Their numbers of points.
-    registration
-        Pairs, loops and groups.
-    approximate
-        Approximate poses that were used.
-    walls : mapping of str to array (n, 3)
-        Some places of standing surfaces in the frame of each scan [m].
-    """
-
-    scans: dict[str, Scan]
+    #: scans by name
+    files: dict[str, Scan]
+    #: their numbers of points
     points: dict[str, int]
+    #: pairs, loops and groups
     registration: CloudRegistration
-    approximate: ApproximatePoses = NO_POSES
+    #: approximate poses that were used
+    known: ApproximatePoses = NO_POSES
+    #: some places (n, 3) of standing surfaces in the frame of each scan [m]
     walls: Mapping[str, Array] = field(default_factory=dict)
+    covariance_of: str = field(default=COVARIANCE_OF, init=False)
+    relative_covariance_of: str = field(default=RELATIVE_OF, init=False)
+    sigma_origin: str = field(default="prior", init=False)
+
+    pairs = part("registration.pairs", list[CloudPair], "Pairs that were tried.")
+    loops = part("registration.consistency.loops", tuple[StationLoop, ...], "Loops of pairs.")
+
+    @property
+    def scans(self) -> tuple[RegisteredScan, ...]:
+        """The scans, and what of them took part."""
+        beams = {n: s.no_return.points if s.no_return else 0 for n, s in self.files.items()}
+        return tuple(
+            RegisteredScan(name, scan.path.name, self.points[name], beams[name])
+            for name, scan in self.files.items()
+        )
+
+    @property
+    def not_used(self) -> list[tuple[str, str]]:
+        """Pairs that were taken away since their loops do not close."""
+        return [(e.first, e.second) for e in self.registration.consistency.dropped]
+
+    @property
+    def groups(self) -> list[PlacedGroup]:
+        """Stations that hang together, the largest group first."""
+        return [PlacedGroup.of(group) for group in self.registration.groups]
+
+    @property
+    def approximate(self) -> Approximate | None:
+        """Null where there were no approximate poses."""
+        known, sigma = self.known, self.known.sigma
+        if not known.poses:
+            return None
+        return Approximate(tuple(known.poses), known.origin, sigma.shift, sigma.turn)
 
     @property
     def sentences(self) -> tuple[str, ...]:
         """What was left out of the scans, and what the registration has to say."""
         beams = [
             f"{name}: {scan.no_return.sentence}"
-            for name, scan in self.scans.items()
+            for name, scan in self.files.items()
             if scan.no_return is not None
         ]
-        return (*beams, *self.approximate.sentences, *self.registration.sentences)
+        return (*beams, *self.known.sentences, *self.registration.sentences)
 
 
 def register_files(
@@ -263,7 +349,7 @@ def write_placed(
             cure="see the sentences on the pairs",
         )
     frame = OutputFrame(WorkFrame())
-    scans = output.stations({name: result.scans[name] for name in group.stations})
+    scans = output.stations({name: result.files[name] for name in group.stations})
     placements = {
         name: Placement(name, group.poses[name], group.covariances[name], output.noise)
         for name in group.stations
@@ -290,7 +376,7 @@ def _copied(
     written: list[Path] = []
     files: dict[Path, dict[int, Pose]] = {}
     for name in group.stations:
-        scan = result.scans[name]
+        scan = result.files[name]
         if scan.path.suffix.lower() == ".e57":
             files.setdefault(scan.path, {})[scan.index] = group.poses[name]
     for number, (path, poses) in enumerate(files.items()):

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from tribrach.report.found_targets import targets_document
 
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
@@ -15,7 +16,6 @@ from tribrach.job.find_targets import Findings, blind, found_alone
 from tribrach.job.nothing_found import density_sentences, unit_sentences
 from tribrach.job.scans import StationScan
 from tribrach.project.sections import TargetSection
-from tribrach.report.found_targets import targets_document
 from tribrach.report.panoramas import panorama_file
 from tribrach.scan.prepared import seen_from
 from tribrach.shell.flow import (

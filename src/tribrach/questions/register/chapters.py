@@ -1,35 +1,33 @@
-"""The registration of clouds as tables and as a page with plans: pairs, loops, stations."""
+"""What a registration of clouds says: verdict, plans, pairs, loops, stations."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Form
+from tribrach.questions.register.registration import RegisteredFiles
+from tribrach.registration.clouds.pair import CloudPair
+from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
+from tribrach.registration.edges import Edge
+from tribrach.report.answer import Answer
 from tribrach.report.charts import TESTED, Chart, beside, colour_bar, shade
+from tribrach.report.columns import column
 from tribrach.report.figures import Picture
+from tribrach.report.findings import Finding
 from tribrach.report.names import some_of
-from tribrach.report.numbers import arcsec_cell, count_cell, counted, mm_cell
-from tribrach.report.page import FrontPage, page
-from tribrach.report.tables import (
-    Cell,
-    ColumnHead,
-    ReportTable,
-    build_table,
-    number_cell,
-    text_cell,
-)
+from tribrach.report.numbers import counted
+from tribrach.report.page import FrontPage
+from tribrach.report.tables import ReportTable, Spec, build_table
+from tribrach.sentences import written
 
-if TYPE_CHECKING:
-    from tribrach.job.register import RegisteredFiles
-    from tribrach.registration.clouds.graph import StationLoop
-    from tribrach.registration.clouds.pair import CloudPair, PairFit
-    from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
-    from tribrach.registration.edges import Edge
+__all__ = ["FORM", "answer_of"]
 
+FORM = Form("register", RegisteredFiles, 1)
 #: largest ratio of test to limit in the colours of the plan
 _WORST = 2.0
 #: colour of standing surfaces
@@ -39,35 +37,31 @@ _MARGIN, _OUTER = 0.05, 0.05
 #: directions of a pose, and stations that the verdict names
 _ALL, _IN_VERDICT = 6, 4
 
-__all__ = ["cloud_registration_page", "cloud_registration_tables"]
 
-
-def cloud_registration_tables(registration: CloudRegistration) -> list[ReportTable]:
-    """Pairs that were registered, loops, and the stations of each group."""
-    out = [_pairs(registration)]
-    if registration.consistency.loops:
-        out.append(_loops(registration))
-    joined = [group for group in registration.groups if group.adjustment is not None]
-    return out + [_stations(group, number) for number, group in enumerate(joined)]
-
-
-def cloud_registration_page(files: RegisteredFiles) -> str:
-    """The whole registration as one HTML file: plans, poses, pairs with verdicts, loops."""
+def answer_of(files: RegisteredFiles) -> Answer:
+    """The registration as people read it: plans, poses, pairs with verdicts, loops."""
     registration = files.registration
     joined = [group for group in registration.groups if group.adjustment is not None]
-    pictures = [_plan(group, registration, files.walls, k) for k, group in enumerate(joined)]
-    pairs, *rest = cloud_registration_tables(registration)
-    sentences = [_sentence(text) for text in files.sentences]
-    return page(
+    stations = [_stations(group, k) for k, group in enumerate(joined)]
+    pairs, loops = _pairs(registration), _loops(registration)
+    return Answer(
         "Registration of clouds",
-        f"{len(files.scans)} scans registered by their clouds",
+        f"{len(files.files)} scans registered by their clouds",
         _front(registration),
-        sentences,
-        pictures,
-        [*rest, _verdicts(registration), pairs, _refused(registration), _files(files)],
-        "Covariances are a priori. The residuals of a fit are no accuracy: a pair is as good as "
-        "its sigmas, which hold the floor, and as the loops that it is in.",
-    )
+        files,
+        FORM,
+        findings=[Finding(f"{text[:1].upper()}{text[1:]}.") for text in files.sentences],
+        pictures=[_plan(group, registration, files.walls, k) for k, group in enumerate(joined)],
+        tables=[
+            loops, *stations, _verdicts(registration), pairs, _refused(registration), _files(files),
+        ],
+        footer="Covariances are a priori. The residuals of a fit are no accuracy: a pair is as "
+        "good as its sigmas, which hold the floor, and as the loops that it is in.",
+        terminal=[
+            pairs, *([loops] if loops.rows else []), *stations,
+            *(Finding(text, True) for text in files.sentences),
+        ],
+    )  # fmt: skip
 
 
 def _head(registration: CloudRegistration) -> str:
@@ -90,11 +84,7 @@ def _head(registration: CloudRegistration) -> str:
 
 def _place_sigmas(group: CloudGroup) -> dict[str, float]:
     """Sigma of the place of every station but the first [m], three-dimensional."""
-    out = {}
-    for name in group.stations[1:]:
-        variance = np.diag(group.covariances[name])[:3]
-        out[name] = float(np.sqrt(np.maximum(variance, 0.0).sum()))
-    return out
+    return {name: _size(group.covariances[name], 0) for name in group.stations[1:]}
 
 
 def _loosely_held(registration: CloudRegistration, group: CloudGroup) -> list[str]:
@@ -139,8 +129,25 @@ def _front(registration: CloudRegistration) -> FrontPage:
     )
 
 
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."
+def _mm(head: str, get: Any, *, wide: bool = False) -> Spec:
+    """Millimetres, without decimals where they would be more than a metre."""
+    spec = ("mm0~", "mm2~")
+    return column(head, get, lambda v, _: written(v, spec[v < 1]), unit="mm", wide=wide)
+
+
+def _arcsec(head: str, get: Any) -> Spec:
+    """Arc seconds, without decimals where the angle is large."""
+    spec = ("arcsec0~", "arcsec1~")
+    return column(head, get, lambda v, _: written(v, spec[v < 0.1]), unit='"')
+
+
+def _size(covariance: Array, first: int) -> float:
+    """Sigma of three components together."""
+    part = np.diag(covariance)[first : first + 3]
+    return float(np.sqrt(np.maximum(part, 0.0).sum()))
+
+
+_PAIR = column("Pair", lambda p: f"{p.a} - {p.b}")
 
 
 def _verdicts(registration: CloudRegistration) -> ReportTable:
@@ -151,46 +158,39 @@ def _verdicts(registration: CloudRegistration) -> ReportTable:
     dropped = {e.ends for e in consistency.dropped}
     tests = _tests(registration)
 
-    def ends(p: CloudPair) -> frozenset[str]:
-        return frozenset((p.a, p.b))
-
-    def tested(p: CloudPair, name: str) -> float | None:
-        edge = tests.get(ends(p))
-        return None if edge is None else getattr(edge, name)
-
-    def plain(value: float | None) -> Cell:
-        return number_cell(value, "" if value is None else f"{value:.1f}")
-
-    def shift(p: CloudPair, name: str) -> Cell:
-        value = tested(p, name)
-        return text_cell("") if value is None else _mm(value)
-
-    def verdict(p: CloudPair) -> Cell:
-        edge = tests.get(ends(p))
-        if ends(p) in dropped:
-            return text_cell("left out: its loops do not close", "bad")
+    def verdict(p: CloudPair) -> tuple[str, str]:
+        edge = tests.get(_ends(p))
+        if _ends(p) in dropped:
+            return "left out: its loops do not close", "bad"
         if edge is not None and edge.outlying:
-            return text_cell("contradicts the network", "bad")
+            return "contradicts the network", "bad"
         if edge is None or edge.statistic is None:
-            return text_cell("not controlled")
-        return text_cell("agrees", "good")
+            return "not controlled", ""
+        return "agrees", "good"
+
+    def of_test(name: str) -> Any:
+        return lambda p: getattr(tests.get(_ends(p)), name, None)
 
     columns = [
-        (ColumnHead("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
-        (ColumnHead("Loops that close"), lambda p: count_cell(good[ends(p)])),
-        (ColumnHead("Loops that do not"), lambda p: count_cell(bad[ends(p)])),
-        (ColumnHead("Shift to the network", "mm"), lambda p: shift(p, "shift")),
-        (ColumnHead("Predicted", "mm"), lambda p: shift(p, "shift_sigma")),
-        (ColumnHead("Test"), lambda p: plain(tested(p, "statistic"))),
-        (ColumnHead("Limit"), lambda p: plain(tested(p, "limit"))),
-        (ColumnHead("Verdict", numeric=False), verdict),
+        _PAIR,
+        column("Loops that close", lambda p: good[_ends(p)], "0"),
+        column("Loops that do not", lambda p: bad[_ends(p)], "0"),
+        _mm("Shift to the network", of_test("shift")),
+        _mm("Predicted", of_test("shift_sigma")),
+        column("Test", of_test("statistic"), "1"),
+        column("Limit", of_test("limit"), "1"),
+        column("Verdict", lambda p: verdict(p)[0], mark=lambda p: verdict(p)[1]),
     ]
     note = (
         "Each pair by itself against the adjusted poses; the test is that of the report of a "
         "project. A pair that is in no loop is controlled by nothing."
     )
-    pairs = [p for p in registration.pairs if p.fit is not None]
+    pairs = [p for p in registration.pairs if p.registered]
     return build_table("cloud_verdicts", "Verdicts on the pairs", note, pairs, columns)
+
+
+def _ends(p: CloudPair) -> frozenset[str]:
+    return frozenset((p.a, p.b))
 
 
 def _tests(registration: CloudRegistration) -> dict[frozenset[str], Edge]:
@@ -200,24 +200,20 @@ def _tests(registration: CloudRegistration) -> dict[frozenset[str], Edge]:
 
 def _refused(registration: CloudRegistration) -> ReportTable:
     """Pairs that were tried and have no pose."""
-    columns = [
-        (ColumnHead("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
-        (ColumnHead("Why", numeric=False), lambda p: text_cell("; ".join(p.sentences))),
-    ]
-    pairs = [p for p in registration.pairs if p.fit is None]
+    columns = [_PAIR, column("Why", lambda p: "; ".join(p.sentences))]
+    pairs = [p for p in registration.pairs if not p.registered]
     return build_table("cloud_refused", "Pairs that were not registered", "", pairs, columns)
 
 
 def _files(files: RegisteredFiles) -> ReportTable:
     """The scans, and what of them took part."""
-    beams = {n: s.no_return.points if s.no_return else 0 for n, s in files.scans.items()}
     columns = [
-        (ColumnHead("Scan", numeric=False), text_cell),
-        (ColumnHead("File", numeric=False), lambda n: text_cell(files.scans[n].path.name)),
-        (ColumnHead("Points"), lambda n: count_cell(files.points[n])),
-        (ColumnHead("Beams without return"), lambda n: count_cell(beams[n])),
+        column("Scan", "scan"),
+        column("File", "file"),
+        column("Points", "points", "0"),
+        column("Beams without return", "no_return", "0"),
     ]
-    return build_table("cloud_scans", "Scans", "", list(files.scans), columns)
+    return build_table("cloud_scans", "Scans", "", files.scans, columns)
 
 
 def _plan(
@@ -286,51 +282,34 @@ def _line(
 
 def _pairs(registration: CloudRegistration) -> ReportTable:
     """One row for each registered pair."""
-    pairs = [p for p in registration.pairs if p.fit is not None]
+    pairs = [p for p in registration.pairs if p.registered]
     placed = {
         frozenset(k): d for group in registration.groups for k, d in group.differences.items()
     }
 
-    def fit(p: CloudPair) -> PairFit:
-        assert p.fit is not None
-        return p.fit
-
-    def sigma(p: CloudPair, first: int) -> float:
-        part = np.diag(fit(p).precision.local)[first : first + 3]
-        return float(np.sqrt(part.sum()))
-
-    def difference(p: CloudPair, which: str) -> Cell:
-        one = placed.get(frozenset((p.a, p.b)))
-        return text_cell("") if one is None else _mm(getattr(one, which))
+    def difference(which: str) -> Any:
+        return lambda p: getattr(placed.get(_ends(p)), which, None)
 
     columns = [
-        (ColumnHead("Pair", numeric=False), lambda p: text_cell(f"{p.a} - {p.b}")),
-        (
-            ColumnHead("Overlap", "%"),
-            lambda p: number_cell(
-                max(fit(p).verdict.overlap), f"{100 * max(fit(p).verdict.overlap):.0f}"
-            ),
+        _PAIR,
+        column("Overlap", lambda p: max(p.overlap), "%0"),
+        _mm("RMS", "rms"),
+        _mm("within", "fit.alignment.gate"),
+        column("Matches", lambda p: len(p.fit.alignment.matches), "0", wide=True),
+        column("Effective", "effective_matches", "0", wide=True),
+        _mm("Sigma shift", lambda p: _size(p.fit.precision.local, 0)),
+        _arcsec("Sigma turn", lambda p: _size(p.fit.precision.local, 3)),
+        column(
+            "Held",
+            "held_directions",
+            "0",
+            unit="of 6",
+            mark=lambda p: "" if p.held_directions == _ALL else "bad",
         ),
-        (ColumnHead("RMS", "mm"), lambda p: _mm(fit(p).alignment.rms)),
-        (ColumnHead("within", "mm"), lambda p: _mm(fit(p).alignment.gate)),
-        (
-            ColumnHead("Matches", wide=True),
-            lambda p: number_cell(
-                len(fit(p).alignment.matches), str(len(fit(p).alignment.matches))
-            ),
-        ),
-        (
-            ColumnHead("Effective", wide=True),
-            lambda p: number_cell(fit(p).precision.effective, f"{fit(p).precision.effective:.0f}"),
-        ),
-        (ColumnHead("Sigma shift", "mm"), lambda p: _mm(sigma(p, 0))),
-        (ColumnHead("Sigma turn", '"'), lambda p: _arcsec(sigma(p, 3))),
-        (ColumnHead("Held", "of 6"), lambda p: _held(fit(p).precision.rank)),
-        (ColumnHead("Observed", "mm", wide=True), lambda p: difference(p, "observed")),
-        (ColumnHead("Predicted", "mm", wide=True), lambda p: difference(p, "predicted")),
+        _mm("Observed", difference("observed"), wide=True),
+        _mm("Predicted", difference("predicted"), wide=True),
     ]
-    tried = len(registration.pairs)
-    title = f"Registered pairs ({len(pairs)} of {tried} tried)"
+    title = f"Registered pairs ({len(pairs)} of {len(registration.pairs)} tried)"
     note = (
         "Sigmas a priori, of the middle of the overlap, with the floor. RMS is the root mean "
         "square of the residuals of the matches within the limit beside it; larger ones are not "
@@ -342,66 +321,39 @@ def _pairs(registration: CloudRegistration) -> ReportTable:
 def _loops(registration: CloudRegistration) -> ReportTable:
     """One row for each loop."""
     columns = [
-        (
-            ColumnHead("Loop", numeric=False),
-            lambda x: text_cell(" - ".join((*x.stations, x.stations[0]))),
+        column("Loop", lambda x: " - ".join((*x.stations, x.stations[0]))),
+        _mm("Shift", "shift"),
+        _mm("Predicted", "shift_sigma"),
+        _arcsec("Turn", "turn"),
+        _arcsec("Predicted", "turn_sigma"),
+        column("Test", "statistic", "1"),
+        column("Limit", "limit", "1", wide=True),
+        column(
+            "Closes",
+            lambda x: "yes" if x.closes else "no",
+            mark=lambda x: "" if x.closes else "bad",
         ),
-        (ColumnHead("Shift", "mm"), lambda x: _mm(x.shift)),
-        (ColumnHead("Predicted", "mm"), lambda x: _mm(x.shift_sigma)),
-        (ColumnHead("Turn", '"'), lambda x: _arcsec(x.turn)),
-        (ColumnHead("Predicted", '"'), lambda x: _arcsec(x.turn_sigma)),
-        (ColumnHead("Test"), lambda x: number_cell(x.statistic, f"{x.statistic:.1f}")),
-        (ColumnHead("Limit", wide=True), lambda x: number_cell(x.limit, f"{x.limit:.1f}")),
-        (ColumnHead("Closes", numeric=False), _closes),
     ]
-    return build_table("cloud_loops", "Loops", "", list(registration.consistency.loops), columns)
+    return build_table("cloud_loops", "Loops", "", registration.consistency.loops, columns)
 
 
 def _stations(group: CloudGroup, number: int) -> ReportTable:
     """One row for each station."""
-    first = group.stations[0]
 
-    def sigma(name: str, begin: int) -> float:
-        part = np.diag(group.covariances[name])[begin : begin + 3]
-        return float(np.sqrt(np.maximum(part, 0.0).sum()))
-
-    def coordinate(axis: int) -> tuple[ColumnHead, object]:
-        def cell(name: str) -> Cell:
-            value = float(group.poses[name].translation[axis])
-            return number_cell(value, f"{value:.4f}")
-
-        return ColumnHead("xyz"[axis], "m"), cell
-
-    def heading(name: str) -> Cell:
+    def heading(name: str) -> float:
         r = group.poses[name].rotation
-        value = float(np.degrees(np.arctan2(r[1, 0], r[0, 0])))
-        return number_cell(value, f"{value:.4f}")
+        return float(np.arctan2(r[1, 0], r[0, 0]))
+
+    def coordinate(k: int) -> Any:
+        return lambda name: group.poses[name].translation[k]
 
     columns = [
-        (ColumnHead("Station", numeric=False), text_cell),
-        *(coordinate(axis) for axis in range(3)),
-        (ColumnHead("Turn about z", "°"), heading),
-        (ColumnHead("Sigma place", "mm"), lambda name: _mm(sigma(name, 0))),
-        (ColumnHead("Sigma turn", '"'), lambda name: _arcsec(sigma(name, 3))),
+        column("Station", str),
+        *(column("xyz"[k], coordinate(k), "m4") for k in range(3)),
+        column("Turn about z", heading, "°4"),
+        _mm("Sigma place", lambda name: _size(group.covariances[name], 0)),
+        _arcsec("Sigma turn", lambda name: _size(group.covariances[name], 3)),
     ]
-    title = f"Stations in the frame of {first}, which is held"
+    title = f"Stations in the frame of {group.stations[0]}, which is held"
     anchor = "cloud_stations" if number == 0 else f"cloud_stations_{number + 1}"
-    return build_table(anchor, title, "", list(group.stations), columns)  # type: ignore[arg-type]
-
-
-def _mm(value: float) -> Cell:
-    """Millimetres, without decimals where they would be more than a metre."""
-    return mm_cell(value, 2 if value < 1 else 0)
-
-
-def _arcsec(value: float) -> Cell:
-    """Arc seconds, without decimals where the angle is large."""
-    return arcsec_cell(value, 1 if value < 0.1 else 0)
-
-
-def _held(rank: int) -> Cell:
-    return count_cell(rank, "" if rank == 6 else "bad")
-
-
-def _closes(loop: StationLoop) -> Cell:
-    return text_cell("yes" if loop.closes else "no", "" if loop.closes else "bad")
+    return build_table(anchor, title, "", list(group.stations), columns)

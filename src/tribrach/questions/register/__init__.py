@@ -1,0 +1,1 @@
+"""Where do scans stand by their clouds alone? Pairs, loops, poses with covariances."""
