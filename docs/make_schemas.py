@@ -15,7 +15,7 @@ from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.diff import DiffDocument
 from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
 from tribrach.report.schema.plan import PlanDocument
-from tribrach.report.schema.scans import ScansDocument, TargetsDocument
+from tribrach.report.schema.scans import ScansDocument
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
@@ -35,7 +35,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "plan": PlanDocument,
         "series": SeriesDocument,
         "scene": SceneDocument,
-        "targets": TargetsDocument,
         "transform": TransformationDocument,
         "workbench": WorkbenchDocument,
     }

@@ -52,9 +52,9 @@ from tribrach.network.survey import Survey
 from tribrach.progress import watched
 from tribrach.project import Project
 from tribrach.project.sections import OutputSection
+from tribrach.questions.targets.chapters import FOLDER, LIST, write_found
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
-from tribrach.report.found_targets import FOLDER, LIST, write_found
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.summary import sigma_origin

@@ -57,7 +57,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "baseline": ("cli.gnss", "Compute a static baseline from RINEX files."),
     "targets": (
-        "cli.targets",
+        "questions.targets.command",
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
     ),
     "register": (

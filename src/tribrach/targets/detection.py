@@ -9,6 +9,7 @@ from typing import Any, Literal, Self
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Matrix, Number, Result, Vector
 
 __all__ = ["Detection", "Kind", "Rejected", "lies_on", "with_floor"]
 
@@ -18,53 +19,33 @@ Kind = Literal["sphere", "checkerboard", "disc", "plane"]
 
 
 @dataclass(frozen=True, eq=False)
-class Detection:
-    """One target found in a scan.
-
-    Attributes
-    ----------
-    kind : Kind
-        What it is.
-    scan : str
-        Name of the scan.
-    center : array (3,)
-        Centre in the scanner frame [m].
-    covariance : array (3, 3)
-        Its covariance, floor included [m^2].
-    radius : float
-        Radius of a sphere or disc, half the side of a checkerboard, radius of the circle of equal
-        area for a plane [m].
-    rms : float
-        Root mean square of the residuals of the inliers [m].
-    points : int
-        Number of points looked at.
-    inliers : int
-        Number of points that determined the centre.
-    range : float
-        Distance from scanner to centre [m]; NaN where the scanner is unknown.
-    incidence : float
-        Mean angle between beam and surface normal of the inliers [rad]; NaN where the scanner is
-        unknown.
-    coverage : float
-        Share of the expected pixels that are inliers, 0 to 1.
-    facts : mapping of str to float
-        Further numbers by name, with the unit in the name.
-    sentences : tuple of str
-        What was odd about it.
-    """
+class Detection(Result):
+    """A target that was found, in the coordinates of its scan."""
 
     kind: Kind
+    #: name of the scan
     scan: str
-    center: Array
-    covariance: Array
-    radius: float
-    rms: float
+    #: centre in the scanner frame [m]
+    center: Vector
+    #: its covariance, floor included [m^2]
+    covariance: Matrix
+    #: radius of a sphere or disc, half the side of a checkerboard, radius of the circle of equal
+    #: area for a plane [m]
+    radius: Number
+    #: root mean square of the residuals of the inliers [m]
+    rms: Number
+    #: points looked at, and those that determined the centre
     points: int
     inliers: int
-    range: float
-    incidence: float
-    coverage: float
-    facts: Mapping[str, float] = field(default_factory=dict)
+    #: distance from scanner to centre [m]; null where the scanner is unknown
+    range: Number
+    #: mean angle between beam and surface normal of the inliers [rad]; null like the range
+    incidence: Number
+    #: share of the expected pixels that are inliers, 0 to 1
+    coverage: Number
+    #: further numbers by name, with the unit in the name
+    facts: Mapping[str, Number] = field(default_factory=dict)
+    #: what was odd about it
     sentences: tuple[str, ...] = ()
 
     @property

@@ -1,34 +1,81 @@
-"""Targets and rejected candidates of scans as files: one list, a panorama of every scan."""
+"""What was found in scans: targets and refused candidates as lines, a list and panoramas."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from tribrach.answers import Form, Result, Vector
 from tribrach.io.outputs import write_texts
+from tribrach.job.find_targets import Findings
 from tribrach.job.grouping import file_name
 from tribrach.job.state import FOUND
+from tribrach.report.answer import Answer
+from tribrach.report.page import FrontPage
 from tribrach.report.panoramas import panorama_file
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.scans import SCHEMA, TargetsDocument
+from tribrach.sentences import written
+from tribrach.targets.detection import Detection
 
-if TYPE_CHECKING:
-    from tribrach.job.find_targets import Findings
-
-__all__ = ["FOLDER", "LIST", "targets_document", "write_found"]
+__all__ = ["FOLDER", "FORM", "LIST", "answer_of", "write_found"]
 
 #: folder of these files among the results, and the list in it
 FOLDER, LIST = FOUND, "targets.json"
 
 
-def targets_document(findings: Sequence[Findings]) -> str:
-    """Targets and candidates of scans as JSON, centres in the frames of their scans."""
-    data = heading(SCHEMA) | {
-        "targets": [d.to_dict() for f in findings for d in f.detections],
-        "rejected": [{"scan": f.scan, **r.to_dict()} for f in findings for r in f.rejected],
-    }
-    return document_text(TargetsDocument.model_validate(data))
+@dataclass(frozen=True, eq=False)
+class Candidate(Result):
+    """What looked like a target and was none."""
+
+    scan: str
+    kind: str
+    #: in the frame of its scan [m]
+    center: Vector
+    reason: str
+
+
+@dataclass(frozen=True)
+class FoundTargets(Result):
+    """Targets and candidates of scans, centres in the frames of their scans."""
+
+    targets: tuple[Detection, ...]
+    rejected: tuple[Candidate, ...]
+
+
+FORM = Form("targets", FoundTargets, 1)
+
+
+def answer_of(findings: Sequence[Findings]) -> Answer:
+    """What was found in scans as people read it: a line for each target and candidate."""
+    found = tuple(d for f in findings for d in f.detections)
+    rejected = tuple(Candidate(f.scan, **vars(r)) for f in findings for r in f.rejected)
+    scans = ", ".join(f.scan for f in findings)
+    lines = [line for finding in findings for line in _lines(finding)]
+    front = FrontPage("none", f"{len(found)} targets", f"{len(rejected)} candidates rejected.")
+    result = FoundTargets(found, rejected)
+    return Answer("Targets in scans", scans, front, result, FORM, terminal=lines)
+
+
+def _lines(finding: Findings) -> list[str]:
+    """One line per target and per rejected candidate."""
+    lines = [
+        f"{finding.scan}: {finding.points} points, {len(finding.detections)} targets, "
+        f"{len(finding.rejected)} candidates rejected",
+        *(f"  ! {sentence}" for sentence in finding.sentences),
+    ]
+    for number, d in enumerate(finding.detections, start=1):
+        x, y, z = d.center
+        sigma = ", ".join(written(s, "mm2~") for s in d.sigmas)
+        far = f"  range {d.range:.2f} m" if isfinite(d.range) else ""
+        lines.append(
+            f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  rms "
+            f"{written(d.rms, 'mm2')} within the limit of its fit  {d.points} points{far}"
+        )
+    for r in finding.rejected:
+        x, y, z = r.center
+        lines.append(f"  x  {r.kind} at {x:.3f} {y:.3f} {z:.3f}: {r.reason}")
+    return lines
 
 
 def write_found(findings: Sequence[Findings], folder: Path) -> list[Path]:
@@ -52,7 +99,7 @@ def write_found(findings: Sequence[Findings], folder: Path) -> list[Path]:
         A file cannot be written, or would take the place of one that this program did not write.
     """
     place = folder / FOLDER
-    files: dict[Path, str | bytes] = {place / LIST: targets_document(findings)}
+    files: dict[Path, str | bytes] = {place / LIST: answer_of(findings).json()}
     for number, finding in enumerate(findings, start=1):
         if finding.panorama is not None:
             name = f"{number}-{file_name(finding.scan)}.png"

@@ -1,4 +1,4 @@
-"""Scans: what is in their files, and targets that were found in them."""
+"""Scans: what is in their files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from tribrach.report.schema.base import Document, DocumentPart, Finite, Matrix
 
-__all__ = ["SCHEMA", "ScansDocument", "TargetsDocument"]
+__all__ = ["SCHEMA", "ScansDocument"]
 
 SCHEMA = 1
 
@@ -94,37 +94,3 @@ class ScansDocument(Document):
 
     scans: list[ScanPart]
     projects: list[ScannerProjectPart]
-
-
-class DetectionPart(DocumentPart):
-    """A target that was found, in the coordinates of its scan [m, rad]."""
-
-    kind: str
-    scan: str
-    center: list[float]
-    covariance: Matrix
-    radius: Finite
-    rms: Finite
-    points: int
-    inliers: int
-    range: Finite
-    incidence: Finite
-    coverage: Finite
-    facts: dict[str, Finite]
-    sentences: list[str]
-
-
-class RejectedPart(DocumentPart):
-    """What looked like a target and was none."""
-
-    scan: str
-    kind: str
-    center: list[float]
-    reason: str
-
-
-class TargetsDocument(Document):
-    """What ``tribrach targets --json`` writes."""
-
-    targets: list[DetectionPart]
-    rejected: list[RejectedPart]
