@@ -9,7 +9,7 @@ from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 
 from tribrach import questions
 from tribrach.answers import Form, described
-from tribrach.report.json_result import result_model
+from tribrach.report import json_result
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.baseline import BaselineDocument
 from tribrach.report.schema.diff import DiffDocument
@@ -19,7 +19,7 @@ from tribrach.report.schema.registration import RegistrationDocument
 from tribrach.report.schema.scans import ScansDocument, TargetsDocument
 from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
-from tribrach.workbench.schema import SceneDocument
+from tribrach.workbench.schema import FORM as SCENE
 
 FOLDER = Path(__file__).parent / "schema"
 
@@ -27,7 +27,7 @@ FOLDER = Path(__file__).parent / "schema"
 def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
     found: dict[str, type[Document] | Form] = {
-        "result": result_model(),
+        "result": json_result.form(),
         "baseline": BaselineDocument,
         "diff": DiffDocument,
         "epoch": EpochDocument,
@@ -35,8 +35,8 @@ def documents() -> dict[str, type[Document] | Form]:
         "info": ScansDocument,
         "plan": PlanDocument,
         "register": RegistrationDocument,
+        "scene": SCENE,
         "series": SeriesDocument,
-        "scene": SceneDocument,
         "targets": TargetsDocument,
         "transform": TransformationDocument,
         "workbench": WorkbenchDocument,

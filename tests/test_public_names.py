@@ -122,7 +122,7 @@ def test_edits_stand_in_the_json(files: list[Path], tmp_path: Path) -> None:
     network = tb.adjust(files).network.without("sights.csv:6", reason="prism tilted", by="AB")
     network = network.with_sigma("sights.csv:2", 0.004, reason="wind")
     content = adjust_network(network, AdjustmentSettings())
-    assert [edit.model_dump() for edit in json_result.result(content).edits] == [
+    assert json_result.network(content)["edits"] == [
         {
             "id": "horizontal_distance:A:P:sights.csv:2",
             "action": "off",

@@ -16,8 +16,8 @@ import math
 import re
 from collections import namedtuple
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from functools import cache, cached_property
 from importlib.metadata import version
 from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
@@ -39,7 +39,11 @@ __all__ = [
     "Test",
     "Vector",
     "described",
+    "items_of",
     "part",
+    "plain",
+    "rows_of",
+    "written",
 ]
 
 
@@ -112,46 +116,69 @@ class Result:
         Properties that are written behind the fields.
     without : tuple of str
         Fields that are not written: what was computed with, not what was found.
+    maybe : tuple of str
+        Names that are left out where nothing is known: None, or an empty text.
+    null : tuple of str
+        Texts that are null where they are empty.
+    keys : mapping, optional
+        Keys of names that are written otherwise.
     """
 
     _also: ClassVar[tuple[str, ...]] = ()
     _without: ClassVar[tuple[str, ...]] = ()
+    _maybe: ClassVar[tuple[str, ...]] = ()
+    _null: ClassVar[tuple[str, ...]] = ()
+    _keys: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(
-        cls, *, also: tuple[str, ...] = (), without: tuple[str, ...] = (), **more: Any
+        cls,
+        *,
+        also: tuple[str, ...] = (),
+        without: tuple[str, ...] = (),
+        maybe: tuple[str, ...] = (),
+        null: tuple[str, ...] = (),
+        keys: Mapping[str, str] | None = None,
+        **more: Any,
     ) -> None:
         super().__init_subclass__(**more)
         cls._also, cls._without = (*cls._also, *also), (*cls._without, *without)
+        cls._maybe, cls._null = (*cls._maybe, *maybe), (*cls._null, *null)
+        cls._keys = {**cls._keys, **(keys or {})}
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
         from pydantic_core import core_schema as cs
 
-        hints, notes = _hints(cls), _notes(cls)
+        hints, notes, keys = _hints(cls), _notes(cls), written(cls)
         own: Any = cls
-        names = (*(f.name for f in fields(own) if f.name not in cls._without), *cls._also)
-        parts = {
-            _key(name): cs.typed_dict_field(
-                handler.generate_schema(hints[name]), metadata=_described(notes.get(name))
-            )
-            for name in names
-        }
-        built = {f.name for f in fields(own) if f.init} & set(names)
-        whole = cs.typed_dict_schema(
-            parts, extra_behavior="forbid", metadata=_described(_first_line(cls), cls.__name__)
-        )
+        ready = {f.name for f in fields(own) if f.default_factory is not MISSING}
+        ready |= {f.name for f in fields(own) if f.default is not MISSING}
+        kinds = {name: handler.generate_schema(hints[name]) for name in keys}
+        kinds |= {name: cs.nullable_schema(kinds[name]) for name in cls._null}
 
-        def made(data: Any, checked: Any) -> Any:
+        def parts(may_lack: set[str]) -> dict[str, Any]:
+            return {
+                keys[name]: cs.typed_dict_field(
+                    kind, required=name not in may_lack, metadata=_described(notes.get(name))
+                )
+                for name, kind in kinds.items()
+            }
+
+        built = {f.name: keys[f.name] for f in fields(own) if f.init and f.name in keys}
+
+        def made(data: Any, inside: Any) -> Any:
             if isinstance(data, cls):
                 return data
-            given = checked(data)
-            return cls(**{name: given[_key(name)] for name in built})
+            known = inside(data)
+            return cls(**{name: known[key] for name, key in built.items() if key in known})
 
+        # what has a default may lack in what is read, and is always written
+        whole = _object(cls, parts({*cls._maybe}))
         return cs.no_info_wrap_validator_function(
             made,
-            whole,
+            _object(cls, parts(ready | {*cls._maybe})),
             serialization=cs.plain_serializer_function_ser_schema(
-                lambda one: {_key(name): _plain(getattr(one, name)) for name in names},
+                lambda one: {key: _plain(value) for key, value in items_of(one).items()},
                 return_schema=whole,
             ),
         )
@@ -197,10 +224,7 @@ class Table:
             )
             for f in fields(own)
         }
-        one = cs.typed_dict_schema(
-            parts, extra_behavior="forbid", metadata=_described(_first_line(cls), cls.__name__)
-        )
-        whole = cs.list_schema(one)
+        whole = cs.list_schema(_object(cls, parts))
         return cs.no_info_after_validator_function(
             lambda data: _columns(cls, hints, data),
             whole,
@@ -264,6 +288,81 @@ def _plain(value: Any) -> Any:
     return value
 
 
+def plain(value: Any) -> Any:
+    """A value as JSON has it: dictionaries, lists, texts, finite numbers and None.
+
+    It needs no schema, which takes longer to make than a small document.
+    """
+    if isinstance(value, Result):
+        return {key: plain(item) for key, item in items_of(value).items()}
+    if isinstance(value, float):
+        return _null(value)
+    if value is None or isinstance(value, str | int):
+        return value
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        return _lists(value)
+    if isinstance(value, Table):
+        return plain(_objects(value))
+    if hasattr(value, "model_dump"):
+        return value.model_dump(mode="json", by_alias=True, exclude_unset=True)
+    if isinstance(value, Iterable) and not isinstance(value, np.ndarray):
+        return [plain(item) for item in value]
+    return plain(value.tolist()) if hasattr(value, "tolist") else value
+
+
+def written(cls: Any) -> dict[str, str]:
+    """What is written of a class of results: keys by the names of fields and properties."""
+    return _written(cls)
+
+
+@cache
+def _written(cls: Any) -> dict[str, str]:
+    names = (*(f.name for f in fields(cls) if f.name not in cls._without), *cls._also)
+    return {name: cls._keys.get(name, _key(name)) for name in names}
+
+
+def items_of(result: Result) -> dict[str, Any]:
+    """What is written of a result by its keys, values as they are."""
+    cls = type(result)
+    out = {key: getattr(result, name) for name, key in written(cls).items()}
+    return _shortened(cls, out) if cls._maybe or cls._null else out
+
+
+def rows_of(cls: type[Result], columns: Mapping[str, NDArray[Any]]) -> list[dict[str, Any]]:
+    """What is written of many results, each by its keys.
+
+    Parameters
+    ----------
+    cls
+        Their class.
+    columns
+        Arrays (n,) by the names of its fields.
+    """
+    chosen = {key: columns[name] for name, key in written(cls).items()}
+    lists = [_lists(v) if v.dtype.kind == "f" else v.tolist() for v in chosen.values()]
+    return [
+        _shortened(cls, dict(zip(chosen, row, strict=True))) for row in zip(*lists, strict=True)
+    ]
+
+
+def _shortened(cls: type[Result], out: dict[str, Any]) -> dict[str, Any]:
+    """The same without keys of which nothing is known, and with null for empty texts."""
+    keys = written(cls)
+    for name in cls._null:
+        out[keys[name]] = out[keys[name]] or None
+    for name in cls._maybe:
+        if _nothing(out[keys[name]]):
+            del out[keys[name]]
+    return out
+
+
+def _nothing(value: Any) -> bool:
+    """True for None and an empty text."""
+    return value is None or (isinstance(value, str) and not value)
+
+
 def _key(name: str) -> str:
     """The key of a name in JSON."""
     return name.removesuffix("_")
@@ -301,7 +400,7 @@ def _notes(cls: type) -> dict[str, str]:
         if not is_dataclass(base):
             continue
         above: list[str] = []
-        for line in inspect.getsource(base).splitlines():
+        for line in _source(base):
             stripped = line.strip()
             if stripped.startswith("#:"):
                 above.append(stripped[2:].strip())
@@ -315,6 +414,14 @@ def _notes(cls: type) -> dict[str, str]:
         if isinstance(found, property | cached_property) and found.__doc__:
             out.setdefault(name, found.__doc__.split("\n")[0])
     return out
+
+
+def _source(cls: type) -> list[str]:
+    """The lines of a class; none of one that was made."""
+    try:
+        return inspect.getsource(cls).splitlines()
+    except OSError:
+        return []
 
 
 class described:  # noqa: N801
@@ -393,7 +500,7 @@ class Form:
     def data(self, result: Any, **words: Any) -> dict[str, Any]:
         """The document as Python has JSON."""
         head = {"tribrach": version("tribrach"), "schema": self.schema}
-        own: dict[str, Any] = self.adapter.dump_python(result, mode="json")
+        own: dict[str, Any] = plain(result)
         return head | own | words
 
     def text(self, result: Any, **words: Any) -> str:

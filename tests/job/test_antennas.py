@@ -35,7 +35,7 @@ def test_a_run_leaves_its_lever_arm_for_the_next(tmp_path: Path) -> None:
     assert any("Without levelling" in s for s in chapter.sentences)
     facts = chapter.data["antenna"]
     # without the compensator the tilt is of the targets alone: the arm is known no better
-    free = np.array(facts.unlevelled.covariance)
+    free = np.array(facts.free.covariance)
     assert (np.diag(free) >= np.diag(facts.covariance) * (1 - 1e-6)).all()
     assert "Lever arms" in (tmp_path / "out" / "report.txt").read_text()
 

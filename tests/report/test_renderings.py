@@ -102,7 +102,7 @@ def test_text_lists_the_worst_first() -> None:
     lines = text.render(content).split("Observations, worst first")[1].splitlines()
     order = [line for line in lines if re.search(r"(scan\d\.txt|tps\.csv|control\.csv):\d+$", line)]
     assert len(order) == len(content.observations)
-    worst = max((o for o in content.observations if o.w is not None), key=lambda o: abs(o.w or 0))
+    worst = max((o for o in content.observations if o.w == o.w), key=lambda o: abs(o.w))
     assert order[0].endswith(worst.source)
     assert order[-1].endswith("tps.csv:9")
 

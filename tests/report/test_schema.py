@@ -10,15 +10,15 @@ from types import ModuleType
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
+from pydantic_core import to_json
 
 from tests.report.cases import levelling, mean_of_two, scanner_content
 from tribrach.job.opened import open_job
+from tribrach.network.observation_rows import observation_rows
 from tribrach.pipeline import AdjustmentSettings, report, solve
 from tribrach.project import Project
 from tribrach.report import json_result
-from tribrach.report.chapters.observations import observations
 from tribrach.report.content import Report
-from tribrach.report.schema.base import document_text
 from tribrach.simulate.twins import build
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -60,18 +60,18 @@ def test_results_follow_the_schema(make) -> None:
 def test_pieces_are_the_text_of_the_whole_document(
     make: Callable[[], Report], part: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What is streamed from columns is, byte for byte, what the models write."""
+    """What is streamed in parts is, byte for byte, the whole."""
     monkeypatch.setattr(json_result, "_PART", part)
     content = make()
     pieces = list(json_result.pieces(content))
-    assert "".join(pieces) == document_text(json_result.result(content))
+    assert "".join(pieces) == to_json(json_result.network(content), indent=1).decode() + "\n"
     assert max(map(len, pieces)) < len("".join(pieces)) or part > 2
 
 
 def test_a_value_that_is_no_number_is_not_written() -> None:
     content = levelling()
     content.adjustment.network.observations[0].values[1] = np.nan
-    spoilt = replace(content, observations=observations(content.adjustment, content.quality))
+    spoilt = replace(content, observations=observation_rows(content.adjustment, content.quality))
     with pytest.raises(ValueError, match="value of an observation is not a number"):
         json_result.dumps(spoilt)
 

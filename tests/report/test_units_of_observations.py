@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from tribrach.network.adjustment import adjust
+from tribrach.network.observation_rows import observation_rows
 from tribrach.network.quality import assess
 from tribrach.network.survey import Survey
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.sights import SlopeDistances, ZenithAngles
-from tribrach.report.chapters.observations import observations
 from tribrach.report.numbers import three_digits
 
 
@@ -23,7 +23,7 @@ def test_a_prior_has_the_unit_of_its_scalar() -> None:
     survey.add(ScalarPriors, values=[0.0, 0.0], sigma=[0.002, 0.1], scalar=["zero", "k"])
     survey.scalars["k"] = (0.0, True)
     adjustment = adjust(survey.network())
-    rows = observations(adjustment, assess(adjustment))
+    rows = observation_rows(adjustment, assess(adjustment))
     assert [row.unit for row in rows] == ["m", "m", "rad", "rad", "m", "1"]
 
 

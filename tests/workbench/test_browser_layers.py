@@ -498,7 +498,7 @@ def test_epochs_of_another_place_are_refused(yard: Callable[[str], Path], tmp_pa
     path = epochs_file(tmp_path / "epochs.json")
     service = Service(yard("work"), epochs=path)
     assert service.scene.epochs[0].name == ["TOP", "T1", "T2"]
-    assert service.scene.epochs[0].moved[0] == (0.012, 0, 0.004)
+    assert service.scene.epochs[0].moved[0] == [0.012, 0, 0.004]
     told = json.loads(path.read_text())
     for point in told["comparisons"][0]["points"].values():
         point["xyz"][0] += 400

@@ -12,7 +12,6 @@ from jsonschema import Draft202012Validator
 
 from tests.workbench.twins import KINDS, POSES, TARGETS, of_kind
 from tribrach.errors import InputError
-from tribrach.report.schema.base import document_text
 from tribrach.workbench.clouds import (
     SceneCloudFile,
     cloud_parts,
@@ -24,7 +23,7 @@ from tribrach.workbench.clouds import (
 from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import ResultFolder, read_result
 from tribrach.workbench.scene import scene_of
-from tribrach.workbench.schema import SceneDocument
+from tribrach.workbench.schema import FORM, SceneDocument
 
 ROOT = Path(__file__).resolve().parents[2]
 STORED = Path(__file__).parent / "scene_schema_1.json"
@@ -106,7 +105,7 @@ def test_stations_lie_where_their_clouds_were_placed(yard: Yard, kind: str) -> N
 
 def test_a_scene_follows_its_schema_and_says_all_the_result_says(yard: Yard) -> None:
     folder = yard("work")
-    text = document_text(scene(folder, clouds=True))
+    text = FORM.text(scene(folder, clouds=True))
     told, result = json.loads(text), read_result(folder)
     schema = json.loads((ROOT / "docs/schema/scene.json").read_text())
     Draft202012Validator(schema).validate(told)
@@ -154,10 +153,10 @@ def test_clouds_given_besides_have_names_that_no_scan_has(yard: Yard, tmp_path: 
         convert_further(path, name, tmp_path / "out", lambda *_: None, found.append)
     poses = ResultFolder.beside(yard("work")).pose_file
     parts = cloud_parts(found, poses)
-    assert [part["name"] for part in parts] == names
-    assert [part["points"] for part in parts] == [4500, 4500]
+    assert [part.name for part in parts] == names
+    assert [part.points for part in parts] == [4500, 4500]
     # whatever its file is called, it is no cloud of that scan
-    assert [part["station"] for part in parts] == ["", ""]
+    assert [part.station for part in parts] == ["", ""]
     with pytest.raises(InputError, match="no such cloud"):
         further_names([tmp_path / "gone.laz"])
 
@@ -175,11 +174,11 @@ def test_distances_have_a_range_about_nothing_and_their_level(tmp_path: Path) ->
     cloud.write(path)
     found: list[SceneCloudFile] = []
     convert_further(path, "+moved", tmp_path / "out", lambda *_: None, found.append)
-    known = cloud_parts(found, None)[0]["attributes"]
+    known = cloud_parts(found, None)[0].attributes
     # 95 % of the values are below 9.4 mm
-    assert known["distance"]["high"] == pytest.approx(0.0094, abs=1e-5)
-    assert known["distance"]["low"] == -known["distance"]["high"]
-    assert known["significance"]["unit"] == ""
+    assert known["distance"].high == pytest.approx(0.0094, abs=1e-5)
+    assert known["distance"].low == -known["distance"].high
+    assert known["significance"].unit == ""
     # its sigma is that of a distance and none of a position
     assert "sigma" not in known
 
@@ -255,8 +254,7 @@ def test_a_result_of_an_older_run_is_drawn_without_what_it_lacks(
 
 def test_a_stored_scene_of_schema_1_is_still_read() -> None:
     """Whatever is added must have a value that older scenes mean by leaving it out."""
-    stored = SceneDocument.model_validate_json(STORED.read_text())
-    assert stored.schema_ == 1
+    stored = FORM.read(json.loads(STORED.read_text()))
     assert {"T1", "TOP"} <= set(stored.points.name)
 
 

@@ -361,7 +361,7 @@ def test_targets_and_observations_of_scans_are_as_run_has_them(scanned: Path) ->
     equal(again.adjustment, report.adjustment)
     assert [t["name"] for t in again.targets() if not t["accepted"]] == ["T1"]
     # the run lists it among what it rejected; here it is a target with a decision, and only that
-    by_run = json_result.result(report).model_dump(mode="json", exclude_unset=True)["scans"]
+    by_run = json_result.network(report)["scans"]
     assert any("rejected by hand" in row["reason"] for row in by_run["rejected"])
     scans = decided_targets(by_run, again.targets())
     assert not any("rejected by hand" in row["reason"] for row in scans["rejected"])

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 from tribrach.units import span
@@ -25,7 +26,7 @@ _WEAKER = 10.0
 
 
 @dataclass(frozen=True)
-class RangeLaw:
+class RangeLaw(Result):
     """Standard deviation of a range as a function of its intensity.
 
     Attributes

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Matrix, Result, Vector
 from tribrach.errors import AdjustmentError
 from tribrach.io.lever_arm_file import LeverArmResult, lever_arm_text
 from tribrach.network.adjustment import Adjustment, adjust
@@ -21,7 +22,17 @@ __all__ = ["EstimatedLeverArm", "lever_arm_files", "lever_arms"]
 
 
 @dataclass(frozen=True, eq=False)
-class EstimatedLeverArm:
+class UnlevelledArm(Result):
+    """The lever arm without what levels the scanners [m, m^2]."""
+
+    vector: Vector
+    covariance: Matrix
+
+
+@dataclass(frozen=True, eq=False)
+class EstimatedLeverArm(
+    Result, without=("name",), keys={"gap": "horizon_without_targets", "free": "unlevelled"}
+):
     """An estimated lever arm in the scanner frame.
 
     Attributes
@@ -38,11 +49,11 @@ class EstimatedLeverArm:
     """
 
     name: str
-    vector: Array
-    covariance: Array
+    vector: Vector
+    covariance: Matrix
     stations: tuple[str, ...]
     gap: float | None
-    free: tuple[Array, Array] | None = None
+    free: UnlevelledArm | None = None
 
     @property
     def sigma(self) -> Array:
@@ -68,7 +79,8 @@ def lever_arms(adjustment: Adjustment, factor: float = 1.0) -> list[EstimatedLev
             continue
         free = None
         if unlevelled is not None:
-            free = unlevelled.state.vectors[k], factor * unlevelled.family_covariances("vector")[k]
+            own = factor * unlevelled.family_covariances("vector")[k]
+            free = UnlevelledArm(unlevelled.state.vectors[k], own)
         gaps = [gap for s in stations if (gap := _gap(adjustment, s)) is not None]
         out.append(
             EstimatedLeverArm(

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Result
 from tribrach.cloud.budget import POINT_PARTS, SYSTEMATIC, PointBudget, point_budget
 from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
@@ -30,7 +31,7 @@ __all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences", "statio
 
 
 @dataclass(frozen=True)
-class BudgetPart:
+class BudgetPart(Result):
     """A part of the budget: variance of all three directions, along the normal, in the surface.
 
     normal and tangential are None where no normals are known.
@@ -43,7 +44,7 @@ class BudgetPart:
 
 
 @dataclass(frozen=True)
-class BudgetRow:
+class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "shared")):
     """A class of the points of a station, and what their covariances are made of.
 
     Attributes

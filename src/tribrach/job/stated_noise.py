@@ -15,6 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Progress
+from tribrach.answers import Result
 from tribrach.errors import InputError
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
@@ -27,7 +28,15 @@ from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
 from tribrach.tasks.engine import Call
 
-__all__ = ["BAND", "CAUSES", "NeighbourNoise", "StatedNoise", "Verdict", "stated_noise"]
+__all__ = [
+    "BAND",
+    "CAUSES",
+    "NeighbourNoise",
+    "NoiseOfClass",
+    "StatedNoise",
+    "Verdict",
+    "stated_noise",
+]
 
 Verdict = Literal["as stated", "more than stated", "less than stated", "undecided"]
 
@@ -53,7 +62,7 @@ _BASIS: Mapping[Origin, str] = {
 
 
 @dataclass(frozen=True)
-class NeighbourNoise:
+class NeighbourNoise(Result, without=("words",)):
     """What neighbouring points share of the variance of their ranges, stated and seen.
 
     Attributes
@@ -79,7 +88,39 @@ class NeighbourNoise:
 
 
 @dataclass(frozen=True)
-class StatedNoise:
+class NoiseOfClass(Result):
+    """Noise along the beam of points of one class, stated and observed."""
+
+    #: what the class is of
+    by: Literal["all", "intensity", "range", "incidence"]
+    #: its limits, in the unit of the file, metres or radians; none for all points
+    low: float | None
+    high: float | None
+    patches: int
+    points: int
+    #: standard deviations along the beam [m], in the same weights: the inverse of the variance that
+    #: is stated for a point
+    observed: float
+    stated: float
+    #: squared residuals over stated variances, by their degrees of freedom
+    chi2_dof: float
+    #: degrees of freedom that this is worth by the scatter from patch to patch
+    effective: float
+    #: observed over stated
+    factor: float
+    #: its limits at 95 % for all classes together; none where there are too few patches
+    factor_low: float | None
+    factor_high: float | None
+    verdict: Verdict
+
+
+@dataclass(frozen=True)
+class StatedNoise(
+    Result,
+    without=("basis", "whole", "classes", "slanted"),
+    also=("rows",),
+    keys={"lawful": "by_law", "why": "remark", "rows": "classes"},
+):
     """Noise of an instrument as it is stated and as its scans show it.
 
     Attributes
@@ -121,6 +162,33 @@ class StatedNoise:
     neighbours: NeighbourNoise | None = None
     why: str = ""
     slanted: NoiseClass | None = None
+
+    @property
+    def rows(self) -> tuple[NoiseOfClass, ...]:
+        """All classes with their verdicts, the whole first."""
+        own: list[tuple[By | Literal["all"], NoiseClass]] = []
+        if self.whole is not None:
+            own.append(("all", self.whole))
+        own += [(by, one) for by, some in self.classes.items() for one in some]
+        return tuple(
+            NoiseOfClass(
+                by,
+                None if by == "all" else one.low,
+                None if by == "all" else one.high,
+                one.patches,
+                one.points,
+                one.weighted_observed,
+                one.weighted,
+                one.chi2_dof,
+                one.effective,
+                one.factor,
+                ends[0],
+                ends[1],
+                self.verdict(one),
+            )
+            for by, one in own
+            for ends in (self.interval(one) or (None, None),)
+        )
 
     @property
     def level(self) -> float:

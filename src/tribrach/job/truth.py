@@ -18,6 +18,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Result
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
@@ -40,7 +41,7 @@ Side = Literal["within", "above", "below", "wrong"]
 
 
 @dataclass(frozen=True)
-class TruthRow:
+class TruthRow(Result, also=("agrees",)):
     """A comparison of a simulated project with its truth: error, test, limits, verdict.
 
     Attributes

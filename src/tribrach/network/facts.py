@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.sentences import Sentence, capital
@@ -98,7 +99,7 @@ class AssumedSigmas(Fact):
 
 
 @dataclass(frozen=True)
-class Reference:
+class Reference(Result, without=("grid",)):
     """The reference system of the coordinates, as far as a file or project names it.
 
     Parameters

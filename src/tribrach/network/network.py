@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array, Index
+from tribrach.answers import Result
 from tribrach.errors import InputError, UnknownName
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
@@ -169,26 +170,17 @@ class Constraint:
 
 
 @dataclass(frozen=True)
-class Edit:
-    """What somebody changed by hand in a network that was read.
+class Edit(Result):
+    """What somebody changed by hand in a network that was read."""
 
-    Attributes
-    ----------
-    id
-        Of the observation, or the name of the point.
-    action
-        ``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` with the
-        new role of a point.
-    reason, by
-        Why, and who says so.
-    at
-        When it was decided, as it was written; empty if that is not known.
-    """
-
+    #: of the observation; the name of a point; scan and place of a target
     id: str
+    #: ``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` of a
+    #: point; ``name`` of a target, or ``rejected``
     action: str
     reason: str = ""
     by: str = ""
+    #: when it was decided, as it was written; empty if that is not known
     at: str = ""
 
 

@@ -10,7 +10,8 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array, Index
+from tribrach._types import Array
+from tribrach.answers import Number, Result, rows_of
 from tribrach.errors import InputError, UnknownName
 from tribrach.network.assembly import Rows
 from tribrach.network.quality import Quality, check_covariances
@@ -28,73 +29,61 @@ _FIGURES = ("redundancy", "w", "tau", "mdb", "external")
 
 
 @dataclass(frozen=True, repr=False)
-class ObservationRow:
-    """One observed value in an adjusted network.
+class ObservationRow(
+    Result,
+    keys={"start": "from", "end": "to"},
+    without=("number", "block_limit"),
+    null=("external_at",),
+    maybe=("reason",),
+):
+    """One observed value; figures that need it to take part are null for others.
 
-    Attributes
-    ----------
-    id
-        ``kind:from:to:file:n``; the values of one vector or target have one id.
-    kind, component
-        Kind of the observation and which of its values this is, "" where it has one.
-    start, end
-        Names of its ends, "" where there is none.
-    unit
-        ``m``, ``rad`` or ``1``, of value, sigma, residual and mdb.
-    value, sigma
-        As observed, with the standard deviation that it was given.
-    residual
-        ``v = h(x) - l``: what the value lacks to agree with the adjusted unknowns.
-    redundancy
-        Share of an error of the value that shows in its residual, 0 to 1.
-    w, tau
-        Test values with the a-priori and with the a-posteriori sigma0. For values held out as a
-        check w is the residual over its predicted sigma; tau the same a posteriori.
-    mdb
-        Smallest error that the test would find.
-    external, external_at
-        Largest displacement [m] of a position by an error of this size, and of which.
-    block_test, block_limit
-        Test of the whole vector or target, and its limit: chi-square a priori; a posteriori
-        divided by the variance factor.
-    group
-        Name of its variance component.
-    state, reason
-        ``active``, ``check`` or ``off``; why it is off.
-    source
-        Where it was written, ``file:line``.
-    suspicious
-        True if its test or that of its block is beyond the limit: of w and chi-square a priori,
-        of tau and F where the quality is a posteriori.
-
-    Notes
-    -----
     Numbers that do not exist are NaN: tests of values that take no part or that no other
     observation controls.
     """
 
+    #: in the order of the network, from 1
+    number: int
+    #: stable id of the observation, ``kind:from:to:file:n``; the components of a vector share it
     id: str
     kind: str
+    #: which of its values this is, empty where it has one
     component: str
     start: str
     end: str
+    #: ``m``, ``rad`` or ``1``, of value, sigma, residual and mdb
     unit: str
     value: float
+    #: as it was given
     sigma: float
-    residual: float
-    redundancy: float
-    w: float
-    tau: float
-    mdb: float
-    external: float
+    #: adjusted minus observed
+    residual: Number
+    #: share of an error of the value that shows in its residual, 0 to 1
+    redundancy: Number
+    #: test value with sigma0 a priori; of a check value the residual over its predicted sigma
+    w: Number
+    #: test value with sigma0 a posteriori
+    tau: Number
+    #: minimal detectable bias
+    mdb: Number
+    #: what an undetected bias of that size would do to a position [m]
+    external: Number
+    #: which position
     external_at: str
-    block_test: float
-    block_limit: float
+    #: test of the whole vector or target
+    block_test: Number
+    #: its limit: chi-square a priori; a posteriori divided by the variance factor
+    block_limit: Number
+    #: its test or that of its block is beyond the limit: of w and chi-square a priori, of tau and F
+    #: where the quality is a posteriori
+    suspicious: bool
+    #: of its variance component
     group: str
     state: Literal["active", "check", "off"]
-    reason: str
+    #: file and line, or scan and detection
     source: str
-    suspicious: bool
+    #: why it is off or a check
+    reason: str
 
     def __repr__(self) -> str:
         return f"<{self}>"
@@ -106,8 +95,6 @@ class ObservationRow:
         )
 
 
-#: names of the columns in tables and JSON, where they are not those of the attributes
-_WRITTEN = {"start": "from", "end": "to"}
 _NAMES = tuple(item.name for item in fields(ObservationRow))
 
 
@@ -144,10 +131,17 @@ class ObservationRows(Sequence[ObservationRow]):
 
     def columns(self) -> dict[str, NDArray[Any]]:
         """All columns by the names that tables and JSON give them: ``from`` and ``to`` for ends."""
-        columns = {_WRITTEN.get(name, name): self._columns[name] for name in _NAMES}
+        keys = {"start": "from", "end": "to"}
+        last = ("group", "state", "reason", "source", "suspicious")
+        first = (name for name in _NAMES if name not in ("number", *last))
+        columns = {keys.get(name, name): self._columns[name] for name in (*first, *last)}
         where = columns["external_at"]
         columns["external_at"] = _objects([name or None for name in where])
         return columns
+
+    def written(self) -> list[dict[str, Any]]:
+        """The rows as JSON has them."""
+        return rows_of(ObservationRow, self._columns)
 
     def __len__(self) -> int:
         return len(self._columns["id"])
@@ -162,7 +156,7 @@ class ObservationRows(Sequence[ObservationRow]):
         self, key: int | str | tuple[str, str] | slice
     ) -> ObservationRow | ObservationRows:
         if isinstance(key, slice):
-            return self._chosen(np.arange(len(self))[key])
+            return self.chosen(np.arange(len(self))[key])
         if isinstance(key, str):
             places = self._places(key)
             if len(places) > 1:
@@ -199,22 +193,23 @@ class ObservationRows(Sequence[ObservationRow]):
         UnknownName
             No observation has this id.
         """
-        return self._chosen(np.array(self._places(identity)))
+        return self.chosen(np.array(self._places(identity)))
 
     @property
     def suspicious(self) -> ObservationRows:
         """The rows whose test is beyond its limit, worst first."""
-        return self._chosen(np.flatnonzero(self._columns["suspicious"])).worst()
+        return self.chosen(np.flatnonzero(self._columns["suspicious"])).worst()
 
     def worst(self, most: int | None = None) -> ObservationRows:
         """The rows by size of w, largest first; values without a test last."""
         w = np.nan_to_num(np.abs(self._columns["w"].astype(float)), nan=-1.0)
-        return self._chosen(largest_first(w)[:most])
+        return self.chosen(largest_first(w)[:most])
 
     def _row(self, k: int) -> ObservationRow:
         return ObservationRow(*(self._columns[name][k : k + 1].tolist()[0] for name in _NAMES))
 
-    def _chosen(self, rows: Index) -> ObservationRows:
+    def chosen(self, rows: NDArray[Any]) -> ObservationRows:
+        """Some of the rows, by numbers from 0 in their order, or by a mask (n,)."""
         return ObservationRows({name: column[rows] for name, column in self._columns.items()})
 
     def _index(self) -> dict[str, list[int]]:
@@ -296,9 +291,11 @@ def observation_rows(adjustment: SolvedSystem, quality: Quality) -> ObservationR
         _columns(adjustment, quality, number, o, ids)
         for number, (o, ids) in enumerate(zip(tables, adjustment.network.ids, strict=True))
     ]
-    return ObservationRows(
-        {name: np.concatenate([part[name] for part in parts]) for name in _NAMES}
-    )
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in _NAMES[1:]}
+    for name in (*_FIGURES, "residual", "block_test", "block_limit"):
+        # minus zero loses its sign
+        columns[name] = np.where(np.isfinite(columns[name]), columns[name] + 0.0, np.nan)
+    return ObservationRows({"number": np.arange(1, len(columns["id"]) + 1), **columns})
 
 
 def _columns(

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.answers import Result, Vector
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
@@ -65,7 +66,7 @@ class SiteAccuracy:
 
 
 @dataclass(frozen=True, eq=False)
-class CommonShift:
+class CommonShift(Result, without=("name",), keys={"count": "positions"}):
     """A shift that several GNSS positions have in common.
 
     Attributes
@@ -79,7 +80,7 @@ class CommonShift:
     """
 
     name: str
-    sigma: Array
+    sigma: Vector
     count: int
 
 

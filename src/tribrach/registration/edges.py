@@ -20,6 +20,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tribrach._types import Array, Index
+from tribrach.answers import Result
 from tribrach.comparison.station_pair import StationPair
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations, Use
@@ -42,7 +43,7 @@ MOST = 3000
 
 
 @dataclass(frozen=True)
-class Edge:
+class Edge(Result, also=("outlying",), maybe=("overlap", "conflict")):
     """Two stations and one kind of observations that they have in common.
 
     Attributes
@@ -86,6 +87,9 @@ class Edge:
     statistic: float | None
     limit: float | None
     freedom: int
+    #: shares of the views of both stations that overlap, and that contradict each other
+    overlap: float | None = None
+    conflict: float | None = None
 
     @property
     def outlying(self) -> bool:

@@ -13,13 +13,13 @@ from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
 from tribrach.network.facts import AssumedSigmas, ListReading, Reference
+from tribrach.network.observation_rows import observation_rows
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
 from tribrach.report.chapters import subjects
 from tribrach.report.chapters.adjustment import adjustment_warnings
 from tribrach.report.chapters.control import control
 from tribrach.report.chapters.georeferencing import site_warnings
-from tribrach.report.chapters.observations import observations
 from tribrach.report.chapters.points import points, position_uncertainty
 from tribrach.report.chapters.stations import stations
 from tribrach.report.chapters.unknowns import correlations, other_unknowns
@@ -79,7 +79,7 @@ def build(
     """
     settings = ReportSettings(confidence, posterior, quality.global_test.alpha, angle)
     covariances, uncertainty = position_uncertainty(adjustment, settings)
-    rows = observations(adjustment, quality)
+    rows = observation_rows(adjustment, quality)
     network = adjustment.network
     head = Head(
         title=title or network.title or "Network adjustment",
@@ -89,7 +89,7 @@ def build(
         settings=settings,
         datum=datum_statement(adjustment),
         sigma_origin=sigma_origin(adjustment, posterior, components),
-        summary=summary(adjustment, quality),
+        summary=summary(adjustment, quality, posterior),
         control=control(adjustment, settings),
         points=points(adjustment, settings, covariances, uncertainty),
         stations=stations(adjustment, settings, uncertainty),
@@ -98,7 +98,6 @@ def build(
         components=_components(components),
         snooping=_snooping(snooping),
         correlations=correlations(adjustment),
-        reference=tuple(_reference_system(network.reference).items()),
         adjustment=adjustment,
         quality=quality,
         apart=adjustment if apart is None else apart,
@@ -147,11 +146,6 @@ def _reference(adjustment: Adjustment) -> str:
         if isinstance(site, FlatSite) and site.curvature_radius:
             place += f", Earth radius {site.curvature_radius / 1000:.1f} km for zenith angles"
     return "; ".join(text for text in (reference.crs, _epoch(reference), place) if text)
-
-
-def _reference_system(reference: Reference) -> dict[str, str | float | None]:
-    """Reference system, frame and epoch of the coordinates, None where they have none."""
-    return {"crs": reference.crs, "frame": reference.frame, "epoch": reference.epoch}
 
 
 def _epoch(reference: Reference) -> str:

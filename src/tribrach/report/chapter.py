@@ -6,12 +6,10 @@ Everything that a report says after its head comes as chapters. Each is made by 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from tribrach.answers import Result
 from tribrach.report.figures import Picture
-from tribrach.report.schema.base import DocumentPart
 from tribrach.report.tables import ReportTable
 from tribrach.report.warnings import ReportWarning
 
@@ -34,9 +32,8 @@ class Chapter:
         In the page only.
     tables : tuple of ReportTable
         Those without rows are left out.
-    data : DocumentPart, Result, sequence or mapping of parts, or None
-        What the JSON result holds: numbers in metres and radians, names as keys, None where there
-        is no number; None if it holds nothing.
+    data : Result, sequence or mapping of results, or None
+        What the JSON result holds; None if it holds nothing.
     warnings : tuple of ReportWarning
         What belongs on top of the report.
     key : str
@@ -51,7 +48,7 @@ class Chapter:
     sentences: tuple[str, ...] = ()
     pictures: tuple[Picture, ...] = ()
     tables: tuple[ReportTable, ...] = ()
-    data: DocumentPart | Result | Sequence[DocumentPart] | Mapping[str, DocumentPart] | None = None
+    data: Any = None
     warnings: tuple[ReportWarning, ...] = ()
     key: str = ""
     signed: bool = False

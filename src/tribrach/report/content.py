@@ -7,16 +7,12 @@ written in the unit of ``ReportSettings.angle`` by the renderings only. Method s
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
-from typing import Any, Literal, overload
+from typing import ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from tribrach._types import Index
+from tribrach.answers import Estimate, Result
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.observation_rows import ObservationRows
@@ -25,7 +21,7 @@ from tribrach.network.results import Results
 from tribrach.network.roles import Role, joined_positions
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
-from tribrach.report.numbers import Style, number
+from tribrach.report.numbers import Style
 from tribrach.report.tables import ReportTable
 
 __all__ = [
@@ -39,15 +35,17 @@ __all__ = [
     "GlobalVerdict",
     "Head",
     "KindCount",
-    "Observation",
-    "ObservedValues",
+    "PlaneUnknown",
     "Point",
     "Report",
     "ReportSettings",
+    "ScalarUnknown",
+    "SetUp",
     "SnoopingRow",
     "StationRow",
     "Summary",
     "Unknown",
+    "VectorUnknown",
 ]
 
 Number = float | None
@@ -78,22 +76,25 @@ class ReportSettings:
 
 
 @dataclass(frozen=True)
-class DatumStatement:
-    """What fixes the frame: ``kind`` as in the network, a sentence, the names that carry it."""
+class DatumStatement(Result, keys={"sentence": "statement"}):
+    """What fixes the frame."""
 
+    #: as in the network
     kind: str
     sentence: str
+    #: points and stations that carry it
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class GlobalVerdict:
-    """Global test: ``v^T P v`` against its chi-square bounds; a sentence says how it ended."""
+class GlobalVerdict(Result, without=("sentence",)):
+    """The weighted sum of squares against its chi-square bounds."""
 
     statistic: float
     lower: Number
     upper: Number
     alpha: float
+    #: null where there is no redundancy
     accepted: bool | None
     sentence: str
 
@@ -122,8 +123,20 @@ class KindCount:
 
 
 @dataclass(frozen=True)
-class Summary:
-    """The adjustment in numbers."""
+class Summary(
+    Result,
+    keys={"sigma0": "prior", "sigma0_posterior": "posterior", "test": "global_test"},
+    without=(
+        "kinds",
+        "n_observations",
+        "n_check",
+        "n_off",
+        "n_unknowns",
+        "n_constraints",
+        "defect",
+    ),
+):
+    """Sigma of unit weight, redundancy, global test."""
 
     kinds: tuple[KindCount, ...]
     n_observations: int
@@ -138,6 +151,8 @@ class Summary:
     sigma0: float
     sigma0_posterior: Number
     test: GlobalVerdict
+    #: what all covariances of unknowns are scaled by
+    covariances: Literal["prior", "posterior"]
 
 
 @dataclass(frozen=True)
@@ -159,36 +174,30 @@ class Ellipsoid:
 
 
 @dataclass(frozen=True)
-class Point:
-    """An adjusted point.
-
-    Attributes
-    ----------
-    xyz, sigma
-        E, N, U [m], None where the network has no such coordinate; sigma None where held.
-    covariance
-        3 x 3 [m^2].
-    ellipse, height_interval, ellipsoid
-        At the confidence; the interval is its half width [m].
-    geodetic
-        Latitude, longitude [rad] and height [m], where the site knows them.
-    ecef, ecef_covariance
-        Geocentric [m, m^2].
-    projected
-        Easting, northing and height in the grid of the site [m].
-    """
+class Point(
+    Result,
+    without=("name", "sigma", "ellipse", "height_interval", "ellipsoid"),
+    maybe=("geodetic", "ecef", "ecef_covariance", "projected"),
+):
+    """A point of the network."""
 
     name: str
     role: Role
+    #: E, N, U of the work frame [m]; null where the network has no such coordinate
     xyz: Triple
+    #: None where held
     sigma: Triple
+    #: 3 x 3 [m^2]
     covariance: Matrix
     ellipse: Ellipse | None = None
+    #: half its width [m]
     height_interval: Number = None
     ellipsoid: Ellipsoid | None = None
+    #: latitude, longitude [rad] and ellipsoidal height [m]
     geodetic: tuple[float, float, float] | None = None
     ecef: tuple[float, float, float] | None = None
     ecef_covariance: Matrix | None = None
+    #: easting, northing and height in the grid of the site [m]
     projected: tuple[float, float, float] | None = None
 
 
@@ -236,35 +245,40 @@ class Control:
     source: str = ""
 
 
-@dataclass(frozen=True)
-class StationRow:
-    """An adjusted scanner station; angles in radians.
+@dataclass(frozen=True, kw_only=True)
+class SetUp(Result, maybe=("orientation",)):
+    """A scanner station by its pose; a set-up on a point by its orientation unknowns."""
 
-    Attributes
-    ----------
-    world_from_scanner
-        4 x 4.
-    covariance
-        6 x 6 of the translation [m] and of left rotation increments [rad].
-    heading
-        Azimuth of the scanner's x axis.
-    tilt_e, tilt_n
-        Turns of its z axis about E and N.
-    tilt
-        Angle of its z axis with the vertical of the work frame.
-    """
+    #: 4 x 4
+    world_from_scanner: Matrix | None = None
+    #: 6 x 6 of the translation [m] and of left rotation increments [rad]
+    covariance: Matrix | None = None
+    #: unknowns [rad] by name
+    orientation: dict[str, Estimate] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class StationRow(
+    SetUp,
+    without=(
+        "name", "xyz", "sigma", "heading", "heading_sigma", "tilt_e", "tilt_e_sigma", "tilt_n",
+        "tilt_n_sigma", "tilt", "tilt_sigma", "ellipse", "height_interval",
+    ),
+):  # fmt: skip
+    """An adjusted scanner station with what its pose means; angles in radians."""
 
     name: str
-    world_from_scanner: Matrix
-    covariance: Matrix
     xyz: Triple
     sigma: Triple
+    #: azimuth of the scanner's x axis
     heading: float
     heading_sigma: Number
+    #: turns of its z axis about E and N
     tilt_e: float
     tilt_e_sigma: Number
     tilt_n: float
     tilt_n_sigma: Number
+    #: angle of its z axis with the vertical of the work frame
     tilt: float
     tilt_sigma: Number
     ellipse: Ellipse | None = None
@@ -272,134 +286,77 @@ class StationRow:
 
 
 @dataclass(frozen=True)
-class Unknown:
-    """Any other unknown: orientation, calibration parameter, lever arm or shift, plane.
-
-    Attributes
-    ----------
-    role
-        What it is: ``orientation``, ``zero``, ``refraction``, ``lever arm``, ``plane`` ...
-    values, sigma, units
-        One per component.
-    at
-        The position that it belongs to, "" if none.
-    """
+class ScalarUnknown(Result, without=("name", "at")):
+    """A calibration parameter, scale, refraction coefficient or the like."""
 
     name: str
-    family: Literal["scalar", "vector", "plane"]
     role: str
-    values: tuple[float, ...]
-    sigma: tuple[Number, ...]
-    units: tuple[str, ...]
-    covariance: Matrix
+    value: float
+    #: None where held
+    sigma: Number
+    unit: str
+    #: the position that it belongs to, "" if none
     at: str = ""
+
+    @property
+    def values(self) -> tuple[tuple[float, str], ...]:
+        """Its numbers with their units."""
+        return ((self.value, self.unit),)
+
+    @property
+    def sigmas(self) -> tuple[tuple[Number, str], ...]:
+        """Sigmas with their units."""
+        return ((self.sigma, self.unit),)
 
 
 @dataclass(frozen=True)
-class Observation:
-    """One observed value.
+class VectorUnknown(Result, without=("name", "sigma")):
+    """A lever arm or common shift [m, m^2]."""
 
-    Attributes
-    ----------
-    id
-        Of its observation, see :mod:`tribrach.network.identity`; components of a vector share it.
-    value, sigma, residual, mdb
-        In ``unit`` (m, rad or 1); the residual is ``v = h(x) - l``, the minimal detectable bias
-        is known for values that take part.
-    redundancy, w, tau
-        Of values that take part; for check values ``w`` is the difference over its predicted
-        sigma.
-    external, external_at
-        What an undetected bias would do [m], and at which position.
-    block_test, block_limit
-        Test of the whole vector or target against its limit.
-    state, reason
-        Whether it takes part, and why not.
-    source
-        ``file:line``, or scan and detection.
-    """
+    name: str
+    role: str
+    xyz: tuple[float, ...]
+    covariance: Matrix
+    sigma: tuple[Number, ...]
+    at: ClassVar[str] = ""
 
-    number: int
-    id: str
-    kind: str
-    component: str
-    start: str
-    end: str
-    unit: str
-    value: float
-    sigma: float
-    residual: Number
-    state: Literal["active", "check", "off"]
-    reason: str = ""
-    source: str = ""
-    group: str = ""
-    redundancy: Number = None
-    w: Number = None
-    tau: Number = None
-    mdb: Number = None
-    external: Number = None
-    external_at: str = ""
-    block_test: Number = None
-    block_limit: Number = None
-    suspicious: bool = False
+    @property
+    def values(self) -> tuple[tuple[float, str], ...]:
+        """Its numbers with their units."""
+        return tuple((value, "m") for value in self.xyz)
+
+    @property
+    def sigmas(self) -> tuple[tuple[Number, str], ...]:
+        """Sigmas with their units."""
+        return tuple((sigma, "m") for sigma in self.sigma)
 
 
-#: figures of which an observation may have none
-_FIGURES = ("residual", "redundancy", "w", "tau", "mdb", "external", "block_test", "block_limit")
+@dataclass(frozen=True)
+class PlaneUnknown(Result, without=("name", "sigma")):
+    """A plane ``n x = d``."""
+
+    name: str
+    normal: tuple[float, ...]
+    offset: float
+    #: of two turns of the normal [rad] and of the offset [m]
+    covariance: Matrix
+    sigma: tuple[Number, ...]
+    role: ClassVar[str] = "plane"
+    at: ClassVar[str] = ""
+
+    @property
+    def values(self) -> tuple[tuple[float, str], ...]:
+        """Its numbers with their units."""
+        return (*((value, "1") for value in self.normal), (self.offset, "m"))
+
+    @property
+    def sigmas(self) -> tuple[tuple[Number, str], ...]:
+        """Sigmas with their units."""
+        return tuple(zip(self.sigma, ("rad", "rad", "m"), strict=True))
 
 
-class ObservedValues(Sequence[Observation]):
-    """Observed values in the order of the network, kept in columns: a large network has many.
-
-    Parameters
-    ----------
-    rows : ObservationRows
-        Of the adjusted network; NaN and infinities are no numbers here.
-    order : array of int (k,), optional
-        Which of the rows, in which order; all if not given.
-    """
-
-    def __init__(self, rows: ObservationRows, order: Index | None = None) -> None:
-        self._rows = rows
-        self._order = np.arange(len(rows)) if order is None else order
-
-    def column(self, name: str) -> NDArray[Any]:
-        """Array (k,) of an attribute of all rows; NaN where a figure does not exist."""
-        if name == "number":
-            return self._order + 1
-        column = self._rows.column(name)[self._order]
-        # minus zero loses its sign
-        return np.where(np.isfinite(column), column + 0.0, np.nan) if name in _FIGURES else column
-
-    def chosen(self, which: NDArray[Any]) -> ObservedValues:
-        """Some of the rows, by numbers from 0 in their order, or by a mask (k,)."""
-        return ObservedValues(self._rows, self._order[which])
-
-    def __len__(self) -> int:
-        return len(self._order)
-
-    @overload
-    def __getitem__(self, key: int) -> Observation: ...
-
-    @overload
-    def __getitem__(self, key: slice) -> ObservedValues: ...
-
-    def __getitem__(self, key: int | slice) -> Observation | ObservedValues:
-        if isinstance(key, slice):
-            return self.chosen(np.arange(len(self))[key])
-        k = int(self._order[key])
-        row = self._rows[k]
-        return Observation(
-            number=k + 1, **vars(row) | {name: number(getattr(row, name)) for name in _FIGURES}
-        )
-
-    def __iter__(self) -> Iterator[Observation]:
-        return (self[k] for k in range(len(self)))
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and tuple(self) == tuple(other)
-
-    __hash__ = None  # type: ignore[assignment]
+#: any other unknown
+Unknown = ScalarUnknown | VectorUnknown | PlaneUnknown
 
 
 @dataclass(frozen=True)
@@ -468,11 +425,10 @@ class Head:
     points: tuple[Point, ...]
     stations: tuple[StationRow, ...]
     unknowns: tuple[Unknown, ...]
-    observations: ObservedValues
+    observations: ObservationRows
     components: tuple[ComponentRow, ...] = ()
     snooping: tuple[SnoopingRow, ...] = ()
     correlations: tuple[CorrelationRow, ...] = ()
-    reference: tuple[tuple[str, str | float | None], ...] = ()
     adjustment: Adjustment = field(repr=False, compare=False)
     quality: Quality = field(repr=False, compare=False)
     apart: Adjustment = field(repr=False, compare=False)

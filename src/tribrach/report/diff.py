@@ -23,11 +23,11 @@ from tribrach.report.schema.base import heading
 from tribrach.report.schema.diff import (
     SCHEMA,
     DiffDocument,
+    EditPart,
     ObservationChange,
     PlaceChange,
     Sigma0Change,
 )
-from tribrach.report.schema.result import EditPart
 from tribrach.report.tables import (
     ColumnHead,
     ReportTable,

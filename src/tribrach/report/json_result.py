@@ -7,66 +7,81 @@ as ``sigma0.covariances`` says (``prior`` or ``posterior``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict
-from functools import cache
-from itertools import islice
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, make_dataclass, replace
+from itertools import compress, islice
+from math import nan
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from pydantic import Field, create_model
 
+from tribrach.answers import Estimate, Form, Result, plain
+from tribrach.network.facts import Reference
+from tribrach.network.network import Edit
+from tribrach.network.observation_rows import ObservationRow, ObservationRows
 from tribrach.report.chapters import CHAPTERS, named
-from tribrach.report.content import ObservedValues, Point, Report, StationRow, Unknown
-from tribrach.report.schema.base import Items, document_pieces, heading
-from tribrach.report.schema.result import SCHEMA, ResultHead
+from tribrach.report.content import (
+    DatumStatement,
+    PlaneUnknown,
+    Point,
+    Report,
+    ScalarUnknown,
+    SetUp,
+    Summary,
+    VectorUnknown,
+)
 
-__all__ = ["SCHEMA", "dumps", "network", "pieces", "result", "result_model"]
+__all__ = ["SCHEMA", "AdjustedNetwork", "dumps", "form", "network", "pieces"]
 
+#: version of the layout; 2 has ``id`` and ``suspicious`` of observations
+SCHEMA = 2
 #: objects of a part that is written at once
 _PART = 5000
-#: keys of an observation in their order; figures that need it to take part are null for others
-_KEYS = (
-    "id", "kind", "component", "from", "to", "unit", "value", "sigma", "residual", "redundancy",
-    "w", "tau", "mdb", "external", "external_at", "block_test", "suspicious", "group", "state",
-    "source",
-)  # fmt: skip
-#: attributes of what the keys name otherwise
-_ATTRIBUTES = {"from": "start", "to": "end"}
-
-_DOCUMENT = "What ``tribrach run`` and ``tribrach adjust --json`` write."
 
 
-def result(content: Report) -> ResultHead:
-    """The result as a document."""
-    return result_model().model_validate(network(content))
+@dataclass(frozen=True)
+class AdjustedNetwork(Result):
+    """What ``tribrach run`` and ``tribrach adjust --json`` write."""
+
+    title: str
+    datum: DatumStatement
+    #: of the coordinates, null where they have none
+    reference: Reference
+    sigma0: Summary
+    points: dict[str, Point]
+    stations: dict[str, SetUp]
+    calibrations: dict[str, ScalarUnknown]
+    lever_arms: dict[str, VectorUnknown]
+    planes: dict[str, PlaneUnknown]
+    observations: Sequence[ObservationRow]
+    #: observations switched off or given another sigma by hand
+    edits: list[Edit]
+    #: sentences, the gravest first
+    warnings: list[str]
+
+
+def form() -> Form:
+    """The whole document: the adjusted network, and what each chapter adds."""
+    added = [(s.key, s.model, field(default=None)) for s in map(named, CHAPTERS) if s.model]
+    said = {"__doc__": AdjustedNetwork.__doc__, "_maybe": tuple(key for key, *_ in added)}
+    bases = (AdjustedNetwork,)
+    whole = make_dataclass("Result", added, bases=bases, namespace=said, frozen=True)
+    return Form("result", whole, SCHEMA)
 
 
 def network(content: Report) -> dict[str, Any]:
     """The result as plain values by the keys of the document."""
-    whole: dict[str, Any] = {"points": {}, "calibrations": {}, "stations": {}, "observations": []}
-    for key, parts in _long(content).items():
-        for part in parts:
-            if isinstance(part, dict):
-                whole[key].update(part)
-            else:
-                whole[key] += part
-    return _short(content) | whole
+    return {key: _plain(value) for key, value in _document(content).items()}
 
 
 def pieces(content: Report) -> Iterator[str]:
-    """The result as strict JSON text, piece by piece; a large network is never in memory whole.
-
-    NaN or infinity in it would be an error of this program.
-    """
-    long = _long(content)
-    empty: dict[str, Any] = {key: [] if key == "observations" else {} for key in long}
-    short = _short(content)
-    # only models of what it has: building them takes longer than a small network
-    model = result_model(tuple(name for name in CHAPTERS if name in short))
-    document = model.model_validate(short | empty)
-    yield from document_pieces(document, long)
+    """The result as strict JSON text, piece by piece; a large network is never in memory whole."""
+    opened = "{"
+    for key, value in _document(content).items():
+        yield opened + "\n"
+        yield from _key_pieces(key, value)
+        opened = ","
+    yield "\n}\n"
 
 
 def dumps(content: Report) -> str:
@@ -74,41 +89,47 @@ def dumps(content: Report) -> str:
     return "".join(pieces(content))
 
 
-def _short(content: Report) -> dict[str, Any]:
-    """The keys that do not grow with the network, and what the chapters add."""
-    data = heading(SCHEMA) | {
-        "tribrach": content.version,
-        "title": content.title,
-        "datum": {
-            "kind": content.datum.kind,
-            "names": list(content.datum.names),
-            "statement": content.datum.sentence,
-        },
-        "reference": dict(content.reference),
-        "sigma0": _sigma0(content),
-        "lever_arms": {u.name: _block(u) for u in content.unknowns if u.family == "vector"},
-        "planes": {u.name: _plane(u) for u in content.unknowns if u.family == "plane"},
-        "edits": [asdict(edit) for edit in content.adjustment.network.edits],
-        "warnings": list(content.warnings),
-    }
-    return data | _chapters(content)
+def _document(content: Report) -> dict[str, Any]:
+    """The keys of the document with what stands there.
+
+    Raises
+    ------
+    ValueError
+        A value or a sigma of an observation is no number, which is an error of this program.
+    """
+    for name in ("value", "sigma"):
+        if not np.isfinite(content.observations.column(name)).all():
+            raise ValueError(f"the {name} of an observation is not a number")
+    scalars = [u for u in content.unknowns if isinstance(u, ScalarUnknown)]
+    of_stations = [u.role == "orientation" and u.at != "" for u in scalars]
+    adjusted = AdjustedNetwork(
+        content.title,
+        content.datum,
+        content.adjustment.network.reference,
+        content.summary,
+        {point.name: point for point in content.points},
+        _stations(content, compress(scalars, of_stations)),
+        {u.name: u for u, own in zip(scalars, of_stations, strict=True) if not own},
+        {u.name: u for u in content.unknowns if isinstance(u, VectorUnknown)},
+        {u.name: u for u in content.unknowns if isinstance(u, PlaneUnknown)},
+        content.observations,
+        list(content.adjustment.network.edits),
+        list(content.warnings),
+    )
+    head = {"tribrach": content.version, "schema": SCHEMA}
+    return head | vars(adjusted) | _chapters(content)
 
 
-def _long(content: Report) -> dict[str, Iterator[Items]]:
-    """The keys that grow with the network, part by part."""
-    return {
-        "points": _parts({point.name: _point(point) for point in content.points}),
-        "stations": _parts(_stations(content)),
-        "calibrations": _parts({u.name: _scalar(u) for u in _calibrations(content)}),
-        "observations": _observation_parts(content.observations),
-    }
-
-
-def _parts(whole: dict[str, Any]) -> Iterator[dict[str, Any]]:
-    """A mapping in parts."""
-    items = iter(whole.items())
-    while part := dict(islice(items, _PART)):
-        yield part
+def _stations(content: Report, oriented: Iterable[ScalarUnknown]) -> dict[str, SetUp]:
+    """Scanner stations by their pose; set-ups on points by their orientation unknowns."""
+    out: dict[str, SetUp] = {station.name: station for station in content.stations}
+    for unknown in oriented:
+        known = out.get(unknown.at, SetUp())
+        own = Estimate(unknown.value, nan if unknown.sigma is None else unknown.sigma)
+        out[unknown.at] = replace(
+            known, orientation={**(known.orientation or {}), unknown.name: own}
+        )
+    return out
 
 
 def _chapters(content: Report) -> dict[str, Any]:
@@ -125,121 +146,36 @@ def _chapters(content: Report) -> dict[str, Any]:
     return data
 
 
-@cache
-def result_model(chapters: tuple[str, ...] = tuple(CHAPTERS)) -> type[ResultHead]:
-    """The model of the whole document: the adjusted network, and what each chapter adds."""
-    keys: dict[str, Any] = {
-        subject.key: (subject.model, Field(default=None))
-        for subject in map(named, chapters)
-        if subject.model is not None
-    }
-    return create_model("Result", __base__=ResultHead, __doc__=_DOCUMENT, **keys)
+def _plain(value: Any) -> Any:
+    """A value as JSON has it."""
+    return value.written() if isinstance(value, ObservationRows) else plain(value)
 
 
-def _sigma0(content: Report) -> dict[str, Any]:
-    """Sigma of unit weight, redundancy, global test, and what covariances are scaled by."""
-    summary, test = content.summary, content.summary.test
-    return {
-        "prior": summary.sigma0,
-        "posterior": summary.sigma0_posterior,
-        "dof": summary.dof,
-        "vtpv": summary.vtpv,
-        "covariances": "posterior" if content.scaled else "prior",
-        "iterations": summary.iterations,
-        "global_test": {
-            "statistic": test.statistic,
-            "lower": test.lower,
-            "upper": test.upper,
-            "alpha": test.alpha,
-            "accepted": test.accepted,
-        },
-    }
+def _key_pieces(key: str, value: Any) -> Iterator[str]:
+    """The lines of one key, without the braces of its document."""
+    from pydantic_core import to_json
+
+    last = ""
+    for number, part in enumerate(_parts(value)):
+        lines = to_json({key: _plain(part)}, indent=1).decode()[2:-2]
+        if not isinstance(part, Mapping | list | ObservationRows) or not len(part):
+            yield lines
+            return
+        head, rest = lines.split("\n", 1)
+        items, last = rest.rsplit("\n", 1)
+        yield f",\n{items}" if number else f"{head}\n{items}"
+        last = f"\n{last}"
+    yield last
 
 
-def _point(point: Point) -> dict[str, Any]:
-    out = {"xyz": point.xyz, "covariance": point.covariance, "role": point.role}
-    further = ("geodetic", "ecef", "ecef_covariance", "projected")
-    known = {key: getattr(point, key) for key in further}
-    return out | {key: value for key, value in known.items() if value is not None}
-
-
-def _stations(content: Report) -> dict[str, Any]:
-    """Scanner stations by their pose; set-ups on points by their orientation unknowns."""
-    out: dict[str, Any] = {station.name: _station(station) for station in content.stations}
-    for unknown in content.unknowns:
-        if unknown.role == "orientation" and unknown.at:
-            empty = {"world_from_scanner": None, "covariance": None}
-            station = out.setdefault(unknown.at, empty)
-            station.setdefault("orientation", {})[unknown.name] = {
-                "value": unknown.values[0],
-                "sigma": unknown.sigma[0],
-            }
-    return out
-
-
-def _station(station: StationRow) -> dict[str, Any]:
-    return {"world_from_scanner": station.world_from_scanner, "covariance": station.covariance}
-
-
-def _calibrations(content: Report) -> list[Unknown]:
-    """Scalars that are not listed as the orientation of a station."""
-    return [
-        u
-        for u in content.unknowns
-        if u.family == "scalar" and not (u.role == "orientation" and u.at)
-    ]
-
-
-def _scalar(unknown: Unknown) -> dict[str, Any]:
-    return {
-        "value": unknown.values[0],
-        "sigma": unknown.sigma[0],
-        "unit": unknown.units[0],
-        "role": unknown.role,
-    }
-
-
-def _block(unknown: Unknown) -> dict[str, Any]:
-    return {"xyz": unknown.values, "covariance": unknown.covariance, "role": unknown.role}
-
-
-def _plane(unknown: Unknown) -> dict[str, Any]:
-    """Normal and offset; the covariance is of two turns of the normal [rad] and the offset [m]."""
-    return {
-        "normal": unknown.values[:3],
-        "offset": unknown.values[3],
-        "covariance": unknown.covariance,
-    }
-
-
-def _observation_parts(observations: ObservedValues) -> Iterator[list[dict[str, Any]]]:
-    """All values, part by part; figures that need a value to take part are None for the others.
-
-    Raises
-    ------
-    ValueError
-        A value or a sigma is no number, which is an error of this program.
-    """
-    for name in ("value", "sigma"):
-        if not np.isfinite(observations.column(name)).all():
-            raise ValueError(f"the {name} of an observation is not a number")
-    for begin in range(0, len(observations), _PART):
-        part = observations[begin : begin + _PART]
-        columns = [_plain(part.column(_ATTRIBUTES.get(key, key))) for key in _KEYS]
-        rows = [dict(zip(_KEYS, values, strict=True)) for values in zip(*columns, strict=True)]
-        reasons = part.column("reason").tolist()
-        for row, reason in zip(rows, reasons, strict=True):
-            row["external_at"] = row["external_at"] or None
-            if reason:
-                row["reason"] = reason
-        yield rows
-
-
-def _plain(column: NDArray[Any]) -> list[Any]:
-    """Values of a column, None for NaN."""
-    missing = np.isnan(column) if column.dtype.kind == "f" else np.zeros(len(column), dtype=bool)
-    if missing.any():
-        column = column.astype(object)
-        column[missing] = None
-    values: list[Any] = column.tolist()
-    return values
+def _parts(value: Any) -> Iterator[Any]:
+    """A long mapping or list in parts, anything else in one."""
+    if not isinstance(value, Mapping | list | ObservationRows) or len(value) <= _PART:
+        yield value
+    elif isinstance(value, Mapping):
+        items = iter(value.items())
+        while part := dict(islice(items, _PART)):
+            yield part
+    else:
+        for begin in range(0, len(value), _PART):
+            yield value[begin : begin + _PART]

@@ -266,7 +266,7 @@ def _suspects(content: Head, where: dict[str, tuple[float, float]]) -> tuple[Dra
         ends = o.start, o.end
         if ends in out or o.start not in where or o.end not in where:
             continue
-        size = "" if o.w is None else f", w {o.w:.1f}"
+        size = "" if math.isnan(o.w) else f", w {o.w:.1f}"
         words = f"{o.kind.replace('_', ' ')} {o.start} to {o.end}{size}"
         out[ends] = DrawnSuspect(*where[o.start], *where[o.end], ends, words)
         if len(out) == _MOST_SUSPECTS:

@@ -96,7 +96,7 @@ class Style:
 
     def value(self, value: float | None, unit: str, *, full_circle: bool = False) -> str:
         """A measured or estimated value: metres, the angle unit, or a plain number."""
-        if value is None:
+        if value is None or math.isnan(value):
             return ""
         if unit == "rad":
             turned = value % (2 * math.pi) if full_circle else value
@@ -125,7 +125,7 @@ class Style:
 
     def small(self, value: float | None, unit: str, digits: int = 2) -> str:
         """A residual, sigma or bias in :meth:`small_unit`; more digits where all would be zero."""
-        if value is None:
+        if value is None or math.isnan(value):
             return ""
         scaled = value * self.scale(unit)
         if scaled and abs(scaled) < 0.5 * 10.0 ** (1 - digits):
@@ -139,7 +139,7 @@ class Style:
     @staticmethod
     def plain(value: float | None, digits: int = 2) -> str:
         """A number without a unit."""
-        return "" if value is None else _fixed(value, digits)
+        return "" if value is None or math.isnan(value) else _fixed(value, digits)
 
 
 def _fixed(value: float, digits: int) -> str:

@@ -57,7 +57,7 @@ def datum_statement(adjustment: Adjustment) -> DatumStatement:
     return DatumStatement(kind, datum_sentence(adjustment), datum_names(adjustment))
 
 
-def summary(adjustment: Adjustment, quality: Quality) -> Summary:
+def summary(adjustment: Adjustment, quality: Quality, posterior: bool) -> Summary:
     """The adjustment in numbers."""
     tables = adjustment.network.observations
     test = quality.global_test
@@ -79,6 +79,7 @@ def summary(adjustment: Adjustment, quality: Quality) -> Summary:
         sigma0=adjustment.sigma0,
         sigma0_posterior=number(adjustment.sigma0_posterior),
         test=verdict,
+        covariances="posterior" if adjustment.scaled(posterior=posterior) else "prior",
     )
 
 

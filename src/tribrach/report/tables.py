@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -247,8 +248,8 @@ def text_cell(text: str, mark: str = "") -> Cell:
 
 def number_cell(value: float | None, text: str, mark: str = "", unit: str = "") -> Cell:
     """A cell of a number, sorted by its value; empty if there is none, and zero without a sign."""
-    if value is None:
-        return Cell("", value, mark)
+    if value is None or math.isnan(value):
+        return Cell("", None, mark)
     return Cell(_ZERO.sub(r"\1", text), value, mark, unit)
 
 

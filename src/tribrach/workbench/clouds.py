@@ -27,6 +27,7 @@ from tribrach.job.poses import PoseFile
 from tribrach.job.state import Remembered
 from tribrach.workbench.further import cloud_stem
 from tribrach.workbench.result_folder import CLOUDS
+from tribrach.workbench.schema import SceneAttribute, SceneCloud
 
 __all__ = [
     "SceneCloudFile",
@@ -222,7 +223,7 @@ def _as_copc(path: Path, folder: Path, key: str, progress: Progress) -> Path:
 
 def cloud_parts(
     clouds: Sequence[SceneCloudFile], poses: PoseFile | None, *, upright: bool = True
-) -> list[dict[str, Any]]:
+) -> list[SceneCloud]:
     """Describe clouds for the scene: bounds, attributes with ranges, the station.
 
     Parameters
@@ -242,24 +243,24 @@ def cloud_parts(
     return [_part(cloud, poses, upright) for cloud in clouds]
 
 
-def _part(cloud: SceneCloudFile, poses: PoseFile | None, upright: bool) -> dict[str, Any]:
+def _part(cloud: SceneCloudFile, poses: PoseFile | None, upright: bool) -> SceneCloud:
     head = read_copc_head(cloud.path)
     at = None if poses is None or cloud.further else poses.of_cloud(Path(cloud.source))
-    return {
-        "name": cloud.name,
-        "station": "" if at is None else at.placement.station,
-        "scans": [] if at is None else [at.scan],
-        "url": f"clouds/{cloud.file}",
-        "points": head.points,
-        "bounds": head.bounds.tolist(),
-        "attributes": _attributes(head, upright),
-        "further": cloud.further,
-    }
+    return SceneCloud(
+        name=cloud.name,
+        station="" if at is None else at.placement.station,
+        scans=[] if at is None else [at.scan],
+        url=f"clouds/{cloud.file}",
+        points=head.points,
+        bounds=head.bounds.tolist(),
+        attributes=_attributes(head, upright),
+        further=cloud.further,
+    )
 
 
-def _attributes(head: CopcHead, upright: bool) -> dict[str, Any]:
+def _attributes(head: CopcHead, upright: bool) -> dict[str, SceneAttribute | bool]:
     """Ranges of what points can be coloured by, from the coarsest points of the cloud."""
-    out: dict[str, Any] = {"rgb": head.colours}
+    out: dict[str, SceneAttribute | bool] = {"rgb": head.colours}
     compared = "distance" in head.sample
     for name, (title, unit) in _ATTRIBUTES.items():
         values = head.sample.get(name)
@@ -275,10 +276,10 @@ def _attributes(head: CopcHead, upright: bool) -> dict[str, Any]:
             # both directions alike, so that nothing is in the middle of the colours
             low, high = -max(abs(low), abs(high)), max(abs(low), abs(high))
         words = _AXES.get(name, title) if upright else title
-        out[name] = {"low": low, "high": high, "unit": unit, "title": words}
+        out[name] = SceneAttribute(low=low, high=high, unit=unit, title=words)
     if {"distance", "lod95"} <= head.sample.keys():
         title = "distance over its level of detection"
-        out["significance"] = {"low": -2.0, "high": 2.0, "unit": "", "title": title}
+        out["significance"] = SceneAttribute(low=-2.0, high=2.0, unit="", title=title)
     return out
 
 

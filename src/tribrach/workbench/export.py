@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,6 @@ from tribrach.errors import InputError
 from tribrach.io.keeping import keeping, refuse_loss
 from tribrach.io.outputs import copy_file, write_texts
 from tribrach.job.state import PICTURES
-from tribrach.report.schema.base import document_text
 from tribrach.scratch import scratch_folder
 from tribrach.workbench.clouds import (
     SceneCloudFile,
@@ -33,7 +33,7 @@ from tribrach.workbench.further import further_names
 from tribrach.workbench.relative import named_joint
 from tribrach.workbench.result_folder import CLOUDS, ResultFolder, read_result
 from tribrach.workbench.scene import scene_of
-from tribrach.workbench.schema import SceneJoint
+from tribrach.workbench.schema import FORM, SceneJoint
 from tribrach.workbench.sources import PointSources
 from tribrach.workbench.static_files import PAGE, page_files
 from tribrach.workbench.tables import TABLES, table_csv, table_json, table_of
@@ -127,15 +127,15 @@ def export_page(
         displaced = [] if epochs is None else read_epochs(epochs)
         scene = scene_of(result, beside, parts, epochs=displaced)
         lacking = lacking_clouds(result, folder, beside.pose_file)
-        scene = scene.model_copy(update={"lacking": lacking})
+        scene = replace(scene, lacking=lacking)
         texts: dict[Path, str | bytes] = {}
         joint = named_joint(PointSources(beside, {}, {}))
         if joint is not None:
             names, matrix = joint
             texts[out / JOINT] = matrix[np.tril_indices(len(matrix))].astype("<f8").tobytes()
-            scene = scene.model_copy(update={"joint": SceneJoint(names=names, file=JOINT)})
+            scene = replace(scene, joint=SceneJoint(names=names, file=JOINT))
         texts |= {
-            out / "scene.json": document_text(scene),
+            out / "scene.json": FORM.text(scene),
             out / "README.txt": _README.format(title=scene.title),
         }
         for name in TABLES:

@@ -15,20 +15,30 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.observations.registry import kind_named
-from tribrach.report.chapters.observations import value_words
+from tribrach.answers import written
+from tribrach.report.chapters.observations import observation_title, value_words
 from tribrach.report.numbers import Style
-from tribrach.report.schema.base import heading
 from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.statistics import chi2
 from tribrach.units import format_angle
 from tribrach.workbench.epochs import scene_epochs
 from tribrach.workbench.result_folder import ResultFolder
-from tribrach.workbench.schema import SCHEMA, SceneDocument
+from tribrach.workbench.schema import (
+    SceneCloud,
+    SceneDocument,
+    SceneEpochs,
+    SceneObservations,
+    ScenePlanes,
+    ScenePoints,
+    SceneRays,
+    SceneRejected,
+    SceneStations,
+    SceneTargets,
+)
 
 __all__ = ["coordinate_words", "decided_targets", "scene_of"]
 
-Columns = dict[str, list[Any]]
+Columns = dict[str, Any]
 
 #: figures of an observation that are written with its unit
 _SMALL = ("sigma", "residual", "mdb")
@@ -37,7 +47,7 @@ _SMALL = ("sigma", "residual", "mdb")
 def scene_of(
     result: Mapping[str, Any],
     beside: ResultFolder,
-    clouds: Sequence[Mapping[str, Any]] = (),
+    clouds: Sequence[SceneCloud] = (),
     *,
     session: bool = False,
     epochs: Sequence[EpochComparisonPart] = (),
@@ -50,7 +60,7 @@ def scene_of(
         Keys as in ``result.json``.
     beside : ResultFolder
         What lies beside it: the frame of the clouds, places of scans, pictures.
-    clouds : sequence of mapping
+    clouds : sequence of SceneCloud
         Clouds with their attributes, see :func:`tribrach.workbench.clouds.cloud_parts`.
     session : bool
         Whether observations can be switched off here.
@@ -67,38 +77,34 @@ def scene_of(
     frame = beside.frame
     stations = _stations(result, beside, clouds)
     targets, rejected = _targets(result.get("scans") or {}, beside, style)
-    return SceneDocument.model_validate(
-        heading(SCHEMA)
-        | {
-            "title": result["title"],
-            "confidence": beside.confidence(result),
-            "ellipsoid": math.sqrt(float(chi2.ppf(beside.confidence(result), 3))),
-            "angle": beside.angle,
-            "crs": frame.crs,
-            "axes": frame.axes,
-            "origin": _origin(points["xyz"], stations["xyz"], clouds),
-            "frame": frame.upright.tolist(),
-            "datum": result["datum"]["statement"],
-            "covariances": result["sigma0"]["covariances"],
-            "summary": {**result["sigma0"], "verdict": _verdict(result["sigma0"])},
-            "warnings": result["warnings"],
-            "points": points,
-            "stations": stations,
-            "observations": observations,
-            "rays": _rays(observations),
-            "planes": _planes(result["planes"], beside),
-            "edges": (result.get("registration") or {}).get("edges", []),
-            "targets": targets,
-            "rejected": rejected,
-            "clouds": list(clouds),
-            "comparisons": _comparisons(result.get("comparisons") or []),
-            "epochs": scene_epochs(
-                epochs, frame, dict(zip(points["name"], points["xyz"], strict=True))
-            ),
-            "edits": result["edits"],
-            "session": session,
-            "sigmas_of": beside.sigmas_of,
-        }
+    places = dict(zip(points["name"], points["xyz"], strict=True))
+    return SceneDocument(
+        title=result["title"],
+        confidence=beside.confidence(result),
+        ellipsoid=math.sqrt(float(chi2.ppf(beside.confidence(result), 3))),
+        angle=beside.angle,
+        crs=frame.crs,
+        axes=frame.axes,
+        origin=_origin(points["xyz"], stations["xyz"], clouds),
+        frame=frame.upright.tolist(),
+        datum=result["datum"]["statement"],
+        covariances=result["sigma0"]["covariances"],
+        summary={**result["sigma0"], "verdict": _verdict(result["sigma0"])},
+        warnings=result["warnings"],
+        points=ScenePoints(**points),
+        stations=SceneStations(**stations),
+        observations=SceneObservations(**observations),
+        rays=SceneRays(**_rays(observations)),
+        planes=ScenePlanes(**_planes(result["planes"], beside)),
+        edges=(result.get("registration") or {}).get("edges", []),
+        targets=SceneTargets(**targets),
+        rejected=SceneRejected(**rejected),
+        clouds=list(clouds),
+        comparisons=_comparisons(result.get("comparisons") or []),
+        epochs=[SceneEpochs(**one) for one in scene_epochs(epochs, frame, places)],
+        edits=result["edits"],
+        session=session,
+        sigmas_of=beside.sigmas_of,
     )
 
 
@@ -114,19 +120,20 @@ def _verdict(sigma0: Mapping[str, Any]) -> str:
 def _origin(
     points: Iterable[Sequence[float | None]],
     stations: Iterable[Sequence[float | None] | None],
-    clouds: Iterable[Mapping[str, Any]],
-) -> list[int]:
+    clouds: Iterable[SceneCloud],
+) -> tuple[int, int, int]:
     """Whole metres near the middle of everything."""
     places = [place for place in (*points, *stations) if place is not None]
-    places += [corner for cloud in clouds for corner in cloud["bounds"]]
+    places += [corner for cloud in clouds for corner in cloud.bounds]
     known = np.array([[np.nan if v is None else v for v in place] for place in places], dtype=float)
     if not len(known):
-        return [0, 0, 0]
+        return 0, 0, 0
     inside = ~np.isnan(known).all(axis=0)
     middle = (np.nanmin(known[:, inside], axis=0) + np.nanmax(known[:, inside], axis=0)) / 2
     out = np.zeros(3)
     out[inside] = middle
-    return [int(v) for v in np.rint(out)]
+    x, y, z = np.rint(out).astype(int).tolist()
+    return x, y, z
 
 
 def _points(result: Mapping[str, Any], beside: ResultFolder, style: Style) -> Columns:
@@ -135,7 +142,7 @@ def _points(result: Mapping[str, Any], beside: ResultFolder, style: Style) -> Co
     out: Columns = {"name": list(given), "role": [p["role"] for p in given.values()]}
     xyz, covariance = beside.frame.of_points(given)
     out["xyz"], out["covariance"] = xyz, covariance
-    out["frames"] = _frames(given.values(), beside, style)  # type: ignore[assignment]
+    out["frames"] = _frames(given.values(), beside, style)
     return out
 
 
@@ -178,7 +185,7 @@ def _metres(value: float | None) -> str:
 
 
 def _stations(
-    result: Mapping[str, Any], beside: ResultFolder, clouds: Sequence[Mapping[str, Any]]
+    result: Mapping[str, Any], beside: ResultFolder, clouds: Sequence[SceneCloud]
 ) -> Columns:
     """Scanner stations by their pose; set-ups at the place of their point."""
     keys = ("name", "kind", "pose", "pose_of_clouds", "xyz", "covariance", "clouds")
@@ -196,18 +203,17 @@ def _stations(
         out["pose_of_clouds"].append(None if stood is None else stood.tolist())
         out["xyz"].append(place)
         out["covariance"].append(None if covariance is None else covariance.tolist())
-        out["clouds"].append([c["name"] for c in clouds if c["station"] == name])
+        out["clouds"].append([c.name for c in clouds if c.station == name])
     return out
 
 
 def _observations(rows: Sequence[Mapping[str, Any]], style: Style) -> Columns:
     """Observed values in columns, with their words."""
-    keys = (
-        "id", "kind", "component", "from", "to", "unit", "value", "sigma", "residual", "redundancy",
-        "w", "tau", "mdb", "external", "external_at", "suspicious", "group", "state", "source",
-    )  # fmt: skip
-    out: Columns = {key: [row[key] for row in rows] for key in keys}
-    out["reason"] = [row.get("reason", "") for row in rows]
+    out: Columns = {
+        name: [row.get("reason", "") if name == "reason" else row[key] for row in rows]
+        for name, key in written(SceneObservations).items()
+        if name not in ("title", "words")
+    }
     out["title"] = [observation_title(row["kind"], row["component"]) for row in rows]
     words: dict[str, list[str]] = {
         "value": [value_words(r["kind"], r["value"], r["unit"], style) for r in rows],
@@ -221,25 +227,20 @@ def _observations(rows: Sequence[Mapping[str, Any]], style: Style) -> Columns:
             for r in rows
         ]
     words["external"] = [f"{text} mm" if text else "" for text in words["external"]]
-    out["words"] = words  # type: ignore[assignment]
+    out["words"] = words
     return out
-
-
-def observation_title(kind: str, component: str) -> str:
-    """What a report calls a kind of observations, with the component."""
-    return f"{kind_named(kind).facts.title} {component}".strip()
 
 
 def _rays(observations: Columns) -> Columns:
     """Pairs of positions with the rows of their observations; a pair has one direction."""
     rows: dict[tuple[str, str], list[int]] = {}
-    for k, pair in enumerate(zip(observations["from"], observations["to"], strict=True)):
+    for k, pair in enumerate(zip(observations["start"], observations["end"], strict=True)):
         if all(pair):
             back = (pair[1], pair[0])
             rows.setdefault(back if back in rows else pair, []).append(k)
     w, suspicious = observations["w"], observations["suspicious"]
     return {
-        "from": [start for start, _ in rows],
+        "from_": [start for start, _ in rows],
         "to": [end for _, end in rows],
         "w": [
             max((abs(w[k]) for k in at if w[k] is not None), default=None) for at in rows.values()

@@ -7,135 +7,122 @@ a person reads with its unit is in words here, so that page and report write it 
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from dataclasses import dataclass, field, make_dataclass
+from types import GenericAlias
+from typing import Any, Literal, get_type_hints
 
-from pydantic import Field
+from tribrach.answers import Form, Number, Result, written
+from tribrach.network.observation_rows import ObservationRow
 
-from tribrach.report.schema.base import Document, DocumentPart, Finite, Matrix, Triple
-from tribrach.report.schema.result import Sigma0Part
-
-__all__ = ["SCHEMA", "SceneDocument"]
-
-#: version of the layout
-SCHEMA = 1
+__all__ = ["FORM", "SceneAttribute", "SceneCloud", "SceneDocument"]
 
 Names = list[str]
-Numbers = list[Finite]
+Triple = tuple[Number, Number, Number]
+Matrix = list[list[Number]]
 
 
-class SceneSummary(Sigma0Part):
-    """Sigma of unit weight with the verdict of the global test in words."""
-
-    verdict: str
-
-
-class ScenePoints(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class ScenePoints(Result):
     """Points of the network."""
 
     name: Names
     role: list[Literal["control", "check", "free"]]
     xyz: list[Triple]
     covariance: list[Matrix]
+    #: coordinates as they are read by a person, by the name of the frame
     frames: dict[str, list[list[str] | None]]
-    """Coordinates as they are read by a person, by the name of the frame."""
 
 
-class SceneStations(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneStations(Result):
     """Scanner stations, and set-ups on points."""
 
     name: Names
     kind: list[Literal["scanner", "set-up"]]
+    #: world from scanner, 4 x 4
     pose: list[Matrix | None]
-    """World from scanner, 4 x 4."""
-    pose_of_clouds: list[Matrix | None] = Field(default_factory=list)
-    """By which the clouds were placed, 4 x 4; what a session moves carries them along."""
+    #: by which the clouds were placed, 4 x 4; what a session moves carries them along
+    pose_of_clouds: list[Matrix | None] = field(default_factory=list)
     xyz: list[Triple | None]
+    #: 6 x 6 of the translation [m] and of left rotation increments [rad]
     covariance: list[Matrix | None]
-    """6 x 6 of the translation [m] and of left rotation increments [rad]."""
     clouds: list[Names]
 
 
-class SceneObservations(DocumentPart):
-    """Observed values, one a row; figures are null where they do not exist."""
-
-    id: Names
-    kind: Names
-    title: Names
-    """Of the kind and component, as the report calls them."""
-    component: Names
-    from_: Names = Field(alias="from")
-    to: Names
-    unit: Names
-    value: Numbers
-    sigma: Numbers
-    residual: Numbers
-    redundancy: Numbers
-    w: Numbers
-    tau: Numbers
-    mdb: Numbers
-    external: Numbers
-    external_at: list[str | None]
-    suspicious: list[bool]
-    group: Names
-    state: list[Literal["active", "check", "off"]]
-    source: Names
-    reason: Names
-    words: dict[str, Names]
-    """Value, sigma, residual, mdb, external as the report prints them, with their units."""
+_ROW: dict[str, Any] = get_type_hints(ObservationRow, include_extras=True)
+_ROW |= {"external_at": str | None, "title": str}
+_COLUMNS = [name for name in written(ObservationRow) if name != "block_test"]
+_COLUMNS.insert(_COLUMNS.index("component"), "title")
+#: observed values in columns: those of the rows of an adjustment, and what a person reads, such as
+#: the title of kind and component, and in words value, sigma, residual, mdb, external with units
+SceneObservations = make_dataclass(
+    "SceneObservations",
+    [
+        *((name, GenericAlias(list, _ROW[name])) for name in _COLUMNS),
+        ("words", dict[str, Names]),
+    ],
+    bases=(Result,),
+    namespace={"__doc__": "Observed values in columns.", "_keys": written(ObservationRow)},
+    frozen=True,
+)
 
 
-class SceneRays(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneRays(Result):
     """Pairs of positions that observations join; w : the largest size of a test value."""
 
-    from_: Names = Field(alias="from")
+    from_: Names
     to: Names
-    w: Numbers
+    w: list[Number]
     suspicious: list[bool]
+    #: of the observations
     rows: list[list[int]]
-    """Of the observations."""
 
 
-class ScenePlanes(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class ScenePlanes(Result):
     """Planes ``normal x = offset``; where they were seen, if the run says so [m]."""
 
     name: Names
     normal: list[Triple]
-    offset: Numbers
+    offset: list[Number]
     centre: list[Triple | None]
-    extent: list[Finite]
-    """Radius about the centre."""
-    axes: list[Matrix | None] = Field(default_factory=list)
-    """2 x 3: unit vectors along the sides of the rectangle that holds the plane."""
-    half: list[tuple[float, float] | None] = Field(default_factory=list)
-    """Half the widths of that rectangle."""
+    #: radius about the centre
+    extent: list[Number]
+    #: 2 x 3: unit vectors along the sides of the rectangle that holds the plane
+    axes: list[Matrix | None] = field(default_factory=list)
+    #: half the widths of that rectangle
+    half: list[tuple[float, float] | None] = field(default_factory=list)
 
 
-class SceneTargets(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneTargets(Result):
     """Targets that were found in scans [m, rad]."""
 
     scan: Names
     number: list[int]
     kind: Names
+    #: point of the network, "" if nothing else saw it
     name: Names
-    """Point of the network, "" if nothing else saw it."""
+    #: in the scanner frame
     center: list[Triple]
-    """In the scanner frame."""
     xyz: list[Triple | None]
+    #: along the axes of the scanner
     sigma: list[Triple | None]
-    """Along the axes of the scanner."""
-    range: Numbers
-    incidence: Numbers
+    range: list[Number]
+    incidence: list[Number]
     points: list[int | None]
-    rms: Numbers
-    coverage: Numbers
+    rms: list[Number]
+    coverage: list[Number]
     remark: Names
     accepted: list[bool]
     picture: list[str | None]
+    #: numbers of the fit with their units, by what they are
     words: list[dict[str, str]]
-    """Numbers of the fit with their units, by what they are."""
 
 
-class SceneRejected(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneRejected(Result):
     """What looked like a target and was none."""
 
     scan: Names
@@ -146,7 +133,8 @@ class SceneRejected(DocumentPart):
     picture: list[str | None]
 
 
-class SceneAttribute(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneAttribute(Result):
     """What points can be coloured by: most of its values are between low (5 %) and high (95 %)."""
 
     low: float
@@ -155,46 +143,49 @@ class SceneAttribute(DocumentPart):
     title: str
 
 
-class SceneCloud(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneCloud(Result):
     """A cloud in COPC."""
 
     name: str
+    #: "" for a cloud of several stations
     station: str
-    """"" for a cloud of several stations."""
     scans: Names
     url: str
     points: int
     bounds: tuple[Triple, Triple]
+    #: ``rgb`` is true or false
     attributes: dict[str, SceneAttribute | bool]
-    """``rgb`` is true or false."""
+    #: given besides the clouds of the run, such as distances of a comparison
     further: bool = False
-    """Given besides the clouds of the run, such as distances of a comparison."""
 
 
-class SceneEpochs(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneEpochs(Result):
     """What became of points between two epochs, in the frame of the clouds [m]."""
 
     first: str
     second: str
     confidence: float
+    #: that were compared; along others displacements and covariances are zero
     axes: list[Literal["E", "N", "U"]]
-    """That were compared; along others displacements and covariances are zero."""
     name: Names
+    #: at the first epoch
     xyz: list[Triple]
-    """At the first epoch."""
     moved: list[Triple]
+    #: of the displacement
     covariance: list[Matrix]
-    """Of the displacement."""
-    test: Numbers
-    limit: Numbers
+    test: list[Number]
+    limit: list[Number]
     verdict: list[Literal["moved", "not moved", "cannot tell"]]
     reference: list[bool]
-    detectable: Numbers
-    """Found with the stated power in the hardest direction."""
+    #: found with the stated power in the hardest direction
+    detectable: list[Number]
     sentences: list[str]
 
 
-class SceneJoint(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SceneJoint(Result):
     """The joint covariance of places that have a name, in a file beside the scene.
 
     It holds the lower triangle row by row, numbers of eight bytes, the last byte the highest
@@ -205,47 +196,52 @@ class SceneJoint(DocumentPart):
     file: str
 
 
-class SceneDocument(Document):
+@dataclass(frozen=True, kw_only=True)
+class SceneDocument(Result, maybe=("joint", "pending")):
     """What ``tribrach view`` and ``tribrach workbench`` draw."""
 
     title: str
+    #: probability of ellipsoids
     confidence: float
-    """Probability of ellipsoids."""
+    #: factor from standard deviations to the semi-axes of ellipsoids of this probability
     ellipsoid: float
-    """Factor from standard deviations to the semi-axes of ellipsoids of this probability."""
     angle: Literal["gon", "deg"]
     crs: str | None
+    #: short names of the coordinates
     axes: tuple[str, str, str]
-    """Short names of the coordinates."""
+    #: near the middle; everything is drawn about it [m]
     origin: tuple[int, int, int]
-    """Near the middle; everything is drawn about it [m]."""
+    #: 3 x 3: axes of the coordinates to east, north, up
     frame: Matrix
-    """3 x 3: axes of the coordinates to east, north, up."""
     datum: str
     covariances: Literal["prior", "posterior"]
-    summary: SceneSummary
+    #: with the verdict of the global test in words
+    summary: dict[str, Any]
     warnings: list[str]
     points: ScenePoints
     stations: SceneStations
-    observations: SceneObservations
+    observations: SceneObservations  # type: ignore[valid-type]
     rays: SceneRays
     planes: ScenePlanes
+    #: pairs of stations, as ``registration.edges`` of the result
     edges: list[dict[str, Any]]
-    """Pairs of stations, as ``registration.edges`` of the result."""
     targets: SceneTargets
     rejected: SceneRejected
     clouds: list[SceneCloud]
-    pending: list[str] = Field(default_factory=list)
-    """Clouds that are being converted."""
+    #: clouds that are being converted
+    pending: list[str] | None = None
+    #: what cannot be shown, and what to do about it; empty where nothing lacks
     lacking: str = ""
-    """What cannot be shown, and what to do about it; empty where nothing lacks."""
-    epochs: list[SceneEpochs] = Field(default_factory=list)
+    epochs: list[SceneEpochs] = field(default_factory=list)
+    #: in a static folder, for the sigmas of distances
     joint: SceneJoint | None = None
-    """In a static folder, for the sigmas of distances."""
+    #: as in the result, without their regressions
     comparisons: list[dict[str, Any]]
-    """As in the result, without their regressions."""
     edits: list[dict[str, Any]]
+    #: whether observations can be switched off here
     session: bool
-    """Whether observations can be switched off here."""
+    #: of which run the sigmas of the points in the clouds are
     sigmas_of: str
-    """Of which run the sigmas of the points in the clouds are."""
+
+
+FORM = Form("scene", SceneDocument, 1)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,12 +19,11 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError, TribrachError
 from tribrach.io.keeping import keeping, looking
-from tribrach.report.schema.base import document_text
 from tribrach.workbench.epochs import read_epochs
 from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import CLOUDS, RESULT, ResultFolder, read_result
 from tribrach.workbench.scene import decided_targets, scene_of
-from tribrach.workbench.schema import SceneDocument
+from tribrach.workbench.schema import FORM, SceneCloud, SceneDocument
 from tribrach.workbench.views import VIEWS, keep_view, read_views
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ class Service:
         with self._lock:
             self._result, self.beside = result, beside
             self._clouds: dict[str, SceneCloudFile] = {}
-            self._parts: list[dict[str, Any]] = []
+            self._parts: list[SceneCloud] = []
             self._pending: list[str] = []
             self._text: bytes | None = None
             self._scene: SceneDocument | None = None
@@ -142,13 +142,12 @@ class Service:
             if self._scene is None:
                 if self.session is not None:
                     self._result, _ = self._of_session(self.session)
-                parts = sorted(self._parts, key=lambda part: str(part["name"]))
+                parts = sorted(self._parts, key=lambda part: part.name)
                 live = self.session is not None
                 scene = scene_of(
                     self._result, self.beside, parts, session=live, epochs=self._epochs
                 )
-                told = {"pending": list(self._pending), "lacking": self._lacking()}
-                self._scene = scene.model_copy(update=told)
+                self._scene = replace(scene, pending=list(self._pending), lacking=self._lacking())
             return self._scene
 
     def _lacking(self) -> str:
@@ -171,7 +170,7 @@ class Service:
         """The scene as JSON."""
         with self._lock:
             if self._text is None:
-                self._text = document_text(self.scene).encode()
+                self._text = FORM.text(self.scene).encode()
             return self._text
 
     def changed(self) -> None:

@@ -51,7 +51,7 @@ from tribrach.project.edits import (
 )
 from tribrach.registration.identify import is_tie_point
 from tribrach.report import json_result
-from tribrach.report.content import ObservedValues, Report
+from tribrach.report.content import Report
 from tribrach.solution import AdjustmentSettings, Solving, report
 from tribrach.workbench.snapshots import (
     Snapshot,
@@ -384,7 +384,7 @@ class Session:
             observations, warnings = content.observations, list(content.warnings)
         else:
             # what else looks wrong is looked for when the whole state is asked for
-            observations = ObservedValues(observation_rows(adjustment, quality))
+            observations = observation_rows(adjustment, quality)
             warnings = list(adjustment.warnings)
         rows = {name: observations.column(name) for name in COLUMNS}
         rows["external_at"] = np.array([name or None for name in rows["external_at"]], dtype=object)
@@ -515,8 +515,7 @@ class Session:
 
     def scene_input(self) -> tuple[dict[str, Any], Path]:
         """The network as it is now by the keys of ``result.json``, and the folder of results."""
-        document = json_result.result(self.content())
-        return document.model_dump(mode="json", by_alias=True, exclude_unset=True), self.folder
+        return json_result.network(self.content()), self.folder
 
     def content(self) -> Report:
         """The report of the state, without what is made of clouds."""

@@ -16,9 +16,9 @@ from tribrach.errors import InputError
 from tribrach.geometry import rotation
 from tribrach.io.result_file import RESULT, read_result_file
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.observation_rows import ObservationRows
 from tribrach.network.quality import global_test
 from tribrach.network.roles import used_axes
-from tribrach.report.content import ObservedValues
 from tribrach.sentences import capital
 
 __all__ = ["Snapshot", "compared", "last_run", "moves", "plain", "snapshot", "with_tests"]
@@ -94,7 +94,7 @@ def sigma0_block(adjustment: Adjustment, posterior: bool, confidence: float) -> 
     }
 
 
-def with_tests(snap: Snapshot, observations: ObservedValues) -> Snapshot:
+def with_tests(snap: Snapshot, observations: ObservationRows) -> Snapshot:
     """A state with the figures of its observations."""
     return replace(snap, tests={name: observations.column(name) for name in FIGURES})
 

@@ -7,6 +7,7 @@ import io
 from collections.abc import Mapping
 from typing import Any
 
+from tribrach.answers import items_of
 from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_text import json_text
 from tribrach.workbench.schema import SceneDocument
@@ -43,7 +44,7 @@ def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
         There is no such table.
     """
     left_out = TABLES[name]
-    columns: dict[str, list[Any]] = getattr(scene, name).model_dump(by_alias=True)
+    columns: dict[str, list[Any]] = items_of(getattr(scene, name))
     return {key: values for key, values in columns.items() if key not in left_out}
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach.network.observation_rows import ObservationRows, observation_rows
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.significance import sidak
@@ -15,8 +16,8 @@ from tribrach.observations.declaration import Role
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.control import control
-from tribrach.report.chapters.observations import observations, printed_size
-from tribrach.report.content import Control, Head, KindCount, ObservedValues
+from tribrach.report.chapters.observations import printed_size
+from tribrach.report.content import Control, Head, KindCount
 from tribrach.report.names import spoken
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -128,7 +129,7 @@ def _snooping(head: Head) -> ReportTable:
 class _Seen:
     """Values, control and quality as they are without what a warning has explained already."""
 
-    observations: ObservedValues
+    observations: ObservationRows
     control: Sequence[Control]
     quality: Quality
 
@@ -139,7 +140,7 @@ class _Seen:
             return cls(head.observations, head.control, head.quality)
         settings = head.settings
         quality = assess(head.apart, posterior=settings.posterior, confidence=settings.confidence)
-        return cls(observations(head.apart, quality), control(head.apart, settings), quality)
+        return cls(observation_rows(head.apart, quality), control(head.apart, settings), quality)
 
 
 def adjustment_warnings(head: Head) -> tuple[ReportWarning, ...]:
@@ -211,7 +212,7 @@ def _words(kind: str, start: str, end: str, source: str) -> str:
     return f"{title} {arrow}" + (f" ({spoken(source)})" if source else "")
 
 
-def _named(observations: ObservedValues, most: int = 3) -> str:
+def _named(observations: ObservationRows, most: int = 3) -> str:
     """The first observations by name, each once, and how many more there are."""
     parts = (observations.column(name).tolist() for name in ("kind", "start", "end", "source"))
     names = list(dict.fromkeys(zip(*parts, strict=True)))
@@ -219,7 +220,7 @@ def _named(observations: ObservedValues, most: int = 3) -> str:
     return "; ".join(_words(*name) for name in names[:most]) + more
 
 
-def _rejected(observations: ObservedValues, state: str) -> ObservedValues:
+def _rejected(observations: ObservationRows, state: str) -> ObservationRows:
     """Suspicious values of a state, the worst first; given coordinates are told of apart."""
     column = observations.column
     control = [kind_named(kind).facts.listed_as_control for kind in column("kind").tolist()]
@@ -343,7 +344,7 @@ def _uncontrolled(head: Head) -> list[str]:
     return out
 
 
-def _off(observations: ObservedValues) -> list[str]:
+def _off(observations: ObservationRows) -> list[str]:
     """How many values are switched off."""
     n = int((observations.column("state") == "off").sum())
     if not n:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result, Vector
 from tribrach.geodesy.projection import flat_effects
 from tribrach.geodesy.site import FlatSite
 from tribrach.network.adjustment import Adjustment
@@ -20,7 +21,6 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
 from tribrach.report.numbers import Style
-from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 from tribrach.report.warnings import ReportWarning, Severity, warned
@@ -37,40 +37,38 @@ __all__ = ["SUBJECT", "site_warnings"]
 _COUNTS = 1 / 3
 
 
-class CommonShiftPart(DocumentPart):
-    """What the positions of a session have in common [m]."""
-
-    sigma: list[float]
-    positions: int
-
-
-class AbsolutePart(DocumentPart):
+@dataclass(frozen=True)
+class AbsolutePart(Result):
     """How well the site as a whole is known [m, rad]."""
 
-    shift: list[float]
-    turn: list[float]
-    place: list[float]
-    """One place, root mean square of all."""
-    common: dict[str, CommonShiftPart]
+    shift: Vector
+    turn: Vector
+    #: one place, root mean square of all
+    place: Vector
+    #: what the positions of a session have in common
+    common: dict[str, CommonShift]
 
 
-class RelativePart(DocumentPart):
+@dataclass(frozen=True)
+class RelativePart(Result):
     """How well places of the site are known to each other [m]."""
 
-    within: list[float]
-    pair: list[float]
-    worst: list[float]
-    worst_between: list[str]
+    within: Vector
+    pair: Vector
+    worst: Vector
+    worst_between: tuple[str, ...]
 
 
-class CheckPointsPart(DocumentPart):
+@dataclass(frozen=True)
+class CheckPointsPart(Result):
     """Root mean square of the differences at check points [m]."""
 
     points: int
-    rmse: list[float]
+    rmse: Vector
 
 
-class GeoreferencingPart(DocumentPart):
+@dataclass(frozen=True)
+class GeoreferencingPart(Result):
     """Absolute and relative accuracy."""
 
     absolute: AbsolutePart | None
@@ -134,14 +132,14 @@ def site_warnings(head: Head, job: JobResults) -> tuple[ReportWarning, ...]:
     return tuple(out)
 
 
-def _check_rmse(head: Head) -> tuple[int, Array] | None:
-    """Number of check points and root mean square (3,) [m] of their differences."""
+def _check_rmse(head: Head) -> CheckPointsPart | None:
+    """The check points; None without any."""
     rows = [c.difference for c in head.control if c.use == "check"]
     whole = np.array(
         [[np.nan if v is None else v for v in row] for row in rows], dtype=float
     ).reshape(-1, 3)
     whole = whole[np.isfinite(whole).all(axis=1)]
-    return (len(whole), np.sqrt((whole**2).mean(axis=0))) if len(whole) else None
+    return CheckPointsPart(len(whole), np.sqrt((whole**2).mean(axis=0))) if len(whole) else None
 
 
 def _rests_on(
@@ -239,13 +237,13 @@ def _turn(angle: float, style: Style) -> str:
     return f"{style.scale('rad') * angle:.3g} {style.small_unit('rad')}"
 
 
-def _checked(check: tuple[int, Array] | None) -> str:
+def _checked(check: CheckPointsPart | None) -> str:
     if check is None:
         return (
             "there are no check points: all of these numbers follow from the sigmas that were "
             "given, and nothing independent confirms them"
         )
-    n, rmse = check
+    n, rmse = check.points, check.rmse
     points = "one check point differs" if n == 1 else f"{n} check points differ"
     return f"independent of that, {points} by {_mm(rmse)} (root mean square)"
 
@@ -284,26 +282,12 @@ def _table(rows: list[_Row], head: Head) -> ReportTable:
 
 
 def _data(
-    accuracy: SiteAccuracy, common: list[CommonShift], check: tuple[int, Array] | None, free: bool
+    accuracy: SiteAccuracy, common: list[CommonShift], check: CheckPointsPart | None, free: bool
 ) -> GeoreferencingPart:
-    absolute = {
-        "shift": accuracy.shift.tolist(),
-        "turn": accuracy.turn.tolist(),
-        "place": accuracy.point.tolist(),
-        "common": {s.name: {"sigma": s.sigma.tolist(), "positions": s.count} for s in common},
-    }
-    data = {
-        "absolute": None if free else absolute,
-        "relative": {
-            "within": accuracy.inner.tolist(),
-            "pair": accuracy.pair.tolist(),
-            "worst": accuracy.worst.tolist(),
-            "worst_between": list(accuracy.worst_names),
-        },
-        "check": None if check is None else {"points": check[0], "rmse": check[1].tolist()},
-        "radius": accuracy.radius,
-    }
-    return GeoreferencingPart.model_validate(data)
+    a, of_sessions = accuracy, {session.name: session for session in common}
+    absolute = None if free else AbsolutePart(a.shift, a.turn, a.point, of_sessions)
+    relative = RelativePart(a.inner, a.pair, a.worst, a.worst_names)
+    return GeoreferencingPart(absolute, relative, check, a.radius)
 
 
 SUBJECT = Subject("georeferencing", _chapters, GeoreferencingPart)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from tribrach.answers import Result
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
-from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
 
@@ -59,7 +60,8 @@ _WORDS = {
 }
 
 
-class InstrumentFigure(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class InstrumentFigure(Result):
     """A figure of an instrument: its key with the unit, its source; sheet, standard "" if none."""
 
     instrument: str

@@ -8,16 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach.job.antenna_lever_arms import EstimatedLeverArm
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import component
 from tribrach.report.content import Head
-from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import build_table
 from tribrach.report.warnings import ReportWarning, Severity, warned
 
 if TYPE_CHECKING:
-    from tribrach.job.antenna_lever_arms import EstimatedLeverArm
     from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT"]
@@ -30,24 +29,6 @@ _GAP = np.radians(180.0)
 
 #: a component is not zero from here on (99 %)
 _SIGNIFICANT = 2.58
-
-
-class UnlevelledPart(DocumentPart):
-    """The lever arm without what levels the scanners [m, m^2]."""
-
-    vector: list[float]
-    covariance: Matrix
-
-
-class LeverArmPart(DocumentPart):
-    """An estimated lever arm in the scanner frame [m, m^2]."""
-
-    vector: list[float]
-    covariance: Matrix
-    stations: list[str]
-    horizon_without_targets: Number
-    """Widest part of the horizon without targets [rad]."""
-    unlevelled: UnlevelledPart | None
 
 
 @dataclass(frozen=True)
@@ -78,7 +59,7 @@ def _chapter(
         how = "as adjusted" if arm.free is None else "with levelling, as adjusted"
         rows.append(_Row(arm.name, how, tuple(arm.vector), tuple(arm.sigma)))
         if arm.free is not None:
-            vector, covariance = arm.free
+            vector, covariance = arm.free.vector, arm.free.covariance
             sigma = np.sqrt(np.diag(covariance))
             rows.append(_Row(arm.name, "without levelling", tuple(vector), tuple(sigma)))
     columns = head.columns
@@ -97,7 +78,7 @@ def _chapter(
         tuple(sentences),
         (),
         (build_table("lever-arms", "Lever arms", note, rows, specs),),
-        {arm.name: _part(arm) for arm in arms},
+        {arm.name: arm for arm in arms},
         warnings,
     )
 
@@ -128,7 +109,7 @@ def _sentences(arm: EstimatedLeverArm) -> list[str]:
             "z and the component across the view become two to three times better."
         )
     if arm.free is not None:
-        vector, covariance = arm.free
+        vector, covariance = arm.free.vector, arm.free.covariance
         change, sigma = vector - arm.vector, np.sqrt(np.diag(covariance))
         worst = int(np.argmax(np.abs(change)))
         out.append(
@@ -138,17 +119,4 @@ def _sentences(arm: EstimatedLeverArm) -> list[str]:
     return out
 
 
-def _part(arm: EstimatedLeverArm) -> LeverArmPart:
-    data = {
-        "vector": arm.vector.tolist(),
-        "covariance": arm.covariance.tolist(),
-        "stations": list(arm.stations),
-        "horizon_without_targets": arm.gap,
-        "unlevelled": None
-        if arm.free is None
-        else {"vector": arm.free[0].tolist(), "covariance": arm.free[1].tolist()},
-    }
-    return LeverArmPart.model_validate(data)
-
-
-SUBJECT = Subject(_NAME, _chapters, dict[str, LeverArmPart])
+SUBJECT = Subject(_NAME, _chapters, dict[str, EstimatedLeverArm])

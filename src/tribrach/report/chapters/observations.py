@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from operator import attrgetter
@@ -10,13 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.network.adjustment import Adjustment
-from tribrach.network.observation_rows import observation_rows
-from tribrach.network.quality import Quality
+from tribrach.network.observation_rows import ObservationRow, ObservationRows
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
-from tribrach.report.content import Head, Observation, ObservedValues
+from tribrach.report.content import Head
 from tribrach.report.numbers import Style
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
@@ -33,7 +32,7 @@ from tribrach.report.tables import (
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "observations", "printed_size", "value_words", "worst_first"]
+__all__ = ["SUBJECT", "observation_title", "printed_size", "value_words", "worst_first"]
 
 #: rows stand in this order
 _WORST = Worst("those with the largest w")
@@ -43,11 +42,6 @@ _LINE = re.compile(r":\d+$")
 _SHOWN = 10
 #: a redundancy number below this leaves an error hardly visible
 _POOR = 0.1
-
-
-def observations(adjustment: Adjustment, quality: Quality) -> ObservedValues:
-    """All values in the order of the network, whatever their state."""
-    return ObservedValues(observation_rows(adjustment, quality))
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
@@ -63,7 +57,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     yield Chapter("observations", "Observations", tables=(_observation_table(head),))
 
 
-def worst_first(observations: ObservedValues) -> ObservedValues:
+def worst_first(observations: ObservationRows) -> ObservationRows:
     """By size of w; values without a test after them, those switched off last.
 
     Those of the same printed figure keep their order: two observations that only check each other
@@ -74,7 +68,7 @@ def worst_first(observations: ObservedValues) -> ObservedValues:
     return observations.chosen(np.lexsort((-np.nan_to_num(size), np.isnan(size), off)))
 
 
-def printed_size(observations: ObservedValues) -> Array:
+def printed_size(observations: ObservationRows) -> Array:
     """Sizes (n,) of w as they are printed, NaN where a value has none."""
     return np.array([round(size, 2) for size in np.abs(observations.column("w")).tolist()])
 
@@ -127,7 +121,7 @@ def _observation_table(head: Head) -> ReportTable:
     )
 
 
-def _ends(o: Observation) -> tuple[str, ...]:
+def _ends(o: ObservationRow) -> tuple[str, ...]:
     """The positions that an observation is about."""
     return tuple(name for name in (o.start, o.end) if name)
 
@@ -182,15 +176,15 @@ def _worst_table(head: Head) -> ReportTable:
     return build_table("worst", "Worst observations", note, rows, specs, _row_state, ends=_ends)
 
 
-def _likely(o: Observation, columns: ColumnSet) -> Cell:
+def _likely(o: ObservationRow, columns: ColumnSet) -> Cell:
     """The estimated gross error of a suspicious value, if it alone is wrong."""
-    if not o.suspicious or o.residual is None or not o.redundancy or o.redundancy < _POOR:
+    if not o.suspicious or math.isnan(o.residual) or not o.redundancy >= _POOR:
         return Cell("")
     error, style = -o.residual / o.redundancy, columns.style
     return number_cell(error, style.small(error, o.unit), unit=style.small_unit(o.unit))
 
 
-def _to_do(o: Observation, act: bool) -> str:
+def _to_do(o: ObservationRow, act: bool) -> str:
     """What to do about an observation, by its test alone."""
     where = "field notes" if _LINE.search(o.source) else "scan"
     if o.state == "check":
@@ -202,13 +196,18 @@ def _to_do(o: Observation, act: bool) -> str:
         if not act:
             return f"Beyond the limit, as chance makes some: {look.lower()} if they are at hand."
         return f"{look}: name, height, pointing. Switch it off only with a reason."
-    if o.redundancy is not None and o.redundancy < _POOR:
+    if o.redundancy < _POOR:
         return "Within the limit, but hardly controlled: observe this once more from elsewhere."
     return "Nothing: within the limit."
 
 
-def _kind(o: Observation) -> str:
-    return f"{kind_named(o.kind).facts.title} {o.component}".strip()
+def observation_title(kind: str, component: str) -> str:
+    """What a report calls a kind of observations, with the component."""
+    return f"{kind_named(kind).facts.title} {component}".strip()
+
+
+def _kind(o: ObservationRow) -> str:
+    return observation_title(o.kind, o.component)
 
 
 def value_words(kind: str, value: float, unit: str, style: Style) -> str:
@@ -226,7 +225,7 @@ def value_words(kind: str, value: float, unit: str, style: Style) -> str:
     return _value_cell(kind, value, unit, style).words
 
 
-def _value(o: Observation, columns: ColumnSet) -> Cell:
+def _value(o: ObservationRow, columns: ColumnSet) -> Cell:
     return _value_cell(o.kind, o.value, o.unit, columns.style)
 
 
@@ -244,22 +243,22 @@ def _small(head: str, path: str, columns: ColumnSet) -> Spec:
     """A small quantity in the unit of its observation, which the cell names."""
     get, style = attrgetter(path), columns.style
 
-    def cell(o: Observation) -> Cell:
+    def cell(o: ObservationRow) -> Cell:
         text = style.small(get(o), o.unit)
         return number_cell(get(o), text, unit=style.small_unit(o.unit))
 
     return ColumnHead(head), cell
 
 
-def _w(o: Observation, columns: ColumnSet) -> Cell:
+def _w(o: ObservationRow, columns: ColumnSet) -> Cell:
     """The test value, sorted by its size; a value that no other controls says so."""
-    if o.w is None:
+    if math.isnan(o.w):
         return Cell("not controlled" if o.state == "active" else "")
     return number_cell(abs(o.w), columns.style.plain(o.w), "bad" if o.suspicious else "")
 
 
-def _block(o: Observation) -> Cell:
-    if o.block_test is None or o.block_limit is None:
+def _block(o: ObservationRow) -> Cell:
+    if math.isnan(o.block_test) or math.isnan(o.block_limit):
         return Cell("")
     bad = o.block_test > o.block_limit
     text = f"{o.block_test:.1f} / {o.block_limit:.1f}"
@@ -268,11 +267,11 @@ def _block(o: Observation) -> Cell:
     return number_cell(o.block_test, text, "bad" if bad else "")
 
 
-def _state(o: Observation) -> str:
+def _state(o: ObservationRow) -> str:
     return f"{o.state}: {o.reason}" if o.reason else o.state
 
 
-def _row_state(o: Observation) -> str:
+def _row_state(o: ObservationRow) -> str:
     """Off and check rows look different; so do suspicious ones."""
     if o.state != "active":
         return o.state

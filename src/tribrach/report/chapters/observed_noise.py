@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tribrach.job.stated_noise import BAND, NeighbourNoise, StatedNoise, Verdict
+from tribrach.job.stated_noise import BAND, NeighbourNoise, NoiseOfClass, StatedNoise
 from tribrach.report.chapter import Chapter
+from tribrach.report.columns import column
 from tribrach.report.content import Head
-from tribrach.report.numbers import count_cell, fixed_cell, mm_cell
-from tribrach.report.schema.base import DocumentPart
 from tribrach.report.subject import Subject
-from tribrach.report.tables import Cell, ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.tables import ReportTable, build_table
 from tribrach.report.warnings import ReportWarning, Severity, warned
 from tribrach.units import span
 
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.scan.noise_law import By, NoiseClass
 
-__all__ = ["SUBJECT", "InstrumentNoise", "NoiseLaw", "NoiseOfClass"]
+__all__ = ["SUBJECT"]
 
 _NOTE = (
     "Along the beam, on small planar patches of smooth surfaces; what the beam sweeps over a "
@@ -37,74 +36,6 @@ _NOTE = (
 )
 
 
-class NoiseOfClass(DocumentPart):
-    """Noise along the beam of points of one class, stated and observed."""
-
-    by: str
-    """What the class is of: all, intensity, range or incidence."""
-    low: float | None
-    high: float | None
-    """Its limits, in the unit of the file, metres or radians; none for all points."""
-    patches: int
-    points: int
-    observed: float
-    stated: float
-    """Standard deviations along the beam [m], in the same weights: the inverse of the variance
-    that is stated for a point."""
-    chi2_dof: float
-    """Squared residuals over stated variances, by their degrees of freedom."""
-    effective: float
-    """Degrees of freedom that this is worth by the scatter from patch to patch."""
-    factor: float
-    """Observed over stated."""
-    factor_low: float | None
-    factor_high: float | None
-    """Its limits at 95 % for all classes together; none where there are too few patches."""
-    verdict: Verdict
-
-
-class NoiseLaw(DocumentPart):
-    """A law ``a I^b + c`` of the noise of ranges [m] for intensities I from low to high."""
-
-    a: float
-    b: float
-    c: float
-    low: float
-    high: float
-
-
-class NoiseOfNeighbours(DocumentPart):
-    """What neighbouring points share of the variance of their ranges."""
-
-    stated: float | None
-    """Share that is stated, none if nobody says: means then take all of it where beams overlap."""
-    share: float
-    sigma: float
-    """Share that the scans show, zero if none, and its standard deviation."""
-    angle: float
-    """Over which they share it [rad], zero if none is shown."""
-    factor: float
-    """Points that count as one in a wide mean at the pitch of the scans."""
-
-
-class InstrumentNoise(DocumentPart):
-    """Noise stated for an instrument and observed on its scans."""
-
-    instrument: str
-    scans: tuple[str, ...]
-    by_law: bool
-    """Is the noise of ranges stated as a law of the intensity?"""
-    patches: int
-    smooth: int
-    """Planar patches, and those of smooth surfaces that the figures are of."""
-    classes: tuple[NoiseOfClass, ...]
-    law: NoiseLaw | None
-    """The law that these scans show, if they show one."""
-    neighbours: NoiseOfNeighbours | None
-    """None with too few patches."""
-    remark: str
-
-
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter, where scans of known instruments are placed."""
     placed = job.placed
@@ -116,7 +47,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         "Noise of the scans, stated and observed",
         tuple(sentences),
         tables=(_table(placed.noise),),
-        data=[_part(found) for found in placed.noise],
+        data=list(placed.noise),
         warnings=tuple(w for found in placed.noise for w in _warnings(found)),
     )
 
@@ -229,19 +160,19 @@ def _figures(found: StatedNoise, one: NoiseClass) -> str:
 def _where(by: By, one: NoiseClass) -> str:
     """A class within a sentence."""
     return {
-        "intensity": f"at intensities {_limits(by, one)}",
-        "range": f"at ranges of {_limits(by, one)}",
-        "incidence": f"at incidence angles of {_limits(by, one)}",
+        "intensity": f"at intensities {_limits(by, one.low, one.high)}",
+        "range": f"at ranges of {_limits(by, one.low, one.high)}",
+        "incidence": f"at incidence angles of {_limits(by, one.low, one.high)}",
     }[by]
 
 
-def _limits(by: By, one: NoiseClass) -> str:
+def _limits(by: By, low: float, high: float) -> str:
     """The limits of a class with their unit."""
     if by == "incidence":
-        return f"{np.degrees(one.low):.0f} to {np.degrees(one.high):.0f}°"
+        return f"{np.degrees(low):.0f} to {np.degrees(high):.0f}°"
     if by == "range":
-        return f"{one.low:.1f} to {one.high:.1f} m"
-    return span(one.low, one.high)
+        return f"{low:.1f} to {high:.1f} m"
+    return span(low, high)
 
 
 def _counted(scans: Sequence[str]) -> str:
@@ -249,74 +180,28 @@ def _counted(scans: Sequence[str]) -> str:
     return ", ".join(scans) if len(scans) <= 4 else f"{len(scans)} scans"
 
 
-def _part(found: StatedNoise) -> InstrumentNoise:
-    """Numbers for the JSON result."""
-    return InstrumentNoise(
-        instrument=found.instrument,
-        scans=found.scans,
-        by_law=found.lawful,
-        patches=found.patches,
-        smooth=found.smooth,
-        classes=tuple(_classes(found)),
-        law=None if found.law is None else NoiseLaw.model_validate(found.law),
-        neighbours=None
-        if found.neighbours is None
-        else NoiseOfNeighbours.model_validate(found.neighbours),
-        remark=found.why,
-    )
-
-
-def _classes(found: StatedNoise) -> Iterable[NoiseOfClass]:
-    """All rows of an instrument, the whole first."""
-    rows: list[tuple[str, NoiseClass]] = []
-    if found.whole is not None:
-        rows.append(("all", found.whole))
-    rows += [(by, one) for by, some in found.classes.items() for one in some]
-    for by, one in rows:
-        ends = found.interval(one)
-        yield NoiseOfClass(
-            by=by,
-            low=None if by == "all" else one.low,
-            high=None if by == "all" else one.high,
-            patches=one.patches,
-            points=one.points,
-            observed=one.weighted_observed,
-            stated=one.weighted,
-            chi2_dof=one.chi2_dof,
-            effective=one.effective,
-            factor=one.factor,
-            factor_low=None if ends is None else ends[0],
-            factor_high=None if ends is None else ends[1],
-            verdict=found.verdict(one),
-        )
-
-
 def _table(noises: Sequence[StatedNoise]) -> ReportTable:
     """One row for each class of each instrument."""
-    rows: list[tuple[StatedNoise, str, NoiseClass]] = []
-    for found in noises:
-        if found.whole is not None:
-            rows.append((found, "all points", found.whole))
-        for by, some in found.classes.items():
-            rows += [(found, f"{by} {_limits(by, one)}", one) for one in some]
+    rows = [(found.instrument, row) for found in noises for row in found.rows]
     columns = [
-        (ColumnHead("Instrument", numeric=False), lambda r: text_cell(r[0].instrument)),
-        (ColumnHead("Points", numeric=False), lambda r: text_cell(r[1])),
-        (ColumnHead("patches"), lambda r: count_cell(r[2].patches)),
-        (ColumnHead("observed", "mm"), lambda r: mm_cell(r[2].weighted_observed)),
-        (ColumnHead("stated", "mm"), lambda r: mm_cell(r[2].weighted)),
-        (ColumnHead("factor"), lambda r: fixed_cell(r[2].factor, 2)),
-        (ColumnHead("from"), lambda r: _end(r, 0)),
-        (ColumnHead("to"), lambda r: _end(r, 1)),
-        (ColumnHead("Verdict", numeric=False), lambda r: text_cell(r[0].verdict(r[2]))),
+        column("Instrument", lambda r: r[0]),
+        column("Points", lambda r: _points(r[1])),
+        column("patches", lambda r: r[1].patches, "0"),
+        column("observed", lambda r: r[1].observed, "mm2"),
+        column("stated", lambda r: r[1].stated, "mm2"),
+        column("factor", lambda r: r[1].factor, "2"),
+        column("from", lambda r: r[1].factor_low, "2"),
+        column("to", lambda r: r[1].factor_high, "2"),
+        column("Verdict", lambda r: r[1].verdict),
     ]
     return build_table("observed-noise", "Noise stated and observed", _NOTE, rows, columns)
 
 
-def _end(row: tuple[StatedNoise, str, NoiseClass], k: int) -> Cell:
-    """A limit of the factor, empty where there is none."""
-    ends = row[0].interval(row[2])
-    return text_cell("") if ends is None else fixed_cell(ends[k], 2)
+def _points(row: NoiseOfClass) -> str:
+    """A class as the table has it."""
+    if row.by == "all" or row.low is None or row.high is None:
+        return "all points"
+    return f"{row.by} {_limits(row.by, row.low, row.high)}"
 
 
-SUBJECT = Subject("observed_noise", _chapters, list[InstrumentNoise])
+SUBJECT = Subject("observed_noise", _chapters, list[StatedNoise])

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach.answers import Number, Result
 from tribrach.io.survey.totalstation import ReducedFile
 from tribrach.network.facts import Fact, facts_of
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
-from tribrach.report.numbers import number
-from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, text_cell
 
@@ -31,7 +31,8 @@ __all__ = [
 ]
 
 
-class ReductionDay(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class ReductionDay(Result):
     """A file: what was read, axis errors with their sigmas, sigmas of one face [rad]."""
 
     file: str
@@ -51,7 +52,8 @@ class ReductionDay(DocumentPart):
     left_out: int
 
 
-class Round(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class Round(Result):
     """A set-up: targets and sets, sigmas of values of one set, the largest residual [m, rad]."""
 
     station: str
@@ -66,7 +68,8 @@ class Round(DocumentPart):
     source: str
 
 
-class SetRow(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class SetRow(Result):
     """A target in a set: half differences of the faces and residuals against all sets [m, rad]."""
 
     station: str
@@ -81,7 +84,8 @@ class SetRow(DocumentPart):
     source: str
 
 
-class Closure(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class Closure(Result):
     """A horizon that was closed: last less first reading [rad]."""
 
     station: str
@@ -91,7 +95,8 @@ class Closure(DocumentPart):
     difference: Number
 
 
-class Reductions(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class Reductions(Result):
     """All that there is to say of the reduction of raw files."""
 
     days: tuple[ReductionDay, ...]
@@ -139,14 +144,14 @@ def _day(file: ReducedFile) -> ReductionDay:
         setups=len(raw.setups),
         sights=len(raw.shots),
         pairs=axes.pairs,
-        collimation=number(axes.collimation),
-        sigma_collimation=number(axes.sigma_collimation),
-        trunnion=number(axes.trunnion),
-        sigma_trunnion=number(axes.sigma_trunnion),
-        index=number(axes.index),
-        sigma_index=number(axes.sigma_index),
-        sigma_direction=number(axes.sigma_direction),
-        sigma_zenith=number(axes.sigma_zenith),
+        collimation=axes.collimation,
+        sigma_collimation=axes.sigma_collimation,
+        trunnion=axes.trunnion,
+        sigma_trunnion=axes.sigma_trunnion,
+        index=axes.index,
+        sigma_index=axes.sigma_index,
+        sigma_direction=axes.sigma_direction,
+        sigma_zenith=axes.sigma_zenith,
         left_out=len(raw.problems),
     )
 
@@ -159,14 +164,14 @@ def _rounds(file: ReducedFile) -> list[Round]:
         rows.append(
             Round(
                 station=str(file.station[setup.setup]),
-                height=number(file.raw.setups.height[setup.setup]),
+                height=file.raw.setups.height[setup.setup],
                 targets=len(setup.targets),
                 sets=len(setup.sets),
                 dof=setup.rounds.dof,
-                sigma_direction=number(setup.rounds.sigma),
-                sigma_zenith=number(setup.zeniths.sigma),
-                sigma_distance=number(setup.distances.sigma),
-                largest=number(worst),
+                sigma_direction=setup.rounds.sigma,
+                sigma_zenith=setup.zeniths.sigma,
+                sigma_distance=setup.distances.sigma,
+                largest=worst,
                 source=file.raw.source(int(file.raw.setups.line[setup.setup])),
             )
         )
@@ -185,16 +190,14 @@ def _sets(file: ReducedFile) -> list[SetRow]:
             if not repeated and np.isnan(cells.half_direction[i]):
                 continue
             parts = (setup.rounds, setup.zeniths, setup.distances)
-            direction, zenith, distance = (
-                number(p.residual[s, t]) if p.dof else None for p in parts
-            )
+            direction, zenith, distance = (p.residual[s, t] if p.dof else np.nan for p in parts)
             rows.append(
                 SetRow(
                     station=str(file.station[setup.setup]),
                     target=str(file.target[cells.target[i]]),
                     set=int(cells.set[i]) + 1,
-                    half_direction=number(cells.half_direction[i]),
-                    half_zenith=number(cells.half_zenith[i]),
+                    half_direction=cells.half_direction[i],
+                    half_zenith=cells.half_zenith[i],
                     direction=direction,
                     zenith=zenith,
                     distance=distance,
@@ -213,7 +216,7 @@ def _closures(file: ReducedFile) -> list[Closure]:
             target=str(file.target[closures.target[i]]),
             set=int(closures.set[i]) + 1,
             face=int(closures.face[i]),
-            difference=number(closures.difference[i]),
+            difference=closures.difference[i],
         )
         for i in range(len(closures.setup))
     ]

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tribrach.answers import Result
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.registry import kind_named
@@ -20,7 +21,6 @@ from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
 from tribrach.report.numbers import Style, counted, percent_cell
-from tribrach.report.schema.base import DocumentPart, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -48,32 +48,11 @@ _CONFLICT = 0.12
 _WORST = 2.0
 
 
-class EdgePart(DocumentPart):
-    """A pair of stations by its own observations against the network [m, rad]."""
-
-    first: str
-    second: str
-    kind: str
-    count: int
-    rms: float
-    held: int
-    """Directions of 6 that the pair holds by itself."""
-    shift: float
-    shift_sigma: float
-    turn: float
-    turn_sigma: float
-    statistic: Number
-    limit: Number
-    freedom: int
-    outlying: bool
-    overlap: Number = None
-    conflict: Number = None
-
-
-class RegistrationPart(DocumentPart):
+@dataclass(frozen=True)
+class RegistrationPart(Result):
     """Pairs of stations with observations in common."""
 
-    edges: list[EdgePart]
+    edges: list[Edge]
     sentences: list[str]
 
 
@@ -237,13 +216,11 @@ def _state(pair: _Pair) -> str:
     return "suspicious" if pair.edge.outlying else ""
 
 
-def _record(pair: _Pair) -> EdgePart:
-    """An edge for the JSON result: metres, radians."""
-    edge = EdgePart.model_validate(pair.edge)
+def _record(pair: _Pair) -> Edge:
+    """An edge with how its views overlap."""
     if pair.seen is None:
-        return edge
-    views = {"overlap": pair.seen.overlap, "conflict": pair.seen.conflict}
-    return edge.model_copy(update=views)
+        return pair.edge
+    return replace(pair.edge, overlap=pair.seen.overlap, conflict=pair.seen.conflict)
 
 
 def _graph(adjustment: Adjustment, pair_edges: Sequence[Edge]) -> Picture:

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach.answers import Matrix, Result
 from tribrach.job.rigid_placing import adjusted_place
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet, component
 from tribrach.report.content import Head
-from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Spec, build_table
 from tribrach.report.warnings import Severity, warned
@@ -30,21 +30,23 @@ __all__ = ["SUBJECT"]
 _TITLE = "The stations as one rigid model"
 
 
-class RigidPosePart(DocumentPart):
+@dataclass(frozen=True)
+class RigidPosePart(Result):
     """The pose of a station in the rigid model, 4 x 4, with its covariance 6 x 6."""
 
     world_from_scanner: Matrix
     covariance: Matrix
 
 
-class RigidModelPart(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class RigidModelPart(Result):
     """All stations moved as one body [m]."""
 
     parameters: int
-    sigma0: Number
+    sigma0: float | None
     dof: int
-    check_rms_rigid: Number
-    check_rms_adjusted: Number
+    check_rms_rigid: float | None
+    check_rms_adjusted: float | None
     poses: dict[str, RigidPosePart]
 
 
@@ -88,24 +90,19 @@ def _chapter(rigid: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> C
         "Adjusted: everything in one network, as the clouds are."
     )
     table = build_table("rigid-model", "Rigid model and adjustment", note, rows, specs)
-    data: dict[str, Any] = {
-        "parameters": rigid.fit.model.count,
-        "sigma0": rigid.fit.sigma0,
-        "dof": rigid.fit.dof,
-        "check_rms_rigid": _rms(rows, "check", "rigid"),
-        "check_rms_adjusted": _rms(rows, "check", "adjusted"),
-        "poses": {
-            name: {
-                "world_from_scanner": rigid.pose(name).matrix.tolist(),
-                "covariance": rigid.covariance(name).tolist(),
-            }
-            for name in rigid.model.layout.names["pose"]
-        },
+    poses = {
+        name: RigidPosePart(rigid.pose(name).matrix, rigid.covariance(name))
+        for name in rigid.model.layout.names["pose"]
     }
-    sentences = _sentences(rigid, rows, adjustment)
-    return Chapter(
-        "rigid_model", _TITLE, sentences, (), (table,), RigidModelPart.model_validate(data)
+    part = RigidModelPart(
+        parameters=rigid.fit.model.count,
+        sigma0=rigid.fit.sigma0,
+        dof=rigid.fit.dof,
+        check_rms_rigid=_rms(rows, "check", "rigid"),
+        check_rms_adjusted=_rms(rows, "check", "adjusted"),
+        poses=poses,
     )
+    return Chapter("rigid_model", _TITLE, _sentences(rigid, rows, adjustment), (), (table,), part)
 
 
 def _rms(rows: Sequence[_Row], use: str, path: str) -> float | None:

@@ -6,16 +6,19 @@ Metres and radians; pictures are WebP files in base64.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.cloud.budget import Weakest, weakest_direction
 from tribrach.cloud.summary import EDGES, CloudSummary
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.projection import grid_scale
-from tribrach.job.truth import Side, TruthRow
+from tribrach.job.budget import BudgetRow
+from tribrach.job.truth import TruthRow
 from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.error_budget import budget_charts, budget_table
 from tribrach.report.characters import anchor
@@ -26,7 +29,6 @@ from tribrach.report.figures import Picture
 from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
 from tribrach.report.panoramas import panorama_drawing
-from tribrach.report.schema.base import DocumentPart, Finite
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -61,7 +63,8 @@ _EARTH = 6371000.0
 _NAMED = 4
 
 
-class FoundTarget(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class FoundTarget(Result):
     """A target found in a scan: its number in the picture, the name it got, its numbers.
 
     center and sigma along x, y, z of the scanner frame; name "" if nothing else saw it; range and
@@ -82,7 +85,8 @@ class FoundTarget(DocumentPart):
     remark: str = ""
 
 
-class Rejection(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class Rejection(Result):
     """What looked like a target and was none, with the reason."""
 
     scan: str
@@ -91,7 +95,8 @@ class Rejection(DocumentPart):
     reason: str
 
 
-class LeftOutBeams(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class LeftOutBeams(Result):
     """Points that a scan's file has for beams without return; the shell's mean range [m]."""
 
     scan: str
@@ -103,7 +108,8 @@ class LeftOutBeams(DocumentPart):
     share: float
 
 
-class WrittenCloud(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class WrittenCloud(Result):
     """A cloud that was written; without sigmas all figures but the step are None.
 
     Attributes
@@ -133,48 +139,8 @@ class WrittenCloud(DocumentPart):
     shares: dict[str, float]
 
 
-class TruthPart(DocumentPart):
-    """A comparison of a simulated job with its truth."""
-
-    what: str
-    name: str
-    words: str
-    statistic: Finite
-    least: Finite
-    limit: Finite
-    dof: int
-    side: Side
-    agrees: bool
-
-
-class BudgetShare(DocumentPart):
-    """A part of the error budget: mean variances of a region [m^2]."""
-
-    name: str
-    variance: float
-    normal: Finite
-    tangential: Finite
-
-
-class BudgetRegion(DocumentPart):
-    """The error budget of a class of the points of a station; variances of all directions [m^2]."""
-
-    station: str
-    region: str
-    by: str
-    """What the class is of: region (range and incidence) or intensity."""
-    points: int
-    share: float
-    parts: list[BudgetShare]
-    own: float
-    """New with every point."""
-    neighbours: float | None
-    """In common to points side by side; none where nobody says."""
-    shared: float
-    """In common to all points of the station."""
-
-
-class ScansPart(DocumentPart):
+@dataclass(frozen=True, kw_only=True)
+class ScansPart(Result):
     """Targets found and rejected, clouds, precision, comparison with the truth."""
 
     no_return: list[LeftOutBeams]
@@ -183,8 +149,8 @@ class ScansPart(DocumentPart):
     clouds: list[WrittenCloud]
     placement: list[str]
     precision_budget: list[str]
-    truth: list[TruthPart]
-    error_budget: list[BudgetRegion]
+    truth: list[TruthRow]
+    error_budget: list[BudgetRow]
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
@@ -233,8 +199,8 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
             clouds=clouds,
             placement=list(placement),
             precision_budget=precision,
-            truth=[TruthPart.model_validate(row) for row in placed.truth],
-            error_budget=[BudgetRegion.model_validate(row) for row in placed.budget],
+            truth=list(placed.truth),
+            error_budget=list(placed.budget),
         ),
         _warnings(placed),
     )

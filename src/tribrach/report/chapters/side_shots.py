@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach.answers import Matrix, Result, Vector
+from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.network.facts import facts_of
 from tribrach.network.side_shots import ComputedShot, SideShots, compute
 from tribrach.report.chapter import Chapter
+from tribrach.report.columns import column, component
 from tribrach.report.content import Head
-from tribrach.report.numbers import counted, fixed_cell, matrix, mm_cell, triple
-from tribrach.report.schema.base import DocumentPart, Matrix, Triple
+from tribrach.report.numbers import counted
 from tribrach.report.subject import Subject
-from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.report.tables import ReportTable, build_table
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -25,17 +28,19 @@ __all__ = ["SUBJECT", "SideShotPart"]
 _NAMED = 5
 
 
-class SideShotPart(DocumentPart):
-    """A point that a side shot gives: coordinates [m] and covariance [m^2] of the work frame.
-
-    ``projected`` are easting, northing and height in the grid of the site, if it has one.
-    """
+@dataclass(frozen=True)
+class SideShotPart(Result, without=("place", "sigma"), maybe=("projected",)):
+    """A point that a side shot gives: coordinates [m] and covariance [m^2] of the work frame."""
 
     name: str
     source: str
-    xyz: Triple
+    xyz: Vector
     covariance: Matrix
-    projected: Triple | None = None
+    #: what a table shows, in the grid or in the work frame
+    place: Vector
+    sigma: Vector
+    #: easting, northing and height in the grid of the site, if it has one
+    projected: Vector | None = None
 
 
 def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
@@ -61,37 +66,30 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         listed = "; ".join(some) + more
         sentences.append(f"{counted(len(left_out), 'side shot')} cannot be computed: {listed}.")
     grid = head.adjustment.network.reference.grid
-    parts = [
-        SideShotPart(
-            name=shot.name,
-            source=shot.source,
-            xyz=triple(shot.xyz),
-            covariance=[list(row) for row in matrix(head.variance_factor * shot.covariance)],
-            projected=None if grid is None else triple(grid.from_work(shot.xyz[None])[0]),
-        )
-        for shot in shots
-    ]
-    tables = (_table(head, shots, parts),) if shots else ()
+    parts = [_part(shot, grid, head.variance_factor) for shot in shots]
+    tables = (_table(parts, "ENU" if grid is None else "ENH"),) if parts else ()
     yield Chapter("side_shots", "Side shots", tuple(sentences), (), tables, parts)
 
 
-def _table(head: Head, shots: list[ComputedShot], parts: list[SideShotPart]) -> ReportTable:
+def _part(shot: ComputedShot, grid: OutputFrame | None, factor: float) -> SideShotPart:
+    """A point with what its table shows."""
+    covariance = factor * shot.covariance
+    projected = None if grid is None else grid.from_work(shot.xyz[None])[0]
+    jacobian = np.eye(3) if grid is None else grid.jacobian(shot.xyz)
+    sigma = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
+    place = shot.xyz if projected is None else projected
+    return SideShotPart(shot.name, shot.source, shot.xyz, covariance, place, sigma, projected)
+
+
+def _table(parts: list[SideShotPart], axes: str) -> ReportTable:
     """Coordinates of the grid, or of the work frame, with their sigmas."""
-    grid = head.adjustment.network.reference.grid
-    rows = []
-    for shot, part in zip(shots, parts, strict=True):
-        jacobian = np.eye(3) if grid is None else grid.jacobian(shot.xyz)
-        turned = jacobian @ shot.covariance @ jacobian.T
-        sigma = np.sqrt(np.maximum(head.variance_factor * np.diag(turned), 0.0))
-        rows.append((part, part.xyz if part.projected is None else part.projected, sigma))
-    axes = "ENU" if grid is None else "ENH"
     columns = [
-        (ColumnHead("Point", numeric=False), lambda r: text_cell(r[0].name)),
-        *((ColumnHead(axes[k], "m"), lambda r, k=k: fixed_cell(r[1][k], 4)) for k in range(3)),
-        *((ColumnHead(f"σ{axes[k]}", "mm"), lambda r, k=k: mm_cell(r[2][k])) for k in range(3)),
-        (ColumnHead("Source", numeric=False), lambda r: text_cell(r[0].source)),
+        column("Point", "name"),
+        *(column(axes[k], component("place", k), "m4") for k in range(3)),
+        *(column(f"σ{axes[k]}", component("sigma", k), "mm2") for k in range(3)),
+        column("Source", "source"),
     ]
-    return build_table("side-shots", "Side shots", "", rows, columns)
+    return build_table("side-shots", "Side shots", "", parts, columns)
 
 
 SUBJECT = Subject("side_shots", _chapters, list[SideShotPart])

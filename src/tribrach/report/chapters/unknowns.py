@@ -11,8 +11,16 @@ from tribrach.instruments.calibration import meaning_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import scalar_roles, unknown_references
 from tribrach.report.chapter import Chapter
-from tribrach.report.content import CorrelationRow, Head, ReportSettings, Unknown
-from tribrach.report.numbers import Style, matrices, matrix, numbers, sigmas
+from tribrach.report.content import (
+    CorrelationRow,
+    Head,
+    PlaneUnknown,
+    ReportSettings,
+    ScalarUnknown,
+    Unknown,
+    VectorUnknown,
+)
+from tribrach.report.numbers import Style, matrix, numbers, sigmas
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -38,7 +46,7 @@ MOST_PAIRS = 300
 
 def _size(unknown: Unknown) -> float:
     """Orientations by their sigma, everything else before them."""
-    return (unknown.sigma[0] or 0.0) if unknown.role == "orientation" else np.inf
+    return (unknown.sigmas[0][0] or 0.0) if unknown.role == "orientation" else np.inf
 
 
 #: rows of a network of very many set-ups
@@ -55,52 +63,47 @@ def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Un
     )
 
 
-def _scalars(adjustment: Adjustment, factor: float) -> list[Unknown]:
+def _scalars(adjustment: Adjustment, factor: float) -> list[ScalarUnknown]:
     names = adjustment.layout.names["scalar"]
     covariance = adjustment.family_covariances("scalar") * factor
     roles = scalar_roles(adjustment)
-    variances, own = matrices(covariance), sigmas(covariance)
+    sigma = numbers(sigmas(covariance)[:, 0])
     out = []
     for i, name in enumerate(names):
         unit, role, at = roles.get(i, ("1", "parameter", ""))
         value = float(adjustment.state.scalars[i])
         if role == "orientation":
             value = value % (2 * np.pi) % (2 * np.pi)  # the second brings 2 pi itself to 0
-        sigma = numbers(own[i])
-        out.append(Unknown(name, "scalar", role, (value,), sigma, (unit,), variances[i], at))
+        out.append(ScalarUnknown(name, role, value, sigma[i], unit, at))
     return out
 
 
-def _vectors(adjustment: Adjustment, factor: float) -> list[Unknown]:
+def _vectors(adjustment: Adjustment, factor: float) -> list[VectorUnknown]:
     covariance = adjustment.family_covariances("vector") * factor
     roles = {i: r.means for _, r, i, _ in unknown_references(adjustment, "vector") if r.means}
     return [
-        Unknown(
+        VectorUnknown(
             name,
-            "vector",
             roles.get(i, "vector"),
             tuple(adjustment.state.vectors[i].tolist()),
-            numbers(sigmas(covariance[i])),
-            ("m", "m", "m"),
             matrix(covariance[i]),
+            numbers(sigmas(covariance[i])),
         )
         for i, name in enumerate(adjustment.layout.names["vector"])
     ]
 
 
-def _planes(adjustment: Adjustment, factor: float) -> list[Unknown]:
+def _planes(adjustment: Adjustment, factor: float) -> list[PlaneUnknown]:
     """Normal and offset; their sigmas and covariance are of the tangent (two turns, offset)."""
     covariance = adjustment.family_covariances("plane") * factor
     state = adjustment.state
     return [
-        Unknown(
+        PlaneUnknown(
             name,
-            "plane",
-            "plane",
-            (*state.plane_n[i].tolist(), float(state.plane_d[i])),
-            numbers(sigmas(covariance[i])),
-            ("1", "1", "1", "m"),
+            tuple(state.plane_n[i].tolist()),
+            float(state.plane_d[i]),
             matrix(covariance[i]),
+            numbers(sigmas(covariance[i])),
         )
         for i, name in enumerate(adjustment.layout.names["plane"])
     ]
@@ -170,13 +173,12 @@ def _values(style: Style) -> Callable[[Unknown], Cell]:
 
     def cell(unknown: Unknown) -> Cell:
         if len(unknown.values) == 1:
-            (value,), (unit,) = unknown.values, unknown.units
+            ((value, unit),) = unknown.values
             return number_cell(value, style.value(value, unit), unit=style.value_unit(unit))
         parts = [
-            f"{style.value(v, unit)} {style.value_unit(unit)}".strip()
-            for v, unit in zip(unknown.values, unknown.units, strict=True)
+            f"{style.value(v, unit)} {style.value_unit(unit)}".strip() for v, unit in unknown.values
         ]
-        return Cell("; ".join(parts), unknown.values[0])
+        return Cell("; ".join(parts), unknown.values[0][0])
 
     return cell
 
@@ -185,15 +187,14 @@ def _sigmas(style: Style) -> Callable[[Unknown], Cell]:
     """Standard deviations with their units; what is held says so."""
 
     def cell(unknown: Unknown) -> Cell:
-        if len(unknown.sigma) == 1 and unknown.sigma[0] is not None:
-            (sigma,), (unit,) = unknown.sigma, unknown.units
-            return number_cell(sigma, style.small(sigma, unit), unit=style.small_unit(unit))
-        units = ("rad", "rad", "m") if unknown.family == "plane" else unknown.units
+        (first, unit), *more = unknown.sigmas
+        if not more and first is not None:
+            return number_cell(first, style.small(first, unit), unit=style.small_unit(unit))
         parts = [
             "held" if s is None else f"{style.small(s, unit)} {style.small_unit(unit)}"
-            for s, unit in zip(unknown.sigma, units, strict=True)
+            for s, unit in unknown.sigmas
         ]
-        return Cell("; ".join(parts), unknown.sigma[0])
+        return Cell("; ".join(parts), first)
 
     return cell
 

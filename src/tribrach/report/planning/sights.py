@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isnan
 
 import numpy as np
 
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.observation_rows import ObservationRow
 from tribrach.observations.registry import kind_named
-from tribrach.report.content import Observation, Report
+from tribrach.report.content import Report
 
 __all__ = ["PlannedSight", "sights_of"]
 
@@ -46,7 +48,7 @@ def sights_of(content: Report, adjustment: Adjustment) -> tuple[PlannedSight, ..
     """Sights between positions of a predicted network, in the order of its observations."""
     layout, positions = adjustment.layout, adjustment.state.positions
     known = set(layout.names["point"]) | set(layout.names["pose"])
-    groups: dict[tuple[str, str], list[Observation]] = {}
+    groups: dict[tuple[str, str], list[ObservationRow]] = {}
     for row in content.observations:
         if row.state == "active" and row.start in known and row.end in known:
             groups.setdefault((row.start, row.end), []).append(row)
@@ -54,8 +56,8 @@ def sights_of(content: Report, adjustment: Adjustment) -> tuple[PlannedSight, ..
     for (start, end), rows in groups.items():
         e, n, u = positions[layout.position_index(end)] - positions[layout.position_index(start)]
         level = float(np.hypot(e, n))
-        redundancies = [row.redundancy for row in rows if row.redundancy is not None]
-        effects = [row.external for row in rows if row.external is not None]
+        redundancies = [row.redundancy for row in rows if not isnan(row.redundancy)]
+        effects = [row.external for row in rows if not isnan(row.external)]
         out.append(
             PlannedSight(
                 start,

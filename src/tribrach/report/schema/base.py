@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import version
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
-from pydantic_core import to_json
 
 __all__ = [
     "Document",
@@ -17,13 +15,10 @@ __all__ = [
     "Matrix",
     "Number",
     "Triple",
-    "document_pieces",
     "document_text",
     "heading",
 ]
 
-#: a part of a long list or mapping of objects
-Items = list[dict[str, Any]] | dict[str, dict[str, Any]]
 #: null where there is no number
 Number = float | None
 #: three numbers along the axes of a frame
@@ -78,53 +73,5 @@ def document_text(document: DocumentPart) -> str:
     return document.model_dump_json(**_LAYOUT) + "\n"
 
 
-def document_pieces(
-    document: DocumentPart, streamed: Mapping[str, Iterable[Items]]
-) -> Iterator[str]:
-    """The text of :func:`document_text` piece by piece, with long lists that no model holds.
-
-    Parameters
-    ----------
-    document
-        All keys; those that are streamed are empty in it.
-    streamed
-        By key its items, part by part in their order: lists of objects for a list, dictionaries of
-        objects for a mapping. Their texts, finite numbers and None are those of the models; a
-        number that is none becomes null.
-
-    Yields
-    ------
-    str
-        Pieces of the text.
-    """
-    opened = "{"
-    for name, field in type(document).model_fields.items():
-        if name not in document.model_fields_set:
-            continue
-        yield opened + "\n"
-        empty = _inner(document.model_dump_json(include={name}, **_LAYOUT))
-        parts = (part for part in streamed.get(name, ()) if part)
-        yield from _key_pieces(field.alias or name, parts, empty)
-        opened = ","
-    yield "\n}\n"
-
-
 #: how documents are written
 _LAYOUT: dict[str, Any] = {"by_alias": True, "exclude_unset": True, "indent": 1}
-
-
-def _key_pieces(key: str, parts: Iterable[Items], empty: str) -> Iterator[str]:
-    """The lines of one key, without the braces of its document; ``empty`` if there are no parts."""
-    last = empty
-    for number, part in enumerate(parts):
-        lines = _inner(to_json({key: part}, indent=1, inf_nan_mode="null").decode())
-        head, rest = lines.split("\n", 1)
-        items, last = rest.rsplit("\n", 1)
-        yield f",\n{items}" if number else f"{head}\n{items}"
-        last = f"\n{last}"
-    yield last
-
-
-def _inner(text: str) -> str:
-    """The lines of an object without its braces."""
-    return text.removeprefix("{\n").removesuffix("\n}")

@@ -5,12 +5,25 @@ from __future__ import annotations
 from typing import Literal
 
 from tribrach.report.schema.base import Document, DocumentPart, Finite
-from tribrach.report.schema.result import EditPart
 
-__all__ = ["SCHEMA", "DiffDocument", "ObservationChange", "PlaceChange", "Sigma0Change"]
+__all__ = ["SCHEMA", "DiffDocument", "EditPart", "ObservationChange", "PlaceChange", "Sigma0Change"]
 
 #: version of the layout
 SCHEMA = 1
+
+
+class EditPart(DocumentPart):
+    """What somebody changed in the network by hand."""
+
+    id: str
+    """Of the observation; the name of a point; scan and place of a target."""
+    action: str
+    """``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` of a
+    point; ``name`` of a target, or ``rejected``."""
+    reason: str
+    by: str
+    at: str = ""
+    """When it was decided, as it was written; empty if that is not known."""
 
 
 class Sigma0Change(DocumentPart):
