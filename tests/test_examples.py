@@ -1,11 +1,14 @@
 """The ladder of examples: every one runs, and says what its own first lines promise."""
 
-import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from tests.demo_twin import few_boards
+from tribrach import demo
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 #: a line that each must print, by its number
@@ -31,11 +34,25 @@ def test_the_ladder_has_no_missing_rung() -> None:
 
 
 @pytest.mark.parametrize("path", LADDER, ids=lambda path: path.stem)
-def test_example_runs(path: Path, tmp_path: Path) -> None:
-    settings = os.environ | {"MPLBACKEND": "agg", "PYTHONUTF8": "1", "COLUMNS": "200"}
-    out = subprocess.run(
-        [sys.executable, "-W", "error", str(path), str(tmp_path / "out")],
-        capture_output=True, text=True, check=False, cwd=tmp_path, env=settings,
-    )  # fmt: skip
+def test_example_runs(
+    path: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """As Python runs it, but in this process, which has loaded already what all of them load."""
+    monkeypatch.setattr("sys.argv", [str(path), str(tmp_path / "out")])
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(demo, "build", few_boards)
+    runpy.run_path(str(path), run_name="__main__")
+    assert PROMISES[path.name[:2]] in capsys.readouterr().out
+
+
+def test_an_example_is_a_program_of_its_own(tmp_path: Path) -> None:
+    path = LADDER[0]
+    command = [sys.executable, "-W", "error", str(path)]
+    out = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert out.returncode == 0, out.stderr
     assert PROMISES[path.name[:2]] in out.stdout
