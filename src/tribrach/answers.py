@@ -15,8 +15,9 @@ import inspect
 import math
 import re
 from collections import namedtuple
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from datetime import UTC, datetime
 from functools import cached_property
 from importlib.metadata import version
 from operator import attrgetter
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Estimate",
     "Form",
+    "Instant",
     "Matrices",
     "Matrix",
     "Number",
@@ -39,8 +41,10 @@ __all__ = [
     "Table",
     "Test",
     "Vector",
+    "Written",
     "described",
     "part",
+    "stamp",
 ]
 
 
@@ -83,6 +87,31 @@ class _Nested:
         )
 
 
+@dataclass(frozen=True)
+class Written:
+    """Marks a number that JSON has as text, for times and dates."""
+
+    write: Callable[[float], str]
+    #: back to the number; None for what is not read again
+    read: Callable[[str], float] | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> Any:
+        from pydantic_core import core_schema as cs
+
+        text = cs.str_schema()
+        out = cs.plain_serializer_function_ser_schema(self.write, return_schema=text)
+        if self.read is None:
+            return cs.any_schema(serialization=out)
+        return cs.no_info_after_validator_function(self.read, text, serialization=out)
+
+
+def stamp(seconds: float) -> str:
+    """A time for files, given in seconds since 1970: ISO 8601 in UTC."""
+    # times that were kept in days lack a rounding error to the full minute
+    at = datetime.fromtimestamp(round(seconds, 3), UTC)
+    return at.isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
 def _lists(values: Any) -> Any:
     """Nested lists of numbers, None for what is none."""
     values = np.asarray(values, dtype=np.float64)
@@ -100,6 +129,9 @@ Matrix = Annotated[NDArray[np.float64], _Nested(2)]
 #: numbers along three axes
 Matrices = Annotated[NDArray[np.float64], _Nested(3)]
 
+#: a time: seconds since 1970 inside, ISO 8601 in UTC in JSON
+Instant = Annotated[float, Written(stamp, lambda text: datetime.fromisoformat(text).timestamp())]
+
 #: set while published schemas are made: what stands at the fields is read from their source
 _describing = False
 
@@ -115,11 +147,14 @@ class Result:
         Fields that are not written: what was computed with, not what was found.
     lacking : tuple of str
         Properties that are written behind these, where they are not None.
+    keys : mapping, optional
+        Keys of names that are written otherwise.
     """
 
     _also: ClassVar[tuple[str, ...]] = ()
     _without: ClassVar[tuple[str, ...]] = ()
     _lacking: ClassVar[tuple[str, ...]] = ()
+    _keys: ClassVar[Mapping[str, str]] = {}
 
     def __init_subclass__(
         cls,
@@ -127,11 +162,13 @@ class Result:
         also: tuple[str, ...] = (),
         without: tuple[str, ...] = (),
         lacking: tuple[str, ...] = (),
+        keys: Mapping[str, str] | None = None,
         **more: Any,
     ) -> None:
         super().__init_subclass__(**more)
         cls._also, cls._without = (*cls._also, *also, *lacking), (*cls._without, *without)
         cls._lacking = (*cls._lacking, *lacking)
+        cls._keys = {**cls._keys, **(keys or {})}
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source: Any, handler: Any) -> Any:
@@ -140,15 +177,16 @@ class Result:
         hints, notes = _hints(cls), _notes(cls)
         own: Any = cls
         names = (*(f.name for f in fields(own) if f.name not in cls._without), *cls._also)
+        keys = {name: cls._keys.get(name, _key(name)) for name in names}
         parts = {
-            _key(name): cs.typed_dict_field(
-                handler.generate_schema(hints[name]),
+            key: cs.typed_dict_field(
+                _found(handler.generate_schema(hints[name]), name in cls._also),
                 required=name not in cls._lacking,
                 metadata=_described(notes.get(name)),
             )
-            for name in names
+            for name, key in keys.items()
         }
-        built = {f.name for f in fields(own) if f.init} & set(names)
+        built = {f.name: keys[f.name] for f in fields(own) if f.init and f.name in keys}
         whole = cs.typed_dict_schema(
             parts, extra_behavior="forbid", metadata=_described(_first_line(cls), cls.__name__)
         )
@@ -157,15 +195,15 @@ class Result:
             if isinstance(data, cls):
                 return data
             given = checked(data)
-            return cls(**{name: given[_key(name)] for name in built})
+            return cls(**{name: given[key] for name, key in built.items()})
 
         return cs.no_info_wrap_validator_function(
             made,
             whole,
             serialization=cs.plain_serializer_function_ser_schema(
                 lambda one: {
-                    _key(name): _plain(value)
-                    for name in names
+                    key: _plain(value)
+                    for name, key in keys.items()
                     if (value := getattr(one, name)) is not None or name not in cls._lacking
                 },
                 return_schema=whole,
@@ -185,6 +223,16 @@ def part(path: str, kind: Any, words: str) -> Any:
 
     get.__annotations__["return"], get.__doc__ = kind, words
     return property(get)
+
+
+def _found(schema: Any, computed: bool) -> Any:
+    """The schema of a key; what is computed is written and, where it is read, not looked at."""
+    from pydantic_core import core_schema as cs
+
+    if not computed:
+        return schema
+    written = cs.plain_serializer_function_ser_schema(lambda value: value, return_schema=schema)
+    return cs.any_schema(serialization=written)
 
 
 class Table:

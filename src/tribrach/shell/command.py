@@ -47,8 +47,9 @@ def command(
     """Make a command of the function that answers a question.
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
-    answer brings in ``files``. A parameter ``progress`` is told what is being done; ``engine`` is
-    who does it, which brings the options ``--workers`` and ``--scheduler``.
+    answer brings in ``files``. Of a parameter with a function among its marks the function says
+    which files are meant. Behind a star, ``progress`` is told what is being done; ``engine`` is who
+    does it, which brings the options ``--workers`` and ``--scheduler``.
 
     Parameters
     ----------
@@ -59,8 +60,16 @@ def command(
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
         own = dict(inspect.signature(work).parameters)
         hints = get_type_hints(work, include_extras=True)
-        progress, engine = "progress" in own, "engine" in own
-        options = {n: (hints[n], p.default) for n, p in own.items() if n not in _GIVEN}
+        star = inspect.Parameter.KEYWORD_ONLY
+        by_itself = [n for n in _GIVEN if n in own and own[n].kind is star]
+        progress, engine = "progress" in by_itself, "engine" in by_itself
+        options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
+        meant = {
+            name: mark
+            for name, (hint, _) in options.items()
+            for mark in getattr(hint, "__metadata__", ())
+            if inspect.isfunction(mark)
+        }
         marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
         read, written, folder = ([n for n in marks if marks[n] == m] for m in ("", WRITTEN, FOLDER))
         if json is not None:
@@ -79,7 +88,8 @@ def command(
             quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
-            inputs = _paths(given[name] for name in read)
+            given |= {name: meaning(given[name]) for name, meaning in meant.items()}
+            inputs = _paths(given[name] for name in {*read, *meant})
             files = set(_paths(given[name] for name in written))
             place = given[folder[0]] if folder else None
             claim(inputs, [*outputs.values(), *files], place, overwrite=overwrite)
