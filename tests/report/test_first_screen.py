@@ -21,18 +21,26 @@ from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.results import SiteResult
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
+from tribrach.geodesy.site import FlatSite
+from tribrach.io.epoch_files import epoch_data
 from tribrach.job.epochs import ComparedEpochs
+<<<<<<< HEAD
 from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings
 from tribrach.questions.check.chapters import answer_of
 from tribrach.questions.compare.motions import CloudMotions, MovedPart, Verdict
 from tribrach.questions.compare.moved import motions_front
+=======
+from tribrach.job.motions import CloudMotions, MovedPart, Verdict
+from tribrach.questions.check.chapters import answer_of
+from tribrach.questions.series.chapters import answer_of as series_answer
+from tribrach.questions.series.cycles import Cycle, PointAt, Series, SeriesSettings
+>>>>>>> 5f9eef0 (series: make the result class the JSON, and deliver one Answer)
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.report.comparison import comparison_findings, offsets_finding
 from tribrach.report.epochs import direction_words, epochs_page
 from tribrach.report.findings import Finding
 from tribrach.report.names import numbered, some_of, told_apart
 from tribrach.report.page import FrontPage, page
-from tribrach.report.series import series_page
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 
 WRITTEN = [name for name in PAGES if not name.endswith("_svg")]
@@ -233,7 +241,9 @@ def series_front(cycles: Sequence[Cycle]) -> tuple[str, str, str]:
     """Of four references without points through time."""
     names = ("A", "B", "C", "D")
     zero = Epoch("zero", names, np.zeros((4, 3)), 1e-6 * np.eye(12))
-    return front(series_page(Series(SeriesSettings(names), zero, 1.0, tuple(cycles)), [], "yard"))
+    kept = epoch_data(zero, FlatSite(), "zero")
+    found = Series(SeriesSettings(names), kept, 1.0, tuple(cycles))
+    return front(series_answer(found, "yard").page())
 
 
 def test_references_are_accused_only_where_they_fail_more_often_than_chance_lets_them() -> None:
@@ -285,7 +295,7 @@ def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
 
 
 @pytest.mark.parametrize(
-    "which", ["questions.calibrate", "planning.page.plan_page", "series.series_page"]
+    "which", ["questions.calibrate", "planning.page.plan_page", "questions.series"]
 )
 def test_what_is_signed_has_its_datum(which: str) -> None:
     (section,) = parser.document_fromstring(PAGES[which](harmless)).xpath("//div[@class='sign']")

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tribrach.report.times import clock, clocks, stamp, time_label, time_ticks
+from tribrach.answers import stamp
+from tribrach.report.times import clock, clocks, time_label, time_ticks
 
 START = datetime(2025, 3, 1, tzinfo=UTC)
 

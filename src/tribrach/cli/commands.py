@@ -86,7 +86,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Say what has moved between epochs: which points, how far, how sure.",
     ),
     "series": (
-        "cli.series",
+        "questions.series.command",
         "Adjust all cycles of a monitored network: which points move, trends, jumps, alarms.",
     ),
     "regress": (

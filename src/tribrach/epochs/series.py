@@ -8,16 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
-from tribrach._types import Array, Index
+from tribrach._types import Array
+from tribrach.answers import Instant, Result
 from tribrach.epochs.differences import Epoch, laid_on, motion_columns
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import chi2, norm, robust_sigma, t
 
-__all__ = ["Jump", "SeriesFit", "baseline", "fit_series"]
+__all__ = ["DAY", "Jump", "SeriesFit", "baseline", "fit_series"]
 
+#: seconds of a day
+DAY = 86400.0
 #: residuals over their robust sigma beyond which a value is an outlier
 _OUTLIER = 4.0
 #: values on either side of a jump
@@ -121,68 +125,64 @@ def _weights(cycle: Epoch, xyz: Array, axes: tuple[int, ...]) -> Array:
 
 
 @dataclass(frozen=True)
-class Jump:
-    """A step of a series.
+class Jump(Result, without=("at",)):
+    """A step of a series."""
 
-    Attributes
-    ----------
-    at
-        Number of the first value behind it.
-    size, sigma
-        In metres.
-    statistic, limit
-        Size over sigma, and its limit, which counts how many places were tried.
-    """
-
+    #: number of the first value behind it
     at: int
+    time: Instant
+    #: in metres
     size: float
     sigma: float
-    statistic: float
+    #: size over sigma, and its limit, which counts how many places were tried
+    test: float
     limit: float
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesFit:
-    """What a series of displacements along one axis consists of.
+class SeriesFit(Result, without=("fitted",)):
+    """What a series along one axis consists of [m, m/day]."""
 
-    Attributes
-    ----------
-    rate, rate_sigma
-        Trend [m/day].
-    trend, period
-        True where the test says that trend and daily period are real.
-    amplitude, amplitude_sigma
-        Of the daily period [m].
-    phase
-        Of its largest value, as a part of a day after midnight UTC.
-    jumps
-        In the order of time.
-    outliers : array (k,)
-        Numbers of the values that took no part.
-    scatter
-        Standard deviation of the residuals over that of the values as they are stated.
-    correlation
-        Of neighbouring residuals; sigmas count it.
-    fitted : array (n,)
-        The fitted values [m].
-    """
-
+    axis: Literal["E", "N", "U"]
     rate: float
     rate_sigma: float
+    #: is the trend real by its test, and is the daily period?
     trend: bool
+    period: bool
+    #: of the daily period
     amplitude: float
     amplitude_sigma: float
+    #: of the largest value, as a part of a day after midnight UTC
     phase: float
-    period: bool
+    #: in the order of time
     jumps: tuple[Jump, ...]
-    outliers: Index
+    #: times of values that took no part
+    outliers: tuple[Instant, ...]
+    #: of the residuals over the sigmas of the values
     scatter: float
+    #: of neighbouring residuals; sigmas count it
     correlation: float
+    #: the fitted values (n,)
     fitted: Array
+
+    @property
+    def month(self) -> float:
+        """What the trend makes in 30 days [m]."""
+        return 30 * self.rate
+
+    @property
+    def month_sigma(self) -> float:
+        """Its standard deviation [m]."""
+        return 30 * self.rate_sigma
 
 
 def fit_series(
-    days: Array, values: Array, sigma: Array, *, confidence: float = 0.99
+    days: Array,
+    values: Array,
+    sigma: Array,
+    axis: Literal["E", "N", "U"],
+    *,
+    confidence: float = 0.99,
 ) -> SeriesFit | None:
     """Trend, daily period, jumps and outliers of a series; None if it is too short.
 
@@ -191,9 +191,11 @@ def fit_series(
     Parameters
     ----------
     days : array (n,)
-        Times, ascending [days].
+        Times, ascending [days since 1970].
     values, sigma : array (n,)
         Displacements and their standard deviations [m].
+    axis
+        Along which they are.
     confidence
         Of the tests of trend, period and jumps.
 
@@ -238,6 +240,7 @@ def fit_series(
     jumps = tuple(
         Jump(
             k,
+            float(days[k]) * DAY,
             float(x[first + i]),
             float(np.sqrt(covariance[first + i, first + i])),
             float(x[first + i] / np.sqrt(covariance[first + i, first + i])),
@@ -246,6 +249,7 @@ def fit_series(
         for i, k in enumerate(at)
     )
     return SeriesFit(
+        axis=axis,
         rate=rate,
         rate_sigma=rate_sigma,
         trend=span > 0 and abs(rate) > limit * rate_sigma,
@@ -253,8 +257,8 @@ def fit_series(
         amplitude_sigma=float(np.sqrt(np.trace(covariance[2:4, 2:4]) / 2)) if daily else 0.0,
         phase=float(np.arctan2(x[3], x[2]) / (2 * np.pi) % 1) if daily else 0.0,
         period=daily and test > float(chi2.ppf(confidence, 2)),
-        jumps=tuple(j for j in jumps if abs(j.statistic) > j.limit),
-        outliers=np.flatnonzero(~used),
+        jumps=tuple(j for j in jumps if abs(j.test) > j.limit),
+        outliers=tuple((days[~used] * DAY).tolist()),
         scatter=scatter,
         correlation=correlation,
         fitted=design @ x,

@@ -48,7 +48,7 @@ def column(
     """
     take = along(get) if isinstance(get, str) else get
     if not spec:
-        return ColumnHead(head, numeric=False, wide=wide), lambda item: text_cell(
+        return ColumnHead(head, unit, numeric=False, wide=wide), lambda item: text_cell(
             take(item), mark(item)
         )
 

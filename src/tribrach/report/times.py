@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 
-__all__ = ["clock", "clocks", "stamp", "time_label", "time_ticks"]
+__all__ = ["clock", "clocks", "time_label", "time_ticks"]
 
 #: months as they stand at ticks, whatever language the machine speaks
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
@@ -25,11 +25,6 @@ def _at(seconds: float) -> datetime:
     """A time in UTC; seconds since 1970."""
     # times that were kept in days lack a rounding error to the full minute
     return datetime.fromtimestamp(round(seconds, 3), UTC)
-
-
-def stamp(seconds: float) -> str:
-    """A time for files: ISO 8601 in UTC."""
-    return _at(seconds).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 def clock(seconds: float) -> str:

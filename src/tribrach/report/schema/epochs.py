@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 from tribrach.report.schema.base import Document, DocumentPart, Finite, Matrix, Number
 
@@ -10,7 +10,6 @@ __all__ = [
     "EpochComparisonPart",
     "EpochDocument",
     "EpochsDocument",
-    "SeriesDocument",
 ]
 
 
@@ -144,96 +143,3 @@ class EpochDocument(Document):
     """Motions of the whole that the observations leave open."""
     dof: int
     variance_factor: Number
-
-
-class SeriesSettingsPart(DocumentPart):
-    """How cycles are adjusted and compared [m, rad, s, 1]."""
-
-    references: list[str]
-    sigma_direction: float
-    sigma_zenith: float
-    sigma_distance: float
-    sigma_ppm: float
-    pause: float
-    baseline: int
-    confidence: float
-    as_stated: bool
-    scale: bool
-
-
-class CyclePointPart(DocumentPart):
-    """A point in a cycle."""
-
-    displacement: list[float]
-    """Since the baseline, along E, N, U [m]."""
-    sigma: list[float]
-    test: Finite
-    limit: float
-    verdict: Literal["moved", "not moved", "cannot tell"]
-
-
-class CyclePart(DocumentPart):
-    """A cycle of a series."""
-
-    key: str
-    """Digest of its readings."""
-    time: str
-    """When it began, UTC."""
-    start: float
-    """The same in seconds since 1970."""
-    sights: int
-    reason: str
-    """Why it could not be adjusted or compared; empty if it was."""
-    test: Finite
-    dof: int
-    limit: Finite
-    moved: list[str]
-    """Reference points that moved."""
-    resolved: bool
-    points: dict[str, CyclePointPart]
-
-
-class JumpPart(DocumentPart):
-    """A step of a series."""
-
-    time: str
-    size: float
-    sigma: float
-    test: float
-    limit: float
-
-
-class AxisFitPart(DocumentPart):
-    """What a series along one axis consists of [m, m/day]."""
-
-    axis: Literal["E", "N", "U"]
-    rate: float
-    rate_sigma: float
-    trend: bool
-    amplitude: float
-    amplitude_sigma: float
-    phase: float
-    """Of the largest value, as a part of a day after midnight UTC."""
-    period: bool
-    jumps: list[JumpPart]
-    outliers: list[str]
-    """Times of values that took no part."""
-    scatter: float
-    """Of the residuals over the sigmas of the values."""
-    correlation: float
-
-
-class SeriesDocument(Document):
-    """What ``tribrach series --json`` writes, and ``--resume`` reads."""
-
-    kind: Literal["series"]
-    settings: SeriesSettingsPart
-    baseline: dict[str, Any]
-    """As an epoch file."""
-    factor: float
-    """What variances are multiplied by, from the scatter that most reference points share."""
-    wander: dict[str, list[list[float]]]
-    """Covariance in E, N, U of what a reference point does within a day [m^2]."""
-    cycles: list[CyclePart]
-    series: dict[str, list[AxisFitPart]]
-    sentences: list[str]

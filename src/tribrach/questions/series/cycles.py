@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.answers import Form, Instant, Matrix, Number, Result
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import Difference, Epoch, difference
-from tribrach.epochs.series import SeriesFit, baseline, fit_series
+from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_series
 from tribrach.epochs.wander import learned_wander, shared_factor, with_wander
 from tribrach.errors import InputError, TribrachError
-from tribrach.io.epoch_files import epoch_of_data
+from tribrach.geodesy.site import FlatSite
+from tribrach.io.epoch_files import epoch_data, epoch_of_data
 from tribrach.io.json_file import read_json
 from tribrach.io.readings_through_time import TimedReadings
 from tribrach.job.epochs import epoch_of
@@ -24,9 +28,12 @@ from tribrach.network.network import Datum
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.report.times import clock
 from tribrach.units import SEC
 
 __all__ = [
+    "AXES",
+    "FORM",
     "Cycle",
     "PointAt",
     "PointSeries",
@@ -34,158 +41,156 @@ __all__ = [
     "SeriesSettings",
     "monitor",
     "read_series",
-    "series_of",
 ]
 
-#: seconds of a day
-DAY = 86400.0
+AXES: tuple[Literal["E", "N", "U"], ...] = ("E", "N", "U")
 #: cycles of which a wander can be learned
 _LEARNED = 20
-#: version of the file
-SCHEMA = 2
 
 
 @dataclass(frozen=True)
-class SeriesSettings:
-    """How cycles are adjusted and compared.
+class SeriesSettings(Result):
+    """How cycles are adjusted and compared [m, rad, s, 1]."""
 
-    Attributes
-    ----------
-    references
-        Points that are taken as stable until a test says otherwise.
-    sigma_direction, sigma_zenith
-        Of one sight [rad].
-    sigma_distance, sigma_ppm
-        Of a slope distance [m], [1].
-    pause
-        That ends a cycle [s].
-    baseline
-        Cycles that the others are compared with.
-    confidence
-        Of the tests.
-    as_stated
-        Sigmas are as they are stated; else they are multiplied by what most references scatter
-        more, if that is more, and each reference has the wander that it was seen to have.
-    scale
-        A scale common to all distances of a cycle is taken out.
-    """
-
+    #: points that are taken as stable until a test says otherwise
     references: tuple[str, ...]
+    #: of one sight
     sigma_direction: float = 1.0 * SEC
     sigma_zenith: float = 1.0 * SEC
+    #: of a slope distance, and its part that grows with the distance
     sigma_distance: float = 1e-3
     sigma_ppm: float = 1e-6
+    #: that ends a cycle
     pause: float = 1800.0
+    #: cycles that the others are compared with
     baseline: int = 6
+    #: of the tests
     confidence: float = 0.99
+    #: sigmas are as they are stated; else they are multiplied by what most references scatter more,
+    #: if that is more, and each reference has the wander that it was seen to have
     as_stated: bool = False
+    #: a scale common to all distances of a cycle is taken out
     scale: bool = False
 
 
 @dataclass(frozen=True)
-class PointAt:
-    """A point in one cycle, in the datum of the references that stayed.
+class PointAt(Result):
+    """A point in a cycle, in the datum of the references that stayed."""
 
-    Attributes
-    ----------
-    vector, sigma
-        Displacement since the baseline in E, N, U and its standard deviations [m].
-    test, limit
-        Of the displacement.
-    answer
-        Moved, not moved, or cannot tell.
-    """
-
-    vector: tuple[float, ...]
+    #: since the baseline, along E, N, U [m]
+    displacement: tuple[float, ...]
     sigma: tuple[float, ...]
-    test: float
+    test: Number
     limit: float
-    answer: str
+    verdict: Literal["moved", "not moved", "cannot tell"]
 
 
 @dataclass(frozen=True)
-class Cycle:
-    """What became of one cycle.
+class Cycle(Result, also=("time",)):
+    """A cycle of a series."""
 
-    Attributes
-    ----------
-    key
-        Digest of its readings.
-    start, sights
-        When it began [s since 1970], and its number of sights.
-    reason
-        Why it could not be adjusted or compared; "" if it was.
-    test, dof, limit
-        Of the reference points, with the sigmas that are used.
-    moved
-        Reference points that moved.
-    resolved
-        False where the references do not agree and no group of them explains it.
-    points
-        By name.
-    """
-
+    #: digest of its readings
     key: str
+    #: when it began [s since 1970]
     start: float
     sights: int
+    #: why it could not be adjusted or compared; empty if it was
     reason: str = ""
-    test: float = float("nan")
+    #: of the reference points, with the sigmas that are used
+    test: Number = math.nan
     dof: int = 0
-    limit: float = float("nan")
+    limit: Number = math.nan
+    #: reference points that moved
     moved: tuple[str, ...] = ()
+    #: false where the references do not agree and no group of them explains it
     resolved: bool = True
-    points: Mapping[str, PointAt] = field(default_factory=dict)
+    points: dict[str, PointAt] = field(default_factory=dict)
 
+    @property
+    def time(self) -> Instant:
+        """When it began, UTC."""
+        return self.start
 
-@dataclass(frozen=True, eq=False)
-class Series:
-    """All cycles in the order of time.
-
-    Attributes
-    ----------
-    settings
-        How.
-    zero
-        The baseline.
-    factor
-        By what variances are multiplied.
-    wander
-        Covariance (3, 3) of what each reference point does within a day [m^2].
-    cycles
-        Also those that could not be solved.
-    reused
-        Cycles that an earlier call solved.
-    """
-
-    settings: SeriesSettings
-    zero: Epoch
-    factor: float
-    cycles: tuple[Cycle, ...]
-    wander: Mapping[str, Array] = field(default_factory=dict)
-    reused: int = 0
+    @property
+    def when(self) -> str:
+        """When it began, in words."""
+        return clock(self.start)
 
 
 @dataclass(frozen=True, eq=False)
 class PointSeries:
-    """One point through time.
-
-    Attributes
-    ----------
-    name
-        Of the point.
-    days : array (n,)
-        Since 1970.
-    values, sigma : array (n, 3)
-        Displacements in E, N, U and their standard deviations [m].
-    fits
-        Along each axis; None where there are too few values.
-    """
+    """One point through time."""
 
     name: str
+    #: since 1970 (n,)
     days: Array
+    #: displacements in E, N, U (n, 3) [m] and their standard deviations
     values: Array
     sigma: Array
-    fits: tuple[SeriesFit | None, ...]
+    #: along the axes with values enough
+    fits: tuple[SeriesFit, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Series(Result, also=("kind", "series"), without=("reused",)):
+    """All cycles in the order of time."""
+
+    settings: SeriesSettings
+    #: as an epoch file
+    baseline: dict[str, Any]
+    #: what variances are multiplied by, from the scatter that most reference points share
+    factor: float
+    #: also those that could not be solved
+    cycles: tuple[Cycle, ...]
+    #: covariance in E, N, U of what a reference point does within a day [m^2]
+    wander: dict[str, Matrix] = field(default_factory=dict)
+    #: cycles that an earlier call solved
+    reused: int = 0
+
+    @property
+    def kind(self) -> Literal["series"]:
+        """What the file is."""
+        return "series"
+
+    @property
+    def series(self) -> dict[str, tuple[SeriesFit, ...]]:
+        """What the series of each point consist of."""
+        return {p.name: p.fits for p in self.points}
+
+    @cached_property
+    def zero(self) -> Epoch:
+        """The baseline."""
+        return epoch_of_data(self.baseline)
+
+    @cached_property
+    def solved(self) -> list[Cycle]:
+        """Cycles that were adjusted and compared."""
+        return [cycle for cycle in self.cycles if not cycle.reason]
+
+    @cached_property
+    def points(self) -> list[PointSeries]:
+        """Every point through time; cycles without datum are left out."""
+        out = []
+        for name in dict.fromkeys(name for cycle in self.cycles for name in cycle.points):
+            rows = [
+                (cycle.start / DAY, cycle.points[name])
+                for cycle in self.cycles
+                if name in cycle.points and cycle.resolved
+            ]
+            rows = [(day, p) for day, p in rows if len(p.displacement) == len(AXES)]
+            if not rows:
+                continue
+            days = np.array([day for day, _ in rows])
+            values = np.array([p.displacement for _, p in rows])
+            sigma = np.array([p.sigma for _, p in rows])
+            along = zip(AXES, values.T, sigma.T, strict=True)
+            fits = [fit_series(days, v, s, axis) for axis, v, s in along]
+            out.append(PointSeries(name, days, values, sigma, tuple(filter(None, fits))))
+        return out
+
+
+#: the file of a series
+FORM = Form("series", Series, 2, sentences=list[str])
 
 
 def monitor(
@@ -252,7 +257,7 @@ def monitor(
             changes[k] = _changes(zero, epoch, settings, factor, k in used)
         except TribrachError as error:
             failed[k] = _first_line(error)
-    wander: Mapping[str, Array] = {}
+    wander: dict[str, Array] = {}
     if earlier is not None:
         wander = earlier.wander
     elif not settings.as_stated:
@@ -278,7 +283,8 @@ def monitor(
     left = [cycle for key, cycle in known.items() if key not in set(keys)]
     every = sorted([*left, *cycles], key=lambda cycle: cycle.start)
     reused = sum(key in known for key in keys) + len(left)
-    return Series(settings, zero, factor, tuple(every), wander, reused)
+    kept = epoch_data(zero, FlatSite(), "baseline of a series")
+    return Series(settings, kept, factor, tuple(every), wander, reused)
 
 
 def _first_line(error: TribrachError) -> str:
@@ -443,27 +449,6 @@ def _cycle(key: str, start: float, sights: int, found: Comparison) -> Cycle:
     )
 
 
-def series_of(found: Series) -> list[PointSeries]:
-    """Every point through time with what its series consists of; cycles without datum left out."""
-    out = []
-    names = dict.fromkeys(name for cycle in found.cycles for name in cycle.points)
-    for name in names:
-        rows = [
-            (cycle.start / DAY, cycle.points[name])
-            for cycle in found.cycles
-            if name in cycle.points and cycle.resolved
-        ]
-        rows = [(day, p) for day, p in rows if len(p.vector) == 3]
-        if not rows:
-            continue
-        days = np.array([day for day, _ in rows])
-        values = np.array([p.vector for _, p in rows])
-        sigma = np.array([p.sigma for _, p in rows])
-        fits = tuple(fit_series(days, values[:, k], sigma[:, k]) for k in range(3))
-        out.append(PointSeries(name, days, values, sigma, fits))
-    return out
-
-
 def read_series(path: Path, settings: SeriesSettings) -> Series:
     """What an earlier call left, to go on with.
 
@@ -475,59 +460,21 @@ def read_series(path: Path, settings: SeriesSettings) -> Series:
     cure = "give the file that tribrach series --json wrote, or leave --resume out"
     try:
         data = read_json(path)
-        if data["kind"] != "series" or data["schema"] != SCHEMA:
+        if data["kind"] != "series" or data["schema"] != FORM.schema:
             raise InputError("this is no series of this version", file=path, cure=cure)
-        given = dict(data["settings"])
-        given["references"] = tuple(given["references"])
-        earlier = SeriesSettings(**given)
-        zero = epoch_of_data(data["baseline"])
-        cycles = tuple(_stored(cycle) for cycle in data["cycles"])
-        factor = float(data["factor"])
-        wander = {
-            str(name): np.array(matrix, dtype=float).reshape(3, 3)
-            for name, matrix in data["wander"].items()
-        }
+        earlier: Series = FORM.read(data)
+        if any(matrix.shape != (3, 3) for matrix in earlier.wander.values()):
+            raise ValueError("a wander has three axes")
+        # a baseline that is none is refused too
+        earlier.zero  # noqa: B018
     except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
         raise InputError("this is no series", file=path, cure=cure) from error
-    if earlier != settings:
-        other = [
-            name
-            for name in SeriesSettings.__dataclass_fields__
-            if getattr(earlier, name) != getattr(settings, name)
-        ]
+    if earlier.settings != settings:
+        given, now = vars(earlier.settings), vars(settings)
+        other = next(name for name in now if given[name] != now[name])
         raise InputError(
-            f"the series was made with another {other[0].replace('_', ' ')}",
+            f"the series was made with another {other.replace('_', ' ')}",
             file=path,
             cure="use the same options, or leave --resume out",
         )
-    return Series(earlier, zero, factor, cycles, wander)
-
-
-def _stored(data: Mapping[str, Any]) -> Cycle:
-    """A cycle from JSON."""
-
-    def value(part: Any) -> float:
-        return float("nan") if part is None else float(part)
-
-    points = {
-        str(name): PointAt(
-            tuple(float(v) for v in p["displacement"]),
-            tuple(float(v) for v in p["sigma"]),
-            value(p["test"]),
-            float(p["limit"]),
-            str(p["verdict"]),
-        )
-        for name, p in data["points"].items()
-    }
-    return Cycle(
-        str(data["key"]),
-        float(data["start"]),
-        int(data["sights"]),
-        str(data["reason"]),
-        value(data["test"]),
-        int(data["dof"]),
-        value(data["limit"]),
-        tuple(str(name) for name in data["moved"]),
-        bool(data["resolved"]),
-        points,
-    )
+    return earlier
