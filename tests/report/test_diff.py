@@ -14,9 +14,10 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
 from tribrach.network.survey import Survey
 from tribrach.observations.levelling import HeightDifferences
+from tribrach.questions.diff.chapters import answer_of
+from tribrach.questions.diff.difference import difference
 from tribrach.report import json_result
 from tribrach.report.build import build
-from tribrach.report.diff import difference, difference_tables
 
 
 def result(values, names=None, sigma=0.001, posterior=False):
@@ -37,6 +38,11 @@ def result(values, names=None, sigma=0.001, posterior=False):
     adjustment = adjust(survey.network())
     content = build(adjustment, assess(adjustment), posterior=posterior)
     return json.loads(json_result.dumps(content))
+
+
+def said(document):
+    """Findings by their keys."""
+    return {one.key: one.words for one in answer_of(document).findings}
 
 
 def place(document, name="B"):
@@ -68,9 +74,8 @@ def test_overlapping_results_have_a_bound_that_is_none_too_small() -> None:
     document = difference(result([1, 1, 1]), result([1, 1, 1.0], names=[4, 5, 6]))
     assert document.common == "overlapping"
     sigma = place(document).difference_sigma
-    assert sigma is not None
     assert sigma >= 1e-3 * np.sqrt(2 / 3 - 2 / 9)
-    assert any("at most" in sentence for sentence in document.sentences)
+    assert "at most" in said(document)["largest"]
 
 
 def test_the_same_measurements_are_never_called_moved() -> None:
@@ -80,13 +85,14 @@ def test_the_same_measurements_are_never_called_moved() -> None:
     document = difference(one, other)
     assert document.common == "same"
     assert not any(p.moved for p in document.places)
-    assert "no test can call it moved" in document.sentences[0]
+    assert next(iter(said(document))) == "same"
 
 
 def test_two_equal_results_are_said_to_be_the_same() -> None:
     one = result([1.0, 1.001])
-    (sentence,) = difference(one, json.loads(json.dumps(one))).sentences
-    assert "they are the same: 2 places with their sigmas" in sentence
+    (finding,) = answer_of(difference(one, json.loads(json.dumps(one)))).findings
+    assert finding.key == "alike"
+    assert finding.words.values["places"] == "2 places"
 
 
 def test_another_datum_is_said_and_nothing_moved() -> None:
@@ -107,17 +113,17 @@ def test_posterior_covariances_are_taken_back_first() -> None:
 
 def test_moved_is_said_as_seldom_as_stated() -> None:
     """Of 60 clean pairs 5 %: 3 with a sigma of 1.7; 13 once in a hundred thousand times."""
-    rng, said = np.random.default_rng(8), 0
+    rng, count = np.random.default_rng(8), 0
     for _ in range(60):
         values = 1 + 1e-3 * rng.standard_normal(4)
-        said += place(difference(result(values[:2]), result(values))).moved
-    assert said <= 12
+        count += place(difference(result(values[:2]), result(values))).moved
+    assert count <= 12
     values = np.array([1.0, 1.0, 1.02, 1.02])
     document = difference(result(values[:2]), result(values))
     assert place(document).moved
     # both places are tested, each with its share of 5 %
     assert place(document).limit == pytest.approx(chi2.ppf(0.95**0.5, 1))
-    assert "shifted beyond the limit: B by 10.00 mm (test" in " ".join(document.sentences)
+    assert "shifted beyond the limit: B by 10.00 mm (test" in said(document)["moved"]
 
 
 def turned_on(shift, share, sigma=2e-3):
@@ -135,12 +141,11 @@ def test_what_is_left_of_equal_variances_is_no_test() -> None:
     pair = turned_on(3e-5, 2e-6)
     document = difference(pair["one"], pair["two"])
     found = place(document)
-    assert (found.test, found.limit, found.freedom, found.moved) == (None, None, 0, False)
-    words = " ".join(document.sentences)
-    assert "cannot be told" in words
-    assert "the largest shift is 0.015 of it (B)" in words
-    assert "due to the values that only one of them uses" in words
-    rows = next(t for t in difference_tables(document) if t.name == "places").rows
+    assert (found.tested, found.freedom, found.moved) == (False, 0, False)
+    words = said(document)
+    assert {"untold", "nested"} <= words.keys()
+    assert words["largest_share"].values["most[0]"] == pytest.approx(0.015, abs=1e-4)
+    rows = next(t for t in answer_of(document).tables if t.name == "places").rows
     assert "cannot be told" in [cell.text for row in rows for cell in row.cells]
 
 
@@ -172,8 +177,8 @@ def test_states_values_and_edits_are_told() -> None:
     changes = [(o.change, o.states) for o in document.observations]
     assert changes == [("state", ("active", "off")), ("value", ("active", "active"))]
     assert document.observations[0].reason == "wrong staff"
-    assert [e.reason for e in document.edits_only_second] == ["wrong staff"]
-    assert {t.name for t in difference_tables(document)} == {"places", "changed", "edits"}
+    assert [e["reason"] for e in document.edits_only_second] == ["wrong staff"]
+    assert {t.name for t in answer_of(document).tables} == {"places", "changed", "edits"}
 
 
 def test_the_command_takes_folders_and_writes_json(tmp_path) -> None:

@@ -253,7 +253,12 @@ def test_references_are_accused_only_where_they_fail_more_often_than_chance_lets
     sort, verdict, words = series_front([*still[:40], seldom, *still[41:]])
     assert (sort, verdict) == ("good", "No movement found")
     assert "fail their test in 1 cycle, which is no more than chance makes" in words
-    often = [replace(one, test=25.0, moved=("B",), points={"B": place}) for one in still[50:]]
+    rng = np.random.default_rng(1)
+    shifts = [(0.003, *rng.normal(0, 1e-3, 2)) for _ in still[50:]]
+    often = [
+        replace(one, test=25.0, moved=("B",), points={"B": replace(place, displacement=shift)})
+        for one, shift in zip(still[50:], shifts, strict=True)
+    ]
     sort, verdict, _ = series_front([*still[:50], *often])
     assert (sort, verdict) == ("none", "Reference point B moved")
     nobody = [replace(one, test=25.0) for one in still[50:]]

@@ -98,7 +98,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Say which surfaces no station, one or several saw, and where the sigma is not reached.",
     ),
     "diff": (
-        "cli.diff",
+        "questions.diff.command",
         "Say what differs between two results: what moved, sigmas, states of observations, edits.",
     ),
     "info": (

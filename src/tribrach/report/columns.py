@@ -88,7 +88,7 @@ def passed(get: Callable[[Any], bool], words: tuple[str, str] = ("passed", "fail
 
 
 def component(path: str, k: int) -> Callable[[Any], float | None]:
-    """Takes one number of a triple, None where there is none."""
+    """Takes one number of several, None where there is none."""
     get = attrgetter(path)
 
     def value(item: Any) -> float | None:

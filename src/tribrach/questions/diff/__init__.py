@@ -1,0 +1,1 @@
+"""What differs between two results of one job? Shifts with tests, sigmas, observations, edits."""
