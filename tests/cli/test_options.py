@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from tribrach.cli import app
 from tribrach.cli.commands import COMMANDS, GROUPS
-from tribrach.cli.help_words import in_words
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
+from tribrach.shell.help_words import in_words
 
 RUN = CliRunner()
 PROJECT = """

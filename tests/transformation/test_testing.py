@@ -141,12 +141,10 @@ def test_the_scale_is_tested() -> None:
     local = a - a.mean(axis=0)
     assert test.sigma == pytest.approx(SIGMA / np.sqrt((local**2).sum()), rel=1e-3)
     assert test.needed
-    assert "7 parameters are needed" in test.sentence(6, 7)
     _, b = pair(np.random.default_rng(6))
     same = scale_test(fit_transformation(a, b, 6, covariance_b=blocks(8)).points)
     assert same is not None
     assert not same.needed
-    assert "6 parameters are enough" in same.sentence(6, 7)
 
 
 def test_scales_are_called_real_as_often_as_stated() -> None:

@@ -15,7 +15,7 @@ import typer
 from typer.core import TyperCommand
 
 import tribrach
-from tribrach.cli.help_words import SpokenCommand, SpokenGroup, spoken
+from tribrach.shell.help_words import SpokenCommand, SpokenGroup, spoken
 
 __all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
 
@@ -64,7 +64,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "questions.register.command",
         "Register scans by their clouds; no targets, planes or approximate poses are needed.",
     ),
-    "transform": ("cli.transform", "Fit a transformation to common points, and apply it."),
+    "transform": (
+        "questions.transform.command",
+        "Fit a transformation to common points, and apply it.",
+    ),
     "calibrate": (
         "questions.calibrate.command",
         "Calibrate scanners from targets that they saw from several stations.",

@@ -1,4 +1,4 @@
-"""A fitted transformation as JSON: everything to apply it again with its covariance.
+"""Reads a fitted transformation: everything to apply it again with its covariance.
 
 ``b = shift_at_centre + matrix (a - centre)``; ``covariance`` is that of the parameters in the order
 of ``parameters``. Metres and radians.
@@ -7,7 +7,6 @@ of ``parameters``. Metres and radians.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,10 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.json_file import read_json
-from tribrach.transformation.fit import TransformationFit
 from tribrach.transformation.models import Transformation, find_model
 from tribrach.units import too_large
 
-__all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation", "transformation_data"]
+__all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation"]
 
 
 KIND = "transformation"
@@ -43,43 +41,8 @@ class StoredTransformation:
     covariance: Array | None
 
 
-def transformation_data(fit: TransformationFit) -> dict[str, Any]:
-    """A fit as data for JSON, with all that is needed to apply it again."""
-    t = fit.transformation
-    covariance = fit.covariance
-    known = bool(np.isfinite(covariance).all())
-    sigma = np.sqrt(np.diag(covariance)) if known else None
-    parameters = [
-        {
-            "name": name,
-            "unit": unit,
-            "value": float(t.values[k]),
-            "sigma": None if sigma is None else float(sigma[k]),
-        }
-        for k, (name, unit) in enumerate(t.model.parameters)
-    ]
-    return {
-        "tribrach": version("tribrach"),
-        "schema": SCHEMA,
-        "kind": KIND,
-        "model": t.model.count,
-        "dimension": t.model.dimension,
-        "words": t.model.words,
-        "centre": t.centre.tolist(),
-        "shift_at_centre": t.shift.tolist(),
-        "rotation": t.rotation.tolist(),
-        "factors": t.factors.tolist(),
-        "matrix": t.matrix.tolist(),
-        "shift_at_origin": t.at_origin.tolist(),
-        "parameters": parameters,
-        "covariance": covariance.tolist() if known else None,
-        "covariance_at_origin": fit.origin_covariance.tolist() if known else None,
-        "covariance_is": "prior" if fit.points.weighted else "posterior",
-    }
-
-
 def read_transformation(path: Path) -> StoredTransformation:
-    """Read a transformation that :func:`transformation_data` described.
+    """Read a transformation that ``tribrach transform fit --json`` wrote.
 
     Raises
     ------

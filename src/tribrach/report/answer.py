@@ -31,8 +31,8 @@ class Answer:
     #: what was asked, and of what
     kind: str
     title: str
-    #: the verdict, and what is to be signed
-    front: FrontPage
+    #: the verdict, and what is to be signed; None of what has no page
+    front: FrontPage | None
     #: the figures, and the form in which they are written as JSON; further keys of words
     result: Any
     form: Form | None = None
@@ -60,6 +60,7 @@ class Answer:
 
     def page(self) -> str:
         """The whole of it as one HTML file."""
+        assert self.front is not None
         return page(
             self.kind,
             self.title,

@@ -7,9 +7,11 @@ posteriori.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from tribrach.answers import Number, Result
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.statistics import chi2, f, norm, t
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
@@ -23,46 +25,26 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class ScaleTest:
-    """Test of the scale of a similarity against one.
+class ScaleTest(Result, also=("needed", "sigma_is"), without=("posterior",)):
+    """Whether the scale of a similarity is real."""
 
-    Attributes
-    ----------
-    excess
-        Scale less one.
-    sigma
-        Its standard deviation.
-    t
-        Their ratio.
-    limit
-        Limit of t at 95 %.
-    posterior
-        True if sigma0 is a posteriori.
-    """
-
+    #: scale less one, and its standard deviation
     excess: float
-    sigma: float
-    t: float
+    sigma: Number
+    #: their ratio, and its limit at 95 %
+    t: Number
     limit: float
     posterior: bool
 
     @property
     def needed(self) -> bool:
-        """True if the scale is significant."""
+        """Is the scale significant?"""
         return abs(self.t) > self.limit
 
-    def sentence(self, rigid: int, scaled: int) -> str:
-        """The verdict in words, with the numbers of parameters of both models."""
-        origin = "a posteriori" if self.posterior else "a priori"
-        end = (
-            f"the scale is significant: {scaled} parameters are needed, or a length is wrong"
-            if self.needed
-            else f"{rigid} parameters are enough"
-        )
-        return (
-            f"scale - 1 = {1e6 * self.excess:+.1f} ppm with sigma {1e6 * self.sigma:.1f} ppm "
-            f"{origin}, t = {self.t:.2f} against {self.limit:.2f}: {end}"
-        )
+    @property
+    def sigma_is(self) -> Literal["prior", "posterior"]:
+        """Where sigma0 comes from."""
+        return "posterior" if self.posterior else "prior"
 
 
 def scale_test(points: CommonPoints) -> ScaleTest | None:
@@ -101,33 +83,26 @@ def scale_test(points: CommonPoints) -> ScaleTest | None:
 
 
 @dataclass(frozen=True)
-class Rung:
-    """A model, its fit, and the test of what it gains over the next stiffer one.
+class Rung(Result):
+    """What a model gains over the next stiffer one."""
 
-    Attributes
-    ----------
-    count
-        Number of parameters.
-    words
-        The model in words.
-    vtpv
-        Weighted sum of squares.
-    dof
-        Redundancy.
-    rms
-        Root mean square of the differences [m].
-    statistic, limit
-        Gain and its limit at 95 %: chi-square with given covariances that hold, else F; None
-        for the stiffest model and where nothing is left to compare with.
-    """
-
+    #: number of parameters
     count: int
     words: str
     vtpv: float
     dof: int
+    #: root mean square of the differences [m]
     rms: float
-    statistic: float | None
-    limit: float | None
+    #: gain and its limit at 95 %: chi-square with given covariances that hold, else F; null for the
+    #: stiffest model and where nothing is left to compare with
+    statistic: Number
+    limit: Number
+
+    @property
+    def needed(self) -> str:
+        """Are the further parameters real? Nothing where that cannot be told."""
+        known = np.isfinite(self.statistic) and np.isfinite(self.limit)
+        return ("yes" if self.statistic > self.limit else "no") if known else ""
 
 
 def ladder(points: CommonPoints) -> list[Rung]:
@@ -154,7 +129,7 @@ def ladder(points: CommonPoints) -> list[Rung]:
     rich = [fit for fit in fits if fit.dof > 0]
     rungs: list[Rung] = []
     for fit in fits:
-        statistic = limit = None
+        statistic = limit = np.nan
         if rungs and fit.dof > 0:
             more = fit.model.count - rungs[-1].count
             gain = max(rungs[-1].vtpv - fit.vtpv, 0.0)

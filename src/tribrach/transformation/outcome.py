@@ -16,7 +16,6 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.statistics import chi2
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
 from tribrach.transformation.models import Model, Transformation, start
@@ -42,93 +41,23 @@ ALPHA, CHECK = 0.05, 0.99
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A fit and everything that is to be said about it.
+    """A fit and everything that is to be said about it."""
 
-    Attributes
-    ----------
-    fit
-        Without the points that were removed.
-    tests
-        Tests of the used points.
-    checks
-        Check points, None if there are none.
-    scale
-        Test of the scale, None where it is not determined.
-    rungs
-        Other models.
-    odd
-        What looks wrong with the columns, in sentences.
-    steps
-        What snooping did, in sentences.
-    removed
-        Names of the points that it removed.
-    """
-
+    #: without the points that were removed
     fit: TransformationFit
+    #: of the used points
     tests: PointTests
+    #: None if there are none
     checks: CheckResult | None
+    #: None where it is not determined
     scale: ScaleTest | None
+    #: other models
     rungs: tuple[Rung, ...]
+    #: what looks wrong with the columns, in sentences
     odd: tuple[str, ...]
+    #: what snooping did, in sentences, and names of the points that it removed
     steps: tuple[str, ...]
     removed: tuple[str, ...]
-
-    def sentences(self) -> list[str]:
-        """Everything to be known, in words."""
-        return [*self.odd, self.judgement(), *self.steps, *self._suspects(), *self._more()]
-
-    def judgement(self) -> str:
-        """The global test, or why there is none."""
-        fit = self.fit
-        if fit.dof <= 0:
-            return "no redundancy: nothing is checked"
-        if not fit.points.weighted:
-            assert fit.sigma0 is not None
-            return (
-                f"no sigmas were given: one coordinate has sigma {1e3 * fit.sigma0:.2f} mm a "
-                f"posteriori with redundancy {fit.dof}; all sigmas rest on it"
-            )
-        low, high = (float(chi2.ppf(p, fit.dof)) for p in (ALPHA / 2, 1 - ALPHA / 2))
-        limits = f"{fit.vtpv:.2f} against {low:.2f} to {high:.2f}, redundancy {fit.dof}"
-        if fit.vtpv > high:
-            return (
-                f"the global test fails ({limits}): wrong points, sigmas too small, or a model "
-                "that is too stiff"
-            )
-        cautious = "; the sigmas look too large" if fit.vtpv < low else ""
-        return f"the global test passes ({limits}){cautious}"
-
-    def _suspects(self) -> list[str]:
-        """Used points that do not fit, in a sentence."""
-        names = [
-            n for n, used in zip(self.fit.points.names, self.fit.points.used, strict=True) if used
-        ]
-        suspicious_names = [n for n, bad in zip(names, self.tests.suspicious, strict=True) if bad]
-        if not suspicious_names:
-            return []
-        return [f"does not fit: {', '.join(suspicious_names)} (snooping takes the worst out first)"]
-
-    def _more(self) -> list[str]:
-        """The scale and the check points, in sentences."""
-        out = []
-        if self.scale is not None:
-            rigid, scaled = (6, 7) if self.fit.points.dimension == 3 else (3, 4)
-            out.append(self.scale.sentence(rigid, scaled))
-        if self.checks is not None:
-            bad = self.checks.statistic > self.checks.limit(CHECK)
-            names = [self.fit.points.names[k] for k in self.checks.place[bad]]
-            size = " ".join(f"{1e3 * v:.2f}" for v in self.checks.rmse)
-            end = f"beyond their 99 % limit: {', '.join(names) or 'none'}"
-            out.append(
-                f"root mean square error of check points ({len(bad)}), x y z: {size} mm; {end}"
-            )
-        elif self.fit.dof > 0:
-            out.append(
-                f"the root mean square of the differences at all {self.fit.points.used.sum()} used "
-                f"points, {1e3 * self.fit.rms:.2f} mm, is that of a fit and no accuracy: hold "
-                "points out as check points"
-            )
-        return out
 
 
 def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoop: bool) -> Outcome:

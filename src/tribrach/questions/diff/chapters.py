@@ -13,7 +13,6 @@ from tribrach.report.answer import Answer
 from tribrach.report.columns import column, component
 from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import Style, counted
-from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, Worst, build_table
 
 __all__ = ["FORM", "answer_of"]
@@ -68,7 +67,7 @@ def answer_of(found: ResultDifference, angle: Literal["gon", "deg"] = "gon") -> 
     return Answer(
         "Difference of two results",
         f"{found.second} less {found.first}",
-        FrontPage("none", findings[0].words, ""),
+        None,
         found,
         FORM,
         {"sentences": words(findings)},

@@ -1,10 +1,9 @@
-"""Two files of points into a transformation with its tests; points and clouds through one."""
+"""Points and clouds through a transformation, with their sigmas."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,94 +14,15 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
-from tribrach.io.point_list import PointList, point_list_text, read_point_list, refuse_dimensions
+from tribrach.io.point_list import point_list_text, read_point_list
 from tribrach.scan.scan import Field, Scan
 from tribrach.transformation.carrying import Carrier
-from tribrach.transformation.fit import CommonPoints
-from tribrach.transformation.models import find_model
-from tribrach.transformation.outcome import Outcome, examine
-from tribrach.transformation.weights import Spread
 
-__all__ = ["CloudMove", "Transformed", "fit_files", "move_cloud", "move_points"]
-
+__all__ = ["move_cloud", "move_points"]
 
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
-
-
 _CORRELATIONS = {"correlation_xy": (0, 1), "correlation_xz": (0, 2), "correlation_yz": (1, 2)}
-
-
 _NORMALS = ("normal_x", "normal_y", "normal_z")
-
-
-@dataclass(frozen=True, eq=False)
-class Transformed:
-    """The outcome for two files; alone : names that only A and only B have."""
-
-    outcome: Outcome
-    alone: tuple[tuple[str, ...], tuple[str, ...]]
-
-
-def fit_files(
-    a: Path, b: Path, count: int | None, check: Sequence[str] = (), *, snoop: bool = False
-) -> Transformed:
-    """The transformation of the points of file a to those of the same name in file b.
-
-    count : parameters, 7 in space and 4 in the plane if None; check : names held out.
-
-    Raises
-    ------
-    InputError : what the files say wrong, no common points, too few; AdjustmentError.
-    """
-    one, two = read_point_list(a), read_point_list(b)
-    refuse_dimensions(one, two)
-    points, alone = _common(one, two, check)
-    model = find_model(count or (7 if one.dimension == 3 else 4), one.dimension)
-    return Transformed(examine(points, model, one.titles, snoop=snoop), alone)
-
-
-def _common(
-    one: PointList, two: PointList, check: Sequence[str]
-) -> tuple[CommonPoints, tuple[tuple[str, ...], tuple[str, ...]]]:
-    """Points that both files have, in the order of A; the others by name."""
-    there = {name: k for k, name in enumerate(two.names)}
-    rows = [k for k, name in enumerate(one.names) if name in there]
-    if not rows:
-        raise InputError(
-            f"no point has a name that is also in {two.path.name}",
-            file=one.path,
-            cure="name the same points alike in both files",
-        )
-    mates = [there[one.names[k]] for k in rows]
-    names = tuple(one.names[k] for k in rows)
-    strange = [name for name in check if name not in names]
-    if strange:
-        raise InputError(
-            f"check point {strange[0]} is not in both files",
-            file=one.path,
-            cure="name common points",
-        )
-    uses = [{one.use[k], two.use[m]} for k, m in zip(rows, mates, strict=True)]
-    off = np.array(["off" in use for use in uses])
-    held = np.array(["check" in use for use in uses]) | np.isin(names, list(check))
-    reasons = tuple(one.reasons[k] or two.reasons[m] for k, m in zip(rows, mates, strict=True))
-
-    def spread(source: PointList, at: list[int]) -> Spread:
-        return Spread(None if source.covariance is None else source.covariance[at])
-
-    points = CommonPoints(
-        names,
-        one.xyz[rows],
-        two.xyz[mates],
-        spread(one, rows),
-        spread(two, mates),
-        ~off & ~held,
-        held & ~off,
-        reasons,
-    )
-    known = set(names)
-    alone = tuple(tuple(n for n in part.names if n not in known) for part in (one, two))
-    return points, (alone[0], alone[1])
 
 
 def move_points(source: Path, carrier: Carrier) -> tuple[str, list[str]]:
@@ -136,25 +56,17 @@ def move_points(source: Path, carrier: Carrier) -> tuple[str, list[str]]:
     return point_list_text(given.names, carrier.points(given.xyz), covariance), sentences
 
 
-@dataclass(frozen=True)
-class CloudMove:
-    """What was written: file, number of points, and what to say about its sigmas."""
-
-    path: Path
-    points: int
-    sentences: tuple[str, ...]
-
-
 def move_cloud(
     scans: Sequence[Scan],
     destination: Path,
     carrier: Carrier,
     step: float,
     progress: Callable[[str, int, int | None], None],
-) -> CloudMove:
+) -> list[str]:
     """Write a cloud through a transformation, its sigmas propagated; step [m] of integers.
 
-    Scans are placed by the poses they have and end in one file.
+    What is to be said about it is returned. Scans are placed by the poses they have and end in
+    one file.
 
     Raises
     ------
@@ -193,7 +105,7 @@ def move_cloud(
                 writer.write(carrier.points(xyz), values)
                 done += len(chunk)
                 progress(scans[0].name, done, scan.records)
-    return CloudMove(destination, done, tuple(_cloud_sentences(own, carrier, scans[0])))
+    return [f"{done} points", *_cloud_sentences(own, carrier, scans[0])]
 
 
 def _offset(scan: Scan, carrier: Carrier) -> Array:

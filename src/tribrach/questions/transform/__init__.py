@@ -1,0 +1,1 @@
+"""How does one system lie in another? A transformation by common points, its tests, its use."""
