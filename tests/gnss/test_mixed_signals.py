@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 from tribrach.cli import app
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
 from tribrach.gnss.engine import engines
-from tribrach.report.baseline import baseline_lines
+from tribrach.questions.baseline.chapters import answer_of
 
 from .test_baseline import BASE_3040, ROVER_0759, geonet
 
@@ -233,7 +233,7 @@ def test_headline_of_the_command(shared_data: Path) -> None:
     assert asked.exit_code == 0, asked.output
     assert "float ambiguities, 4 % of 480 epochs fixed, ratio 1.6, sigma" in asked.output
     assert "choice:" not in asked.output
-    words = baseline_lines(whole(shared_data, "230913"))
+    words = [one.words for one in answer_of(whole(shared_data, "230913")).findings]
     assert re.search("fixed ambiguities, 9[89][.0-9]* % of 480 epochs fixed, ratio", words[0])
     choice = next(line for line in words if line.startswith("choice: L1 alone is taken"))
     # how far the pieces of both ways scatter

@@ -35,7 +35,6 @@ from tribrach.gnss.sessions import Occupation, ReceiverSession, run_sessions
 from tribrach.instruments.gnss_solutions import sigma_factor
 from tribrach.io.gnss.orbit_files import Orbits
 from tribrach.io.gnss.solution_file import PhaseResiduals, SatelliteUse, Solution
-from tribrach.report.baseline import baseline_headline
 
 from .test_baseline import (
     BASE_3040,
@@ -108,13 +107,13 @@ def test_a_headline_names_orbits_that_do_more_than_the_sigma() -> None:
     (said,) = doubts_of_orbits(orbits, ["E02", "G01"], known.length)
     assert f"by {1e3 * effect:.1f} mm" in said
     assert effect_of_orbits(orbits, ["G01"], known.length) == 0.0
-    assert baseline_headline(known).endswith("sigma 0.2 mm")
-    doubtful = baseline_headline(replace(known, orbit_effect=effect))
+    assert known.headline.endswith("sigma 0.2 mm")
+    doubtful = replace(known, orbit_effect=effect).headline
     assert doubtful.endswith(
         f"sigma 0.2 mm without the orbits ({1e3 * effect:.1f} mm by the accuracy that they state)"
     )
     wide = replace(known, covariance=np.eye(3) * 1e-4, orbit_effect=effect)
-    assert "orbits" not in baseline_headline(wide)
+    assert "orbits" not in wide.headline
 
 
 def test_pieces_with_right_sigmas_are_accused_in_five_of_a_hundred() -> None:

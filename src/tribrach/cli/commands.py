@@ -55,7 +55,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "cli.plan",
         "Predict precision and reliability, and propose targets, stations and sets.",
     ),
-    "baseline": ("cli.gnss", "Compute a static baseline from RINEX files."),
+    "baseline": ("questions.baseline.command", "Compute a static baseline from RINEX files."),
     "targets": (
         "questions.targets.command",
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",

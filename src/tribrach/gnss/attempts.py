@@ -10,7 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal
 
+from tribrach.answers import Number, Result
 from tribrach.sentences import Sentence
 from tribrach.units import percent
 
@@ -28,45 +30,34 @@ CONTRADICTION = 4.0
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """One way of computing a baseline.
+class Attempt(
+    Result,
+    without=("cures",),
+    keys={"ratio": "ratio_median", "away": "from_first", "scatter": "pieces_scatter"},
+):
+    """One way of computing a doubtful baseline, lengths in metres."""
 
-    Attributes
-    ----------
-    what
-        In words.
-    frequencies
-        How many are used.
-    ambiguities
-        ``fixed`` or ``float`` at the end of the session.
-    fixed_share
-        Of the solved epochs.
-    ratio
-        Of the ambiguity test.
-    sigma
-        Of the vector in space [m].
-    away
-        Distance from the first attempt [m].
-    scatter
-        Of a piece of the session in space [m]; None where it was not cut.
-    pieces
-        How many pieces gave that.
-    taken
-        This is the baseline.
-    cures
-        What would be wrong with the files if this attempt is right; "" for nothing.
-    """
-
+    #: in words
     what: str
+    #: how many are used
     frequencies: int
-    ambiguities: str
+    #: at the end of the session
+    ambiguities: Literal["fixed", "float"]
+    #: of the solved epochs
     fixed_share: float
-    ratio: float
+    #: of the ambiguity test
+    ratio: Number
+    #: of the vector in space
     sigma: float
+    #: distance from the first attempt
     away: float = 0.0
+    #: of a piece of the session in space; null where it was not cut
     scatter: float | None = None
+    #: how many pieces gave that
     pieces: int = 0
+    #: is this the baseline?
     taken: bool = False
+    #: what would be wrong with the files if this attempt is right; "" for nothing
     cures: str = ""
 
     @property

@@ -19,11 +19,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Matrix, Number, Result, Vector
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup, BaselineAntennas
 from tribrach.gnss.attempts import FREQUENCIES, Attempt, choose, reason
 from tribrach.gnss.engine import EngineName, run_engine, staged
-from tribrach.gnss.orbits import check_precise, check_together, idle_systems, usable_systems
+from tribrach.gnss.orbits import (
+    Calendar,
+    check_precise,
+    check_together,
+    idle_systems,
+    usable_systems,
+)
 from tribrach.gnss.outcome import (
     GIVEN,
     RunOutcome,
@@ -279,101 +286,112 @@ class Processing:
 
 
 @dataclass(frozen=True)
-class Baseline:
-    """A baseline from mark to mark.
+class Baseline(
+    Result,
+    also=("vector",),
+    without=("names", "orbit_effect"),
+    keys={
+        "base": "base_ecef",
+        "rover": "rover_ecef",
+        "vector": "baseline",
+        "formal": "covariance_formal",
+        "factor": "sigma_factor",
+        "factor_source": "sigma_factor_source",
+        "ratio": "ratio_median",
+        "satellites": "satellites_mean",
+        "interval": "interval_s",
+        "residual": "phase_residual_rms",
+        "orbits": "precise_orbits",
+        "heights": "antenna_heights",
+        "idle": "systems_idle",
+        "noise": "phase_noise",
+    },
+):
+    """A baseline from mark to mark [m], geocentric."""
 
-    Attributes
-    ----------
-    base, rover : (3,)
-        ECEF coordinates of the marks [m].
-    covariance : (3, 3)
-        Of the vector [m^2]: ``formal`` times ``factor`` squared, the engine's last decimal where it
-        is left, and for a float solution the scatter of the epochs at the end of the session.
-    formal : (3, 3)
-        Covariance with independent epochs [m^2]: of the least squares of fixed phases, else that
-        which the engine states.
-    factor, factor_source
-        The factor, and where it comes from.
-    ambiguities
-        Of the solution at the end of the session (method section 2.7).
-    fixed_share
-        Of the solved epochs.
-    epochs, epochs_common
-        Epochs with a solution, and epochs that both files have.
-    ratio
-        Of the ambiguity test, median over the end of the session.
-    satellites
-        Mean over the solved epochs.
-    start, end
-        First and last epoch [s] since 1980-01-06.
-    interval
-        Time between epochs [s].
-    systems
-        Letters of the systems that were used.
-    engine
-        Which one computed it.
-    residual
-        Root mean square of the phases' double differences [m], None if the engine does not give it.
-    names, files
-        Of the marks and of the observations, base first.
-    orbits
-        Files of precise orbits; empty if broadcast orbits were used.
-    heights
-        Of the antennas over the marks [m], base first.
-    idle
-        Systems in the observations that took no part, each with the reason.
-    noise
-        Of the phases, None if the factor does not come from them.
-    pieces
-        Scatter of the pieces of the session, None where it was not split.
-    warnings
-        Sentences.
-    frequencies
-        How many were used.
-    attempts
-        The ways that were tried, where the first one was doubtful; else none.
-    choice
-        Why one of them was taken.
-    orbit_effect
-        What the accuracy that coarse broadcast orbits state changes the baseline by [m]; it is not
-        in the covariance.
-    """
-
-    base: Array
-    rover: Array
-    covariance: Array
-    formal: Array
+    #: coordinates of the marks
+    base: Vector
+    rover: Vector
+    #: of the vector: the formal one times the factor squared, the engine's last decimal where it is
+    #: left, and for a float solution the scatter of the epochs at the end of the session
+    covariance: Matrix
+    #: with independent epochs: of the least squares of fixed phases, else that which the engine
+    #: states
+    formal: Matrix
+    #: the factor, and where it comes from
     factor: float
     factor_source: str
+    #: of the solution at the end of the session (method section 2.7)
     ambiguities: Literal["fixed", "float"]
+    #: of the solved epochs
     fixed_share: float
+    #: with a solution, and those that both files have
     epochs: int
     epochs_common: int
-    ratio: float
-    satellites: float
-    start: float
-    end: float
-    interval: float
+    #: of the ambiguity test, median over the end of the session
+    ratio: Number
+    #: mean over the solved epochs
+    satellites: Number
+    #: first and last epoch [s] since 1980-01-06
+    start: Calendar
+    end: Calendar
+    #: time between epochs [s]
+    interval: Number
+    #: letters of the systems that were used
     systems: str
+    #: which one computed it
     engine: str
+    #: root mean square of the phases' double differences, null if the engine does not give it
     residual: float | None = None
+    #: of the marks and of the observations, base first
     names: tuple[str, str] = ("", "")
     files: tuple[str, str] = ("", "")
+    #: files of precise orbits; empty if broadcast orbits were used
     orbits: tuple[str, ...] = ()
+    #: of the antennas over the marks, base first
     heights: tuple[float, float] = (0.0, 0.0)
+    #: systems in the observations that took no part, each with the reason
     idle: tuple[str, ...] = ()
+    #: of the phases, null if the factor does not come from them
     noise: PhaseNoise | None = None
+    #: scatter of the pieces of the session, null where it was not split
     pieces: PieceScatter | None = None
+    #: sentences
     warnings: tuple[str, ...] = field(default=())
+    #: how many were used
     frequencies: int = 2
+    #: the ways that were tried, where the first one was doubtful; else none
     attempts: tuple[Attempt, ...] = ()
+    #: why one of them was taken
     choice: str = ""
+    #: what the accuracy that coarse broadcast orbits state changes the baseline by; it is not in
+    #: the covariance
     orbit_effect: float = 0.0
 
     @property
-    def vector(self) -> Array:
+    def vector(self) -> Vector:
         """Rover minus base (3,) [m]."""
         return self.rover - self.base
+
+    @property
+    def sigma(self) -> float:
+        """Of the whole vector: root of the sum of the three variances [m]."""
+        return float(np.sqrt(np.trace(self.covariance)))
+
+    @property
+    def headline(self) -> Sentence:
+        """Length, state of the ambiguities with its figures, and sigma of the whole vector.
+
+        Where coarse orbits do more to the baseline than that, they are named beside it.
+        """
+        orbits = " without the orbits ({b.orbit_effect:mm1} by the accuracy that they state)"
+        return Sentence(
+            "{b.names[0]} to {b.names[1]}: {b.length:m4}, {b.ambiguities} ambiguities, {share} of "
+            "{b.epochs} epochs fixed, ratio {b.ratio:1}, sigma {b.sigma:mm1}"
+            + (orbits if self.orbit_effect > self.sigma else ""),
+            b=self,
+            share=percent(self.fixed_share),
+        )
 
     @property
     def length(self) -> float:

@@ -8,15 +8,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from datetime import datetime, timedelta
+from typing import Annotated
 
 import numpy as np
 
+from tribrach.answers import Written
 from tribrach.errors import InputError
 from tribrach.io.gnss.navigation_file import NavigationFile
 from tribrach.io.gnss.observation_file import RinexObservations
 from tribrach.io.gnss.precise_file import PreciseOrbits
 
-__all__ = ["calendar", "check_precise", "check_together", "idle_systems", "usable_systems"]
+__all__ = [
+    "Calendar",
+    "calendar",
+    "check_precise",
+    "check_together",
+    "idle_systems",
+    "usable_systems",
+]
 
 #: broadcast orbits are used up to this far from their time [s]
 ORBIT_AGE = 14400.0
@@ -39,6 +48,10 @@ EPOCHS, STEP = 11, 901.0
 def calendar(seconds: float) -> str:
     """Date and time, as text, of seconds since 1980-01-06 in the same time system."""
     return f"{datetime(1980, 1, 6) + timedelta(seconds=round(seconds)):%Y-%m-%d %H:%M:%S}"
+
+
+#: seconds since 1980-01-06, written as date and time
+Calendar = Annotated[float, Written(calendar)]
 
 
 def check_together(

@@ -24,6 +24,7 @@ from functools import cache
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.gnss.fixed_phases import ClockFreePhases
 from tribrach.instruments.gnss_solutions import CORRELATION_TIME
 from tribrach.sentences import Sentence
@@ -47,33 +48,27 @@ UNLIKELY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PhaseNoise:
-    """Noise of the phases of a session, as g laws with their weights.
+class PhaseNoise(
+    Result,
+    also=("scale", "duration"),
+    without=("weights", "variance", "shares", "times", "interval", "epochs", "learned"),
+    keys={"duration": "independent_after_s"},
+):
+    """Noise of the phases of a session, as g laws with their weights."""
 
-    Attributes
-    ----------
-    weights : (g,)
-        Of the laws, sum 1.
-    variance : (g,)
-        Of one phase against what the engine assumes.
-    shares : (g, 3)
-        Of it: new at every epoch, alike over the first time, alike over the second.
-    times : (g, 2)
-        Over which the second and third part stay alike [s].
-    interval
-        Time between epochs [s].
-    epochs
-        Of the session.
-    learned
-        False where the law is the usual one, and only its variance is the session's.
-    """
-
+    #: (g,) of the laws, sum 1
     weights: Array
+    #: (g,) of one phase against what the engine assumes
     variance: Array
+    #: (g, 3) of it: new at every epoch, alike over the first time, alike over the second
     shares: Array
+    #: (g, 2) over which the second and third part stay alike [s]
     times: Array
+    #: time between epochs [s]
     interval: float
+    #: of the session
     epochs: int
+    #: false where the law is the usual one, and only its variance is the session's
     learned: bool = True
 
     def means(self, starts: Sequence[int], counts: Sequence[int]) -> Array:

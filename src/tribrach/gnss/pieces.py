@@ -28,6 +28,7 @@ from itertools import pairwise
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result, Vector
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
@@ -51,34 +52,26 @@ UNSEEN = (
 
 
 @dataclass(frozen=True, eq=False)
-class PieceScatter:
-    """How far the pieces of a session scatter, against what they state.
+class PieceScatter(
+    Result,
+    also=("ratio", "factor"),
+    without=("floating",),
+    keys={"pieces": "solved", "factor": "widened"},
+):
+    """How far the pieces of a session scatter, against what they state; X, Y, Z [m]."""
 
-    Attributes
-    ----------
-    pieces
-        How many gave a solution.
-    cut
-        How many there were.
-    sigma : (3,)
-        Standard deviation of one piece in X, Y, Z [m], from the scatter.
-    stated : (3,)
-        That which the pieces state, root of the mean square [m].
-    statistic, dof
-        The sum q and its degrees of freedom.
-    limit
-        95 % limit of q.
-    floating
-        How many of the pieces have float ambiguities.
-    """
-
+    #: how many gave a solution, and how many there were
     pieces: int
     cut: int
-    sigma: Array
-    stated: Array
+    #: standard deviation of one piece, from the scatter
+    sigma: Vector
+    #: that which the pieces state, root of the mean square
+    stated: Vector
+    #: the sum q, its degrees of freedom and its 95 % limit
     statistic: float
     dof: int
     limit: float
+    #: how many of the pieces have float ambiguities
     floating: int = 0
 
     @property

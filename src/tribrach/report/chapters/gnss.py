@@ -24,14 +24,12 @@ from tribrach.job.gnss_loops import (
 from tribrach.job.mounted_antennas import raised_antennas
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.facts import Reference, frame_sentences
-from tribrach.report.baseline import baseline_facts, baseline_headline
 from tribrach.report.chapter import Chapter
 from tribrach.report.charts import PALETTE, Chart, Drawing, beside, legend
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
 from tribrach.report.numbers import counted, fixed_cell, mm_cell
 from tribrach.report.schema.base import DocumentPart, Matrix, Number
-from tribrach.report.schema.baseline import SessionBaselinePart
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -71,12 +69,29 @@ class LoopPart(DocumentPart):
     independent: bool
 
 
+@dataclass(frozen=True)
+class SessionBaseline(Baseline, also=("from_", "to")):
+    """A baseline of a session."""
+
+    session: str = ""
+
+    @property
+    def from_(self) -> str:
+        """The base."""
+        return self.names[0]
+
+    @property
+    def to(self) -> str:
+        """The rover."""
+        return self.names[1]
+
+
 class GnssPart(DocumentPart):
     """Baselines that were computed, and all loops."""
 
     frame: str | None
     epoch: Number
-    baselines: list[SessionBaselinePart]
+    baselines: list[SessionBaseline]
     loops: list[LoopPart]
 
 
@@ -196,8 +211,11 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
     ]
     out += [
-        f"Not fixed in session {s.name} is {baseline_headline(b)}; it takes part with that "
-        "covariance."
+        Sentence(
+            "Not fixed in session {s.name} is {b.headline}; it takes part with that covariance.",
+            s=s,
+            b=b,
+        )
         for s, b in _all(sessions)
         if b.ambiguities != "fixed"
     ]
@@ -282,7 +300,7 @@ def _loop_warnings(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> lis
     bad = sorted((loop for loop in loops if not loop.passes), key=lambda loop: -loop.statistic)
     # a share of the tests fails by chance: only closures far beyond are worth a warning
     far = [loop for loop in bad if loop.statistic > 2 * loop.limit]
-    words = [
+    words: list[str] = [
         Sentence(
             "GNSS loop {path} does not close by {loop.size:mm1} ({loop.ppm:1} ppm): its "
             "test is {loop.statistic:1}, the limit {loop.limit:1}.",
@@ -464,10 +482,7 @@ def _data(
     data = {
         "frame": reference.frame,
         "epoch": reference.epoch,
-        "baselines": [
-            baseline_facts(b) | {"from": b.names[0], "to": b.names[1], "session": s.name}
-            for s, b in _all(sessions)
-        ],
+        "baselines": [SessionBaseline(**vars(b), session=s.name) for s, b in _all(sessions)],
         "loops": [
             {
                 "points": [baselines.names[k] for k in loop.points],

@@ -8,20 +8,20 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
-from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
+from tribrach.gnss.baseline import Processing, compute_baseline
 from tribrach.gnss.engine import EngineName
 from tribrach.io.gnss.observation_file import read_observations
-from tribrach.io.outputs import write_text
-from tribrach.report.baseline import baseline_facts, baseline_lines
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.baseline import SCHEMA, BaselineDocument
-from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
+from tribrach.questions.baseline.chapters import answer_of
+from tribrach.report.answer import Answer
+from tribrach.shell.command import command
 
 __all__ = ["baseline"]
 
 
+@command(json="Write the result as JSON.", html=None)
 def baseline(
     base: Annotated[Path, typer.Argument(help="Observations of the base (RINEX 2 or 3).")],
     rover: Annotated[Path, typer.Argument(help="Observations of the rover.")],
@@ -66,48 +66,33 @@ def baseline(
         bool,
         typer.Option("--no-pieces", help="No check of sigmas by pieces of the session."),
     ] = False,
-    json_file: Annotated[
-        Path | None, typer.Option("--json", help="Write the result as JSON.")
-    ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-) -> None:
+    *,
+    progress: Progress,
+) -> Answer:
     """Compute a static baseline from RINEX files."""
-
-    def work() -> None:
-        inputs = [base, rover, *navigation, *([] if antex is None else [antex])]
-        claim(inputs, [json_file], overwrite=overwrite)
-        settings = Processing(
-            mask=mask_deg,
-            frequencies=frequencies,
-            systems=systems,
-            atmosphere=not no_atmosphere,
-            factor=sigma_factor,
-            antex=antex,
-            engine=engine,
-            seconds=seconds,
-            alternatives=not no_alternatives,
-            pieces=not no_pieces,
-        )
-        place = _numbers(base_xyz)
-        with shown(quiet) as progress:
-            result: Baseline = compute_baseline(
-                base,
-                rover,
-                navigation,
-                place,
-                settings,
-                base_antenna=_antenna(base, base_height_m),
-                rover_antenna=_antenna(rover, rover_height_m),
-                progress=progress,
-            )
-        if json_file is not None:
-            data = heading(SCHEMA) | baseline_facts(result)
-            write_text(json_file, document_text(BaselineDocument.model_validate(data)))
-        if not quiet:
-            say("\n".join(baseline_lines(result)))
-
-    guarded(work)
+    settings = Processing(
+        mask=mask_deg,
+        frequencies=frequencies,
+        systems=systems,
+        atmosphere=not no_atmosphere,
+        factor=sigma_factor,
+        antex=antex,
+        engine=engine,
+        seconds=seconds,
+        alternatives=not no_alternatives,
+        pieces=not no_pieces,
+    )
+    found = compute_baseline(
+        base,
+        rover,
+        navigation,
+        _numbers(base_xyz),
+        settings,
+        base_antenna=_antenna(base, base_height_m),
+        rover_antenna=_antenna(rover, rover_height_m),
+        progress=progress,
+    )
+    return answer_of(found)
 
 
 def _numbers(text: str) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
