@@ -11,12 +11,9 @@ from tribrach import questions
 from tribrach.answers import Form, described
 from tribrach.report.json_result import result_model
 from tribrach.report.schema.base import Document, DocumentPart
-from tribrach.report.schema.baseline import BaselineDocument
-from tribrach.report.schema.diff import DiffDocument
-from tribrach.report.schema.epochs import EpochDocument, EpochsDocument, SeriesDocument
+from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.scans import ScansDocument
-from tribrach.report.schema.transformation import TransformationDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import SceneDocument
 
@@ -27,15 +24,10 @@ def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
     found: dict[str, type[Document] | Form] = {
         "result": result_model(),
-        "baseline": BaselineDocument,
-        "diff": DiffDocument,
         "epoch": EpochDocument,
-        "epochs": EpochsDocument,
         "info": ScansDocument,
         "plan": PlanDocument,
-        "series": SeriesDocument,
         "scene": SceneDocument,
-        "transform": TransformationDocument,
         "workbench": WorkbenchDocument,
     }
     with described():

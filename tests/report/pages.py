@@ -23,13 +23,14 @@ from tribrach.comparison.results import M3C2Figures, SiteResult
 from tribrach.comparison.sites import Geometry
 from tribrach.epochs.comparison import compare
 from tribrach.epochs.differences import Epoch, difference
+from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.io.epoch_files import epoch_data
 from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.plan.steps import DesignResult
-from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings, series_of
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
@@ -45,11 +46,14 @@ from tribrach.questions.compare.chapters import ComparedClouds
 from tribrach.questions.compare.chapters import answer_of as comparison_answer
 from tribrach.questions.complete.chapters import answer_of as complete_answer
 from tribrach.questions.complete.completeness import assess_completeness
+from tribrach.questions.epochs.chapters import answer_of as epochs_answer
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
 from tribrach.questions.register.chapters import answer_of as register_answer
 from tribrach.questions.register.registration import RegisteredFiles
 from tribrach.questions.regress.chapters import answer_of as regression_answer
+from tribrach.questions.series.chapters import answer_of as series_answer
+from tribrach.questions.series.cycles import Cycle, PointAt, Series, SeriesSettings
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of
 from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
@@ -60,11 +64,10 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.chapters.comparisons import comparison_chapter
 from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.content import Report
-from tribrach.report.epochs import epochs_page, epochs_svg
+from tribrach.report.epochs import epochs_svg
 from tribrach.report.figures import Picture
 from tribrach.report.planning.page import gain_map, plan_page
 from tribrach.report.planning.report import plan_report
-from tribrach.report.series import series_page
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
 from tribrach.scan.noise_law import fit_noise
@@ -300,7 +303,7 @@ def _epochs(name: Naming) -> tuple[ComparedEpochs, ...]:
 
 
 def _epochs_page(name: Naming) -> str:
-    return epochs_page(_epochs(name))
+    return epochs_answer(_epochs(name)).page()
 
 
 def _series_page(name: Naming) -> str:
@@ -316,8 +319,9 @@ def _series_page(name: Naming) -> str:
         for k, at in enumerate(points)
     ]
     cycles.append(Cycle("x", 1.8e9, 1, name(5)))
-    found = Series(SeriesSettings(tuple(names)), zero, 2.0, tuple(cycles))
-    return series_page(found, series_of(found), name(6))
+    kept = epoch_data(zero, FlatSite(), "zero")
+    found = Series(SeriesSettings(tuple(names)), kept, 2.0, tuple(cycles))
+    return series_answer(found, name(6)).page()
 
 
 def _epochs_svg(name: Naming) -> str:
@@ -337,7 +341,7 @@ PAGES = {
     "planning.page.plan_page": _plan,
     "questions.register": _registration,
     "questions.noise": _noise,
-    "epochs.epochs_page": _epochs_page,
+    "questions.epochs": _epochs_page,
     "epochs.epochs_svg": _epochs_svg,
-    "series.series_page": _series_page,
+    "questions.series": _series_page,
 }

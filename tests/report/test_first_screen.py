@@ -24,20 +24,15 @@ from tribrach.epochs.differences import Epoch, difference
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.epoch_files import epoch_data
 from tribrach.job.epochs import ComparedEpochs
-<<<<<<< HEAD
-from tribrach.job.series import Cycle, PointAt, Series, SeriesSettings
 from tribrach.questions.check.chapters import answer_of
 from tribrach.questions.compare.motions import CloudMotions, MovedPart, Verdict
 from tribrach.questions.compare.moved import motions_front
-=======
-from tribrach.job.motions import CloudMotions, MovedPart, Verdict
-from tribrach.questions.check.chapters import answer_of
+from tribrach.questions.epochs.chapters import answer_of as epochs_answer
 from tribrach.questions.series.chapters import answer_of as series_answer
 from tribrach.questions.series.cycles import Cycle, PointAt, Series, SeriesSettings
->>>>>>> 5f9eef0 (series: make the result class the JSON, and deliver one Answer)
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.report.comparison import comparison_findings, offsets_finding
-from tribrach.report.epochs import direction_words, epochs_page
+from tribrach.report.epochs import direction_words
 from tribrach.report.findings import Finding
 from tribrach.report.names import numbered, some_of, told_apart
 from tribrach.report.page import FrontPage, page
@@ -144,7 +139,7 @@ def two_epochs(shift: float) -> str:
     )
     settings = Settings(references=("A", "B", "C", "D"))
     found = compare(difference(one, two, space="plan"), settings)
-    return epochs_page([ComparedEpochs(found, ())])
+    return epochs_answer([ComparedEpochs(found, ())]).page()
 
 
 def test_what_moved_stands_first() -> None:
@@ -309,7 +304,7 @@ def test_what_is_signed_has_its_datum(which: str) -> None:
 
 
 def test_a_test_that_passed_does_not_say_that_nothing_moved() -> None:
-    words = PAGES["epochs.epochs_page"](harmless)
+    words = PAGES["questions.epochs"](harmless)
     assert "no displacement shown" in words
     assert "not moved" not in words
 

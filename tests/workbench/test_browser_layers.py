@@ -27,8 +27,7 @@ from tests.workbench.browsing import (
 from tests.workbench.twins import COLOURS, KINDS, of_kind
 from tribrach import pipeline
 from tribrach.errors import InputError
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.epochs import EpochsDocument
+from tribrach.questions.epochs.chapters import FORM
 from tribrach.workbench.relative import relative
 from tribrach.workbench.result_folder import read_result
 from tribrach.workbench.service import Service
@@ -451,9 +450,8 @@ def epochs_file(path: Path) -> Path:
             "T2": point([6, -18, 2.4], [0.003, 0, 0], "cannot tell", False),
         },
     }  # fmt: skip
-    path.write_text(
-        document_text(EpochsDocument.model_validate(heading(1) | {"comparisons": [comparison]}))
-    )
+    found = FORM.read({"comparisons": [comparison]})
+    path.write_text(FORM.text(found))
     return path
 
 

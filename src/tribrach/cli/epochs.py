@@ -2,41 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
-from rich.console import Console
 
 from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
 from tribrach.errors import InputError, UnknownName
-from tribrach.io.outputs import write_texts
 from tribrach.job.epochs import EpochSettings
 from tribrach.pipeline import compare_epoch_files
-from tribrach.report.characters import visible
-from tribrach.report.epochs import (
-    epochs_findings,
-    epochs_page,
-    epochs_part,
-    epochs_svg,
-    epochs_tables,
-)
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.epochs import EpochsDocument
-from tribrach.shell.flow import Overwrite, Quiet, claim, guarded
-from tribrach.shell.printing import printed
+from tribrach.questions.epochs.chapters import answer_of
+from tribrach.report.answer import Answer
+from tribrach.report.epochs import epochs_svg
+from tribrach.shell.command import WRITTEN, command
 
 __all__ = ["epochs"]
 
-#: version of the layout of the JSON
-SCHEMA = 1
-#: terminals with as many columns show all columns of the tables
-_WIDE = 118
 #: motions by what they are called on the command line
 _MOTIONS = {"scale": ("scale",), "turn": (MOTIONS[5],), "shift": MOTIONS[:3], "tilt": MOTIONS[3:5]}
 
 
+def _every(texts: Sequence[str]) -> list[list[Path]]:
+    """Files of each epoch; a plus in the name of a file that is there joins nothing."""
+    return [
+        [Path(text)] if Path(text).is_file() else [Path(part) for part in text.split("+") if part]
+        for text in texts
+    ]
+
+
+@command()
 def epochs(
     files: Annotated[
         list[str],
@@ -45,6 +42,7 @@ def epochs(
             help="Epochs, the earliest first: projects, survey files, epoch files, results of "
             "Gama, SINEX, coordinates+matrix. Files of one epoch are joined by +.",
         ),
+        _every,
     ],
     reference: Annotated[
         list[str] | None,
@@ -89,63 +87,38 @@ def epochs(
     angle: Annotated[
         Literal["gon", "deg"], typer.Option(help="Unit of angles in reports.")
     ] = "gon",
-    json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
-    html_file: Annotated[Path | None, typer.Option("--html", help="Write a page.")] = None,
-    map_file: Annotated[
-        Path | None, typer.Option("--map", help="Write the map of the last epoch as SVG.")
+    map_svg: Annotated[
+        Path | None, typer.Option("--map", help="Write the map of the last epoch as SVG."), WRITTEN
     ] = None,
-    overwrite: Overwrite = False,
-    quiet: Quiet = False,
-) -> None:
+) -> Answer:
     """Say what has moved between epochs: which points, how far, how sure."""
-
-    def work() -> None:
-        every = [_files(text) for text in files]
-        outputs = (json_file, html_file, map_file)
-        claim([path for epoch in every for path in epoch], outputs, overwrite=overwrite)
-        up = systematic_mm if systematic_up_mm is None else systematic_up_mm
-        settings = EpochSettings(
-            Settings(
-                references=tuple(reference or ()),
-                confidence=confidence,
-                power=power,
-                posterior=posterior,
-                together=together,
-                most=most_moved,
-                systematic=(1e-3 * systematic_mm, 1e-3 * systematic_mm, 1e-3 * up),
-            ),
-            coordinates,
-            tuple(m for word in free or () for m in _motions(word)),
+    every: Any = files
+    up = systematic_mm if systematic_up_mm is None else systematic_up_mm
+    settings = EpochSettings(
+        Settings(
+            references=tuple(reference or ()),
+            confidence=confidence,
+            power=power,
+            posterior=posterior,
+            together=together,
+            most=most_moved,
+            systematic=(1e-3 * systematic_mm, 1e-3 * systematic_mm, 1e-3 * up),
+        ),
+        coordinates,
+        tuple(m for word in free or () for m in _motions(word)),
+    )
+    compared = compare_epoch_files(every, settings, datum=datum, previous=previous)
+    answer = answer_of(compared, angle)
+    if map_svg is None:
+        return answer
+    drawing = epochs_svg(compared[-1])
+    if drawing is None:
+        raise InputError(
+            "there is no map: the points have no coordinates in plan",
+            file=map_svg,
+            cure="leave --map out",
         )
-        compared = compare_epoch_files(every, settings, datum=datum, previous=previous)
-        texts = {}
-        if json_file is not None:
-            parts = [epochs_part(one, angle) for one in compared]
-            data = heading(SCHEMA) | {"comparisons": parts}
-            texts[json_file] = document_text(EpochsDocument.model_validate(data))
-        if html_file is not None:
-            texts[html_file] = epochs_page(compared, angle)
-        if map_file is not None:
-            drawing = epochs_svg(compared[-1])
-            if drawing is None:
-                raise InputError(
-                    "there is no map: the points have no coordinates in plan",
-                    file=map_file,
-                    cure="leave --map out",
-                )
-            texts[map_file] = drawing
-        write_texts(texts)
-        if quiet:
-            return
-        console = Console()
-        for one in compared:
-            for table in epochs_tables(one, angle):
-                fitting = table if console.width >= _WIDE else table.narrow()
-                console.print(printed(fitting, console.width))
-            for finding in epochs_findings(one, angle):
-                console.print(visible(finding.line()), markup=False)
-
-    guarded(work)
+    return replace(answer, files={map_svg: drawing})
 
 
 def _motions(word: str) -> tuple[str, ...]:
@@ -159,10 +132,3 @@ def _motions(word: str) -> tuple[str, ...]:
     if word not in _MOTIONS:
         raise UnknownName("motion", word, _MOTIONS)
     return _MOTIONS[word]
-
-
-def _files(text: str) -> list[Path]:
-    """Files of one epoch; a plus in the name of a file that is there joins nothing."""
-    if Path(text).is_file():
-        return [Path(text)]
-    return [Path(part) for part in text.split("+") if part]

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Matrix, Number, Result, Vector
 from tribrach.epochs.congruence import (
     Congruence,
     CongruenceTest,
@@ -80,45 +81,41 @@ class Settings:
 
 
 @dataclass(frozen=True, eq=False)
-class Displacement:
-    """What became of a point, in the datum of the points that stayed.
+class Displacement(
+    Result,
+    without=("name",),
+    keys={
+        "vector": "displacement",
+        "statistic": "test",
+        "least": "test_least",
+        "largest": "test_largest",
+        "answer": "verdict",
+        "easiest": "detectable_easiest",
+    },
+):
+    """What became of a point, in the datum of the stable points."""
 
-    Attributes
-    ----------
-    name
-        Of the point.
-    reference
-        True for a point that was taken as stable.
-    xyz : array (3,)
-        Where it is [m].
-    vector : array (d,)
-        Its displacement along the axes that are compared [m].
-    covariance : array (d, d)
-        Of the displacement, scaled as the tests are [m^2].
-    statistic, limit, significance
-        ``T = v^T C^-1 v``, its limit, and the probability of a larger one by chance.
-    least, largest
-        ``T`` over all systematic parts within their bounds.
-    answer
-        Moved, not moved, or cannot tell.
-    detectable, easiest
-        Displacement that is found with the stated power in the direction in which that is hardest,
-        and in the easiest [m].
-    """
-
-    name: str
+    #: was it taken as stable?
     reference: bool
-    xyz: Array
-    vector: Array
-    covariance: Array
-    statistic: float
+    #: E, N, U at the first epoch [m]
+    xyz: Vector
+    #: along the axes of the comparison [m]
+    vector: Vector
+    #: of the displacement, scaled as the tests are [m^2]
+    covariance: Matrix
+    #: ``T = v^T C^-1 v``, its limit, and the probability of a larger one by chance
+    statistic: Number
     limit: float
-    significance: float
-    least: float
-    largest: float
+    significance: Number
+    #: with the systematic part that explains most of it, and with the one that explains least
+    least: Number
+    largest: Number
     answer: Answer
-    detectable: float
-    easiest: float
+    #: displacement found with the stated power in the direction in which that is hardest, and in
+    #: the easiest [m]
+    detectable: Number
+    easiest: Number
+    name: str = ""
 
     @property
     def length(self) -> float:
@@ -127,22 +124,14 @@ class Displacement:
 
 
 @dataclass(frozen=True)
-class CommonMotion:
-    """A motion of the whole that was taken out although the networks do not leave it open.
-
-    Attributes
-    ----------
-    name
-        Of the motion.
-    value, sigma
-        In metres, radians or 1.
-    statistic, limit
-        Value over sigma, and its limit.
-    """
+class CommonMotion(Result, keys={"statistic": "test"}):
+    """A motion of the whole that was taken out although the networks do not leave it open."""
 
     name: str
+    #: in metres, radians or 1
     value: float
     sigma: float
+    #: value over sigma, and its limit
     statistic: float
     limit: float
 

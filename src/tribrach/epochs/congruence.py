@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import ncfdtrinc
 
 from tribrach._types import Array, Index
+from tribrach.answers import Result
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import chi2, f
 
@@ -76,20 +77,13 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class CongruenceTest:
-    """``d^T Q^+ d`` against its limit.
-
-    Attributes
-    ----------
-    statistic, dof, limit
-        ``T``, its degrees of freedom and its limit.
-    significance
-        Probability of a larger one if nothing moved.
-    """
+class CongruenceTest(Result, also=("passed",)):
+    """``T = d^T Q^+ d`` against its limit."""
 
     statistic: float
     dof: int
     limit: float
+    #: probability of a larger one if nothing moved
     significance: float
 
     @property

@@ -1,41 +1,42 @@
-"""Compared epochs in words, tables, a map and as JSON.
+"""Compared epochs: the result as it is written, in findings, a table and a map.
 
 Displacements are those of the second epoch against the first, in the datum of the stable points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
-from tribrach.epochs.comparison import Comparison, Displacement
+from tribrach.answers import Result
+from tribrach.epochs.comparison import CommonMotion, Comparison, Displacement
 from tribrach.epochs.congruence import CongruenceTest
 from tribrach.epochs.systematics import Answer
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
-from tribrach.network.quality import GlobalTest
+from tribrach.report.columns import column, component
 from tribrach.report.displacement_map import SAID, displacement_drawing
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
 from tribrach.report.names import some_of
-from tribrach.report.numbers import counted, fixed_cell, mm_cell, number
-from tribrach.report.page import FrontPage, page
-from tribrach.report.schema.epochs import EpochComparisonPart
+from tribrach.report.numbers import counted
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
+from tribrach.sentences import Sentence, capital
 from tribrach.units import format_angle, percent
 
 __all__ = [
+    "IN_LINE",
+    "EpochComparison",
     "direction_words",
     "epochs_findings",
-    "epochs_page",
-    "epochs_part",
     "epochs_pictures",
     "epochs_svg",
     "epochs_tables",
+    "listed",
     "moved_sentence",
 ]
 
@@ -44,8 +45,105 @@ Angle = Literal["gon", "deg"]
 #: points with a sentence of their own, of each verdict
 _NAMED = 12
 #: points that moved that a line of a front page names
-_IN_LINE = 4
-_MARKS = {"moved": "bad", "not moved": "", "cannot tell": ""}
+IN_LINE = 4
+#: names in a sentence
+_LISTED = 20
+
+
+@dataclass(frozen=True)
+class ReferenceSearch(Result):
+    """Which reference points moved."""
+
+    before: CongruenceTest
+    after: CongruenceTest
+    moved: tuple[str, ...]
+    #: groups that explain the differences nearly as well
+    partners: tuple[tuple[str, ...], ...]
+    resolved: bool
+    combinations: int
+    exhaustive: bool
+
+
+@dataclass(frozen=True)
+class OwnTest(Result):
+    """The global test of one epoch."""
+
+    vtpv: float
+    dof: int
+    lower: float
+    upper: float
+    passed: bool
+
+
+@dataclass(frozen=True)
+class EpochComparison(Result):
+    """Two epochs compared, as it is written."""
+
+    first: str
+    second: str
+    axes: tuple[Literal["E", "N", "U"], ...]
+    confidence: float
+    power: float
+    covariances: Literal["prior", "posterior"]
+    #: of both epochs together; 0 where it is not known
+    dof: int
+    #: what is taken out of the differences
+    motions: tuple[str, ...]
+    #: bounds of systematic parts in E, N, U [m]
+    systematic: tuple[float, ...]
+    #: points that carry the datum
+    stable: tuple[str, ...]
+    #: points that are held in both epochs
+    held: tuple[str, ...]
+    whole: CongruenceTest
+    references: ReferenceSearch | None
+    #: of the first and the second epoch; null where it is not known
+    own: tuple[OwnTest | None, ...]
+    #: ratio of the variance factors of both epochs
+    precision: CongruenceTest | None
+    #: motions of the whole that were taken out by choice
+    common: tuple[CommonMotion, ...]
+    points: dict[str, Displacement]
+    only_first: tuple[str, ...]
+    only_second: tuple[str, ...]
+    sentences: tuple[str, ...]
+
+    @classmethod
+    def of(cls, compared: ComparedEpochs, angle: Angle = "gon") -> EpochComparison:
+        """A comparison with what is said of it."""
+        c, d, s = compared.comparison, compared.comparison.difference, compared.comparison.search
+        moved = tuple(_moved_references(c))
+        return cls(
+            *d.labels,
+            tuple(_AXES[k] for k in d.axes),
+            c.settings.confidence,
+            c.settings.power,
+            "posterior" if c.limits.dof else "prior",
+            d.dof,
+            tuple(d.motions),
+            c.settings.systematic,
+            c.stable,
+            c.held,
+            c.whole,
+            None
+            if s is None
+            else ReferenceSearch(
+                s.before, s.after, moved, c.partners, s.resolved, s.tried, s.exhaustive
+            ),
+            tuple(
+                None if t.passed is None else OwnTest(t.vtpv, t.dof, t.lower, t.upper, t.passed)
+                for t in c.own
+            ),
+            c.precision,
+            c.common,
+            {p.name: p for p in c.displacements},
+            tuple(d.alone[0]),
+            tuple(d.alone[1]),
+            tuple(words(epochs_findings(compared, angle))),
+        )
+
+
+_AXES: tuple[Literal["E", "N", "U"], ...] = ("E", "N", "U")
 
 
 def direction_words(vector: Sequence[float], axes: Sequence[int], angle: Angle = "gon") -> str:
@@ -69,299 +167,260 @@ def epochs_findings(compared: ComparedEpochs, angle: Angle = "gon") -> list[Find
     """Whether the epochs hold, what moved, how sure that is, and what would have been seen."""
     c = compared.comparison
     out = [*_own(c), *_congruence(c), *_points(c, angle), *_common(c), *_remarks(c)]
-    return [*out, *(Finding(f"{s[:1].upper()}{s[1:]}.") for s in compared.sentences)]
+    return [*out, *(Finding.of("remark", "{s}.", s=capital(s)) for s in compared.sentences)]
 
 
-def _own(c: Comparison) -> list[Finding]:
+def _own(c: Comparison) -> Iterator[Finding]:
     """The global test of each epoch: every later test rests on its sigmas."""
-    out = []
+    # in a run its own control is let go, so that this is not the test of its first page
+    free = any(m.startswith(("shift", "rotation")) for m in c.difference.motions)
+    alone = "{label} by itself" + (", as a free network" if free else "")
+    doubt = "; look at this epoch first, the tests below rest on its sigmas"
     for label, test in zip(c.difference.labels, c.own, strict=True):
         if test.passed is None:
-            out.append(Finding(f"{label}: its own global test is not known."))
+            template = "{label}: its own global test is not known."
+            yield Finding.of("own_unknown", template, label=label)
             continue
         failed = not test.passed
-        # in a run its own control is let go, so that this is not the test of its first page
-        free = any(m.startswith(("shift", "rotation")) for m in c.difference.motions)
-        alone = f"{label} by itself{', as a free network' if free else ''}"
-        doubt = "; look at this epoch first, the tests below rest on its sigmas" if failed else ""
-        out.append(Finding(f"{alone}: {test.sentence()}{doubt}.", failed))
-    return out
+        template = f"{alone}: {{said}}{doubt if failed else ''}."
+        yield Finding.of("own", template, failed, label=label, said=test.sentence())
 
 
-def _test(test: CongruenceTest) -> str:
-    return f"test {test.statistic:.2f} with {test.dof} degrees of freedom, limit {test.limit:.2f}"
-
-
-def _listed(names: Sequence[str]) -> str:
-    """A, B and C; of many the first."""
-    if len(names) > 20:
-        return f"{', '.join(names[:20])} and {len(names) - 20} more"
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
-def _congruence(c: Comparison) -> list[Finding]:
-    """The test of the reference points, and which of them moved."""
-    one, two = c.difference.labels
-    if c.search is None:
-        how = "agree" if c.whole.passed else "differ"
-        fixed = f" against {_listed(c.held)}, held in both" if c.held else ""
-        out = [
-            Finding(
-                f"The points of {one} and {two} {how}{fixed}: {_test(c.whole)}.",
-                not c.whole.passed,
-            )
-        ]
-        if not c.held:
-            out.append(
-                Finding(
-                    "The reference points only just carry the datum: none of them is tested.", True
-                )
-            )
-        return out
-    names = [d.name for d in c.displacements if d.reference]
-    s = c.search
-    if s.before.passed:
-        return [Finding(f"The {len(names)} reference points are congruent: {_test(s.before)}.")]
-    if not s.resolved:
-        return [
-            Finding(
-                f"The {len(names)} reference points are not congruent ({_test(s.before)}), and no "
-                "group of fewer than half of them explains it: what is stable cannot be told, of "
-                "no point whether it moved, and the displacements hold in the datum of "
-                f"{_listed(c.stable)} only.",
-                True,
-            )
-        ]
-    moved = _moved_references(c)
-    found = (
-        f"they are: {_test(s.after)}"
-        if s.after.passed
-        else f"what is left is still beyond its limit ({_test(s.after)}), and no further point "
-        "explains it"
+def _test(test: CongruenceTest) -> Sentence:
+    return Sentence(
+        "test {t.statistic:2} with {t.dof} degrees of freedom, limit {t.limit:2}", t=test
     )
-    out = [
-        Finding(
-            f"The {len(names)} reference points are not congruent: {_test(s.before)}. Without "
-            f"{_listed(moved)} {found}.",
-            True,
+
+
+def listed(names: Sequence[str]) -> str:
+    """A, B and C; of many the first."""
+    if len(names) > _LISTED:
+        return f"{', '.join(names[:_LISTED])} and {len(names) - _LISTED} more"
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
+def _congruence(c: Comparison) -> Iterator[Finding]:
+    """The test of the reference points, and which of them moved."""
+    s = c.search
+    if s is None:
+        one, two = c.difference.labels
+        yield Finding.of(
+            "whole",
+            "The points of {one} and {two} {how}"
+            + " against {held}, held in both" * bool(c.held)
+            + ": {test}.",
+            not c.whole.passed,
+            one=one,
+            two=two,
+            how="agree" if c.whole.passed else "differ",
+            held=listed(c.held),
+            test=_test(c.whole),
         )
-    ]
-    out += [
-        Finding(
-            f"{_listed(group)} in place of {_listed(moved)} explains it nearly as well: which "
-            "moved cannot be told.",
+        if not c.held:
+            text = "The reference points only just carry the datum: none of them is tested."
+            yield Finding(text, True, "untested")
+        return
+    said: dict[str, Any] = {
+        "n": sum(d.reference for d in c.displacements),
+        "before": _test(s.before),
+        "after": _test(s.after),
+        "stable": listed(c.stable),
+        "moved": listed(_moved_references(c)),
+    }
+    if s.before.passed:
+        yield Finding.of("congruent", "The {n} reference points are congruent: {before}.", **said)
+        return
+    if not s.resolved:
+        yield Finding.of(
+            "unresolved",
+            "The {n} reference points are not congruent ({before}), and no group of fewer than "
+            "half of them explains it: what is stable cannot be told, of no point whether it "
+            "moved, and the displacements hold in the datum of {stable} only.",
             True,
+            **said,
         )
-        for group in c.partners[:_NAMED]
-    ]
+        return
+    found = "they are: {after}"
+    if not s.after.passed:
+        found = "what is left is still beyond its limit ({after}), and no further point explains it"
+    template = (
+        f"The {{n}} reference points are not congruent: {{before}}. Without {{moved}} {found}."
+    )
+    yield Finding.of("not_congruent", template, True, **said)
+    for group in c.partners[:_NAMED]:
+        yield Finding.of(
+            "partners",
+            "{group} in place of {moved} explains it nearly as well: which moved cannot be told.",
+            True,
+            group=listed(group),
+            **said,
+        )
     if not s.exhaustive:
-        out.append(
-            Finding(
-                "There are too many combinations to look at all: the best were sought stepwise."
-            )
+        yield Finding(
+            "There are too many combinations to look at all: the best were sought stepwise.",
+            key="stepwise",
         )
-    return out
 
 
 def _moved_references(c: Comparison) -> list[str]:
     return [d.name for d in c.displacements if d.reference and d.name not in c.stable]
 
 
-def _points(c: Comparison, angle: Angle) -> list[Finding]:
+def _points(c: Comparison, angle: Angle) -> Iterator[Finding]:
     """One sentence for each point: it moved, it cannot be told, or what would have been seen."""
-    axes = c.difference.axes
-    out = []
-    moved = [d for d in c.displacements if d.answer == "moved"]
-    doubtful = {
-        name for name in _moved_references(c) if any(name not in group for group in c.partners)
-    }
-    for d in sorted(moved, key=lambda d: -d.statistic)[:_NAMED]:
-        # the partners are named before
-        instead = ", if it is not a partner of it that moved" if d.name in doubtful else ""
-        out.append(
-            Finding(
-                f"{d.name} moved {direction_words(d.vector.tolist(), axes, angle)} "
-                f"(test {d.statistic:.1f}, limit {d.limit:.1f}){instead}.",
-                True,
-            )
-        )
-    if len(moved) > _NAMED:
-        out.append(Finding(f"{len(moved) - _NAMED} more points moved: see the table.", True))
+    moved = sorted((d for d in c.displacements if d.answer == "moved"), key=lambda d: -d.statistic)
     untold = [d for d in c.displacements if d.answer == "cannot tell" and np.isfinite(d.statistic)]
-    for d in untold[:_NAMED]:
-        out.append(Finding(_untold(c, d, angle), True))
+    references = _moved_references(c)
+    open_ = c.search is not None and not c.search.resolved
+    for d in [*moved[:_NAMED], *untold[:_NAMED]]:
+        how = direction_words(d.vector.tolist(), c.difference.axes, angle)
+        if d.answer == "moved":
+            # the partners are named before
+            doubtful = d.name in references and any(d.name not in group for group in c.partners)
+            instead = ", if it is not a partner of it that moved" if doubtful else ""
+            template = (
+                f"{{d.name}} moved {{how}} (test {{d.statistic:1}}, limit {{d.limit:1}}){instead}."
+            )
+        else:
+            reason = "test {d.statistic:1}, limit {d.limit:1}"
+            if open_:
+                reason = "no datum is known to be stable"
+            elif d.least < d.limit < d.largest:
+                reason = (
+                    "what may be systematic leaves a test between {d.least:1} and {d.largest:1}, "
+                    "limit {d.limit:1}"
+                )
+            template = f"{{d.name}}: whether it moved cannot be told ({{how}}; {reason})."
+        yield Finding.of(d.answer.replace(" ", "_"), template, True, d=d, how=how)
+        if len(moved) > _NAMED and d is moved[_NAMED - 1]:
+            text = f"{len(moved) - _NAMED} more points moved: see the table."
+            yield Finding(text, True, "more_moved")
     if len(untold) > _NAMED:
-        out.append(Finding(f"{len(untold) - _NAMED} more points cannot be told: see the table."))
-    return [*out, *_still(c), *_each(c)]
-
-
-def _untold(c: Comparison, d: Displacement, angle: Angle) -> str:
-    """Why it cannot be told whether a point moved."""
-    words = direction_words(d.vector.tolist(), c.difference.axes, angle)
-    if c.search is not None and not c.search.resolved:
-        reason = "no datum is known to be stable"
-    elif d.least < d.limit < d.largest:
-        reason = (
-            f"what may be systematic leaves a test between {d.least:.1f} and {d.largest:.1f}, "
-            f"limit {d.limit:.1f}"
+        text = f"{len(untold) - _NAMED} more points cannot be told: see the table."
+        yield Finding(text, key="more_untold")
+    yield from _still(c)
+    alpha = 1 - c.settings.confidence
+    single = [d for d in c.displacements if c.search is None or not d.reference]
+    if not c.settings.together and len(single) > 1:
+        yield Finding.of(
+            "each",
+            "Each {which} has its own test at {alpha}: of {n} that did not move, {expected:1} "
+            "exceed the limit on average.",
+            which="point" if len(single) == len(c.displacements) else "object point",
+            alpha=percent(alpha),
+            n=len(single),
+            expected=alpha * len(single),
         )
-    else:
-        reason = f"test {d.statistic:.1f}, limit {d.limit:.1f}"
-    return f"{d.name}: whether it moved cannot be told ({words}; {reason})."
 
 
-def _still(c: Comparison) -> list[Finding]:
+def _still(c: Comparison) -> Iterator[Finding]:
     """Points whose test passed, and what it would have seen."""
     every = [d for d in c.displacements if d.answer == "not moved"]
     still = sorted(every, key=lambda d: not d.reference)
-    others = _moved_references(c)
-    left = f"the reference points without {_listed(others)}" if others else "all reference points"
-    together = f"the test of {left}"
     power = f"{100 * c.settings.power:g} %"
     if len(still) > _NAMED:
         sizes = np.array([d.detectable for d in still])
-        return [
-            Finding(
-                f"{len(still)} points show no displacement: {1e3 * sizes.min():.1f} to "
-                f"{1e3 * sizes.max():.1f} mm would have been needed to see one with {power}."
-            )
-        ]
-    return [
-        Finding(
-            f"{d.name} shows no displacement"
-            + (
-                f" in {together}"
-                if d.reference and c.search is not None
-                else f" (test {d.statistic:.1f}, limit {d.limit:.1f})"
-            )
-            + f": {_needed(d)} would have been needed to see one with {power}."
+        yield Finding.of(
+            "still",
+            "{n} points show no displacement: {low:mm1~} to {high:mm1} would have been needed to "
+            "see one with {power}.",
+            n=len(still),
+            low=sizes.min(),
+            high=sizes.max(),
+            power=power,
         )
-        for d in still
-    ]
-
-
-def _each(c: Comparison) -> list[Finding]:
-    """How many of the single tests fail by chance."""
-    alpha = 1 - c.settings.confidence
-    single = [d for d in c.displacements if c.search is None or not d.reference]
-    if c.settings.together or len(single) < 2:
-        return []
-    which = "point" if len(single) == len(c.displacements) else "object point"
-    return [
-        Finding(
-            f"Each {which} has its own test at {percent(alpha)}: of {len(single)} that "
-            f"did not move, {alpha * len(single):.1f} exceed the limit on average."
+        return
+    others = _moved_references(c)
+    left = f"the reference points without {listed(others)}" if others else "all reference points"
+    for d in still:
+        together = d.reference and c.search is not None
+        test = f"in the test of {left}" if together else "(test {d.statistic:1}, limit {d.limit:1})"
+        yield Finding.of(
+            "not_moved",
+            f"{{d.name}} shows no displacement {test}: {_needed(d)} would have been needed to see "
+            f"one with {power}.",
+            d=d,
         )
-    ]
 
 
 def _needed(d: Displacement) -> str:
+    """The template of what would have been seen."""
     if not np.isfinite(d.detectable):
         return "more than this network can tell"
-    low, high = f"{1e3 * d.easiest:.1f}", f"{1e3 * d.detectable:.1f}"
-    return f"{high} mm" if low == high else f"{low} to {high} mm, by its direction,"
+    if f"{1e3 * d.easiest:.1f}" == f"{1e3 * d.detectable:.1f}":
+        return "{d.detectable:mm1}"
+    return "{d.easiest:mm1~} to {d.detectable:mm1}, by its direction,"
 
 
-def _common(c: Comparison) -> list[Finding]:
-    out = []
+def _common(c: Comparison) -> Iterator[Finding]:
+    """Motions that were taken out by choice."""
     for m in c.common:
-        unit, factor = {"scale": ("ppm", 1e6)}.get(
-            m.name, ("mm", 1e3) if m.name.startswith("shift") else ("mgon", 2e5 / np.pi)
+        unit = "mm2" if m.name.startswith("shift") else "ppm2" if m.name == "scale" else "mgon2"
+        yield Finding.of(
+            "common",
+            f"Common {{m.name}} {{m.value:{unit}}}, sigma {{m.sigma:{unit}}} (test {{test:1}}, "
+            "limit {m.limit:1}): {real}; it is taken out.",
+            m=m,
+            test=abs(m.statistic),
+            real="significant" if abs(m.statistic) > m.limit else "not significant",
         )
-        real = "significant" if abs(m.statistic) > m.limit else "not significant"
-        out.append(
-            Finding(
-                f"Common {m.name} {factor * m.value:.2f} {unit}, sigma {factor * m.sigma:.2f} "
-                f"{unit} (test {abs(m.statistic):.1f}, limit {m.limit:.1f}): {real}; it is taken "
-                "out."
-            )
-        )
-    return out
 
 
-def _remarks(c: Comparison) -> list[Finding]:
+def _remarks(c: Comparison) -> Iterator[Finding]:
     """Datum, scale of the sigmas, precision of both epochs, points without a partner."""
     d = c.difference
-    taken = f" Taken out of the whole: {_listed(d.motions)}." if d.motions else ""
-    out = [Finding(f"Datum: {_listed(c.stable)}.{taken}")]
-    scaled = (
-        f"a posteriori, variance factor {c.limits.factor:.3f} with {c.limits.dof} degrees of "
-        "freedom"
-        if c.limits.dof
-        else "a priori"
-    )
-    out.append(Finding(f"Standard deviations and tests are {scaled}."))
+    taken = f" Taken out of the whole: {listed(d.motions)}." if d.motions else ""
+    yield Finding(f"Datum: {listed(c.stable)}.{taken}", key="datum")
+    scaled = "a priori"
+    if c.limits.dof:
+        scaled = "a posteriori, variance factor {l.factor:3} with {l.dof} degrees of freedom"
+    yield Finding.of("scaled", f"Standard deviations and tests are {scaled}.", l=c.limits)
     if c.precision is not None and not c.precision.passed:
-        out.append(
-            Finding(
-                f"The epochs are not equally precise: ratio of the variance factors "
-                f"{c.precision.statistic:.2f}, limit {c.precision.limit:.2f}. Check the weights, "
-                "or look for blunders in the worse one.",
-                True,
-            )
+        yield Finding.of(
+            "precision",
+            "The epochs are not equally precise: ratio of the variance factors {t.statistic:2}, "
+            "limit {t.limit:2}. Check the weights, or look for blunders in the worse one.",
+            True,
+            t=c.precision,
         )
     for label, names in zip(d.labels, d.alone, strict=True):
         if names:
-            out.append(Finding(f"Only in {label}: {_listed(names)}."))
-    return out
+            yield Finding(f"Only in {label}: {listed(names)}.", key="only_in")
 
 
 def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[ReportTable]:
     """One row for each point."""
-    c = compared.comparison
-    axes = c.difference.axes
-    factor = _factor(c)
+    c, factor = compared.comparison, _factor(compared.comparison)
+    axes, level = c.difference.axes, f"{100 * c.settings.confidence:g} %"
 
-    def component(axis: int) -> Any:
-        place = axes.index(axis)
-        head = ColumnHead(f"Δ{'ENU'[axis]}", "mm")
-        return head, lambda d: mm_cell(number(d.vector[place]))
+    def azimuth(d: Displacement) -> str:
+        return format_angle(float(np.arctan2(d.vector[0], d.vector[1]) % (2 * np.pi)), angle, 0)
 
-    def sigma(axis: int) -> Any:
-        place = axes.index(axis)
-        head = ColumnHead(f"σ {'ENU'[axis]}", "mm", wide=True)
-        return head, lambda d: mm_cell(number(np.sqrt(max(d.covariance[place, place], 0.0))))
+    def sigma(k: int) -> Callable[[Displacement], float]:
+        return lambda d: float(np.sqrt(max(d.covariance[k, k], 0.0)))
 
-    columns: list[Any] = [
-        (ColumnHead("Point", numeric=False), lambda d: text_cell(d.name)),
-        (
-            ColumnHead("use", numeric=False),
-            lambda d: text_cell("reference" if d.reference else "object"),
-        ),
-        *(component(a) for a in axes),
-        *(sigma(a) for a in axes),
+    columns = [
+        column("Point", "name"),
+        column("use", lambda d: "reference" if d.reference else "object"),
+        *(column(f"Δ{_AXES[a]}", component("vector", k), "mm2") for k, a in enumerate(axes)),
+        *(column(f"σ {_AXES[a]}", sigma(k), "mm2", wide=True) for k, a in enumerate(axes)),
     ]
     if 0 in axes and 1 in axes:
-        level = f"{100 * c.settings.confidence:g} %"
         columns += [
             (
                 ColumnHead("azimuth", "gon" if angle == "gon" else "°"),
-                lambda d: text_cell(
-                    format_angle(
-                        float(np.arctan2(d.vector[0], d.vector[1]) % (2 * np.pi)), angle, 0
-                    )
-                ),
+                lambda d: text_cell(azimuth(d)),
             ),
-            (ColumnHead(f"a {level}", "mm", wide=True), lambda d: mm_cell(_axes(d, factor)[0])),
-            (ColumnHead(f"b {level}", "mm", wide=True), lambda d: mm_cell(_axes(d, factor)[1])),
+            column(f"a {level}", lambda d: _axes(d, factor)[0], "mm2", wide=True),
+            column(f"b {level}", lambda d: _axes(d, factor)[1], "mm2", wide=True),
         ]
-    bounded = any(c.settings.systematic)
+    bounded = ("least", "largest") if any(c.settings.systematic) else ()
     columns += [
-        (ColumnHead("test"), lambda d: fixed_cell(number(d.statistic), 2)),
-        *(
-            [
-                (ColumnHead("least"), lambda d: fixed_cell(number(d.least), 2)),
-                (ColumnHead("largest"), lambda d: fixed_cell(number(d.largest), 2)),
-            ]
-            if bounded
-            else []
-        ),
-        (ColumnHead("limit"), lambda d: fixed_cell(d.limit, 2)),
-        (
-            ColumnHead("verdict", numeric=False),
-            lambda d: text_cell(SAID[d.answer], _MARKS[d.answer]),
-        ),
-        (ColumnHead("detectable", "mm"), lambda d: mm_cell(number(d.detectable))),
+        column("test", "statistic", "2"),
+        *(column(name, name, "2") for name in bounded),
+        column("limit", "limit", "2"),
+        column("verdict", lambda d: SAID[d.answer], mark=lambda d: "bad" * (d.answer == "moved")),
+        column("detectable", "detectable", "mm2"),
     ]
     one, two = c.difference.labels
     note = (
@@ -414,63 +473,6 @@ def epochs_svg(compared: ComparedEpochs) -> str | None:
     return render_page("displacements.svg.j2", drawing=drawing)
 
 
-def epochs_page(compared: Sequence[ComparedEpochs], angle: Angle = "gon") -> str:
-    """All comparisons on one page."""
-    findings, pictures, tables = [], [], []
-    for k, one in enumerate(compared):
-        labels = one.comparison.difference.labels
-        head = f"{labels[0]} to {labels[1]}: " if len(compared) > 1 else ""
-        findings += [
-            replace(f, words=f"{head}{f.words}") if head else f for f in epochs_findings(one, angle)
-        ]
-        pictures += [
-            replace(p, name=f"{p.name}-{k}", title=f"{head}{p.title}") for p in epochs_pictures(one)
-        ]
-        tables += [replace(t, name=f"{t.name}-{k}") for t in epochs_tables(one, angle)]
-    every = [one.comparison.difference.labels for one in compared]
-    title = f"{every[0][0]} to {_listed([two for _, two in every])}"
-    front = _front([one.comparison for one in compared])
-    return page("Comparison of epochs", title, front, findings, pictures, tables)
-
-
-def _front(comparisons: Sequence[Comparison]) -> FrontPage:
-    """What moved in any of the comparisons, and what one signs."""
-    moved = list(dict.fromkeys(name for c in comparisons for name in c.moved))
-    open_ = [c for c in comparisons if c.search is not None and not c.search.resolved]
-    failed = [
-        label
-        for c in comparisons
-        for label, test in zip(c.difference.labels, c.own, strict=True)
-        if test.passed is False
-    ]
-    sort: Literal["good", "look", "bad", "none"] = "none"
-    untold = any(d.answer == "cannot tell" for c in comparisons for d in c.displacements)
-    if len(open_) == len(comparisons):
-        sort, verdict = "bad", "What moved cannot be told"
-    elif moved:
-        verdict = f"{some_of(moved, _IN_LINE)} moved"
-    elif untold:
-        verdict = "No displacement is sure"
-    else:
-        sort, verdict = "good", "No displacement found"
-    if failed:
-        sort = "bad"
-        verdict += f"; {_listed(list(dict.fromkeys(failed)))} by itself fails its global test"
-    stable = comparisons[0].stable
-    signed = (
-        f"Displacements with their tests and with what would have been seen, in the datum of "
-        f"{_listed(stable)}."
-        if len(comparisons) == 1
-        else "Displacements with their tests and with what would have been seen, each in its datum."
-    )
-    if len(comparisons) == 1:
-        # those that moved are in the verdict
-        sentence = moved_sentence(comparisons[0], but_those_that_moved=bool(moved))
-    else:
-        sentence = " ".join(map(moved_sentence, comparisons))
-    return FrontPage(sort, verdict, sentence, signed=signed)
-
-
 def moved_sentence(comparison: Comparison, *, but_those_that_moved: bool = False) -> str:
     """What the tests say of the points since an earlier epoch."""
     names: dict[Answer, list[str]] = {"moved": [], "not moved": [], "cannot tell": []}
@@ -478,7 +480,7 @@ def moved_sentence(comparison: Comparison, *, but_those_that_moved: bool = False
         names[one.answer].append(one.name)
     parts = []
     if names["moved"] and not but_those_that_moved:
-        parts.append(f"{some_of(names['moved'], _IN_LINE)} moved")
+        parts.append(f"{some_of(names['moved'], IN_LINE)} moved")
     if names["not moved"]:
         still = counted(len(names["not moved"]), "point")
         verb = "shows" if len(names["not moved"]) == 1 else "show"
@@ -487,92 +489,3 @@ def moved_sentence(comparison: Comparison, *, but_those_that_moved: bool = False
         parts.append(f"of {counted(len(names['cannot tell']), 'point')} it cannot be told")
     said = ", ".join(parts) or "no other points are compared"
     return f"Since {comparison.difference.labels[0]}: {said}."
-
-
-def epochs_part(compared: ComparedEpochs, angle: Angle = "gon") -> EpochComparisonPart:
-    """A comparison as JSON: metres, square metres, radians."""
-    c, d = compared.comparison, compared.comparison.difference
-    search = None
-    if c.search is not None:
-        s = c.search
-        search = {
-            "before": _test_part(s.before),
-            "after": _test_part(s.after),
-            "moved": [p.name for p in c.displacements if p.reference and p.name not in c.stable],
-            "partners": [list(group) for group in c.partners],
-            "resolved": s.resolved,
-            "combinations": s.tried,
-            "exhaustive": s.exhaustive,
-        }
-    return EpochComparisonPart.model_validate(
-        {
-            "first": d.labels[0],
-            "second": d.labels[1],
-            "axes": ["ENU"[k] for k in d.axes],
-            "confidence": c.settings.confidence,
-            "power": c.settings.power,
-            "covariances": "posterior" if c.limits.dof else "prior",
-            "dof": d.dof,
-            "motions": list(d.motions),
-            "systematic": list(c.settings.systematic),
-            "stable": list(c.stable),
-            "held": list(c.held),
-            "whole": _test_part(c.whole),
-            "references": search,
-            "own": [_own_part(test) for test in c.own],
-            "precision": None if c.precision is None else _test_part(c.precision),
-            "common": [
-                {
-                    "name": m.name,
-                    "value": m.value,
-                    "sigma": m.sigma,
-                    "test": m.statistic,
-                    "limit": m.limit,
-                }
-                for m in c.common
-            ],
-            "points": {p.name: _point_part(p) for p in c.displacements},
-            "only_first": list(d.alone[0]),
-            "only_second": list(d.alone[1]),
-            "sentences": words(epochs_findings(compared, angle)),
-        }
-    )
-
-
-def _own_part(test: GlobalTest) -> dict[str, Any] | None:
-    if test.passed is None:
-        return None
-    return {
-        "vtpv": test.vtpv,
-        "dof": test.dof,
-        "lower": test.lower,
-        "upper": test.upper,
-        "passed": test.passed,
-    }
-
-
-def _test_part(test: CongruenceTest) -> dict[str, Any]:
-    return {
-        "statistic": test.statistic,
-        "dof": test.dof,
-        "limit": test.limit,
-        "significance": test.significance,
-        "passed": test.passed,
-    }
-
-
-def _point_part(p: Displacement) -> dict[str, Any]:
-    return {
-        "reference": p.reference,
-        "xyz": p.xyz.tolist(),
-        "displacement": p.vector.tolist(),
-        "covariance": p.covariance.tolist(),
-        "test": p.statistic,
-        "limit": p.limit,
-        "significance": p.significance,
-        "test_least": p.least,
-        "test_largest": p.largest,
-        "verdict": p.answer,
-        "detectable": p.detectable,
-        "detectable_easiest": p.easiest,
-    }

@@ -11,7 +11,9 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.json_file import read_json
-from tribrach.report.schema.epochs import EpochComparisonPart, EpochsDocument
+from tribrach.questions.epochs.chapters import FORM, EpochComparisons
+from tribrach.report.epochs import EpochComparison
+from tribrach.report.numbers import number
 from tribrach.workbench.frame import SceneFrame
 
 __all__ = ["read_epochs", "scene_epochs"]
@@ -21,7 +23,7 @@ _TOGETHER = 1.0
 _AXES = "ENU"
 
 
-def read_epochs(path: Path) -> list[EpochComparisonPart]:
+def read_epochs(path: Path) -> tuple[EpochComparison, ...]:
     """Read comparisons of epochs.
 
     Parameters
@@ -31,7 +33,7 @@ def read_epochs(path: Path) -> list[EpochComparisonPart]:
 
     Returns
     -------
-    list of EpochComparisonPart
+    tuple of EpochComparison
         In the order of the file.
 
     Raises
@@ -40,23 +42,24 @@ def read_epochs(path: Path) -> list[EpochComparisonPart]:
         No such file, or one of something else.
     """
     try:
-        return EpochsDocument.model_validate(read_json(path)).comparisons
-    except ValueError as error:
+        found: EpochComparisons = FORM.read(read_json(path))
+    except (ValueError, AttributeError) as error:
         raise InputError(
             "this is no comparison of epochs",
             file=path,
             cure="give what tribrach epochs wrote with --json",
         ) from error
+    return found.comparisons
 
 
 def scene_epochs(
-    compared: Sequence[EpochComparisonPart], frame: SceneFrame, points: Mapping[str, Sequence[Any]]
+    compared: Sequence[EpochComparison], frame: SceneFrame, points: Mapping[str, Sequence[Any]]
 ) -> list[dict[str, Any]]:
     """Bring displacements into the frame of the clouds.
 
     Parameters
     ----------
-    compared : sequence of EpochComparisonPart
+    compared : sequence of EpochComparison
         As they were read.
     frame : SceneFrame
         The frame of the clouds.
@@ -77,23 +80,23 @@ def scene_epochs(
 
 
 def _scene(
-    one: EpochComparisonPart, frame: SceneFrame, points: Mapping[str, Sequence[Any]]
+    one: EpochComparison, frame: SceneFrame, points: Mapping[str, Sequence[Any]]
 ) -> dict[str, Any]:
     """One comparison in columns."""
     at = [_AXES.index(axis) for axis in one.axes]
-    known = {name: p for name, p in one.points.items() if None not in p.xyz}
+    known = {name: p for name, p in one.points.items() if np.isfinite(p.xyz).all()}
     rows = []
     for name, point in known.items():
         moved, covariance = np.zeros(3), np.zeros((3, 3))
-        moved[at] = point.displacement
-        covariance[np.ix_(at, at)] = np.array(point.covariance, dtype=float)
+        moved[at] = point.vector
+        covariance[np.ix_(at, at)] = point.covariance
         rows.append(
-            {"name": name, "xyz": point.xyz, "moved": moved.tolist(),
+            {"name": name, "xyz": point.xyz.tolist(), "moved": moved.tolist(),
              "covariance": covariance.tolist()}
         )  # fmt: skip
     there = frame.of_adjusted({"points": rows, "stations": []})["points"]
     _refuse_elsewhere(one, there, points)
-    same = ("test", "limit", "verdict", "reference", "detectable")
+    figures = {"test": "statistic", "limit": "limit", "detectable": "detectable"}
     return {
         "first": one.first,
         "second": one.second,
@@ -101,13 +104,17 @@ def _scene(
         "axes": list(one.axes),
         "name": list(known),
         **{key: [row[key] for row in there] for key in ("xyz", "moved", "covariance")},
-        **{key: [getattr(p, key) for p in known.values()] for key in same},
-        "sentences": one.sentences,
+        **{
+            key: [number(getattr(p, name)) for p in known.values()] for key, name in figures.items()
+        },
+        "verdict": [p.answer for p in known.values()],
+        "reference": [p.reference for p in known.values()],
+        "sentences": list(one.sentences),
     }
 
 
 def _refuse_elsewhere(
-    one: EpochComparisonPart, rows: Sequence[Mapping[str, Any]], points: Mapping[str, Sequence[Any]]
+    one: EpochComparison, rows: Sequence[Mapping[str, Any]], points: Mapping[str, Sequence[Any]]
 ) -> None:
     """Refuse displacements whose points lie elsewhere than those of the scene.
 

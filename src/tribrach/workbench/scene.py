@@ -17,9 +17,9 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.observations.registry import kind_named
 from tribrach.report.chapters.observations import value_words
+from tribrach.report.epochs import EpochComparison
 from tribrach.report.numbers import Style
 from tribrach.report.schema.base import heading
-from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.statistics import chi2
 from tribrach.units import format_angle
 from tribrach.workbench.epochs import scene_epochs
@@ -40,7 +40,7 @@ def scene_of(
     clouds: Sequence[Mapping[str, Any]] = (),
     *,
     session: bool = False,
-    epochs: Sequence[EpochComparisonPart] = (),
+    epochs: Sequence[EpochComparison] = (),
 ) -> SceneDocument:
     """Make the scene of a result.
 
@@ -54,7 +54,7 @@ def scene_of(
         Clouds with their attributes, see :func:`tribrach.workbench.clouds.cloud_parts`.
     session : bool
         Whether observations can be switched off here.
-    epochs : sequence of EpochComparisonPart
+    epochs : sequence of EpochComparison
         Displacements that are drawn too.
 
     Returns

@@ -9,9 +9,13 @@ from typing import TYPE_CHECKING
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import anchor
 from tribrach.report.content import Head
-from tribrach.report.epochs import epochs_findings, epochs_part, epochs_pictures, epochs_tables
+from tribrach.report.epochs import (
+    EpochComparison,
+    epochs_findings,
+    epochs_pictures,
+    epochs_tables,
+)
 from tribrach.report.findings import words
-from tribrach.report.schema.epochs import EpochComparisonPart
 from tribrach.report.subject import Subject
 
 if TYPE_CHECKING:
@@ -38,9 +42,9 @@ def _chapter(one: ComparedEpochs, number: int, head: Head) -> Chapter:
         tuple(words(epochs_findings(one, angle))),
         tuple(replace(p, name=f"{p.name}-{slug}") for p in epochs_pictures(one)),
         tuple(replace(t, name=f"{t.name}-{slug}") for t in epochs_tables(one, angle)),
-        epochs_part(one, angle),
+        EpochComparison.of(one, angle),
         key=_KEY,
     )
 
 
-SUBJECT = Subject(_KEY, _chapters, list[EpochComparisonPart], several=True)
+SUBJECT = Subject(_KEY, _chapters, list[EpochComparison], several=True)

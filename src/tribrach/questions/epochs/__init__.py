@@ -1,0 +1,1 @@
+"""Has anything moved between two adjusted epochs or more?"""
