@@ -13,7 +13,6 @@ from tribrach.job.find_targets import Findings
 from tribrach.job.grouping import file_name
 from tribrach.job.state import FOUND
 from tribrach.report.answer import Answer
-from tribrach.report.page import FrontPage
 from tribrach.report.panoramas import panorama_file
 from tribrach.sentences import written
 from tribrach.targets.detection import Detection
@@ -52,9 +51,8 @@ def answer_of(findings: Sequence[Findings]) -> Answer:
     rejected = tuple(Candidate(f.scan, **vars(r)) for f in findings for r in f.rejected)
     scans = ", ".join(f.scan for f in findings)
     lines = [line for finding in findings for line in _lines(finding)]
-    front = FrontPage("none", f"{len(found)} targets", f"{len(rejected)} candidates rejected.")
     result = FoundTargets(found, rejected)
-    return Answer("Targets in scans", scans, front, result, FORM, terminal=lines)
+    return Answer("Targets in scans", scans, None, result, FORM, terminal=lines)
 
 
 def _lines(finding: Findings) -> list[str]:
