@@ -536,6 +536,8 @@ class Form:
         Class of the result.
     schema
         Version of the layout; it changes when a key or a meaning does.
+    quick
+        True for a result of plain columns, which is written without making its schema.
     **words
         Types of keys that are no figures of the result, such as sentences, by key.
     """
@@ -543,7 +545,10 @@ class Form:
     #: all that were made, by name
     every: ClassVar[dict[str, Form]] = {}
 
-    def __init__(self, name: str, result: type, schema: int, **words: Any) -> None:
+    def __init__(
+        self, name: str, result: type, schema: int, *, quick: bool = False, **words: Any
+    ) -> None:
+        self.quick = quick
         self.name, self.result, self.schema, self.words = name, result, schema, words
         self.every[name] = self
 
@@ -557,7 +562,9 @@ class Form:
     def data(self, result: Any, **words: Any) -> dict[str, Any]:
         """The document as Python has JSON."""
         head = {"tribrach": version("tribrach"), "schema": self.schema}
-        own: dict[str, Any] = plain(result)
+        own: dict[str, Any] = (
+            plain(result) if self.quick else self.adapter.dump_python(result, mode="json")
+        )
         return head | own | words
 
     def text(self, result: Any, **words: Any) -> str:

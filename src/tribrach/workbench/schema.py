@@ -243,4 +243,4 @@ class SceneDocument(Result, maybe=("joint",)):
     sigmas_of: str
 
 
-FORM = Form("scene", SceneDocument, 1)
+FORM = Form("scene", SceneDocument, 1, quick=True)

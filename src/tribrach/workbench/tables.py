@@ -23,6 +23,12 @@ TABLES: dict[str, tuple[str, ...]] = {
     "rejected": ("picture",),
     "planes": (),
 }
+#: columns of observations in the order in which scripts read them
+_ORDER = (
+    "id", "kind", "title", "component", "from", "to", "unit", "value", "sigma", "residual",
+    "redundancy", "w", "tau", "mdb", "external", "external_at", "suspicious", "group", "state",
+    "source", "reason",
+)  # fmt: skip
 _AXES = ("x", "y", "z")
 #: names of the numbers of columns that have several in a row
 _PARTS = {3: _AXES, 6: ("tx", "ty", "tz", "rx", "ry", "rz"), 4: ("0", "1", "2", "3")}
@@ -45,6 +51,8 @@ def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
     """
     left_out = TABLES[name]
     columns: dict[str, list[Any]] = items_of(getattr(scene, name))
+    if name == "observations":
+        columns = {key: columns[key] for key in (*_ORDER, *columns)}
     return {key: values for key, values in columns.items() if key not in left_out}
 
 
