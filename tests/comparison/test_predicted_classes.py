@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.comparison.test_predicted import prediction
-from tribrach.comparison.compared import Comparison
+from tribrach.comparison.compared import CloudComparison
 from tribrach.comparison.predicted_classes import predicted_classes
 from tribrach.comparison.results import SiteResult
 from tribrach.comparison.sites import Geometry
@@ -68,8 +68,8 @@ def test_a_wrong_model_falls_in_its_own_classes() -> None:
     ]  # fmt: skip
 
 
-def whole(some: Sequence[SiteResult]) -> Comparison:
-    return Comparison("A", "B", 0.2, tuple(some))
+def whole(some: Sequence[SiteResult]) -> CloudComparison:
+    return CloudComparison("A", "B", 0.2, tuple(some))
 
 
 def test_the_table_says_it_and_is_left_out_without_predictions() -> None:

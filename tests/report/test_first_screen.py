@@ -16,7 +16,7 @@ from tests.report import pages
 from tests.report.hostile import harmless
 from tests.report.pages import PAGES, sites_of
 from tribrach.calibration.field_check import check_readings
-from tribrach.comparison.compared import Comparison
+from tribrach.comparison.compared import CloudComparison
 from tribrach.comparison.predicted import OffsetTest, Prediction
 from tribrach.comparison.results import SiteResult
 from tribrach.epochs.comparison import Settings, compare
@@ -169,7 +169,7 @@ def test_predictions_for_a_surface_that_stood_still_are_not_said_of_one_that_mov
         noise, scatter, (9000, 9000), 1e-3, 5e-3, 1e-4, (), 4e-3, 5e-3, None, 0.5
     )
     sites = tuple(replace(site, prediction=predicted) for site in sites_of(harmless))
-    found = Comparison("A", "B", 0.2, sites, OffsetTest(len(sites), 99.0, 1.0, 5.0))
+    found = CloudComparison("A", "B", 0.2, sites, OffsetTest(len(sites), 99.0, 1.0, 5.0))
     still, moved = comparison_findings(found), comparison_findings(found, moved=True)
     (offsets,) = (one for one in still if one.key == "offsets")
     assert offsets.values["how"] == "larger than"
@@ -189,7 +189,7 @@ def test_it_is_said_why_sites_are_too_far_apart_together_and_none_by_itself() ->
     failed = OffsetTest(16, 32.9, 6.9, 28.8)
 
     def said(sites: list[SiteResult], offsets: OffsetTest) -> set[str]:
-        found = Comparison("A", "B", 0.2, tuple(sites), offsets)
+        found = CloudComparison("A", "B", 0.2, tuple(sites), offsets)
         return {one.key for one in comparison_findings(found)}
 
     assert "together_only" in said(sites, failed)

@@ -9,7 +9,7 @@ from tribrach.comparison.predicted import OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
 from tribrach.comparison.results import SiteResult
 
-__all__ = ["Comparison"]
+__all__ = ["CloudComparison"]
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Units(Result):
 
 
 @dataclass(frozen=True)
-class Comparison(Result, also=("units", "classes")):
+class CloudComparison(Result, also=("units", "classes")):
     """A comparison of two clouds or stations, a against the reference b."""
 
     a: str

@@ -16,7 +16,7 @@ import numpy as np
 from tribrach._types import Array, Progress
 from tribrach.cloud.placement import Placement
 from tribrach.cloud.shared_part import SharedPart
-from tribrach.comparison.compared import Comparison
+from tribrach.comparison.compared import CloudComparison
 from tribrach.comparison.predicted import OffsetTest
 from tribrach.comparison.regression import Regression, regress
 from tribrach.comparison.results import SiteResult
@@ -116,7 +116,7 @@ REGRESSION_UNITS = {"range": "m", "incidence": "deg", "mean": "mm", "std": "mm"}
 
 
 @dataclass(frozen=True)
-class StationComparison(Comparison, without=("values", "remarks")):
+class StationComparison(CloudComparison, without=("values", "remarks")):
     """A comparison between stations of a job."""
 
     #: of nearest-neighbour distances on range and incidence

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from tribrach.comparison.c2c import C2C
-from tribrach.comparison.compared import Comparison
+from tribrach.comparison.compared import CloudComparison
 from tribrach.comparison.predicted import BAND, OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass
 from tribrach.comparison.results import WHOLE, SiteResult
@@ -79,7 +79,7 @@ _DRAWN = 40_000
 
 
 def comparison_tables(
-    found: Comparison, angle_unit: str = "gon", *, moved: bool = False
+    found: CloudComparison, angle_unit: str = "gon", *, moved: bool = False
 ) -> list[ReportTable]:
     """Sites, distances from point to point and along normals, predictions; those with rows.
 
@@ -92,7 +92,7 @@ def comparison_tables(
     return [table for table in tables if table.rows]
 
 
-def comparison_findings(found: Comparison, *, moved: bool = False) -> list[Finding]:
+def comparison_findings(found: CloudComparison, *, moved: bool = False) -> list[Finding]:
     """What predictions came to, and what is to be known of single sites.
 
     Predictions are for a surface that stood still; with ``moved`` what moved is told elsewhere.
@@ -120,7 +120,7 @@ def _sites_named(names: Sequence[str]) -> str:
     return f"Sites {numbered(names)}"
 
 
-def _prediction_findings(found: Comparison) -> Iterator[Finding]:
+def _prediction_findings(found: CloudComparison) -> Iterator[Finding]:
     """Predicted against observed: scatter of the points, offsets of the sites."""
     known = [(s.name, s.prediction) for s in found.sites if s.prediction is not None]
     if not known:
@@ -175,7 +175,7 @@ def offsets_finding(test: OffsetTest) -> Finding:
     )
 
 
-def comparison_pictures(found: Comparison) -> list[Picture]:
+def comparison_pictures(found: CloudComparison) -> list[Picture]:
     """Map, histogram, and predicted against observed, those that there is anything for."""
     figures = [_map(found.sites), _histogram(found.sites, found.limit), _ratios(found.sites)]
     return [one for one in figures if one is not None]
@@ -279,7 +279,7 @@ def _predicted(sites: Sequence[SiteResult]) -> ReportTable:
     return build_table("predicted", "Predicted against observed", _PREDICTED_NOTE, rows, columns)
 
 
-def _classes(found: Comparison, unit: str) -> ReportTable:
+def _classes(found: CloudComparison, unit: str) -> ReportTable:
     """Predicted against observed by intensity, range and incidence."""
     columns = [
         column("Clouds seen at", lambda c: _seen_at(c, unit)),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from tribrach.answers import Form
-from tribrach.comparison.compared import Comparison
+from tribrach.comparison.compared import CloudComparison
 from tribrach.io.outputs import Content
 from tribrach.questions.compare.motion_pictures import motions_pictures
 from tribrach.questions.compare.moved import (
@@ -32,7 +32,7 @@ __all__ = ["FORM", "ComparedClouds", "answer_of"]
 
 
 @dataclass(frozen=True)
-class ComparedClouds(Comparison):
+class ComparedClouds(CloudComparison):
     """A comparison of two clouds, a against the reference b."""
 
     #: what moved, where it was asked for
@@ -91,7 +91,7 @@ def answer_of(
     )
 
 
-def _front(found: Comparison) -> FrontPage:
+def _front(found: CloudComparison) -> FrontPage:
     """Whether the clouds differ by what was predicted."""
     known = [s.prediction for s in found.sites if s.prediction is not None]
     enough, offsets = [p for p in known if p.enough], found.offsets

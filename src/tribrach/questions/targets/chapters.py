@@ -24,7 +24,7 @@ FOLDER, LIST = FOUND, "targets.json"
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate(Result):
+class RejectedTarget(Result):
     """What looked like a target and was none."""
 
     scan: str
@@ -39,7 +39,7 @@ class FoundTargets(Result):
     """Targets and candidates of scans, centres in the frames of their scans."""
 
     targets: tuple[Detection, ...]
-    rejected: tuple[Candidate, ...]
+    rejected: tuple[RejectedTarget, ...]
 
 
 FORM = Form("targets", FoundTargets, 1)
@@ -48,7 +48,7 @@ FORM = Form("targets", FoundTargets, 1)
 def answer_of(findings: Sequence[Findings]) -> Answer:
     """What was found in scans as people read it: a line for each target and candidate."""
     found = tuple(d for f in findings for d in f.detections)
-    rejected = tuple(Candidate(f.scan, **vars(r)) for f in findings for r in f.rejected)
+    rejected = tuple(RejectedTarget(f.scan, **vars(r)) for f in findings for r in f.rejected)
     scans = ", ".join(f.scan for f in findings)
     lines = [line for finding in findings for line in _lines(finding)]
     result = FoundTargets(found, rejected)
