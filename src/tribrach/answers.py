@@ -574,13 +574,7 @@ class Form:
         return to_json(self.data(result, **words), indent=1).decode() + "\n"
 
     def read(self, data: Mapping[str, Any]) -> Any:
-        """The result of a document.
-
-        Raises
-        ------
-        ValueError
-            A key is missing or has another type.
-        """
+        """The result of a document."""
         skip = {"tribrach", "schema", *self.words}
         return self.adapter.validate_python({k: v for k, v in data.items() if k not in skip})
 

@@ -59,18 +59,7 @@ compile_all(sys.argv[1])
 
 @contextmanager
 def compiling_ahead(words: Sequence[str]) -> Iterator[Any]:
-    """A block with a second process that compiles, where that helps; it ends with the block.
-
-    Parameters
-    ----------
-    words : Sequence[str]
-        The command, as it follows the name of the program.
-
-    Yields
-    ------
-    subprocess.Popen or None
-        The second process, where there is one.
-    """
+    """A block with a second process that compiles, where that helps; it ends with the block."""
     process = _started(words)
     try:
         yield process
@@ -121,13 +110,7 @@ def _helps() -> bool:
 
 
 def kernels_of(command: str) -> list[tuple[str, str, str]]:
-    """List modules of this package, kernels and types that a command needs, in its order.
-
-    Parameters
-    ----------
-    command : str
-        By its name; of most there are none.
-    """
+    """List modules of this package, kernels and types that a command needs, in its order."""
     rows = (line.split("\t") for line in (_read(_LIST) or "").splitlines())
     return [(row[1], row[2], row[3]) for row in rows if command in row[0].split()]
 
@@ -145,13 +128,7 @@ def _read(file: Path) -> str | None:
 
 
 def state(command: str) -> str:
-    """What stored kernels depend on, in some hundredths of a millisecond for each module.
-
-    Parameters
-    ----------
-    command : str
-        Whose kernels.
-    """
+    """What stored kernels depend on, in some hundredths of a millisecond for each module."""
     kernels = kernels_of(command)
     numba = find_spec("numba")
     origin = numba.origin if numba is not None else None
@@ -189,19 +166,7 @@ def end_with_command() -> None:
 
 
 def compile_all(command: str) -> None:
-    """Compile and store the kernels that a command needs: what the second process does.
-
-    Parameters
-    ----------
-    command : str
-        By its name.
-
-    Raises
-    ------
-    OSError or NotImplementedError
-        Nothing can be stored, or files cannot be locked: then no other process would wait for what
-        this one compiles.
-    """
+    """Compile and store the kernels that a command needs: what the second process does."""
     filelock = import_module("filelock")
     if hasattr(os, "nice"):
         os.nice(_NICE)
@@ -233,18 +198,7 @@ def _compiled(module: str, name: str, types: str, *, wait: bool) -> bool:
 
 
 def types_of(text: str) -> tuple[Any, ...]:
-    """Types of arguments, as numba writes them where a kernel is declared with them.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``float64[:,::1], int64``.
-
-    Returns
-    -------
-    tuple
-        Types of numba.
-    """
+    """Types of arguments, as numba writes them where a kernel is declared with them."""
     sigutils = import_module("numba.core.sigutils")
     types: tuple[Any, ...] = sigutils.normalize_signature(f"({text},)")[0]
     return types

@@ -32,26 +32,5 @@ def write_project(
 
     Scans that are there and whole are kept. The project file is written last: a folder without one
     holds a simulation that was interrupted, and another call goes on with it.
-
-    Parameters
-    ----------
-    folder
-        Where the survey is written; it is made if needed.
-    points
-        At each station, about.
-    progress
-        Called with what is being done, how much is done and how much there is.
-    overwrite
-        Files that this program did not write, or that were changed since, are replaced.
-
-    Returns
-    -------
-    Path
-        The project file.
-
-    Raises
-    ------
-    InputError
-        The number of points makes no sense, or a file cannot be written.
     """
     return write_twin(build(TWIN, points, _SEED), folder, progress, overwrite=overwrite)

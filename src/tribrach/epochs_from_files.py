@@ -44,25 +44,7 @@ _RESULTS = OutputSection().folder
 def epoch_from_files(
     files: Sequence[Path], *, datum: Literal["free", "control"] = "free", label: str = ""
 ) -> EpochInput:
-    """An epoch from its files: a project, survey files, or coordinates with their covariance.
-
-    Parameters
-    ----------
-    files
-        They belong to one epoch.
-    datum
-        Of networks: ``free``, so that control can be tested, or ``control`` as given.
-    label
-        What the epoch is called; the name of its first file if not given, or of the folder where
-        a run has left it.
-
-    Raises
-    ------
-    InputError
-        What a file says wrong; a project with scans, a result without joint covariance.
-    AdjustmentError
-        The network cannot be adjusted.
-    """
+    """An epoch from its files: a project, survey files, or coordinates with their covariance."""
     paths = [Path(file) for file in files]
     label = label or _label(paths[0])
     stored = read_epoch(paths)
@@ -108,24 +90,7 @@ def compare_epoch_files(
     datum: Literal["free", "control"] = "free",
     previous: bool = False,
 ) -> list[ComparedEpochs]:
-    """Compare epochs with the first of them, or each with the one before it.
-
-    Parameters
-    ----------
-    epochs
-        Files of each, the earliest first; at least two.
-    settings
-        What is compared, and how.
-    datum
-        Of networks.
-    previous
-        Each is compared with the one before it.
-
-    Raises
-    ------
-    InputError, AdjustmentError
-        As for :func:`epoch_from_files`, and where two epochs cannot be compared.
-    """
+    """Compare epochs with the first of them, or each with the one before it."""
     if len(epochs) < 2:
         raise InputError("one epoch alone says nothing", cure="give at least two")
     labels = _labels([files[0] for files in epochs])
@@ -158,33 +123,14 @@ def _label(file: Path) -> str:
 
 
 def epoch_text(adjustment: Adjustment, label: str) -> str:
-    """The epoch file of an adjusted network, for later comparisons.
-
-    Raises
-    ------
-    InputError
-        The network has too many points for a joint covariance.
-    """
+    """The epoch file of an adjusted network, for later comparisons."""
     found = epoch_of(adjustment, label)
     data = heading(SCHEMA) | epoch_data(found.epoch, found.site, datum_sentence(adjustment))
     return document_text(EpochDocument.model_validate(data))
 
 
 def against_earlier(project: Project, adjustment: Adjustment) -> tuple[ComparedEpochs, ...]:
-    """A project against the earlier epochs that it names.
-
-    Parameters
-    ----------
-    project : Project
-        Its sections ``[[epochs]]``.
-    adjustment : Adjustment
-        Its own network.
-
-    Raises
-    ------
-    InputError, AdjustmentError
-        A file that is not there, and what :func:`epoch_from_files` says.
-    """
+    """A project against the earlier epochs that it names."""
     out = []
     for k, section in enumerate(project.epochs):
         files = [project.folder / name for name in section.against]

@@ -19,13 +19,7 @@ _PACKAGE = Path(__file__).resolve().parent
 
 
 def ensure_cache() -> Path | None:
-    """Make sure that numba has a folder for compiled code.
-
-    Returns
-    -------
-    Path or None
-        The folder that had to be made; None where numba has one already.
-    """
+    """Make sure that numba has a folder for compiled code."""
     if os.environ.get("NUMBA_CACHE_DIR") or _writable(_PACKAGE / "__pycache__"):
         return None
     if _writable(_of_user()):
@@ -38,13 +32,7 @@ def ensure_cache() -> Path | None:
 
 
 def cache_folder() -> Path:
-    """The folder for what is said about all compiled code together.
-
-    Returns
-    -------
-    Path
-        Beside the compiled code, which has more folders; it need not exist yet.
-    """
+    """The folder for what is said about all compiled code together."""
     given = os.environ.get("NUMBA_CACHE_DIR")
     if given:
         return Path(given)

@@ -234,13 +234,7 @@ def _in_turn(dispatcher: Any) -> None:
 
 
 def is_being_compiled(dispatcher: Any) -> bool:
-    """Is another process compiling a kernel just now, for whatever types?
-
-    Parameters
-    ----------
-    dispatcher : Any
-        What :meth:`Kernel.declared` gives.
-    """
+    """Is another process compiling a kernel just now, for whatever types?"""
     turn = getattr(dispatcher._cache, "turn", None)
     return turn is not None and turn.is_others()
 
@@ -252,18 +246,7 @@ def _names(code: CodeType) -> set[str]:
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Declare a compiled loop.
-
-    Parameters
-    ----------
-    **options
-        Those of ``numba.njit``, such as ``cache``, ``parallel`` and ``nogil``.
-
-    Returns
-    -------
-    Callable
-        What makes a :class:`Kernel` of a function.
-    """
+    """Declare a compiled loop."""
     return lambda function: Kernel(function, options)
 
 

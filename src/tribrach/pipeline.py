@@ -120,13 +120,7 @@ def adjust(
 
 
 def refuse_scans(project: Project) -> None:
-    """Refuse a project that only :func:`run` does justice to.
-
-    Raises
-    ------
-    InputError
-        It has scans.
-    """
+    """Refuse a project that only :func:`run` does justice to."""
     if project.scans:
         raise project.error(
             ("scans",), "the project has scans, which adjust does not look at", "use tribrach run"
@@ -136,28 +130,7 @@ def refuse_scans(project: Project) -> None:
 def adjust_job(
     job: Job, settings: AdjustmentSettings | None = None, datum: Datum | None = None
 ) -> Report:
-    """Adjust a job without its scans and say everything there is to say; nothing is written.
-
-    Parameters
-    ----------
-    job : Job
-        The opened project.
-    settings : AdjustmentSettings, optional
-        Those of the project if not given.
-    datum : Datum, optional
-        Takes the place of that of the project.
-
-    Returns
-    -------
-    Report
-
-    Raises
-    ------
-    InputError
-        What the project or a file says wrong.
-    AdjustmentError
-        The network cannot be adjusted.
-    """
+    """Adjust a job without its scans and say everything there is to say; nothing is written."""
     settings = settings or AdjustmentSettings.of(job.project)
     logo, survey = read_logo(job.project.logo), job.surveyed()
     solution = _solved(job, survey, settings, datum=datum)

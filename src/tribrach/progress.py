@@ -29,13 +29,7 @@ def silent(what: str, done: int, total: int | None) -> None:
 
 @contextmanager
 def in_terminal() -> Iterator[Progress]:
-    """Show stage, what is done, how far it is and how long it will take still.
-
-    Yields
-    ------
-    Progress
-        To be called; the display is on standard error and goes away at the end.
-    """
+    """Show stage, what is done, how far it is and how long it will take still."""
     # a display is loaded for somebody who looks at it
     from rich.console import Console
     from rich.markup import escape
@@ -78,20 +72,7 @@ def in_terminal() -> Iterator[Progress]:
 def in_lines(
     stream: TextIO | None = None, clock: Callable[[], float] = time.monotonic
 ) -> Iterator[Progress]:
-    """Write one line for every stage with its time, once it is over; short ones say nothing.
-
-    Parameters
-    ----------
-    stream : text stream, optional
-        Standard error if not given.
-    clock : callable
-        Seconds.
-
-    Yields
-    ------
-    Progress
-        To be called.
-    """
+    """Write one line for every stage with its time, once it is over; short ones say nothing."""
     stages = _Stages(clock)
 
     def say(line: str) -> None:
@@ -149,21 +130,7 @@ def in_notebook(
     show: Callable[[str], Callable[[str], Any]] | None = None,
     clock: Callable[[], float] = time.monotonic,
 ) -> Iterator[Progress]:
-    """Show one line in a cell that is written over as the work goes on.
-
-    Parameters
-    ----------
-    show : callable, optional
-        Puts a first text into the cell and gives what writes over it; IPython's display if not
-        given.
-    clock : callable
-        Seconds.
-
-    Yields
-    ------
-    Progress
-        To be called.
-    """
+    """Show one line in a cell that is written over as the work goes on."""
     write: Callable[[str], Any] | None = None
     begun = drawn = clock()
     stage, stage_begun, stages = "", begun, 0
@@ -212,18 +179,7 @@ def _of_notebook() -> bool:
 
 @contextmanager
 def watched(progress: Progress | None) -> Iterator[Progress]:
-    """A function that is told: the caller's, or one that shows a line where a notebook runs.
-
-    Parameters
-    ----------
-    progress : Progress or None
-        Of the caller; None leaves it to this function.
-
-    Yields
-    ------
-    Progress
-        To be called.
-    """
+    """A function that is told: the caller's, or one that shows a line where a notebook runs."""
     if progress is not None:
         yield progress
     elif _of_notebook():

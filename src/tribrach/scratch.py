@@ -23,18 +23,7 @@ _TRIES = 20
 
 @contextmanager
 def scratch_folder() -> Iterator[Path]:
-    """Make a temporary folder, and remove it with all that is in it when the block ends.
-
-    Yields
-    ------
-    Path
-        An empty folder in that of temporary files (``TMPDIR``), which nobody else may enter.
-
-    Raises
-    ------
-    OSError
-        There is no place for it.
-    """
+    """Make a temporary folder, and remove it with all that is in it when the block ends."""
     _remove_abandoned(Path(tempfile.gettempdir()))
     outer, lock = _locked()
     try:
@@ -61,13 +50,7 @@ def _locked() -> tuple[Path, FileLock]:
 
 
 def is_scratch(path: Path) -> bool:
-    """Does a file lie in a temporary folder of this program, so that it is nobody's input?
-
-    Parameters
-    ----------
-    path : Path
-        Resolved.
-    """
+    """Does a file lie in a temporary folder of this program, so that it is nobody's input?"""
     temporary = Path(tempfile.gettempdir()).resolve()
     return path.is_relative_to(temporary) and any(
         part.startswith(_PREFIX) for part in path.relative_to(temporary).parts[:1]

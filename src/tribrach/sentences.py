@@ -56,20 +56,13 @@ _GROUPED = 5
 
 @dataclass(frozen=True)
 class Notation:
-    """How numbers are written.
+    """How numbers are written."""
 
-    Parameters
-    ----------
-    decimal : {".", ","}
-        Between the whole number and its fraction.
-    thousands : str
-        Between groups of three digits, nothing if empty.
-    angle : {"gon", "deg"}, optional
-        Unit of the angles in sentences; without it they stay as they were said.
-    """
-
+    #: between the whole number and its fraction
     decimal: str = "."
+    #: between groups of three digits, nothing if empty
     thousands: str = ""
+    #: unit of the angles in sentences; without it they stay as they were said
     angle: Literal["gon", "deg"] | None = None
 
     def words(self, text: str) -> str:

@@ -48,46 +48,26 @@ __all__ = [
 
 @dataclass(frozen=True)
 class AdjustmentSettings:
-    """What is done with a network besides adjusting it, and how its figures are stated.
+    """What is done with a network besides adjusting it, and how its figures are stated."""
 
-    Parameters
-    ----------
-    snoop : bool
-        Blunders are switched off, one by one.
-    robust : str
-        Reweighting that points at blunders, ``none`` for none; with ``snoop`` what it points at
-        is switched off first, and tried again at the end.
-    vce : bool
-        Variance components are estimated.
-    posterior : bool
-        Covariances are scaled by the a-posteriori variance factor.
-    confidence : float
-        Probability of ellipses, intervals and ellipsoids, of the global test and of the verdicts
-        on control and check points.
-    angle : str
-        Unit of angles in reports, ``gon`` or ``deg``.
-    """
-
+    #: blunders are switched off, one by one
     snoop: bool = False
+    #: reweighting that points at blunders, ``none`` for none; with ``snoop`` what it points at is
+    #: switched off first, and tried again at the end
     robust: Literal["none", "huber", "danish", "igg3"] = "none"
+    #: variance components are estimated
     vce: bool = False
+    #: covariances are scaled by the a-posteriori variance factor
     posterior: bool = False
+    #: probability of ellipses, intervals and ellipsoids, of the global test and of the verdicts on
+    #: control and check points
     confidence: float = 0.95
+    #: unit of angles in reports, ``gon`` or ``deg``
     angle: Literal["gon", "deg"] = "gon"
 
     @classmethod
     def of(cls, project: Project) -> AdjustmentSettings:
-        """Take the settings that a project file states.
-
-        Parameters
-        ----------
-        project : Project
-            Its sections ``[adjustment]`` and ``[output]`` and its confidence.
-
-        Returns
-        -------
-        AdjustmentSettings
-        """
+        """Take the settings that a project file states."""
         section = project.adjustment
         return cls(
             snoop=section.snoop,
@@ -115,13 +95,7 @@ class SolvedNetwork:
     apart: Adjustment
 
     def questioned(self, questions: Callable[[], Iterable[str]]) -> SolvedNetwork:
-        """The same with what looks wrong in what is given first, if it fails its global test.
-
-        Parameters
-        ----------
-        questions : callable
-            Asked for what looks wrong, in sentences.
-        """
+        """The same with what looks wrong in what is given first, if it fails its global test."""
         if self.quality.global_test.passed is not False:
             return self
         said = warned(Severity.INPUT, questions())
@@ -147,13 +121,7 @@ class Solving:
 
     @cached_property
     def first(self) -> Adjustment:
-        """The network as it is.
-
-        Raises
-        ------
-        InputError, AdjustmentError
-            It cannot be adjusted.
-        """
+        """The network as it is."""
         return first_adjustment(self.network)
 
     @cached_property

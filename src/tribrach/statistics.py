@@ -90,18 +90,6 @@ def robust_sigma(values: npt.NDArray[Any], *, about: float | None = None) -> flo
     """Standard deviation of normal values from their median absolute deviation (Hampel 1974).
 
     Up to half of the values may be anything.
-
-    Parameters
-    ----------
-    values
-        One or more values of any unit.
-    about
-        What deviations are taken from; the median of the values if None.
-
-    Returns
-    -------
-    float
-        In the unit of the values.
     """
     middle = np.median(values) if about is None else about
     deviation = np.abs(values - middle) if middle else np.abs(values)

@@ -70,13 +70,7 @@ _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)[-:°\s]\s*(\d+)[-:'\s]\s*(\d+(?:\.\d*)?
 
 
 def too_large(value: ArrayLike) -> bool:
-    """True if a number, or one of several, is beyond any measurement; NaN is not.
-
-    Parameters
-    ----------
-    value
-        Any shape, in any unit that files have.
-    """
+    """True if a number, or one of several, is beyond any measurement; NaN is not."""
     if isinstance(value, float):
         return abs(value) >= LARGEST
     return bool((np.abs(np.asarray(value, dtype=float)) >= LARGEST).any())
@@ -99,13 +93,7 @@ def circle_passed(angle: float) -> bool:
 
 
 def check_circle(angle: float, turns: int = 1) -> float:
-    """An angle [rad] as it is, unless it is more than a turn, or so many.
-
-    Raises
-    ------
-    ValueError
-        It is; the message has it in gon and degrees.
-    """
+    """An angle [rad] as it is, unless it is more than a turn, or so many."""
     if abs(angle) > turns * _CIRCLE:
         circles = "a circle" if turns == 1 else f"{turns} circles"
         raise ValueError(
@@ -116,20 +104,7 @@ def check_circle(angle: float, turns: int = 1) -> float:
 
 
 def parse_angle(text: str, unit: str) -> float:
-    """An angle in radians, from its text.
-
-    Parameters
-    ----------
-    text
-        A number, or degrees, minutes and seconds as ``D-M-S``, also with colons or blanks.
-    unit
-        A suffix of :data:`UNITS` or ``dms``.
-
-    Raises
-    ------
-    ValueError
-        Not a number, or minutes or seconds of 60 and more.
-    """
+    """An angle in radians, from its text."""
     text = text.strip()
     if unit != "dms":
         return float(text) * UNITS[unit]
@@ -170,11 +145,6 @@ def percent(share: float) -> str:
 
     Two digits count, from the end that is nearer, so that what is not all does not become 100 %;
     zeros after the point are left out.
-
-    Parameters
-    ----------
-    share
-        1 is all of it; it may be more, or less than nothing.
     """
     value = 100 * share
     rest = min(abs(value), abs(100 - value)) if 0 <= value <= 100 else abs(value)
@@ -186,13 +156,7 @@ def percent(share: float) -> str:
 
 
 def span(low: float, high: float) -> str:
-    """From one number to another, of four digits and without powers of ten; one if they are alike.
-
-    Parameters
-    ----------
-    low, high
-        Of any unit.
-    """
+    """Two numbers of four digits without powers of ten; one if they are alike."""
     ends = [_four_digits(value) for value in (low, high)]
     return ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}"
 

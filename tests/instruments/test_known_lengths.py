@@ -56,7 +56,7 @@ def test_lengths_that_nobody_measured():
     found = compare_lengths(fewer, one)
     assert found.rows.station.count("inside") == 6
     assert found.rows.station.count("outside") == 3
-    assert set(STATIONS) == set(found.stations)
+    assert set(STATIONS) == set(found.rows.station)
 
 
 def entries_of(one: KnownLengths) -> KnownLengths:

@@ -42,8 +42,8 @@ def test_the_experimental_standard_deviation_is_that_of_the_noise():
     given = {"targets": ring, "stations": places, "sigma": np.array([4e-4, 4e-5, 4e-5])}
     found = [one(rng, **given) for _ in range(25)]
     # means of two faces
-    assert found[0].sigma == pytest.approx(4e-4 / np.sqrt(2), rel=0.03)
-    total = sum((check.s / found[0].sigma) ** 2 * check.dof for check in found)
+    assert found[0].stated == pytest.approx(4e-4 / np.sqrt(2), rel=0.03)
+    total = sum((check.s / found[0].stated) ** 2 * check.dof for check in found)
     low, high = chi2.ppf([1e-4, 1 - 1e-4], 25 * 30)
     assert 0.94 * low < total < 1.06 * high
     assert sum(not check.passed for check in found) <= 6

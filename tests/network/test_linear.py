@@ -106,12 +106,12 @@ def test_points_with_fixed_coordinates_are_eliminated_as_smaller_blocks() -> Non
 
 def test_structure_chooses_the_factor() -> None:
     rng = np.random.default_rng(3)
-    normal, point_of = scanner_like(400, 5, rng)
+    normal, point_of = scanner_like(680, 5, rng)
     assert isinstance(linear.factorise(normal, point_of), linear.SchurFactor)
     chain = sp.diags_array(
-        [np.full(1499, -1.0), np.full(1500, 2.5), np.full(1499, -1.0)], offsets=[-1, 0, 1]
+        [np.full(2999, -1.0), np.full(3000, 2.5), np.full(2999, -1.0)], offsets=[-1, 0, 1]
     )
-    number = np.arange(1500) // 3
+    number = np.arange(3000) // 3
     assert isinstance(linear.factorise(sp.csc_array(chain), number), linear.SparseFactor)
     small, number = scanner_like(5, 2, rng)
     assert isinstance(linear.factorise(small, number), linear.DenseFactor)

@@ -33,23 +33,15 @@ __all__ = [
 
 @dataclass(frozen=True)
 class StationModel:
-    """The calibration model of a station.
+    """The calibration model of a station."""
 
-    Attributes
-    ----------
-    model
-        The model and its parameters.
-    owner
-        Instrument or station that the parameters belong to.
-    architecture
-        ``panoramic`` or ``hybrid``; a hybrid scanner has no back face.
-    face
-        Face of target centres that do not say it, +1 or -1.
-    """
-
+    #: the model and its parameters
     model: CalibrationModel
+    #: instrument or station that the parameters belong to
     owner: str
+    #: ``panoramic`` or ``hybrid``; a hybrid scanner has no back face
     architecture: Architecture = "panoramic"
+    #: face of target centres that do not say it, +1 or -1
     face: float = 1.0
 
     @property
@@ -64,18 +56,7 @@ def unknown_name(parameter: str, owner: str) -> str:
 
 
 def scanned_stations(survey: Survey) -> list[str]:
-    """Find the scanner stations from which a survey has readings of targets.
-
-    Parameters
-    ----------
-    survey : Survey
-        Any survey.
-
-    Returns
-    -------
-    list of str
-        Their names, in the order of the readings.
-    """
+    """Find the scanner stations from which a survey has readings of targets."""
     out: dict[str, None] = {}
     for table in survey.tables():
         if _scanned(table):
@@ -92,19 +73,6 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
     """Give the scanner observations of a survey their calibration models, in place.
 
     All parameters become free unknowns that start at zero unless the survey has them already.
-
-    Parameters
-    ----------
-    survey
-        The survey, which is changed.
-    models
-        Model of each station, by name.
-
-    Raises
-    ------
-    InputError
-        A back face of a hybrid scanner, a target too near or above the scanner, a target centre
-        with a scale of its own, or one that shares a covariance with others.
     """
     joint = survey.joint_tables()
     tables: list[list[ObservationTable]] = []
@@ -229,11 +197,6 @@ def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> t
         Range [m], H and V [rad].
     covariance : array (n, 3, 3)
         Of range, H and V.
-
-    Raises
-    ------
-    InputError
-        A target nearer than 0.3 m, or within half a degree of the standing axis.
     """
     polar = polar_from_xyz(xyz)
     require_defined(polar, np.asarray(sources, dtype=object))

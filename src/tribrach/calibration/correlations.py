@@ -33,33 +33,21 @@ class CorrelatedPair(Result):
 
 @dataclass(frozen=True)
 class Correlations:
-    """Correlations of calibration parameters; NaN with what is held.
+    """Correlations of calibration parameters; NaN with what is held."""
 
-    Attributes
-    ----------
-    names
-        The k parameters.
-    stations
-        The S stations.
-    point_names
-        The P points.
-    within : array (k, k)
-        Of parameters with each other.
-    orientation : array (k, 6 S)
-        With E, N, U, tilts and heading of every station.
-    points : array (k, 3 P)
-        With the coordinates of points.
-    pairs
-        Pairs above 0.7 of parameters with each other and with orientations, the strongest
-        first.
-    """
-
+    #: the k parameters
     names: tuple[str, ...]
+    #: the S stations
     stations: tuple[str, ...]
+    #: the P points
     point_names: tuple[str, ...]
+    #: (k, k), of parameters with each other
     within: Array
+    #: (k, 6 S), with E, N, U, tilts and heading of every station
     orientation: Array
+    #: (k, 3 P), with the coordinates of points
     points: Array
+    #: pairs above 0.7 of parameters with each other and with orientations, the strongest first
     pairs: tuple[CorrelatedPair, ...]
 
     def above(self, limit: float) -> int:
@@ -75,20 +63,7 @@ class Correlations:
 
 
 def calibration_correlations(adjustment: Adjustment, names: Sequence[str]) -> Correlations:
-    """Correlations of calibration parameters with each other, stations and points.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    names
-        The parameters (scalars).
-
-    Returns
-    -------
-    Correlations
-        All of them, and the strong pairs.
-    """
+    """Correlations of calibration parameters with each other, stations and points."""
     layout = adjustment.layout
     own_columns = np.concatenate([adjustment.columns(name) for name in names])
     poses = layout.columns("pose", np.arange(layout.count("pose"))).ravel()

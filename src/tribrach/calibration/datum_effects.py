@@ -52,18 +52,6 @@ def datum_effects(adjustment: Adjustment, names: Sequence[str]) -> list[DatumSig
     """Compute sigmas in the datum of the adjustment, and in others that the observations allow.
 
     The others are inner constraints over all points, and the first station held.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    names
-        Calibration parameters.
-
-    Returns
-    -------
-    list of DatumSigmas
-        The first is the datum of the adjustment.
     """
     network, state = adjustment.network, adjustment.state
     out = [sigmas_of("as adjusted", adjustment, names)]

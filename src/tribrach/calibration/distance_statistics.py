@@ -130,29 +130,7 @@ def distance_statistics(
     alpha: float = 0.05,
     alpha_standard: float = 0.05,
 ) -> DistanceStatistics:
-    """State the distance statistics of the standard for two stations (method section 11.6).
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    first, second
-        The stations.
-    alpha
-        Error probability of the test of u.
-    alpha_standard
-        Error probability of the limits of the standard.
-
-    Returns
-    -------
-    DistanceStatistics
-        Differences and what repeated series show, with limits.
-
-    Raises
-    ------
-    InputError
-        Fewer than three targets that all scans have.
-    """
+    """State the distance statistics of the standard for two stations (method section 11.6)."""
     measured = measured_distances(readings, first, second)
     sides = [measured.mean(name) for name in (first, second)]
     scans = (measured.station.count(first), measured.station.count(second))

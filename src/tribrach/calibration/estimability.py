@@ -47,23 +47,15 @@ class Left(Result):
 
 @dataclass(frozen=True)
 class EstimableSet:
-    """Parameters that can be estimated.
+    """Parameters that can be estimated."""
 
-    Attributes
-    ----------
-    names
-        In the order of the network.
-    covariance : array (k, k)
-        Their covariance a priori.
-    left
-        Parameters that cannot be separated.
-    hardly
-        Parameters that can be separated, but only just.
-    """
-
+    #: in the order of the network
     names: tuple[str, ...]
+    #: (k, k), their covariance a priori
     covariance: Array
+    #: parameters that cannot be separated
     left: tuple[Left, ...]
+    #: parameters that can be separated, but only just
     hardly: tuple[Left, ...]
 
     @property
@@ -88,20 +80,13 @@ class EstimableSet:
 
 @dataclass(frozen=True)
 class Estimability:
-    """What is open in a network.
+    """What is open in a network."""
 
-    Attributes
-    ----------
-    open
-        Combinations that neither the observations nor the datum determine, one sentence each.
-    datum
-        Motions of the network as a whole that inner constraints close, in words.
-    gap
-        Largest singular value taken as zero and smallest taken as not.
-    """
-
+    #: combinations that neither the observations nor the datum determine, one sentence each
     open: tuple[str, ...]
+    #: motions of the network as a whole that inner constraints close, in words
     datum: tuple[str, ...]
+    #: largest singular value taken as zero and smallest taken as not
     gap: tuple[float, float]
 
 
@@ -133,29 +118,7 @@ def parameter_columns_of(network: Network, names: Sequence[str]) -> Index:
 def propose(
     network: Network, state: State, names: Sequence[str], near: float = 0.95
 ) -> EstimableSet:
-    """Choose the parameters that the network can separate, at a state.
-
-    Parameters
-    ----------
-    network
-        The network.
-    state
-        Unknowns at which it is linearised.
-    names
-        Parameters (scalars) that are asked for.
-    near
-        Correlation above which two parameters are hardly separated.
-
-    Returns
-    -------
-    EstimableSet
-        Parameters to estimate, and why others are not among them.
-
-    Raises
-    ------
-    SingularMatrix
-        The network without parameters leaves unknowns open.
-    """
+    """Choose the parameters that the network can separate, at a state."""
     columns = parameter_columns_of(network, names)
     system = linearise(network, state, columns)
     whole = Assembly(network.with_start(state))

@@ -29,26 +29,17 @@ __all__ = ["System", "linearise", "model_columns", "unexplained"]
 
 @dataclass(frozen=True)
 class System:
-    """A network linearised at a state.
+    """A network linearised at a state."""
 
-    Attributes
-    ----------
-    assembly
-        The network.
-    state
-        The unknowns.
-    design : sparse array (n, u)
-        Whitened Jacobian over the free columns.
-    cofactor
-        Cofactor matrix of the unknowns.
-    motions
-        Open motions, which are pinned.
-    """
-
+    #: the network
     assembly: Assembly
+    #: the unknowns
     state: State
+    #: (n, u), whitened Jacobian over the free columns
     design: sp.csr_array
+    #: cofactor matrix of the unknowns
     cofactor: Cofactor
+    #: open motions, which are pinned
     motions: OpenMotions
 
 
@@ -65,16 +56,6 @@ def linearise(network: Network, state: State, held: Index) -> System:
         Where it is linearised.
     held : array (k,)
         Columns of the full tangent vector that are held.
-
-    Returns
-    -------
-    System
-        Design and cofactor matrix.
-
-    Raises
-    ------
-    SingularMatrix
-        The remaining unknowns cannot be separated.
     """
     free = network.free.copy()
     free[held] = False
@@ -111,17 +92,6 @@ def model_columns(
     station: NDArray[np.bool_] | None = None,
 ) -> Array:
     """Derivatives of all active polar observations by a model's parameters, whitened.
-
-    Parameters
-    ----------
-    assembly
-        The network.
-    state
-        The unknowns.
-    model
-        The k parameters.
-    station
-        Mask over the poses: only observations from these stations get the columns; all if None.
 
     Returns
     -------

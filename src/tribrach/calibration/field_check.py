@@ -33,24 +33,16 @@ __all__ = ["Earlier", "FieldCheck", "check_readings"]
 
 @dataclass(frozen=True)
 class Earlier:
-    """The result of an earlier check.
+    """The result of an earlier check."""
 
-    Attributes
-    ----------
-    s
-        Experimental standard deviation [m].
-    dof
-        Degrees of freedom of the chi-square that spreads as its square does.
-    title
-        Of that check.
-    u, dof_u
-        The uncertainty of a target that its repeated distances showed [m], and the degrees of
-        freedom of a chi-square of the same spread; None if they showed none.
-    """
-
+    #: experimental standard deviation [m]
     s: float
+    #: degrees of freedom of the chi-square that spreads as its square does
     dof: float
+    #: of that check
     title: str
+    #: the uncertainty of a target that its repeated distances showed [m], and the degrees of
+    #: freedom of a chi-square of the same spread; None if they showed none
     u: float | None = None
     dof_u: float | None = None
 
@@ -129,31 +121,7 @@ def check_readings(
     earlier: Earlier | None = None,
     known: KnownLengths | None = None,
 ) -> FieldCheck:
-    """Test whatever the readings allow to test (method sections 11.2, 11.3 and 11.6).
-
-    Parameters
-    ----------
-    readings
-        Of all stations, series and faces.
-    title
-        Of the check.
-    alpha
-        Error probability of the whole.
-    earlier
-        An earlier check to compare with.
-    known
-        Known lengths between targets.
-
-    Returns
-    -------
-    FieldCheck
-        All tests and one verdict.
-
-    Raises
-    ------
-    InputError
-        Nothing can be tested, or a target is there twice.
-    """
+    """Test whatever the readings allow to test (method sections 11.2, 11.3 and 11.6)."""
     means, pairs = face_means(readings), face_pairs(readings)
     notes: list[str] = []
     stations = tuple(dict.fromkeys(str(s) for s in readings.station))

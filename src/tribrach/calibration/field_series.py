@@ -94,25 +94,7 @@ class SeriesCheck(
 
 
 def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
-    """Adjust all series and test them (method section 11.2).
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    alpha
-        Error probability of each test.
-
-    Returns
-    -------
-    SeriesCheck
-        Experimental standard deviations and tests.
-
-    Raises
-    ------
-    InputError
-        Fewer than two scans, or fewer than three targets common to all.
-    """
+    """Adjust all series and test them (method section 11.2)."""
     targets, scans = _complete(readings)
     keep = np.isin(readings.target, targets)
     readings = readings.take(keep)
@@ -152,22 +134,7 @@ def check_series(readings: ScannerReadings, alpha: float = 0.05) -> SeriesCheck:
 def against_earlier(
     now: float, dof_now: float, before: float, dof_before: float, alpha: float = 0.05
 ) -> FTest:
-    """Compare an experimental standard deviation with an earlier one, two-sided (section 11.2).
-
-    Parameters
-    ----------
-    now, before
-        Of today, and of another day or instrument, of one unit.
-    dof_now, dof_before
-        Their degrees of freedom.
-    alpha
-        Error probability.
-
-    Returns
-    -------
-    FTest
-        Ratio of the variances and its limits.
-    """
+    """Compare an experimental standard deviation with an earlier one, two-sided (section 11.2)."""
     lower, upper = (float(f.ppf(q, dof_now, dof_before)) for q in (alpha / 2, 1 - alpha / 2))
     return FTest((now / before) ** 2, (dof_now, dof_before), lower, upper)
 

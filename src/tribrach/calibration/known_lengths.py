@@ -40,27 +40,18 @@ _ALPHA_REST = 0.01
 
 @dataclass(frozen=True)
 class KnownLengths:
-    """Distances between targets that are known.
+    """Distances between targets that are known."""
 
-    Attributes
-    ----------
-    pairs : tuple of k pairs of str
-        Their targets.
-    lengths : array (k,)
-        Distances [m].
-    covariance : array (k, k)
-        Their covariance [m^2].
-    entries : tuple of (str, tuple of int)
-        What the table states and can state wrongly, in words, with the lengths that it makes: a
-        distance its own, coordinates of a point all those of the point.
-    without_sigma : tuple of str
-        Targets with coordinates that state no sigma and so make no known length.
-    """
-
+    #: their targets
     pairs: tuple[tuple[str, str], ...]
+    #: (k,), distances [m]
     lengths: Array
+    #: (k, k), their covariance [m^2]
     covariance: Array
+    #: what the table states and can state wrongly, in words, with the lengths that it makes: a
+    #: distance its own, coordinates of a point all those of the point
     entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
+    #: targets with coordinates that state no sigma and so make no known length
     without_sigma: tuple[str, ...] = ()
 
     def __len__(self) -> int:
@@ -136,22 +127,7 @@ class LengthCheck(Test, without=("zero", "after", "after_limit", "alpha")):
 def compare_lengths(
     readings: ScannerReadings, known: KnownLengths, alpha: float = 0.05
 ) -> LengthCheck | None:
-    """Compare mean distances of every station with known lengths (method section 11.3).
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    known
-        The lengths.
-    alpha
-        Error probability of the check.
-
-    Returns
-    -------
-    LengthCheck or None
-        None if no station saw both ends of a known length in all of its scans.
-    """
+    """Compare mean distances of every station with known lengths (method section 11.3)."""
     joined = _joined(readings, known)
     if joined is None:
         return None
@@ -198,18 +174,6 @@ def without_blunders(
     A smaller one is named if its entry alone explains why the lengths do not fit, beside a scale
     and a range zero, and no other entry does: with Bonferroni's share of 0.1 %, and if the rest
     fits.
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    known
-        The lengths.
-
-    Returns
-    -------
-    tuple of KnownLengths and tuple of str
-        The lengths that stay, and a sentence for each that does not or may be wrong.
     """
     known, words = _without_gross(readings, known)
     joined = _joined(readings, known)

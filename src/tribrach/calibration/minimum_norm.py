@@ -72,23 +72,6 @@ def adjust_minimum_norm(network: Network) -> Adjustment:
 
     Hard constraints hold exactly. ``defect`` of the result counts everything that is open, datum
     and unknowns that cannot be separated.
-
-    Parameters
-    ----------
-    network
-        The network.
-
-    Returns
-    -------
-    Adjustment
-        The smallest solution.
-
-    Raises
-    ------
-    InputError
-        Too many unknowns for dense algebra.
-    NotConverged
-        The iteration did not settle.
     """
     network = network.with_start(find_start(network))
     assembly = Assembly(network)

@@ -107,11 +107,6 @@ def explain(
         Error probability of each parameter.
     alpha
         Error probability of the test of what is left.
-
-    Returns
-    -------
-    Explanation
-        Parameters, estimated together, and what they leave.
     """
     limit = float(norm.ppf(1 - alpha0 / 2))
     rest, chosen = observed.copy(), list[int]()

@@ -33,10 +33,6 @@ def exceedance(x: float, weights: Array) -> float:
         In the unit of the weights.
     weights : array (n,)
         Of either sign.
-
-    Returns
-    -------
-    float
     """
     unit = float(np.abs(weights).max(initial=0.0))
     if unit == 0:
@@ -70,11 +66,6 @@ def quantile(p: float, weights: Array) -> float:
         Probability of as much or less, between 1e-4 and 1 - 1e-4.
     weights : array (n,)
         Not negative, not all zero.
-
-    Returns
-    -------
-    float
-        In the unit of the weights.
     """
     w = np.asarray(weights, dtype=float)
     high = w.sum() + 20 * np.sqrt(2 * (w @ w)) + 40 * w.max()
@@ -90,10 +81,6 @@ def ratio_quantile(p: float, numerator: Array, denominator: Array) -> float:
         Probability of as much or less.
     numerator, denominator : array (n,), (m,)
         Weights, not negative.
-
-    Returns
-    -------
-    float
     """
 
     def beyond(log_c: float) -> float:
@@ -111,10 +98,6 @@ def equivalent_dof(weights: Array) -> float:
     ----------
     weights : array (n,)
         Not negative.
-
-    Returns
-    -------
-    float
     """
     w = np.asarray(weights, dtype=float)
     return float(w.sum() ** 2 / (w @ w))

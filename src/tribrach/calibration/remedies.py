@@ -63,26 +63,7 @@ class Remedy(Result, without=("proposal",), also=("estimable", "well_separated",
 def remedies(
     network: Network, state: State, names: Sequence[str], near: float, *, back: bool = True
 ) -> list[Remedy]:
-    """Try every addition that makes sense in a network.
-
-    Parameters
-    ----------
-    network
-        The network.
-    state
-        Unknowns at which it is linearised.
-    names
-        Parameters that are asked for.
-    near
-        Correlation above which two parameters are hardly separated.
-    back
-        Has the scanner a back face?
-
-    Returns
-    -------
-    list of Remedy
-        Empty for networks that are too large.
-    """
+    """Try every addition that makes sense in a network."""
     if int(network.free.sum()) > _MOST:
         return []
     tables = [
@@ -212,26 +193,17 @@ def _length(network: Network, state: State, tables: list[ScannerPolar]) -> tuple
 
 @dataclass(frozen=True)
 class Addition:
-    """Points and stations that are added to a network.
+    """Points and stations that are added to a network."""
 
-    Attributes
-    ----------
-    point_names
-        Names of the points.
-    points : array (p, 3)
-        Their places [m].
-    pose_names
-        Names of the stations.
-    translations : array (s, 3)
-        Their places [m].
-    rotations : array (s, 3, 3)
-        World from scanner.
-    """
-
+    #: names of the points
     point_names: tuple[str, ...] = ()
+    #: (p, 3), their places [m]
     points: Array | None = None
+    #: names of the stations
     pose_names: tuple[str, ...] = ()
+    #: (s, 3), their places [m]
     translations: Array | None = None
+    #: (s, 3, 3), world from scanner
     rotations: Array | None = None
 
 

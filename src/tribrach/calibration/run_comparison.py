@@ -26,23 +26,15 @@ _NOTICED = 1.02
 
 @dataclass(frozen=True)
 class ComparedUnknown:
-    """An unknown in both runs.
+    """An unknown in both runs."""
 
-    Attributes
-    ----------
-    name
-        The unknown in words.
-    unit
-        ``m``, ``rad`` or ``1``.
-    first, second
-        Its values, NaN where a run has none.
-    sigma_first, sigma_second
-        Standard deviations; zero where a run holds it.
-    """
-
+    #: the unknown in words
     name: str
+    #: ``m``, ``rad`` or ``1``
     unit: str
+    #: its values, NaN where a run has none
     first: float
+    #: standard deviations; zero where a run holds it
     sigma_first: float
     second: float
     sigma_second: float
@@ -55,23 +47,15 @@ class ComparedUnknown:
 
 @dataclass(frozen=True)
 class Compared:
-    """What two runs have in common and where they differ.
+    """What two runs have in common and where they differ."""
 
-    Attributes
-    ----------
-    lines
-        Parameters and components of the poses.
-    distances : array (m,)
-        Ratios of the sigmas of distances between points, second over first.
-    redundancy
-        Of both runs.
-    vtpv
-        Of both runs.
-    """
-
+    #: parameters and components of the poses
     lines: tuple[ComparedUnknown, ...]
+    #: (m,), ratios of the sigmas of distances between points, second over first
     distances: Array
+    #: of both runs
     redundancy: tuple[int, int]
+    #: of both runs
     vtpv: tuple[float, float]
 
     @property
@@ -109,23 +93,7 @@ def _factor(line: ComparedUnknown) -> str:
 
 
 def compare_runs(first: SelfCalibration, second: SelfCalibration) -> Compared:
-    """Compare the parameters, stations and distances of two runs.
-
-    Parameters
-    ----------
-    first, second
-        Calibrations of the same observations.
-
-    Returns
-    -------
-    Compared
-        What changed.
-
-    Raises
-    ------
-    InputError
-        The runs have no unknowns in common.
-    """
+    """Compare the parameters, stations and distances of two runs."""
     lines = [*_parameters(first, second), *_stations(first, second)]
     if not lines:
         raise InputError(

@@ -22,28 +22,19 @@ Names = NDArray[np.object_]
 
 @dataclass(frozen=True)
 class ScannerReadings:
-    """Readings of targets by scanners.
+    """Readings of targets by scanners."""
 
-    Attributes
-    ----------
-    station, series, target : array (n,)
-        Names.
-    face : array (n,)
-        +1 front, -1 back, 0 the mean of both.
-    polar : array (n, 3)
-        Range [m], H and V [rad], folded to the front.
-    covariance : array (n, 3, 3)
-        Of r, H, V [m, rad].
-    source : array (n,)
-        Where each came from.
-    """
-
+    #: (n,), names
     station: Names
     series: Names
     target: Names
+    #: (n,), +1 front, -1 back, 0 the mean of both
     face: Array
+    #: (n, 3), range [m], H and V [rad], folded to the front
     polar: Array
+    #: (n, 3, 3), of r, H, V [m, rad]
     covariance: Array
+    #: (n,), where each came from
     source: Names
 
     def __len__(self) -> int:
@@ -58,25 +49,17 @@ class ScannerReadings:
 
 @dataclass(frozen=True)
 class FacePairs:
-    """Targets (n,) measured in both faces, see :class:`ScannerReadings`.
+    """Targets (n,) measured in both faces, see :class:`ScannerReadings`."""
 
-    Attributes
-    ----------
-    station, series, target : array (n,)
-        Names.
-    half : array (n, 3)
-        Half of front less back, in r, H, V [m, rad].
-    covariance : array (n, 3, 3)
-        Of the half difference, which is that of the mean too.
-    polar : array (n, 3)
-        Mean of both faces [m, rad].
-    """
-
+    #: (n,), names
     station: Names
     series: Names
     target: Names
+    #: (n, 3), half of front less back, in r, H, V [m, rad]
     half: Array
+    #: (n, 3, 3), of the half difference, which is that of the mean too
     covariance: Array
+    #: (n, 3), mean of both faces [m, rad]
     polar: Array
 
     def __len__(self) -> int:
@@ -151,23 +134,7 @@ def _by_face(
 
 
 def face_pairs(readings: ScannerReadings) -> FacePairs:
-    """Pair readings of both faces.
-
-    Parameters
-    ----------
-    readings
-        Of all stations, series and faces.
-
-    Returns
-    -------
-    FacePairs
-        One for each target with readings of both faces.
-
-    Raises
-    ------
-    InputError
-        A target twice on one face in one series.
-    """
+    """Pair readings of both faces."""
     first, front, back = _by_face(readings)
     both = (front >= 0) & (back >= 0)
     first, front, back = first[both], front[both], back[both]
@@ -188,21 +155,6 @@ def face_means(readings: ScannerReadings) -> ScannerReadings:
     """Reduce readings to one for every station, series and target.
 
     It is the mean of both faces where both were measured; the face of a mean is 0.
-
-    Parameters
-    ----------
-    readings
-        Of all stations, series and faces.
-
-    Returns
-    -------
-    ScannerReadings
-        In the order in which targets were first read.
-
-    Raises
-    ------
-    InputError
-        A target twice on one face in one series.
     """
     first, front, back = _by_face(readings)
     both = (front >= 0) & (back >= 0)

@@ -305,31 +305,7 @@ def calibrate(
     options: CalibrationOptions | None = None,
     models: Sequence[CalibrationModel] = (NIST,),
 ) -> SelfCalibration:
-    """Calibrate the scanners of a network (method section 4.2).
-
-    Parameters
-    ----------
-    network
-        With calibration parameters among its unknowns.
-    options
-        How it is done; the defaults if None.
-    models
-        Models whose parameters are tested where they are no unknowns.
-
-    Returns
-    -------
-    SelfCalibration
-        Estimates and tests.
-
-    Raises
-    ------
-    InputError
-        The network has no calibration parameters.
-    RankDefect
-        Unknowns are open; the sentences say which, what could be estimated and what would help.
-    AdjustmentError
-        There are no start values, or the iteration does not converge.
-    """
+    """Calibrate the scanners of a network (method section 4.2)."""
     options = options or CalibrationOptions()
     names = calibration_names(network)
     if not names:

@@ -78,22 +78,7 @@ class Omitted(Result):
 
 
 def block_test(adjustment: Adjustment, names: Sequence[str], *, posterior: bool) -> BlockTest:
-    """Test scalars against zero together.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    names
-        The scalars.
-    posterior
-        With the a-posteriori sigma0?
-
-    Returns
-    -------
-    BlockTest
-        F-test, or chi-square a priori.
-    """
+    """Test scalars against zero together."""
     columns = np.concatenate([adjustment.columns(name) for name in names])
     layout = adjustment.layout
     values = adjustment.state.scalars[[layout.index("scalar", name) for name in names]]
@@ -119,22 +104,6 @@ def omitted_parameters(
     """Test each parameter of a model as the only further unknown.
 
     Parameters that the unknowns imitate entirely are left out.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    model
-        Its parameters are tested.
-    alpha
-        Significance of all tests together.
-    factor
-        Variance of unit weight that the sigmas are scaled with.
-
-    Returns
-    -------
-    list of Omitted
-        One for each parameter that can be tested.
     """
     given = model_columns(adjustment.assembly, adjustment.state, model)
     rest = unexplained(adjustment.design, adjustment.cofactor, given)
@@ -164,20 +133,6 @@ def station_test(
 
     Tested are deviations of every station but the first, as far as the unknowns (a common set for
     the stations of each instrument) cannot take them up.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    model
-        Parameters that may differ.
-    posterior
-        With the a-posteriori sigma0?
-
-    Returns
-    -------
-    BlockTest or None
-        None with a single station, or if nothing can be tested.
     """
     stations = np.unique(
         np.concatenate(

@@ -47,38 +47,25 @@ _ONE_FACE = ("x2", "x4", "x6", "x3", "x7", "x9n")
 
 @dataclass(frozen=True)
 class MeasuredDistances:
-    """Distances between targets in each of m scans.
+    """Distances between targets in each of m scans."""
 
-    Attributes
-    ----------
-    station : tuple of m str
-        Of each scan.
-    targets : tuple of t str
-        That every scan has, MOST of them at most.
-    index : array of int (p, 2)
-        Targets of each distance.
-    lengths : array (m, p)
-        Distances [m].
-    roots : array (m, p, 3 t)
-        ``F`` with the covariance ``F F^T`` of the distances of a scan [m].
-    columns : array (m, p, k)
-        What parameters of one make of them.
-    parameters : tuple of k str
-        Their names.
-    faces
-        True if every reading is a mean of both faces.
-    in_common
-        Number of targets that all scans have.
-    """
-
+    #: of each scan
     station: tuple[str, ...]
+    #: that every scan has, MOST of them at most
     targets: tuple[str, ...]
+    #: (p, 2), targets of each distance
     index: NDArray[np.int64]
+    #: (m, p), distances [m]
     lengths: Array
+    #: (m, p, 3 t), ``F`` with the covariance ``F F^T`` of the distances of a scan [m]
     roots: Array
+    #: (m, p, k), what parameters of one make of them
     columns: Array
+    #: their names
     parameters: tuple[str, ...]
+    #: true if every reading is a mean of both faces
     faces: bool
+    #: number of targets that all scans have
     in_common: int
 
     @property
@@ -145,27 +132,7 @@ class DistanceCheck(Test, without=("alpha", "in_common")):
 def measured_distances(
     readings: ScannerReadings, *stations: str, least: int = 3, most: int = MOST
 ) -> MeasuredDistances:
-    """Measure the distances between the targets that all scans of some stations have in common.
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    stations
-        The stations.
-    least, most
-        Number of common targets that it takes, and of those that are measured.
-
-    Returns
-    -------
-    MeasuredDistances
-        Of every scan.
-
-    Raises
-    ------
-    InputError
-        Fewer common targets than it takes.
-    """
+    """Measure the distances between the targets that all scans of some stations have in common."""
     scans = _scans(readings, stations)
     rows = [_of(readings, name, one) for name, one in scans]
     common = common_targets(readings, *stations)
@@ -199,27 +166,7 @@ def measured_distances(
 def compare_distances(
     readings: ScannerReadings, first: str, second: str, alpha: float = 0.05
 ) -> DistanceCheck:
-    """Compare distances between targets, means over the series of two stations (section 11.3).
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    first, second
-        The stations.
-    alpha
-        Error probability of the check.
-
-    Returns
-    -------
-    DistanceCheck
-        Differences, their test, and what explains them.
-
-    Raises
-    ------
-    InputError
-        Fewer than three targets that all scans have.
-    """
+    """Compare distances between targets, means over the series of two stations (section 11.3)."""
     measured = measured_distances(readings, first, second)
     sides = [measured.mean(name) for name in (first, second)]
     lengths = np.stack([side[0] for side in sides], axis=1)
@@ -253,20 +200,7 @@ def compare_distances(
 
 
 def common_targets(readings: ScannerReadings, *stations: str) -> list[str]:
-    """Targets that every scan of some stations has.
-
-    Parameters
-    ----------
-    readings
-        Means of faces; every station and series is a scan.
-    stations
-        The stations.
-
-    Returns
-    -------
-    list of str
-        In the order of the first scan.
-    """
+    """Targets that every scan of some stations has."""
     rows = [_of(readings, name, one) for name, one in _scans(readings, stations)]
     return [t for t in rows[0] if all(t in other for other in rows[1:])] if rows else []
 

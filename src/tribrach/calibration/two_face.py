@@ -91,20 +91,7 @@ def signatures(polar: Array) -> Array:
 
 
 def two_face_test(pairs: FacePairs, alpha: float = 0.05) -> TwoFaceTest:
-    """Test half differences of faces against noise and find their causes (method section 4.4).
-
-    Parameters
-    ----------
-    pairs
-        Half differences with the covariances of the readings.
-    alpha
-        Error probability of the whole.
-
-    Returns
-    -------
-    TwoFaceTest
-        Tests of the components, and misalignments.
-    """
+    """Test half differences of faces against noise and find their causes (method section 4.4)."""
     n = len(pairs)
     lower = np.linalg.cholesky(pairs.covariance)
     # three components, and all signatures together

@@ -122,13 +122,7 @@ def epochs(
 
 
 def _motions(word: str) -> tuple[str, ...]:
-    """Motions by the word of the option.
-
-    Raises
-    ------
-    UnknownName
-        Another word.
-    """
+    """Motions by the word of the option."""
     if word not in _MOTIONS:
         raise UnknownName("motion", word, _MOTIONS)
     return _MOTIONS[word]

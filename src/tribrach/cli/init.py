@@ -147,18 +147,12 @@ def _answer(question: str, taken: Callable[[str], T], default: str = "") -> T:
 
 @dataclass(frozen=True)
 class _Asked:
-    """Questions on what only somebody who was there knows.
+    """Questions on what only somebody who was there knows."""
 
-    Attributes
-    ----------
-    role, sigma
-        Are what lists are for and their sigmas to be asked, since no option says them?
-    said
-        What was guessed of the answers.
-    """
-
+    #: are what lists are for and their sigmas to be asked, since no option says them?
     role: bool
     sigma: bool
+    #: what was guessed of the answers
     said: list[str]
 
     def axes(self, folder: Path, found: list[FolderFile], axes: Axes | None) -> list[FolderFile]:

@@ -142,13 +142,7 @@ def _html(content: Report) -> Content:
 
 
 def project_of(files: list[Path]) -> Project | None:
-    """The project if its file is given and nothing else.
-
-    Raises
-    ------
-    InputError
-        It has scans, which only run looks at.
-    """
+    """The project if its file is given and nothing else."""
     if len(files) != 1 or files[0].suffix.lower() != ".toml":
         return None
     from tribrach.pipeline import refuse_scans

@@ -76,13 +76,7 @@ def run(
 
 
 def _refuse_no_project(path: Path) -> None:
-    """Point to ``init`` where a folder, a scan or a list is given instead of a project.
-
-    Raises
-    ------
-    InputError
-        It is no project file.
-    """
+    """Point to ``init`` where a folder, a scan or a list is given instead of a project."""
     if path.is_dir():
         projects = sorted(one.name for one in path.glob("*.toml"))
         cure = f"tribrach init {path} writes a project file for what lies there"

@@ -58,11 +58,6 @@ def tile_normals(
         Who does the tiles.
     progress
         Told of the core points done.
-
-    Returns
-    -------
-    Normals
-        As those of :func:`~tribrach.comparison.core_points.core_normals` from the whole reference.
     """
     checked_core(core)
 
@@ -101,11 +96,6 @@ def tile_m3c2(
         Who does the tiles.
     progress
         Told of the core points done.
-
-    Returns
-    -------
-    M3C2
-        As from both clouds as a whole.
     """
 
     def call(tile: Tile, rows: Index) -> tuple[Any, ...]:
@@ -128,24 +118,7 @@ def tile_m3c2_ep(
     engine: Engine = HERE,
     progress: Progress = _nothing,
 ) -> M3C2EP:
-    """The same with propagated uncertainty.
-
-    Parameters
-    ----------
-    cut, core, settings, normals, footprints, shares, engine, progress
-        As of :func:`tile_m3c2`.
-    stations
-        Those of the reference and the compared cloud with their joint covariance.
-    placements
-        Of the reference and the compared cloud, with their noise.
-    incidence
-        Does the noise of ranges grow with the incidence angle?
-
-    Returns
-    -------
-    M3C2EP
-        As from both clouds as a whole.
-    """
+    """The same with propagated uncertainty."""
     reach = _reach(settings)
 
     def call(tile: Tile, rows: Index) -> tuple[Any, ...]:

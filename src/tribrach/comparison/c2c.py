@@ -158,18 +158,6 @@ def cloud_to_cloud(
         Distances from local planes are positive towards it.
     size
         Points of either cloud in and around a tile, which is in memory at a time.
-
-    Returns
-    -------
-    C2C
-        Distances, their floor, and what is left of them.
-
-    Raises
-    ------
-    ValueError
-        The limit is not a length.
-    InputError
-        A coordinate is not a number.
     """
     with tiles(compared, reference, limit, size=size) as cut:
         return tile_distances(cut, limit, viewpoint=viewpoint)
@@ -200,11 +188,6 @@ def tile_distances(
         Who does the tiles.
     progress
         Told of the points done.
-
-    Returns
-    -------
-    C2C
-        Distances, their floor, and what is left of them.
     """
     calls = [Call(what, (tile, limit, viewpoint, what), cost=tile.asked) for tile in cut]
     found = dict(engine.completed(_look_at, calls, progress))
@@ -226,28 +209,19 @@ def tile_distances(
 
 @dataclass(eq=False)
 class _Looked:
-    """What one tile says.
+    """What one tile says."""
 
-    Attributes
-    ----------
-    tally, signed, sizes
-        Distances to points, from planes, and the sizes of these.
-    sample : array (k, 4)
-        Points on the map with their distances [m].
-    pattern
-        How the reference lies around the places.
-    places : array (p, 3)
-        Where it was looked at [m].
-    weights : array (p,)
-        How many points each stands for.
-    """
-
+    #: distances to points, from planes, and the sizes of these
     tally: Tally
     signed: Tally
     sizes: Tally
+    #: (k, 4), points on the map with their distances [m]
     sample: Array
+    #: how the reference lies around the places
     pattern: SamplingPattern
+    #: (p, 3), where it was looked at [m]
     places: Array
+    #: (p,), how many points each stands for
     weights: Array
 
 
@@ -494,28 +468,20 @@ class Tally:
     """Distances so far, and their figures.
 
     Sums are taken about the middle of the first chunk, so that they lose no digits.
-
-    Attributes
-    ----------
-    low, high
-        Limits of distances that count [m].
-    count, beyond
-        Distances within and beyond the limits.
-    shift
-        What sums are taken about [m].
-    total, squares
-        Sums of distances and their squares, less the shift [m, m^2].
-    bins
-        Histogram from low to high.
     """
 
+    #: limits of distances that count [m]
     low: float
     high: float
+    #: distances within and beyond the limits
     count: int = 0
     beyond: int = 0
+    #: what sums are taken about [m]
     shift: float = 0.0
+    #: sums of distances and their squares, less the shift [m, m^2]
     total: float = 0.0
     squares: float = 0.0
+    #: histogram from low to high
     bins: NDArray[np.int64] = field(default_factory=lambda: np.zeros(BINS, dtype=np.int64))
 
     def add(self, distances: Array) -> None:
@@ -574,11 +540,6 @@ class Tally:
 
         Within its bin distances are taken as even.
 
-        Parameters
-        ----------
-        share
-            Between 0 and 1.
-
         Returns
         -------
         float
@@ -598,26 +559,17 @@ class Tally:
 
 @dataclass
 class Sample:
-    """Rows of a long table, thinned evenly.
+    """Rows of a long table, thinned evenly."""
 
-    Attributes
-    ----------
-    most
-        Rows at most.
-    width
-        Columns.
-    step
-        One row of so many is taken.
-    seen
-        Rows that were offered.
-    rows : array (k, width)
-        The rows that were taken.
-    """
-
+    #: rows at most
     most: int
+    #: columns
     width: int
+    #: one row of so many is taken
     step: int = 1
+    #: rows that were offered
     seen: int = 0
+    #: (k, width), the rows that were taken
     rows: NDArray[Any] = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:

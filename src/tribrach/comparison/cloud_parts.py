@@ -24,18 +24,12 @@ CHUNK = 4_000_000
 
 @dataclass(frozen=True)
 class CloudChunk:
-    """Some points of a cloud.
+    """Some points of a cloud."""
 
-    Attributes
-    ----------
-    xyz : array (n, 3)
-        Points [m].
-    random : array (n, 6)
-        Covariances [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point (without the
-        station's part), None where nobody asked for them.
-    """
-
+    #: (n, 3), points [m]
     xyz: Array
+    #: (n, 6), covariances [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point (without
+    #: the station's part), None where nobody asked for them
     random: Array | None = None
 
 
@@ -83,16 +77,6 @@ def centred(
         Corners of the box, relative to the origin [m].
     most
         Points of a chunk at most.
-
-    Yields
-    ------
-    CloudChunk
-        Points relative to the origin.
-
-    Raises
-    ------
-    InputError
-        A coordinate is not finite.
     """
     waiting: list[CloudChunk] = []
     for part in source():

@@ -58,12 +58,6 @@ def core_points(
     -------
     array (m, 3)
         Core points [m].
-
-    Raises
-    ------
-    InputError
-        The spacing is not positive, the cloud is empty, it needs more than ``most`` points, or
-        it is wider than two million cells.
     """
     if not spacing > 0:
         raise InputError("the spacing of core points is not positive", record=f"{spacing:g} m")
@@ -173,26 +167,17 @@ def _merged(several: Sequence[_Cells]) -> _Cells:
 
 @dataclass(frozen=True)
 class Normals:
-    """Normals of core points.
+    """Normals of core points."""
 
-    Attributes
-    ----------
-    vectors : array (m, 3)
-        Unit normals, NaN where fewer than five points are near.
-    scale : array (m,)
-        The diameter D that was used [m].
-    roughness : array (m,)
-        Standard deviation of the points along the normal [m].
-    planarity : array (m,)
-        ``(l2 - l3) / l1``.
-    count : array (m,)
-        Points used.
-    """
-
+    #: (m, 3), unit normals, NaN where fewer than five points are near
     vectors: Array
+    #: (m,), the diameter D that was used [m]
     scale: Array
+    #: (m,), standard deviation of the points along the normal [m]
     roughness: Array
+    #: (m,), ``(l2 - l3) / l1``
     planarity: Array
+    #: (m,), points used
     count: Index
 
 
@@ -218,16 +203,6 @@ def core_normals(
         Normals look towards it.
     direction : array (3,)
         Without a scanner their component along it is positive; upwards if neither is given.
-
-    Returns
-    -------
-    Normals
-        Of the most planar scale at each core point.
-
-    Raises
-    ------
-    InputError
-        No scale, or one that is not positive.
     """
     if len(scales) == 0 or not min(scales) > 0:
         raise InputError("normals need scales that are positive lengths")

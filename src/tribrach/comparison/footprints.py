@@ -37,11 +37,6 @@ def beam_areas(core: Array, normals: Array, placement: Placement) -> Array:
     -------
     array (m,)
         Areas [m^2].
-
-    Raises
-    ------
-    InputError
-        The scan's origin is not known.
     """
     shared = _shared(placement)
     beam = core - placement.pose.translation
@@ -53,13 +48,7 @@ def beam_areas(core: Array, normals: Array, placement: Placement) -> Array:
 
 
 def shared_share(placement: Placement) -> float:
-    """Share of their range variance that points of one footprint share, 1 unless it is known.
-
-    Raises
-    ------
-    InputError
-        The scan's origin is not known.
-    """
+    """Share of their range variance that points of one footprint share, 1 unless it is known."""
     return _shared(placement).share
 
 

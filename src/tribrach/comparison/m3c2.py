@@ -57,33 +57,24 @@ _MEDIAN_COST = np.pi / 2
 class M3C2Settings:
     """Settings of M3C2.
 
-    Attributes
-    ----------
-    scales
-        Diameters D of the neighbourhoods for normals [m]; the most planar one is taken.
-    diameter, depth
-        Diameter d of the cylinder, and its depth to each side [m].
-    registration
-        Sigma of the registration along the normal [m].
-    median
-        Are medians taken instead of means?
-    scanner : array (3,)
-        Normals look towards it.
-    direction : array (3,)
-        Without a scanner normals look along it, upwards if neither is given.
-
     Raises
     ------
     InputError
         A length is not positive, or the registration negative.
     """
 
+    #: diameters D of the neighbourhoods for normals [m]; the most planar one is taken
     scales: Sequence[float]
+    #: diameter d of the cylinder, and its depth to each side [m]
     diameter: float
     depth: float
+    #: sigma of the registration along the normal [m]
     registration: float = 0.0
+    #: are medians taken instead of means?
     median: bool = False
+    #: (3,), normals look towards it
     scanner: Array | None = None
+    #: (3,), without a scanner normals look along it, upwards if neither is given
     direction: Array | None = None
 
     def __post_init__(self) -> None:
@@ -96,27 +87,18 @@ class M3C2Settings:
 
 @dataclass(frozen=True)
 class M3C2:
-    """Distances at core points (m, 3) with normals, and what they rest on; all in metres.
+    """Distances at core points (m, 3) with normals, and what they rest on; all in metres."""
 
-    Attributes
-    ----------
-    core : array (m, 3)
-        Core points.
-    normals
-        Their normals.
-    settings
-        How they were compared.
-    first, second
-        Points, position along the normal and spread in each cloud.
-    independent : array (m, 2)
-        Effective numbers of points, None where the beams are not known.
-    """
-
+    #: (m, 3), core points
     core: Array
+    #: their normals
     normals: Normals
+    #: how they were compared
     settings: M3C2Settings
+    #: points, position along the normal and spread in each cloud
     first: Positions
     second: Positions
+    #: (m, 2), effective numbers of points, None where the beams are not known
     independent: Array | None
 
     @cached_property
@@ -213,16 +195,6 @@ def m3c2(
         effective numbers.
     shares
         Share of their variance that points of one footprint share, in both clouds.
-
-    Returns
-    -------
-    M3C2
-        Distances and their levels of detection.
-
-    Raises
-    ------
-    InputError
-        No core points, coordinates that are not numbers, settings that make no sense.
     """
     checked_core(core)
     if normals is None:
@@ -242,13 +214,7 @@ def m3c2(
 
 
 def checked_core(core: Array) -> None:
-    """Refuse core points (m, 3) that nothing can be compared at.
-
-    Raises
-    ------
-    InputError
-        There are none, or a coordinate is not a number.
-    """
+    """Refuse core points (m, 3) that nothing can be compared at."""
     if len(core) == 0:
         raise InputError("there are no core points to compare at")
     if not np.isfinite(core).all():

@@ -46,27 +46,18 @@ _SPATIAL_95 = float(chi2.ppf(0.95, 3))
 
 @dataclass(frozen=True)
 class M3C2EP:
-    """Distances at core points (m, 3) with propagated uncertainty; all in metres.
+    """Distances at core points (m, 3) with propagated uncertainty; all in metres."""
 
-    Attributes
-    ----------
-    core : array (m, 3)
-        Core points.
-    normals
-        Their normals.
-    first, second
-        Weighted positions in each cloud.
-    independent : array (m, 2)
-        Effective numbers of points.
-    registration : array (m, 3, 3)
-        C_reg at the core points, with systematic angles.
-    """
-
+    #: (m, 3), core points
     core: Array
+    #: their normals
     normals: Normals
+    #: weighted positions in each cloud
     first: WeightedPositions
     second: WeightedPositions
+    #: (m, 2), effective numbers of points
     independent: Array
+    #: (m, 3, 3), C_reg at the core points, with systematic angles
     registration: Array
 
     @cached_property
@@ -165,16 +156,6 @@ def m3c2_ep(
         The stations of both clouds with their joint covariance.
     normals, footprints, shares
         As in plain M3C2.
-
-    Returns
-    -------
-    M3C2EP
-        Distances and their levels of detection.
-
-    Raises
-    ------
-    InputError
-        Points without covariances, no core points, coordinates that are not numbers.
     """
     checked_core(core)
     if normals is None:
@@ -194,52 +175,24 @@ def m3c2_ep(
 
 @dataclass(frozen=True)
 class WeightedPositions:
-    """A cloud in each of m cylinders.
+    """A cloud in each of m cylinders."""
 
-    Attributes
-    ----------
-    count : array (m,)
-        Points.
-    position : array (m,)
-        Weighted mean along the normal [m].
-    spread : array (m,)
-        Weighted standard deviation [m].
-    expected : array (m,)
-        What the covariances of the points foretell of the spread on a plane [m].
-    covariance : array (m, 3, 3)
-        Of the mean, all points independent [m^2].
-    place : array (m, 3)
-        Weighted mean of the points [m]; beside the core point where a cylinder is not full.
-    """
-
+    #: (m,), points
     count: Index
+    #: (m,), weighted mean along the normal [m]
     position: Array
+    #: (m,), weighted standard deviation [m]
     spread: Array
+    #: (m,), what the covariances of the points foretell of the spread on a plane [m]
     expected: Array
+    #: (m, 3, 3), of the mean, all points independent [m^2]
     covariance: Array
+    #: (m, 3), weighted mean of the points [m]; beside the core point where a cylinder is not full
     place: Array
 
 
 def weighted_means(cloud: Source, cylinders: Cylinders) -> WeightedPositions:
-    """Compute weighted means of a cloud in cylinders; NaN without points.
-
-    Parameters
-    ----------
-    cloud
-        Its points have random covariances.
-    cylinders
-        About the core points.
-
-    Returns
-    -------
-    WeightedPositions
-        Means and their covariances.
-
-    Raises
-    ------
-    InputError
-        A part of the cloud has no covariances.
-    """
+    """Compute weighted means of a cloud in cylinders; NaN without points."""
     sums = np.zeros((len(cylinders.core), 13))
     for part in centred(cloud, cylinders.origin, *cylinders.box):
         if part.random is None:

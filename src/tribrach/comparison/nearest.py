@@ -81,11 +81,6 @@ class Neighbours:
             Distances [m].
         indices : array of the same shape
             Rows of the reference.
-
-        Raises
-        ------
-        ValueError
-            Coordinates that are not finite.
         """
         distances, indices = self.local_query(points, limit, k)
         return distances, indices if self._order is None else self._order[indices]
@@ -135,11 +130,6 @@ def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Arra
         Distances [m].
     indices : array (n,)
         Rows of the reference.
-
-    Raises
-    ------
-    ValueError
-        Coordinates that are not finite.
     """
     return Neighbours(reference).query(query, limit)
 

@@ -72,15 +72,7 @@ class ComparedSurface(Result):
 
 
 def reasons_of(found: M3C2EP, pair: StationPair) -> Index:
-    """Why each core point (m,) is not compared: a number of a reason, -1 where it is.
-
-    Parameters
-    ----------
-    found
-        Distances with propagated uncertainty.
-    pair
-        Both stations.
-    """
+    """Why each core point (m,) is not compared: a number of a reason, -1 where it is."""
     out = np.full(len(found.core), COMPARED, dtype=np.int64)
     normals = found.normals.vectors
     bare = ~np.isfinite(normals[:, 0]) | (found.first.count == 0)

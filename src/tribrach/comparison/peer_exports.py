@@ -29,20 +29,13 @@ SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
 
 @dataclass(frozen=True)
 class PeerTransformation:
-    """A transformation of the second cloud with its uncertainty, for py4dgeo's M3C2-EP.
+    """A transformation of the second cloud with its uncertainty, for py4dgeo's M3C2-EP."""
 
-    Attributes
-    ----------
-    matrix : array (3, 4)
-        A and t.
-    covariance : array (12, 12)
-        Of the elements a11, a12, a13, a21 .. a33, then tx, ty, tz [m].
-    reference : array (3,)
-        x_0 [m].
-    """
-
+    #: (3, 4), A and t
     matrix: Array
+    #: (12, 12), of the elements a11, a12, a13, a21 .. a33, then tx, ty, tz [m].
     covariance: Array
+    #: (3,), x_0 [m]
     reference: Array
 
     @property
@@ -65,11 +58,6 @@ def alignment(
     motion
         What the second cloud still has to be moved by; None if it is in the frame of the first,
         as clouds of one project are.
-
-    Returns
-    -------
-    PeerTransformation
-        Arguments of ``py4dgeo.M3C2EP``.
     """
     rotation = np.eye(3) if motion is None else motion.rotation
     # x' = R x + s, written about the reference

@@ -71,11 +71,6 @@ class PointCells(NamedTuple):
             Points [m].
         size
             Side of a cell [m]; larger if there were too many.
-
-        Returns
-        -------
-        PointCells
-            The points in the order of their cells.
         """
         corner, top = corners(xyz) if len(xyz) else np.zeros((2, 3))
         while True:
@@ -220,11 +215,6 @@ def _heights(dx, dy, normal, radius, depth, size):  # type: ignore[no-untyped-de
 
     A point of the cylinder is ``t n + w`` with ``|t| <= depth``, ``|w| <= radius`` and w across n,
     so that w reaches at most ``radius |n_z|`` along the shadow of n and ``radius |n_xy|`` upwards.
-
-    Parameters
-    ----------
-    dx, dy
-        From the cylinder's centre to the middle of the column.
     """
     half = 0.7071068 * size
     flat = np.sqrt(normal[0] * normal[0] + normal[1] * normal[1])

@@ -71,16 +71,6 @@ def with_random(
         Where the surface is known; a point takes the normal of the nearest.
     incidence
         Are sigmas of ranges divided by the cosine of the incidence angle?
-
-    Returns
-    -------
-    Source
-        The cloud in chunks with covariances.
-
-    Raises
-    ------
-    ValueError
-        The placement has no noise of single points.
     """
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")
@@ -248,11 +238,6 @@ def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Predictio
         Both stations with their joint covariance.
     diameter
         Of the cylinders [m]; those that share points count for less.
-
-    Returns
-    -------
-    Prediction or None
-        None without any distance.
     """
     used = result.usable & np.isfinite(result.distance) & np.isfinite(result.sigma)
     if not used.any():
@@ -320,20 +305,7 @@ class OffsetTest(Result, also=("agrees",)):
 
 
 def compare_offsets(predictions: Sequence[Prediction], stations: StationPair) -> OffsetTest | None:
-    """Test the offsets of all sites of one pair of stations together.
-
-    Parameters
-    ----------
-    predictions
-        One of each site.
-    stations
-        Both stations with their joint covariance.
-
-    Returns
-    -------
-    OffsetTest or None
-        None without any site.
-    """
+    """Test the offsets of all sites of one pair of stations together."""
     if not predictions:
         return None
     rows = np.array([one.row for one in predictions])

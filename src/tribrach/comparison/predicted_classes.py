@@ -78,18 +78,7 @@ class PredictedClass(Result, without=("square",), also=("ratio", "limits", "verd
 
 
 def predicted_classes(sites: Sequence[SiteResult]) -> list[PredictedClass]:
-    """Put the clouds at all sites with a prediction into classes.
-
-    Parameters
-    ----------
-    sites
-        Results of sites.
-
-    Returns
-    -------
-    list of PredictedClass
-        By intensity where it is known, by range, by incidence, ascending.
-    """
+    """Put the clouds at all sites with a prediction into classes."""
     rows = np.array(list(_rows(sites)), dtype=float).reshape(-1, 8)
     rows = rows[rows[:, 3] > 0]
     out = []

@@ -29,21 +29,14 @@ _QUARTILES = 1.3489795003921634
 
 @dataclass(frozen=True)
 class Cylinders:
-    """Cylinders about the normals at core points.
+    """Cylinders about the normals at core points."""
 
-    Attributes
-    ----------
-    origin : array (3,)
-        What coordinates are relative to [m].
-    core, normal : array (m, 3)
-        Core points and unit normals.
-    radius, depth
-        Half the diameter, and the reach to each side [m].
-    """
-
+    #: (3,), what coordinates are relative to [m]
     origin: Array
+    #: (m, 3), core points and unit normals
     core: Array
     normal: Array
+    #: half the diameter, and the reach to each side [m]
     radius: float
     depth: float
 
@@ -68,20 +61,13 @@ class Cylinders:
 
 @dataclass(frozen=True)
 class Positions:
-    """A cloud in each of m cylinders.
+    """A cloud in each of m cylinders."""
 
-    Attributes
-    ----------
-    count : array (m,)
-        Points.
-    position : array (m,)
-        Mean or median along the normal [m].
-    spread : array (m,)
-        Standard deviation, or scaled interquartile range [m].
-    """
-
+    #: (m,), points
     count: Index
+    #: (m,), mean or median along the normal [m]
     position: Array
+    #: (m,), standard deviation, or scaled interquartile range [m]
     spread: Array
 
 
@@ -103,20 +89,6 @@ def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Posit
     """Medians of the distances, and their interquartile range over 1.349 as spread.
 
     The spread is sigma for normal noise.
-
-    Parameters
-    ----------
-    cloud
-        The cloud.
-    cylinders
-        About the core points.
-    most
-        Distances kept at the same time; the cloud is read once more for each such block.
-
-    Returns
-    -------
-    Positions
-        NaN without points.
     """
     count = means(cloud, cylinders).count
     position, spread = np.full(len(count), np.nan), np.full(len(count), np.nan)

@@ -86,13 +86,7 @@ class RegressionFit(Result, also=("dof",)):
 def fit_terms(
     model: str, y_name: str, x: Sequence[str], y: Array, columns: dict[str, Array]
 ) -> RegressionFit:
-    """Fit ``y`` (n,) as a combination of named columns (n,).
-
-    Raises
-    ------
-    InputError
-        Too few values, a y that does not vary, columns that depend on each other.
-    """
+    """Fit ``y`` (n,) as a combination of named columns (n,)."""
     n, u = len(y), len(columns)
     on = ", ".join(x)
     if n <= u:
@@ -218,16 +212,6 @@ def regress(
         is the incidence angle (degrees if its unit is not given).
     confidence
         Of the t-test of the quadratic term.
-
-    Returns
-    -------
-    Regression
-        All fits, and what they mean.
-
-    Raises
-    ------
-    InputError
-        Too few rows or values that do not vary, angles of 90 degrees and more.
     """
     units = units or {}
     n = len(values[y[0]])

@@ -56,25 +56,17 @@ COMPONENTS = ("out", "right", "up", "tilt", "turn", "spin")
 
 @dataclass(frozen=True, eq=False)
 class PlaceDistances:
-    """Distances of a later cloud from an earlier one at m places.
+    """Distances of a later cloud from an earlier one at m places."""
 
-    Attributes
-    ----------
-    core, normals : array (m, 3)
-        Where they hold [m], and unit normals.
-    values, sigma : array (m,)
-        Distances and their sigmas from points alone, neighbours in common included [m].
-    site : array (m,)
-        Number of the site of each.
-    pair
-        The stations of both clouds.
-    """
-
+    #: (m, 3), where they hold [m], and unit normals
     core: Array
     normals: Array
+    #: (m,), distances and their sigmas from points alone, neighbours in common included [m]
     values: Array
     sigma: Array
+    #: (m,), number of the site of each
     site: Index
+    #: the stations of both clouds
     pair: StationPair
 
     def __len__(self) -> int:
@@ -285,18 +277,6 @@ def components(core: Array, normals: Array, middle: Array, axes: Array) -> Array
 def part_motion(part: PlaceDistances, factor: float = 1.0) -> PartMotion | None:
     """The motion of a part, robust against distances that are not on it.
 
-    Parameters
-    ----------
-    part
-        Its distances.
-    factor
-        Variance factor of the parts of points.
-
-    Returns
-    -------
-    PartMotion or None
-        None with fewer than four distances, or fewer than the motions that they show.
-
     References
     ----------
     Method section 12.8.
@@ -331,18 +311,6 @@ def relative_motion(
 
     What the stations do to both alike cancels. The other part and this one have no distance in
     common.
-
-    Parameters
-    ----------
-    part
-        The distances that the motion is from.
-    motion, stable
-        Of the part, and of what is taken as stable.
-
-    Returns
-    -------
-    PartMotion or None
-        None where the stable part does not show what it would have to.
 
     References
     ----------

@@ -49,14 +49,9 @@ _DRAWS = 32
 
 @dataclass(frozen=True)
 class Floor:
-    """Distances that sampling alone makes.
+    """Distances that sampling alone makes."""
 
-    Attributes
-    ----------
-    mean, std, rms
-        Mean, standard deviation and root mean square [m].
-    """
-
+    #: mean, standard deviation and root mean square [m]
     mean: float
     std: float
     rms: float
@@ -114,28 +109,19 @@ class SamplingPattern:
 
     On horizontal surfaces upwards is the second axis of the plan. Without a lattice both pitches
     are the root of the area per point.
-
-    Attributes
-    ----------
-    known : array (n,)
-        True for places on a plane.
-    pitch : array (n, 2)
-        Pitches across and upwards [m].
-    lattice : array (n,)
-        True where a lattice has these pitches.
-    mean : array (n,)
-        Mean of the floor [m].
-    square : array (n,)
-        Mean square of the floor [m^2].
-    normal : array (n, 3)
-        Unit normals.
     """
 
+    #: (n,), true for places on a plane
     known: Mask
+    #: (n, 2), pitches across and upwards [m]
     pitch: Array
+    #: (n,), true where a lattice has these pitches
     lattice: Mask
+    #: (n,), mean of the floor [m]
     mean: Array
+    #: (n,), mean square of the floor [m^2]
     square: Array
+    #: (n, 3), unit normals
     normal: Array
 
     @classmethod
@@ -159,11 +145,6 @@ def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> Sampling
         Places in its frame [m].
     limit
         Distances beyond it have no part in the floor [m].
-
-    Returns
-    -------
-    SamplingPattern
-        Pitches, normals and floor of each place.
     """
     count = len(places)
     figures = np.full((count, 9), np.nan)

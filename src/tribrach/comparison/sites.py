@@ -34,21 +34,14 @@ _STEEPEST = np.radians(75.0)
 
 @dataclass(frozen=True)
 class ComparisonSite:
-    """A ball about a center, or a box between two corners.
+    """A ball about a center, or a box between two corners."""
 
-    Attributes
-    ----------
-    name
-        Of the site.
-    low, high
-        Corners of the box that holds it [m].
-    radius
-        Of a ball [m], None for a box.
-    """
-
+    #: of the site
     name: str
+    #: corners of the box that holds it [m]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
+    #: of a ball [m], None for a box
     radius: float | None = None
 
     @classmethod
@@ -99,11 +92,6 @@ def cut(
         Called with the number of points done.
     columns
         Of the chunks: three, or with light four.
-
-    Returns
-    -------
-    Spool
-        Points by number of the site.
     """
     spool, done = Spool(folder, len(sites), columns), 0
     for chunk in cloud():
@@ -137,11 +125,6 @@ def seen_from(scanner: Array, places: Array, normals: Array) -> Geometry | None:
         Places of the surface [m].
     normals : array (n, 3)
         Unit normals, NaN where there is no surface.
-
-    Returns
-    -------
-    Geometry or None
-        None without places.
     """
     if len(places) == 0:
         return None
@@ -171,11 +154,6 @@ def choose_sites(
         Sites at most.
     size
         Diameter of the balls [m].
-
-    Returns
-    -------
-    list of ComparisonSite
-        Those that differ most in range and incidence.
     """
     origin = np.mean([x.mean(axis=0) for x, _ in clouds if len(x)], axis=0)
     cells = [_cells(*cloud, origin, size) for cloud in clouds]

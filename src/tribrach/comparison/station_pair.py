@@ -36,17 +36,11 @@ _POSES = 12
 
 @dataclass(frozen=True)
 class PairSide:
-    """One scan of a pair.
+    """One scan of a pair."""
 
-    Attributes
-    ----------
-    placement
-        Where it stands, with its effects and its noise.
-    rows : array (6 + k,)
-        Rows of the covariance of the pair that move its points.
-    """
-
+    #: where it stands, with its effects and its noise
     placement: Placement
+    #: (6 + k,), rows of the covariance of the pair that move its points
     rows: Index
 
 
@@ -54,28 +48,21 @@ class PairSide:
 class StationPair:
     """Two stations with one covariance.
 
-    Attributes
-    ----------
-    first, second : array (3,)
-        Their places [m].
-    covariance : array (12 + k, 12 + k)
-        Of translation [m] and left rotation increment [rad] of the first, then of the second, then
-        of the effects of their scanners.
-    sides : tuple of PairSide or None
-        Both scans; None where nothing but their poses is known.
-    alike : tuple of str
-        Of two results, what both were given alike.
-
     Raises
     ------
     InputError
         The matrix is not a covariance of so many unknowns.
     """
 
+    #: (3,), their places [m]
     first: Array
     second: Array
+    #: (12 + k, 12 + k), of translation [m] and left rotation increment [rad] of the first, then of
+    #: the second, then of the effects of their scanners
     covariance: Array
+    #: both scans; None where nothing but their poses is known
     sides: tuple[PairSide, PairSide] | None = None
+    #: of two results, what both were given alike
     alike: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -87,20 +74,7 @@ class StationPair:
 
     @classmethod
     def of(cls, shared: SharedPart, first: str, second: str) -> StationPair:
-        """Two scans of one result.
-
-        Parameters
-        ----------
-        shared
-            What its points share.
-        first, second
-            Names of the scans, of two stations.
-
-        Raises
-        ------
-        InputError
-            Both scans are of one station.
-        """
+        """Two scans of one result."""
         scans = shared.scan(first), shared.scan(second)
         if scans[0].station == scans[1].station:
             raise InputError(
@@ -122,13 +96,6 @@ class StationPair:
     @classmethod
     def of_results(cls, one: SharedPart, first: str, two: SharedPart, second: str) -> StationPair:
         """Two scans of two results: what both were given alike is counted once.
-
-        Parameters
-        ----------
-        one, two
-            What the points of either result share, in one frame.
-        first, second
-            Names of the scans, of the first result and of the second.
 
         References
         ----------
@@ -240,11 +207,6 @@ class StationPair:
 
 def joint_covariance(one: SharedPart, two: SharedPart) -> tuple[Array, tuple[str, ...]]:
     """The covariance of what the points of two results share, and what both were given alike.
-
-    Parameters
-    ----------
-    one, two
-        Both results, in one frame.
 
     Returns
     -------

@@ -40,35 +40,23 @@ _FORWARD = [
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """Patches p of a surface.
+    """Patches p of a surface."""
 
-    Attributes
-    ----------
-    of : array (m,)
-        Patch of each distance, -1 where there are too few for one.
-    cells : array (p, 3)
-        Cells of the grid.
-    normal : array (p, 6, 6)
-        N of each.
-    right : array (p, 6)
-        b of each.
-    square : array (p,)
-        c of each.
-    count : array (p,)
-        Distances of each.
-    moments : array (p, 5)
-        Number, sum and sum of squares of the places of each from the common one [m].
-    lever
-        Length that turns are scaled by [m].
-    """
-
+    #: (m,), patch of each distance, -1 where there are too few for one
     of: Index
+    #: (p, 3), cells of the grid
     cells: Index
+    #: (p, 6, 6), N of each
     normal: Array
+    #: (p, 6), b of each
     right: Array
+    #: (p,), c of each
     square: Array
+    #: (p,), distances of each
     count: Index
+    #: (p, 5), number, sum and sum of squares of the places of each from the common one [m]
     moments: Array
+    #: length that turns are scaled by [m]
     lever: float
 
     def __len__(self) -> int:
@@ -174,11 +162,6 @@ def stable_patches(patches: Patches) -> Mask | None:
 
     Nothing is assumed of the registration, and nothing of which motion it is but that it is that of
     more than half of the patches that can be compared.
-
-    Parameters
-    ----------
-    patches
-        Of the whole surface.
 
     Returns
     -------

@@ -41,18 +41,12 @@ _FIRST, _ROWS, _LOW, _HIGH = 0, 1, slice(2, 5), slice(5, 8)
 
 @dataclass(frozen=True, eq=False)
 class Cuts:
-    """Boxes and the way to the box of a point.
+    """Boxes and the way to the box of a point."""
 
-    Attributes
-    ----------
-    boxes : array (k, 2, 3)
-        Their corners [m].
-    axis, at, below
-        Of each cut (c,): its axis, its place [m], and what lies below and above it (c, 2): the
-        number of another cut, or less one than minus the number of a box.
-    """
-
+    #: (k, 2, 3), their corners [m]
     boxes: Array
+    #: of each cut (c,): its axis, its place [m], and what lies below and above it (c, 2): the
+    #: number of another cut, or less one than minus the number of a box
     axis: Index
     at: Array
     below: Index
@@ -108,23 +102,16 @@ class Cuts:
 
 @dataclass(frozen=True, eq=False)
 class TiledCloud:
-    """A cloud by tiles, in files or in memory.
+    """A cloud by tiles, in files or in memory."""
 
-    Attributes
-    ----------
-    columns
-        Of its rows: three, or with light four.
-    blocks : tuple of array (b, 8)
-        For each tile the blocks of its file: first row, rows, least and largest coordinates [m].
-    folder
-        Where the files are, None where the rows are in memory.
-    rows : array (n, columns)
-        All rows of the only tile, None where they are in files.
-    """
-
+    #: of its rows: three, or with light four
     columns: int
+    #: (b, 8), for each tile the blocks of its file: first row, rows, least and largest coordinates
+    #: [m]
     blocks: tuple[Array, ...]
+    #: where the files are, None where the rows are in memory
     folder: Path | None = None
+    #: (n, columns), all rows of the only tile, None where they are in files
     rows: Array | None = None
 
     def count(self, number: int) -> int:
@@ -172,27 +159,18 @@ class TiledCloud:
 
 @dataclass(frozen=True, eq=False)
 class Tiles:
-    """Two clouds cut into tiles.
+    """Two clouds cut into tiles."""
 
-    Attributes
-    ----------
-    cuts
-        The boxes, which fill space.
-    compared, reference
-        Clouds A and B.
-    asked : array (k,)
-        Points of A in each box that are asked for.
-    origin : array (3,)
-        The first of them as they came [m], None where there is none.
-    site
-        Points of A outside of it are not asked for; None where all are.
-    """
-
+    #: the boxes, which fill space
     cuts: Cuts
+    #: clouds A and B
     compared: TiledCloud
     reference: TiledCloud
+    #: (k,), points of A in each box that are asked for
     asked: Index
+    #: (3,), the first of them as they came [m], None where there is none
     origin: Array | None
+    #: points of A outside of it are not asked for; None where all are
     site: ComparisonSite | None
 
     def __iter__(self) -> Iterator[Tile]:
@@ -222,17 +200,11 @@ class Tiles:
 
 @dataclass(frozen=True, eq=False)
 class Tile:
-    """One tile: a value that a task on another machine can be given, where it sees the files.
+    """One tile: a value that a task on another machine can be given, where it sees the files."""
 
-    Attributes
-    ----------
-    tiles
-        All of them.
-    number
-        Of this one.
-    """
-
+    #: all of them
     tiles: Tiles
+    #: of this one
     number: int
 
     @property
@@ -300,18 +272,6 @@ def tiles(
         Points of either in and around a tile; :data:`SIZE` if None.
     progress
         Called with ``"A"`` or ``"B"`` and the number of its points read.
-
-    Yields
-    ------
-    Tiles
-        The tiles.
-
-    Raises
-    ------
-    ValueError
-        The limit is not a length.
-    InputError
-        A coordinate is not a number.
     """
     if not (np.isfinite(limit) and limit > 0):
         raise ValueError("the limit must be above zero and finite")
@@ -345,30 +305,20 @@ def tiles(
 
 @dataclass(frozen=True, eq=False)
 class _Read:
-    """A cloud that was read once.
+    """A cloud that was read once."""
 
-    Attributes
-    ----------
-    columns
-        Of its rows.
-    count, asked
-        Its points, and those that are asked for.
-    sample : array (m, 3)
-        Some of them, evenly [m].
-    origin : array (3,)
-        The first that is asked for [m], None without any.
-    path
-        A file of all rows, None if they are held.
-    held : array (n, columns)
-        All rows, None if they are too many.
-    """
-
+    #: of its rows
     columns: int
+    #: its points, and those that are asked for
     count: int
     asked: int
+    #: (m, 3), some of them, evenly [m]
     sample: Array
+    #: (3,), the first that is asked for [m], None without any
     origin: Array | None
+    #: A file of all rows, None if they are held
     path: Path | None
+    #: (n, columns), all rows, None if they are too many
     held: Array | None
 
     def chunks(self) -> Iterator[Array]:

@@ -40,32 +40,21 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Settings:
-    """How epochs are compared.
+    """How epochs are compared."""
 
-    Attributes
-    ----------
-    references
-        Names of the points that are taken as stable until a test says otherwise; all if empty.
-    confidence
-        One minus the probability of a false alarm of each test.
-    power
-        Probability with which a minimal detectable displacement is found.
-    posterior
-        Variances are scaled by the a-posteriori factor of both epochs, and tests are those of F.
-    together
-        The tests of single points have the confidence together, after Šidák, not each.
-    most
-        Reference points that may have moved; the smaller half if None.
-    systematic : tuple of float
-        Bounds of what may be systematic in a difference in E, N and U [m].
-    """
-
+    #: names of the points that are taken as stable until a test says otherwise; all if empty
     references: tuple[str, ...] = ()
+    #: one minus the probability of a false alarm of each test
     confidence: float = 0.95
+    #: probability with which a minimal detectable displacement is found
     power: float = 0.8
+    #: variances are scaled by the a-posteriori factor of both epochs, and tests are those of F
     posterior: bool = False
+    #: the tests of single points have the confidence together, after Šidák, not each
     together: bool = False
+    #: reference points that may have moved; the smaller half if None
     most: int | None = None
+    #: bounds of what may be systematic in a difference in E, N and U [m]
     systematic: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -138,45 +127,30 @@ class CommonMotion(Result, keys={"statistic": "test"}):
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Everything that two epochs tell.
+    """Everything that two epochs tell."""
 
-    Attributes
-    ----------
-    difference
-        What was compared.
-    settings, limits
-        How.
-    search
-        Test of the reference points, and those of them that moved; None with too few of them.
-    displacements
-        Of all points, in the order of the difference.
-    stable
-        Names of the points that carry the datum.
-    partners
-        By the names of the points that moved: groups that explain it nearly as well.
-    own
-        The global test of the adjustment of each epoch; without redundancy where it is not known.
-    precision
-        Test of the variance factors of both epochs against each other; None where not known.
-    common
-        Motions that were taken out by choice, with their size.
-    whole
-        Congruence test of all points together.
-    held
-        Points that are held in both epochs: they are the datum.
-    """
-
+    #: what was compared
     difference: Difference
+    #: how
     settings: Settings
     limits: Limits
+    #: test of the reference points, and those of them that moved; None with too few of them
     search: StabilitySearch | None
+    #: of all points, in the order of the difference
     displacements: tuple[Displacement, ...]
+    #: names of the points that carry the datum
     stable: tuple[str, ...]
+    #: by the names of the points that moved: groups that explain it nearly as well
     partners: tuple[tuple[str, ...], ...]
+    #: the global test of the adjustment of each epoch; without redundancy where it is not known
     own: tuple[GlobalTest, GlobalTest]
+    #: test of the variance factors of both epochs against each other; None where not known
     precision: CongruenceTest | None
+    #: motions that were taken out by choice, with their size
     common: tuple[CommonMotion, ...]
+    #: congruence test of all points together
     whole: CongruenceTest
+    #: points that are held in both epochs: they are the datum
     held: tuple[str, ...]
 
     @property
@@ -189,22 +163,6 @@ def compare(
     difference: Difference, settings: Settings | None = None, chosen: Collection[str] = ()
 ) -> Comparison:
     """Test which points moved between two epochs.
-
-    Parameters
-    ----------
-    difference
-        Of the epochs.
-    settings
-        How they are compared.
-    chosen
-        Motions of the difference that were added by choice; their size is estimated.
-
-    Raises
-    ------
-    InputError
-        A reference point that is none of the points; a posteriori without a variance factor.
-    AdjustmentError
-        A covariance that is singular beyond the motions, or too few points for the datum.
 
     References
     ----------
@@ -356,13 +314,6 @@ def s_transformation(difference: Difference, stable: list[int]) -> tuple[Array, 
     """Differences (n, d) and their covariance in the datum of some points.
 
     ``S = I - G (G_s^T G_s)^-1 G_s^T E_s`` with the rows of the stable points (method section 12.3).
-
-    Parameters
-    ----------
-    difference
-        The differences.
-    stable
-        Numbers of the points that carry the datum.
     """
     basis = difference.basis
     k = len(basis)

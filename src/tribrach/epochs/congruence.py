@@ -34,20 +34,13 @@ LIKELIHOOD = 20.0
 
 @dataclass(frozen=True)
 class Limits:
-    """How statistics are tested: a priori by chi-square, or with an estimated variance by F.
+    """How statistics are tested: a priori by chi-square, or with an estimated variance by F."""
 
-    Attributes
-    ----------
-    alpha
-        Probability of a false alarm of one test.
-    factor
-        What statistics are divided by; 1 a priori.
-    dof
-        Degrees of freedom of that factor; 0 a priori.
-    """
-
+    #: probability of a false alarm of one test
     alpha: float = 0.05
+    #: what statistics are divided by; 1 a priori
     factor: float = 1.0
+    #: degrees of freedom of that factor; 0 a priori
     dof: int = 0
 
     def limit(self, dof: int, alpha: float | None = None) -> float:
@@ -196,47 +189,31 @@ class Congruence:
 
 @dataclass(frozen=True)
 class Moved:
-    """Points that do not take part in the congruence of the others.
+    """Points that do not take part in the congruence of the others."""
 
-    Attributes
-    ----------
-    points
-        Their numbers.
-    statistic
-        ``T`` of what is left without them.
-    """
-
+    #: their numbers
     points: tuple[int, ...]
+    #: ``T`` of what is left without them
     statistic: float
 
 
 @dataclass(frozen=True)
 class StabilitySearch:
-    """What was found among points that are taken as stable.
+    """What was found among points that are taken as stable."""
 
-    Attributes
-    ----------
-    before, after
-        The global test of all of them, and of those that stayed.
-    moved
-        Numbers of the points that moved; none if the first test is passed.
-    partners
-        Further groups of the same size that explain it nearly as well: which of them moved cannot
-        be told.
-    resolved
-        False if no group that leaves a majority stable explains the differences.
-    tried
-        Combinations that were compared.
-    exhaustive
-        False where there were too many of a size, and the best were sought step by step.
-    """
-
+    #: the global test of all of them, and of those that stayed
     before: CongruenceTest
     after: CongruenceTest
+    #: numbers of the points that moved; none if the first test is passed
     moved: tuple[int, ...]
+    #: further groups of the same size that explain it nearly as well: which of them moved cannot
+    #: be told
     partners: tuple[Moved, ...]
+    #: false if no group that leaves a majority stable explains the differences
     resolved: bool
+    #: combinations that were compared
     tried: int
+    #: false where there were too many of a size, and the best were sought step by step
     exhaustive: bool
 
 
@@ -251,15 +228,6 @@ def search_moved(form: Congruence, limits: Limits, *, most: int | None = None) -
     after the other smear several displacements over all points. A larger group takes the place of
     a smaller one only if it explains significantly more; one test in twenty of what is left fails
     although nothing else moved.
-
-    Parameters
-    ----------
-    form
-        The differences of the points that are taken as stable.
-    limits
-        Of the tests.
-    most
-        Points that may have moved; the smaller half if not given.
 
     References
     ----------

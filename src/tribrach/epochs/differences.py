@@ -50,32 +50,21 @@ _TURNS = 8
 
 @dataclass(frozen=True, eq=False)
 class Epoch:
-    """Adjusted coordinates of one epoch.
+    """Adjusted coordinates of one epoch."""
 
-    Attributes
-    ----------
-    label
-        What the epoch is called.
-    names
-        Of the n points.
-    xyz : array (n, 3)
-        E, N, U [m]; NaN where the network has no such coordinate.
-    covariance : array (3 n, 3 n)
-        A priori, of all coordinates together [m^2]; zero where one is held.
-    motions
-        Those of :data:`MOTIONS` that the observations leave open.
-    dof
-        Redundancy of the adjustment; 0 where it is not known.
-    factor
-        ``v^T P v / r``, the a-posteriori variance factor; NaN where it is not known.
-    """
-
+    #: what the epoch is called
     label: str
+    #: of the n points
     names: tuple[str, ...]
+    #: (n, 3), E, N, U [m]; NaN where the network has no such coordinate
     xyz: Array
+    #: (3 n, 3 n), A priori, of all coordinates together [m^2]; zero where one is held
     covariance: Array
+    #: those of :data:`MOTIONS` that the observations leave open
     motions: tuple[str, ...] = ()
+    #: redundancy of the adjustment; 0 where it is not known
     dof: int = 0
+    #: ``v^T P v / r``, the a-posteriori variance factor; NaN where it is not known
     factor: float = float("nan")
 
     def __post_init__(self) -> None:
@@ -97,39 +86,30 @@ class Difference:
 
     Attributes
     ----------
-    labels
-        Of both epochs.
-    names
-        Of the n points that both have.
-    xyz : array (n, 3)
-        Where they are, at the first epoch [m].
-    axes
-        Coordinates that are compared, of 0, 1, 2 for E, N, U.
-    values : array (n, d)
-        Differences [m].
-    covariance : array (n d, n d)
-        Of all differences together, a priori [m^2].
-    motions
-        What is taken out of them.
-    dof, factor
-        Redundancy and variance factor of both together; 0 and NaN where they are not known.
     equal_precision
         Ratio of the variance factors, its limits and the degrees of freedom; None where unknown.
-    alone
-        Names that only one of both has.
     """
 
+    #: of both epochs
     labels: tuple[str, str]
+    #: of the n points that both have
     names: tuple[str, ...]
+    #: (n, 3), where they are, at the first epoch [m]
     xyz: Array
+    #: coordinates that are compared, of 0, 1, 2 for E, N, U
     axes: tuple[int, ...]
+    #: (n, d), differences [m]
     values: Array
+    #: (n d, n d), of all differences together, a priori [m^2]
     covariance: Array
+    #: what is taken out of them
     motions: tuple[str, ...]
+    #: redundancy and variance factor of both together; 0 and NaN where they are not known
     dof: int = 0
     factor: float = float("nan")
     factors: tuple[float, float] = (float("nan"), float("nan"))
     dofs: tuple[int, int] = (0, 0)
+    #: names that only one of both has
     alone: tuple[tuple[str, ...], tuple[str, ...]] = ((), ())
     sentences: tuple[str, ...] = field(default=())
 
@@ -241,11 +221,6 @@ def difference(
         Covariance between both epochs, from control or instruments that they share.
     align_by
         Names by which the second epoch is turned onto the first; all common ones if not given.
-
-    Raises
-    ------
-    InputError
-        No common points, none with the coordinates that are asked for, an unknown motion.
     """
     strange = [m for m in free if m not in MOTIONS]
     if strange:

@@ -38,15 +38,6 @@ def baseline(cycles: Sequence[Epoch], label: str, align_by: Sequence[str] = ()) 
     ``x_i = x + G t_i + e_i``: the normal matrix is the sum of the weights of the cycles without
     their motions, and what it leaves open are the motions again.
 
-    Parameters
-    ----------
-    cycles
-        At least one; all with the same open motions.
-    label
-        Of the result.
-    align_by
-        Names by which cycles are laid on the first before the linear part.
-
     References
     ----------
     Method section 12.6.

@@ -37,16 +37,6 @@ def quadratic_range(values: Array, covariance: Array, bounds: Array) -> tuple[fl
     bounds : array (k,)
         b, 0 for none [m].
 
-    Returns
-    -------
-    tuple of float
-        ``T_min``, a bounded least-squares problem, and ``T_max``, which lies in a corner.
-
-    Raises
-    ------
-    InputError
-        More than twelve bounds, or a negative one.
-
     References
     ----------
     Method section 12.5.
@@ -88,15 +78,7 @@ def _least(white: Array, effect: Array) -> float:
 
 
 def answer(least: float, largest: float, limit: float) -> Answer:
-    """What the interval of a statistic says against its limit.
-
-    Parameters
-    ----------
-    least, largest
-        Of :func:`quadratic_range`.
-    limit
-        Quantile of the statistic without systematics.
-    """
+    """What the interval of a statistic says against its limit."""
     if least >= limit:
         return "moved"
     return "not moved" if largest <= limit else "cannot tell"

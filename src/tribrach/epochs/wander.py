@@ -41,11 +41,6 @@ def shared_factor(differences: Sequence[Difference]) -> float:
     the sights. A point does more by itself if more of its cycles are beyond that than chance
     explains. The one that is furthest out is left aside and the others are looked at again, as
     long as a majority is left.
-
-    Parameters
-    ----------
-    differences
-        Of the reference points, between cycles that follow each other; each cycle in one of them.
     """
     names = {name for changes in differences for name in changes.names}
     aside: set[str] = set()

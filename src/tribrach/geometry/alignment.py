@@ -27,26 +27,17 @@ _MIRROR_RATIO = 5.0
 
 @dataclass(frozen=True)
 class Alignment:
-    """One motion, ``world = scale * rotation @ local + translation``.
+    """One motion, ``world = scale * rotation @ local + translation``."""
 
-    Attributes
-    ----------
-    rotation : (d, d)
-        Determinant +1.
-    translation : (d,)
-        In metres.
-    scale
-        One for rigid motions.
-    rms
-        Root mean square of the lengths of the residuals [m].
-    mirror_rms
-        The same for the best improper rotation [m].
-    """
-
+    #: (d, d), determinant +1
     rotation: Array
+    #: (d,), in metres
     translation: Array
+    #: one for rigid motions
     scale: float
+    #: root mean square of the lengths of the residuals [m]
     rms: float
+    #: the same for the best improper rotation [m]
     mirror_rms: float
 
     def __call__(self, local: Array) -> Array:
@@ -80,30 +71,20 @@ class Alignment:
 
 @dataclass(frozen=True)
 class Groups:
-    """Alignments of G groups.
+    """Alignments of G groups."""
 
-    Attributes
-    ----------
-    rotation : (G, d, d)
-        Determinant +1.
-    translation : (G, d)
-        In metres.
-    scale : (G,)
-        One for rigid motions.
-    count : (G,)
-        Pairs of points with a weight above zero.
-    spread : (G,)
-        Standard deviation [m] of the points across their best line (in the plane: from their
-        centroid), which must not vanish.
-    mirrored : (G,)
-        True where the determinant had to be put right.
-    """
-
+    #: (G, d, d), determinant +1
     rotation: Array
+    #: (G, d), in metres
     translation: Array
+    #: (G,), one for rigid motions
     scale: Array
+    #: (G,), pairs of points with a weight above zero
     count: Index
+    #: (G,), standard deviation [m] of the points across their best line (in the plane: from their
+    #: centroid), which must not vanish
     spread: Array
+    #: (G,), true where the determinant had to be put right
     mirrored: NDArray[np.bool_]
 
     def residuals(self, group: Index, local: Array, world: Array) -> Array:
@@ -212,33 +193,15 @@ def _checked(local: Array, world: Array) -> tuple[Array, Array]:
 
 
 def kabsch(local: Array, world: Array, weights: Array | None = None) -> Alignment:
-    """Rigid motion of points (n, 3) with weights (n,); Kabsch, Acta Cryst. A32 (1976) 922.
-
-    Raises
-    ------
-    InputError
-        Fewer than three points, or all on one line.
-    """
+    """Rigid motion of points (n, 3) with weights (n,); Kabsch, Acta Cryst. A32 (1976) 922."""
     return _single(*_checked(local, world), weights, False)
 
 
 def umeyama(local: Array, world: Array, weights: Array | None = None) -> Alignment:
-    """Similarity of points (n, d); Umeyama, IEEE PAMI 13 (1991) 376, eqs 40 to 42.
-
-    Raises
-    ------
-    InputError
-        Too few points, or all on one line.
-    """
+    """Similarity of points (n, d); Umeyama, IEEE PAMI 13 (1991) 376, eqs 40 to 42."""
     return _single(*_checked(local, world), weights, True)
 
 
 def planar(local: Array, world: Array, weights: Array | None = None) -> Alignment:
-    """Rotation and shift of plan coordinates (n, 2), n >= 2.
-
-    Raises
-    ------
-    InputError
-        Fewer than two different points.
-    """
+    """Rotation and shift of plan coordinates (n, 2), n >= 2."""
     return _single(*_checked(local, world), weights, False)

@@ -86,11 +86,6 @@ def require_defined(polar: Array, source: Sequence[str] | NDArray[np.object_] = 
         r [m], H and V [rad]; V may be a raw back-face reading, between pi and 2 pi.
     source
         Where each came from, for the message; (n,) strings or empty.
-
-    Raises
-    ------
-    InputError
-        A range below 0.3 m, or a zenith angle within 0.5 degrees of a pole or outside the circle.
     """
     near = polar[:, 0] < NEAREST
     outside = (polar[:, 2] <= 0) | (polar[:, 2] >= 2 * np.pi)

@@ -24,17 +24,11 @@ _SKEWED = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """A rigid motion ``outer_from_inner``.
+    """A rigid motion ``outer_from_inner``."""
 
-    Attributes
-    ----------
-    rotation : (3, 3)
-        Proper and orthonormal.
-    translation : (3,)
-        In metres, the origin of the inner frame in the outer one.
-    """
-
+    #: (3, 3), proper and orthonormal
     rotation: Array
+    #: (3,), in metres, the origin of the inner frame in the outer one
     translation: Array
 
     @classmethod
@@ -44,14 +38,7 @@ class Pose:
 
     @classmethod
     def from_matrix(cls, matrix: Array) -> Self:
-        """The pose of a 4x4 matrix; its rotation is replaced by the nearest orthonormal one.
-
-        Raises
-        ------
-        InputError
-            The matrix is not finite, is not rigid (scaled, sheared, mirrored), or its last row is
-            not 0 0 0 1.
-        """
+        """The pose of a 4x4 matrix; its rotation is replaced by the nearest orthonormal one."""
         if not np.isfinite(matrix).all() or not np.allclose(matrix[3], [0, 0, 0, 1]):
             raise InputError("the 4x4 matrix is no rigid motion: its last row is not 0 0 0 1")
         u, s, vt = np.linalg.svd(matrix[:3, :3])

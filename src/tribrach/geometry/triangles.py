@@ -26,11 +26,6 @@ def covering_points(triangles: Array, spacing: float) -> Iterator[Array]:
         Corners [m].
     spacing
         Largest distance between neighbours [m].
-
-    Yields
-    ------
-    (k, 3) array
-        A chunk of points [m].
     """
     waiting = [np.asarray(triangles, dtype=float)]
     while waiting:

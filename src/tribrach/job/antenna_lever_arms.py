@@ -33,26 +33,18 @@ class UnlevelledArm(Result):
 class EstimatedLeverArm(
     Result, without=("name",), keys={"gap": "horizon_without_targets", "free": "unlevelled"}
 ):
-    """An estimated lever arm in the scanner frame.
-
-    Attributes
-    ----------
-    vector, covariance
-        (3,) [m] and (3, 3) [m^2], zero for held components.
-    stations
-        Those that carry it.
-    gap
-        Widest part of the horizon [rad] without targets, at the station that sees best all
-        around; None without targets.
-    free
-        Vector and covariance without what levels the scanners.
-    """
+    """An estimated lever arm in the scanner frame."""
 
     name: str
+    #: (3,) [m] and (3, 3) [m^2], zero for held components
     vector: Vector
     covariance: Matrix
+    #: those that carry it
     stations: tuple[str, ...]
+    #: widest part of the horizon [rad] without targets, at the station that sees best all around;
+    #: None without targets
     gap: float | None
+    #: vector and covariance without what levels the scanners
     free: UnlevelledArm | None = None
 
     @property
@@ -63,13 +55,7 @@ class EstimatedLeverArm(
 
 
 def lever_arms(adjustment: Adjustment, factor: float = 1.0) -> list[EstimatedLeverArm]:
-    """All lever arms of which a component is an unknown.
-
-    Parameters
-    ----------
-    factor
-        What multiplies a-priori covariances.
-    """
+    """All lever arms of which a component is an unknown."""
     carried = _carried(adjustment)
     unlevelled = _unlevelled(adjustment) if carried else None
     covariances = factor * adjustment.family_covariances("vector")

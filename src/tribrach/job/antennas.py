@@ -49,38 +49,22 @@ def height_sentences(adjustment: Adjustment) -> list[str]:
 
 @dataclass(frozen=True)
 class CarriedAntennas:
-    """What is known of stations that carry antennas or prisms, once adjusted.
+    """What is known of stations that carry antennas or prisms, once adjusted."""
 
-    Parameters
-    ----------
-    lever_arms : tuple of EstimatedLeverArm
-        Those that were estimated.
-    heights : tuple of str
-        Antennas that were switched off and stand too high or too low, a sentence each.
-    rigid : RigidModel or None
-        All stations as one rigid body.
-    obstacle : str
-        Why there is no such body, "" where there is nothing to be said.
-    """
-
+    #: those that were estimated
     lever_arms: tuple[EstimatedLeverArm, ...]
+    #: antennas that were switched off and stand too high or too low, a sentence each
     heights: tuple[str, ...]
+    #: all stations as one rigid body
     rigid: RigidModel | None = None
+    #: why there is no such body, "" where there is nothing to be said
     obstacle: str = ""
 
 
 def carried_antennas(
     survey: Survey, adjustment: Adjustment, factor: float = 1.0
 ) -> CarriedAntennas | None:
-    """Lever arms and the rigid model; None where no station carries an antenna or prism.
-
-    Parameters
-    ----------
-    survey, adjustment
-        What was observed, and the solved network.
-    factor
-        What multiplies a-priori covariances.
-    """
+    """Lever arms and the rigid model; None where no station carries an antenna or prism."""
     if not any(o.facts.places_station and len(o) for o in adjustment.network.observations):
         return None
     arms = tuple(lever_arms(adjustment, factor))

@@ -26,20 +26,13 @@ __all__ = ["NO_POSES", "ApproximatePoses", "approximate_poses"]
 
 @dataclass(frozen=True, eq=False)
 class ApproximatePoses:
-    """Approximate poses of scans in one frame.
+    """Approximate poses of scans in one frame."""
 
-    Parameters
-    ----------
-    poses
-        World from scanner, by the names of the scans.
-    sigma
-        What they may be wrong by.
-    origin
-        Where they come from, in words; "" without any.
-    """
-
+    #: world from scanner, by the names of the scans
     poses: Mapping[str, Pose] = field(default_factory=dict)
+    #: what they may be wrong by
     sigma: ApproximateSigma = APPROXIMATE
+    #: where they come from, in words; "" without any
     origin: str = ""
 
     @property
@@ -64,22 +57,7 @@ def approximate_poses(
     given: Sequence[Path] = (),
     sigma: ApproximateSigma = APPROXIMATE,
 ) -> ApproximatePoses:
-    """Take the poses of the first of three places that has any: lists, files beside, headers.
-
-    Parameters
-    ----------
-    scans
-        Scans by name.
-    given
-        Lists of poses, poses.json of a registration, files with one pose, folders of such files.
-    sigma
-        What the poses may be wrong by.
-
-    Raises
-    ------
-    InputError
-        A file that is no file of poses, or that tells no pose of these scans.
-    """
+    """Take the poses of the first of three places that has any: lists, files beside, headers."""
     if given:
         poses: dict[str, Pose] = {}
         words: list[str] = []

@@ -46,27 +46,18 @@ GATES = OrientationGates()
 
 @dataclass(frozen=True, eq=False)
 class BoardSighting:
-    """One observation of a board.
+    """One observation of a board."""
 
-    Attributes
-    ----------
-    table, item
-        Its place in the survey: number of the table and of the observation in it.
-    target
-        Name of the board.
-    detection
-        What was found.
-    pose
-        Of the scanner, world from scanner, approximate.
-    by_place : (3, 3)
-        Derivatives of the observed values by the place of the centre in the scanner frame.
-    """
-
+    #: its place in the survey: number of the table and of the observation in it
     table: int
     item: int
+    #: name of the board
     target: str
+    #: what was found
     detection: Detection
+    #: of the scanner, world from scanner, approximate
     pose: Pose
+    #: (3, 3), derivatives of the observed values by the place of the centre in the scanner frame
     by_place: Array
 
     @property

@@ -44,31 +44,21 @@ class BudgetPart(Result):
 
 @dataclass(frozen=True)
 class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "shared")):
-    """A class of the points of a station, and what their covariances are made of.
+    """A class of the points of a station, and what their covariances are made of."""
 
-    Attributes
-    ----------
-    station
-        Its name.
-    region
-        The class in words.
-    points, share
-        Sampled points, and their share of those of the station.
-    parts
-        What adds up.
-    by
-        What the class is of: region, by range [m] and incidence [degrees], or intensity.
-    range_share
-        Share of the variance of ranges that neighbouring points have in common, None where nobody
-        says.
-    """
-
+    #: its name
     station: str
+    #: the class in words
     region: str
+    #: sampled points, and their share of those of the station
     points: int
     share: float
+    #: what adds up
     parts: tuple[BudgetPart, ...]
+    #: what the class is of: region, by range [m] and incidence [degrees], or intensity
     by: Literal["region", "intensity"] = "region"
+    #: share of the variance of ranges that neighbouring points have in common, None where nobody
+    #: says
     range_share: float | None = None
 
     @property
@@ -231,19 +221,7 @@ def error_budget(
     samples: SurfaceSamples,
     factor: float = 1.0,
 ) -> list[BudgetRow]:
-    """State the budget of the regions of every station whose points have a covariance.
-
-    Parameters
-    ----------
-    scans, placements
-        Scans, and where they stand by their names.
-    adjustment
-        The network that placed them.
-    samples
-        Some points of the scans.
-    factor
-        On a-priori covariances, as in the placements (a posteriori variance).
-    """
+    """State the budget of the regions of every station whose points have a covariance."""
     rows: list[BudgetRow] = []
     known = [scan for scan in scans if placements[scan.name].noise is not None]
     taken = samples.of(known)
@@ -263,17 +241,7 @@ def error_budget(
 def station_shares(
     adjustment: Adjustment, where: Placement, factor: float = 1.0
 ) -> dict[str, Array]:
-    """Shares (6, 6) of the covariance of a station by what they come from; they add up to it.
-
-    Parameters
-    ----------
-    adjustment
-        The network that placed it.
-    where
-        The station, in the work frame.
-    factor
-        On a-priori covariances, as in the placement.
-    """
+    """Shares (6, 6) of the covariance of a station by what they come from; they add up to it."""
     shares = by_category(contributions(adjustment, where.station), factor)
     rest = where.covariance - factor * adjustment.covariance(where.station)
     return shares | _considered(rest, where)

@@ -105,22 +105,7 @@ class Calibrations:
         stations: Iterable[str],
         whose: Callable[[str], str | None] | None = None,
     ) -> None:
-        """Give scanner stations of a survey their calibration models.
-
-        Parameters
-        ----------
-        survey : Survey
-            Its readings of these stations get the models.
-        stations : Iterable[str]
-            Names of the stations.
-        whose : callable, optional
-            Name of the instrument of a station; the rule of measured stations if not given.
-
-        Raises
-        ------
-        InputError
-            Readings that the model cannot hold for.
-        """
+        """Give scanner stations of a survey their calibration models."""
         whose = whose or self.instruments.of_station
         models = {}
         for station in stations:

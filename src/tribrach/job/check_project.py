@@ -44,26 +44,17 @@ _OPEN, _QUICK = 3, 2000
 
 @dataclass(frozen=True)
 class ProjectCheck:
-    """What was found in a project before it is run.
+    """What was found in a project before it is run."""
 
-    Attributes
-    ----------
-    path
-        The project file.
-    mistakes
-        What would stop a run, each with file and line.
-    doubts
-        What looks wrong and would not stop it, without the stop.
-    readings
-        What was taken for something that a file does not say, without the stop.
-    contents
-        What the project holds, in words.
-    """
-
+    #: the project file
     path: Path
+    #: what would stop a run, each with file and line
     mistakes: tuple[InputError, ...]
+    #: what looks wrong and would not stop it, without the stop
     doubts: tuple[str, ...]
+    #: what was taken for something that a file does not say, without the stop
     readings: tuple[str, ...]
+    #: what the project holds, in words
     contents: str
 
     @property
@@ -73,17 +64,7 @@ class ProjectCheck:
 
 
 def check_project(path: Path) -> ProjectCheck:
-    """Look for everything that is wrong in a project and its files.
-
-    Parameters
-    ----------
-    path
-        The project file.
-
-    Returns
-    -------
-    ProjectCheck
-    """
+    """Look for everything that is wrong in a project and its files."""
     refused = RefusalCollector()
     with all_told():
         project = load_leniently(path, refused)

@@ -128,10 +128,6 @@ def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
 
     poses : a file as Tribrach writes it beside its clouds; that one is taken if none is given. The
     scan in it is found by the name of the cloud. Clouds with poses of their own need none.
-
-    Raises
-    ------
-    InputError : what the reader has to say; a file of poses that is none.
     """
     scans = tuple(screened(scan) for scan in read_scans(path))
     scanner = None
@@ -302,12 +298,7 @@ def _region(
 
 
 def refuse_other_frames(a: CloudFile, b: CloudFile) -> None:
-    """Clouds that say to be in different coordinate systems are not compared.
-
-    Raises
-    ------
-    InputError : both name a coordinate system, and not the same.
-    """
+    """Clouds that say to be in different coordinate systems are not compared."""
     if a.crs is None or b.crs is None or a.crs == b.crs:
         return
     try:

@@ -48,23 +48,15 @@ _LEVEL = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class CloudPairs:
-    """Pairs of stations by their clouds.
+    """Pairs of stations by their clouds."""
 
-    Parameters
-    ----------
-    edges
-        Relative poses that the loops bear out.
-    joints
-        Those of them that hold all six directions.
-    sentences
-        What is weak and what was not used.
-    obstacles
-        By the names of two stations why they have no pose.
-    """
-
+    #: relative poses that the loops bear out
     edges: tuple[CloudEdge, ...]
+    #: those of them that hold all six directions
     joints: tuple[Joint, ...]
+    #: what is weak and what was not used
     sentences: tuple[str, ...]
+    #: by the names of two stations why they have no pose
     obstacles: Mapping[frozenset[str], str]
 
 
@@ -92,11 +84,6 @@ def cloud_pairs(
         ``proposed`` for the pairs that promise most, ``all`` for every pair.
     progress
         Called with what is being done.
-
-    Raises
-    ------
-    InputError
-        A scan whose scanner's place is not known, or without surfaces.
     """
     stations: dict[str, list[StationScan]] = {}
     for scan in scans:

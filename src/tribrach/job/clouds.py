@@ -66,22 +66,7 @@ def note_written(state: Remembered, path: Path, scans: Sequence[StationScan]) ->
 def remove_superseded(
     state: Remembered, folder: Path, current: Sequence[Path], scans: Sequence[StationScan]
 ) -> list[str]:
-    """Remove clouds that others have taken the place of; the names of their files.
-
-    Parameters
-    ----------
-    state, folder
-        Where clouds are remembered and written.
-    current
-        The clouds of this run, all of them written.
-    scans
-        What they hold.
-
-    Raises
-    ------
-    InputError
-        A file cannot be removed.
-    """
+    """Remove clouds that others have taken the place of; the names of their files."""
     held, gone = set(_marks(scans)), []
     for record, note, sizes in state.records(_NOTE, _Note):
         path = _own(folder, note, sizes)
@@ -172,27 +157,18 @@ _WORTH_SAYING = 0.01
 
 @dataclass(frozen=True)
 class Product:
-    """A cloud that was written.
+    """A cloud that was written."""
 
-    Parameters
-    ----------
-    path, scans
-        Its file and the names of the scans in it.
-    summary
-        What its points are like.
-    step
-        Of stored coordinates [m], None for a copy, which has those of its source.
-    new
-        Was it written in this run?
-    sentences
-        What the file cannot carry.
-    """
-
+    #: its file and the names of the scans in it
     path: Path
     scans: tuple[str, ...]
+    #: what its points are like
     summary: CloudSummary
+    #: of stored coordinates [m], None for a copy, which has those of its source
     step: float | None
+    #: was it written in this run?
     new: bool
+    #: what the file cannot carry
     sentences: tuple[str, ...] = ()
 
 
@@ -210,19 +186,6 @@ def write_clouds(
 
     Clouds that an earlier run wrote of the same scans in another grouping or format are removed
     when all of these are there.
-
-    Parameters
-    ----------
-    scans, placements
-        What is in the clouds, and where it stands by the names of the scans.
-    frame, section
-        The frame of the clouds, and what the project says of them.
-    folder, state
-        Where clouds are written and remembered.
-    progress
-        Called with the name of the cloud, points done, points in all.
-    sigma_origin
-        Whether the covariances of the placements are a priori or a posteriori.
     """
     state.sweep(folder)
     numbers = {name: k for k, name in enumerate(station_order(scans), start=1)}
@@ -345,13 +308,7 @@ class CloudProduct:
         return max(1e-4, min(own or 1.0, 3 * float(np.sqrt(np.diag(where.covariance)[:3].min()))))
 
     def write(self, path: Path, progress: Callable[[str, int, int | None], None]) -> CloudSummary:
-        """Write the file; the summary of its points.
-
-        Raises
-        ------
-        InputError
-            Several scans for one E57 file that are not all scans of one E57 source.
-        """
+        """Write the file; the summary of its points."""
         if self.in_scanner and not self.copied and len(self.scans) > 1:
             raise InputError(
                 "an E57 file keeps points in the frame of their scanner, one scan per file",

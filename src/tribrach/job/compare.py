@@ -80,10 +80,6 @@ def compare_clouds(
     called with the number of each site and its distances with propagated uncertainty; engine : who
     compares the tiles of large clouds; progress : called with what is done, points so far and in
     all.
-
-    Raises
-    ------
-    InputError : damaged files, frames that differ, nothing of A within the limit of B.
     """
     refuse_other_frames(a, b)
     work = _Work(a, b, method, limit, stations, incidence, distances, engine, progress)

@@ -37,10 +37,6 @@ def convert_scans(
 
     placed : carry points by the pose of the scan, formats with a pose of their own keep it
     instead; step : of integer coordinates [m]. Returns files with their numbers of points.
-
-    Raises
-    ------
-    InputError : a scan without pose that is to be placed, or the file would overwrite its source.
     """
     paths = [_numbered(destination, number) for number in range(1, len(scans) + 1)]
     if len(scans) == 1:
@@ -58,27 +54,7 @@ def convert_scans(
 
 
 def as_copc(source: Path, *, path: Path, progress: Progress) -> int:
-    """Write a cloud as COPC for a viewer, in the steps that it is stored in.
-
-    Parameters
-    ----------
-    source : Path
-        The cloud; one with poses of its own is placed by them.
-    path : Path
-        The COPC file.
-    progress : Progress
-        Told of the points done.
-
-    Returns
-    -------
-    int
-        Number of points.
-
-    Raises
-    ------
-    InputError
-        A cloud that cannot be read, or that has several scans.
-    """
+    """Write a cloud as COPC for a viewer, in the steps that it is stored in."""
     # the reader of LAS takes its time to load, and only some conversions need it
     from tribrach.io.clouds.copc_head import stored_step
 
@@ -94,12 +70,7 @@ def as_copc(source: Path, *, path: Path, progress: Progress) -> int:
 
 
 def _numbered(path: Path, number: int) -> Path:
-    """``a.copc.laz`` becomes ``a-2.copc.laz``.
-
-    Raises
-    ------
-    InputError : a folder without a name.
-    """
+    """``a.copc.laz`` becomes ``a-2.copc.laz``."""
     name = path.name
     if not name:
         raise InputError("this is a folder, no file", file=path, cure="name a file in it")

@@ -26,23 +26,6 @@ def found_again(findings: Sequence[Findings], edits: Edits) -> list[Findings]:
     """What was found in scans, without the targets that were rejected by hand.
 
     These are listed among the rejected candidates, with the reason.
-
-    Parameters
-    ----------
-    findings : sequence of Findings
-        As the finders left them.
-    edits : Edits
-        The decisions.
-
-    Returns
-    -------
-    list of Findings
-        Of the same scans.
-
-    Raises
-    ------
-    InputError
-        A decision about a scan or target that is not there, with file, entry and the nearest.
     """
     out = list(findings)
     places = {finding.scan: k for k, finding in enumerate(findings)}
@@ -95,13 +78,7 @@ def _far(finding: Findings, center: Array) -> tuple[str, str]:
 def names_by_hand(
     edits: Edits, targets: Mapping[str, Sequence[Detection]], scans: Sequence[StationScan]
 ) -> dict[str, dict[int, str]]:
-    """Names that were decided by hand, by station and number of the detection there.
-
-    Raises
-    ------
-    InputError
-        Two targets of a station have one name, or a name is one of those given to tie points.
-    """
+    """Names that were decided by hand, by station and number of the detection there."""
     out: dict[str, dict[int, str]] = {}
     station_of = {scan.name: scan.station for scan in scans}
     for number, target in enumerate(edits.target):
@@ -137,18 +114,6 @@ def with_names(
     A name that is given to one sight of a tie point is that of the point, wherever else it was
     seen; sights of it that were given several names are what they were named, and the rest keeps
     its number.
-
-    Parameters
-    ----------
-    names : mapping of str to sequence of str
-        Names of the targets of each station as they were matched, "" for none.
-    by_hand : mapping of str to mapping
-        Names by station and number of the target there.
-
-    Returns
-    -------
-    dict of str to tuple of str
-        Of the same stations.
     """
     given: dict[str, set[str]] = {}
     for station, own in by_hand.items():

@@ -28,29 +28,19 @@ R = TypeVar("R")
 
 @dataclass(frozen=True)
 class Item:
-    """A product that is wanted.
+    """A product that is wanted."""
 
-    Parameters
-    ----------
-    product
-        Its name among what is remembered.
-    what
-        What is done for it, in words, such as ``targets of S1``.
-    values
-        What its task gets: all that it depends on.
-    source
-        The file that its task reads above all.
-    cost
-        Work in comparison to the other items, such as points.
-    file
-        The file that its task writes, on the disk of the results; None if it writes none.
-    """
-
+    #: its name among what is remembered
     product: str
+    #: what is done for it, in words, such as ``targets of S1``
     what: str
+    #: what its task gets: all that it depends on
     values: tuple[Any, ...]
+    #: the file that its task reads above all
     source: Path | None = None
+    #: work in comparison to the other items, such as points
     cost: float = 0.0
+    #: the file that its task writes, on the disk of the results; None if it writes none
     file: Path | None = None
 
     @property
@@ -67,36 +57,7 @@ def each(
     progress: Progress,
     made: Callable[[int], None] = lambda number: None,
 ) -> list[R]:
-    """Products of every item; those that have not changed since the last run come from there.
-
-    Parameters
-    ----------
-    task
-        A function of a module that makes the product of an item from its values, and gets
-        ``progress``; where items have files ``path`` as well, under which it writes. The type that
-        it returns says how products are remembered. See :mod:`tribrach.tasks.engine`.
-    items
-        What is wanted; products of different names.
-    state
-        What is remembered, and who does what is not.
-    progress
-        Told of what is done.
-    made
-        Told the number of an item that was made anew; its file is in place, and it is not yet
-        remembered.
-
-    Returns
-    -------
-    list of R
-        In the order of the items.
-
-    Raises
-    ------
-    InputError
-        A file would take the place of one that is not ours.
-    Exception
-        What the first task that fails raises; products that were ready are remembered.
-    """
+    """Products of every item; those that have not changed since the last run come from there."""
     keys = [state.key(task, *item.values) for item in items]
     form = product_type(task)
     found = [

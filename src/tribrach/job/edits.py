@@ -12,28 +12,7 @@ __all__ = ["decided_marks", "obeyed"]
 
 
 def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
-    """Give observations the uses and points the roles that were decided by hand.
-
-    Parameters
-    ----------
-    network : Network
-        As it was measured.
-    edits : Edits
-        The decisions; those about targets have been done before.
-    whole : bool
-        False for a part of the network: what it does not have is passed over.
-
-    Returns
-    -------
-    Network
-        A changed copy, with the decisions among its ``edits``.
-
-    Raises
-    ------
-    InputError
-        A decision about an observation or point that the network does not have, with file, entry
-        and the nearest names.
-    """
+    """Give observations the uses and points the roles that were decided by hand."""
     if whole:
         network = network.noting(_told(target) for target in edits.target)
     for number, role in enumerate(edits.role):
@@ -65,23 +44,6 @@ def decided_marks(survey: Survey, edits: Edits) -> Survey:
 
     Decided is before the part is taken: given coordinates of a check point become control, and what
     a file switched off comes back.
-
-    Parameters
-    ----------
-    survey : Survey
-        Of a project, with or without what scans add.
-    edits : Edits
-        The decisions; what is not about marks is passed over.
-
-    Returns
-    -------
-    Survey
-        The part; without tables if nothing was measured of marks.
-
-    Raises
-    ------
-    InputError
-        A decision that cannot be done, with file and entry.
     """
     every = survey.of_marks(active=False)
     if not (edits.edit or edits.role) or not every.tables():

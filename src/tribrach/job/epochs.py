@@ -39,72 +39,44 @@ MOST = 5000
 
 @dataclass(frozen=True, eq=False)
 class EpochInput:
-    """An epoch, and where it comes from.
+    """An epoch, and where it comes from."""
 
-    Attributes
-    ----------
-    epoch
-        Its coordinates.
-    site
-        Where their frame lies.
-    adjustment
-        The network behind it; None where a file has the coordinates alone.
-    control
-        Names of its control points.
-    sentences
-        What is to be known of it.
-    """
-
+    #: its coordinates
     epoch: Epoch
+    #: where their frame lies
     site: Any
+    #: the network behind it; None where a file has the coordinates alone
     adjustment: Adjustment | None = None
+    #: names of its control points
     control: tuple[str, ...] = ()
+    #: what is to be known of it
     sentences: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class EpochSettings:
-    """What is compared, and how.
+    """What is compared, and how."""
 
-    Attributes
-    ----------
-    tests
-        Of the comparison.
-    space
-        Heights, plan or 3D; all that both epochs have if None.
-    free
-        Further motions that are taken out.
-    """
-
+    #: of the comparison
     tests: Settings = Settings()
+    #: heights, plan or 3D; all that both epochs have if None
     space: Space | None = None
+    #: further motions that are taken out
     free: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class ComparedEpochs:
-    """A comparison and what is to be known of its epochs.
+    """A comparison and what is to be known of its epochs."""
 
-    Attributes
-    ----------
-    comparison
-        What became of every point.
-    sentences
-        Of the files, and of what both epochs share.
-    """
-
+    #: what became of every point
     comparison: Comparison
+    #: of the files, and of what both epochs share
     sentences: tuple[str, ...]
 
 
 def epoch_of(adjustment: Adjustment, label: str) -> EpochInput:
-    """The points of an adjusted network as an epoch, covariances a priori.
-
-    Raises
-    ------
-    InputError
-        More points than a joint covariance can be made of.
-    """
+    """The points of an adjusted network as an epoch, covariances a priori."""
     names = adjustment.layout.names["point"]
     if 3 * len(names) > MOST:
         raise InputError(
@@ -145,16 +117,7 @@ def _motions(adjustment: Adjustment) -> tuple[str, ...]:
 def compare_epochs(
     first: EpochInput, second: EpochInput, settings: EpochSettings
 ) -> ComparedEpochs:
-    """Compare two epochs in the frame of the first.
-
-    Raises
-    ------
-    InputError
-        No common points or coordinates, an unknown reference point or motion, frames that cannot
-        be brought together.
-    AdjustmentError
-        A covariance that cannot be tested.
-    """
+    """Compare two epochs in the frame of the first."""
     second, moved = _in_frame(second, first)
     sentences = [*first.sentences, *second.sentences, *moved]
     cross = None
@@ -205,13 +168,7 @@ def _control(first: EpochInput, second: EpochInput, tests: Settings) -> tuple[Se
 
 
 def _in_frame(second: EpochInput, first: EpochInput) -> tuple[EpochInput, list[str]]:
-    """The second epoch in the work frame of the first.
-
-    Raises
-    ------
-    InputError
-        One of both frames lies nowhere.
-    """
+    """The second epoch in the work frame of the first."""
     one, two = first.site, second.site
     both = [isinstance(s, EllipsoidSite) for s in (one, two)]
     if not any(both) or one == two:

@@ -17,27 +17,7 @@ __all__ = ["station_surfels"]
 def station_surfels(
     stations: Mapping[str, Sequence[StationScan]], state: Remembered, progress: Progress
 ) -> dict[str, PreparedScan]:
-    """Prepare every station for registration; those of unchanged scans come from the last run.
-
-    Parameters
-    ----------
-    stations
-        Their scans, which are one cloud, by name.
-    state
-        Where surfels are remembered, and who makes those that are not.
-    progress
-        Called with what is being done.
-
-    Returns
-    -------
-    dict of str to PreparedScan
-        By the names of the stations.
-
-    Raises
-    ------
-    InputError
-        A scan without surfaces, or one that cannot be read.
-    """
+    """Prepare every station for registration; those of unchanged scans come from the last run."""
     items = [
         Item(
             f"surfels-{name}",

@@ -97,27 +97,7 @@ def _found(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> 
 def found_alone(
     scan: StationScan, wanted: TargetSection, *, progress: Progress
 ) -> tuple[StationScan, Findings]:
-    """Find the targets of a scan that belongs to no project.
-
-    Parameters
-    ----------
-    scan : StationScan
-        As its file has it.
-    wanted : TargetSection
-        What is looked for.
-    progress : Progress
-        Told of what is done.
-
-    Returns
-    -------
-    tuple of StationScan and Findings
-        The scan without its beams without return, and what it holds, in the scanner frame.
-
-    Raises
-    ------
-    InputError
-        The scan cannot be read.
-    """
+    """Find the targets of a scan that belongs to no project."""
     seen = replace(scan, scan=screened(scan.scan))
     return seen, find_targets(seen, wanted)
 

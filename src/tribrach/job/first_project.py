@@ -76,67 +76,42 @@ _SAME = 1e-3
 
 @dataclass(frozen=True)
 class Wishes:
-    """What somebody says of a job that its files do not tell.
+    """What somebody says of a job that its files do not tell."""
 
-    Attributes
-    ----------
-    targets
-        Keys of ``[targets]`` with their sizes [m].
-    scanner, total_station
-        Models whose data sheets count.
-    crs
-        Coordinate reference system of the control.
-    control_role
-        What coordinates are for.
-    control_sigma_mm, control_sigma_up_mm
-        Of control without sigmas; that of heights is the same where it is None.
-    levelled
-        Was the compensator of the scanner on? None where nobody says.
-    """
-
+    #: keys of ``[targets]`` with their sizes [m]
     targets: tuple[tuple[str, float], ...] = ()
+    #: models whose data sheets count
     scanner: Sheet | None = None
     total_station: Sheet | None = None
+    #: coordinate reference system of the control
     crs: str | None = None
+    #: what coordinates are for
     control_role: str = "control"
+    #: of control without sigmas; that of heights is the same where it is None
     control_sigma_mm: float = 5.0
     control_sigma_up_mm: float | None = None
+    #: was the compensator of the scanner on? None where nobody says
     levelled: bool | None = None
 
 
 @dataclass
 class FirstProject:
-    """A project file that was put together.
+    """A project file that was put together."""
 
-    Attributes
-    ----------
-    text
-        The TOML.
-    used
-        Files that it names, with what is in them.
-    assumed
-        What was taken for granted, one sentence each without the stop.
-    left
-        Files that it does not name, each with the reason.
-    groups
-        Files of observations that belong together.
-    """
-
+    #: the TOML
     text: str = ""
+    #: files that it names, with what is in them
     used: list[tuple[Path, str]] = field(default_factory=list)
+    #: what was taken for granted, one sentence each without the stop
     assumed: list[str] = field(default_factory=list)
+    #: files that it does not name, each with the reason
     left: list[tuple[Path, str]] = field(default_factory=list)
+    #: files of observations that belong together
     groups: list[list[Path]] = field(default_factory=list)
 
 
 def parse_target(words: str) -> tuple[str, float, str]:
-    """Key, size [m] and what was guessed of ``sphere:0.0725`` or ``checkerboard:300mm``.
-
-    Raises
-    ------
-    InputError
-        No kind of target, or no size of one.
-    """
+    """Key, size [m] and what was guessed of ``sphere:0.0725`` or ``checkerboard:300mm``."""
     kind, _, size = words.partition(":")
     cure = "write sphere:RADIUS, checkerboard:SIDE or disc:RADIUS, such as sphere:0.0725"
     found = re.fullmatch(r"\s*(\d*[.,]?\d+)\s*(mm|cm|m)?\s*", size)
@@ -155,13 +130,7 @@ def parse_target(words: str) -> tuple[str, float, str]:
 
 
 def sheet_of(words: str) -> Sheet:
-    """The data sheet of a model, whose name may be given in part, such as ``Leica P40``.
-
-    Raises
-    ------
-    InputError
-        There is none, or several have such a name.
-    """
+    """The data sheet of a model, whose name may be given in part, such as ``Leica P40``."""
     try:
         return find_sheet(words)
     except InputError:
@@ -180,20 +149,6 @@ def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstP
     """A project of the files of a folder that opens.
 
     A file that its reader refuses is left out with the reason.
-
-    Parameters
-    ----------
-    folder
-        Where the project file will be.
-    found
-        What lies there.
-    wishes
-        What somebody says of it.
-
-    Raises
-    ------
-    InputError
-        Nothing that is measured is there, or what is left cannot be opened.
     """
     files = [one for one in found if one.kind not in ("not understood", "project")]
     others = [(one.path, one.words) for one in found if one not in files]
@@ -247,13 +202,7 @@ def _weighted(table: CsvTable) -> bool:
 
 
 def _refused(folder: Path, first: FirstProject) -> list[tuple[Path, str]]:
-    """Files that cannot be read as the project names them, each with the first reason.
-
-    Raises
-    ------
-    InputError
-        Something else is wrong.
-    """
+    """Files that cannot be read as the project names them, each with the first reason."""
     project = Project.model_validate(tomllib.loads(first.text)).at(folder)
     used = [path for path, _ in first.used]
     try:

@@ -66,74 +66,42 @@ _POINTS = re.compile(rb"\s*[+-]?\d*[.,]\d+([eE][+-]?\d+)?[\s,;]+[\s\d.,;+\-eE]*$
 
 @dataclass(frozen=True)
 class Satellites:
-    """A RINEX file of a receiver, as its header has it.
+    """A RINEX file of a receiver, as its header has it."""
 
-    Attributes
-    ----------
-    marker, antenna, date
-        Names of the marker and the antenna, and the day of the first epoch.
-    place
-        Latitude and longitude [degrees] and height [m], None where the header has no place.
-    """
-
+    #: names of the marker and the antenna, and the day of the first epoch
     marker: str
     antenna: str
     date: str
+    #: latitude and longitude [degrees] and height [m], None where the header has no place
     place: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
 class FolderFile:
-    """A file of a folder.
+    """A file of a folder."""
 
-    Attributes
-    ----------
-    path
-        The file.
-    kind
-        What it is.
-    format
-        Name of its format.
-    words
-        What is in it, for a reader; the reason where it is not understood.
-    scans
-        Its scans, by their headers.
-    table
-        Its table, of points or of observations.
-    form
-        How the list is to be read where its heads leave a question.
-    remarks
-        What was guessed, one sentence each without the stop.
-    satellites
-        Of a receiver.
-    """
-
+    #: the file
     path: Path
+    #: what it is
     kind: Kind
+    #: name of its format
     format: str = ""
+    #: what is in it, for a reader; the reason where it is not understood
     words: str = ""
+    #: its scans, by their headers
     scans: tuple[Scan, ...] = ()
+    #: its table, of points or of observations
     table: CsvTable | None = None
+    #: how the list is to be read where its heads leave a question
     form: ListForm = AS_FOUND
+    #: what was guessed, one sentence each without the stop
     remarks: tuple[str, ...] = field(default=())
+    #: of a receiver
     satellites: Satellites | None = None
 
 
 def look_through(folder: Path, axes: Axes | None = None) -> list[FolderFile]:
-    """What is in all files of a folder and of the folders in it, by name.
-
-    Parameters
-    ----------
-    folder
-        The folder. Hidden folders and results of this program are passed over.
-    axes
-        Which way X of lists with X and Y points; asked if not given, unless the numbers tell.
-
-    Raises
-    ------
-    InputError
-        It is no folder, or holds thousands of files.
-    """
+    """What is in all files of a folder and of the folders in it, by name."""
     if not folder.is_dir():
         raise InputError("there is no such folder", file=folder, cure="check its name")
     found: list[FolderFile] = []
@@ -185,13 +153,7 @@ def _known(path: Path, axes: Axes | None) -> FolderFile:
 
 
 def _recognised(path: Path, axes: Axes | None) -> FolderFile:
-    """A file by its content.
-
-    Raises
-    ------
-    InputError
-        What is wrong with it, or that nobody knows it.
-    """
+    """A file by its content."""
     suffix = path.suffix.lower()
     if suffix in _REASONS:
         return FolderFile(path, "not understood", words=f"one of the {_REASONS[suffix]}")
@@ -362,13 +324,7 @@ def _has_sigmas(table: CsvTable) -> bool:
 def _answered(
     path: Path, question: HeadQuestion, axes: Axes | None
 ) -> tuple[ListForm, tuple[str, ...]]:
-    """How a list is read whose heads leave open which column is east, and the sentence on it.
-
-    Raises
-    ------
-    HeadQuestion
-        Nothing answers it.
-    """
+    """How a list is read whose heads leave open which column is east, and the sentence on it."""
     first, second, *rest = question.coordinates
     columns: dict[str, str | int] = {"point": question.point}
     if rest and not isinstance(question, AxesQuestion):

@@ -77,13 +77,7 @@ def stated_passage(site: SiteSection, job: Realisation | None) -> Passage | None
 
 
 def passage(keys: EpochKeys, job: Realisation | None) -> Passage | None:
-    """The way of coordinates of a file to the frame and epoch of the job; None if they are there.
-
-    Raises
-    ------
-    InputError
-        Another epoch without a velocity or plate, a frame that the site lacks.
-    """
+    """Passage of a file's coordinates to the frame and epoch of the job; None if they are there."""
     source = keys.realisation(job)
     if source is None or job is None or source == job:
         return None
@@ -102,32 +96,7 @@ def gnss_context(
     *,
     placed: bool,
 ) -> GnssContext:
-    """Collect what a project says about a file of GNSS results.
-
-    Parameters
-    ----------
-    entry : ObservationFile
-        The entry of the file.
-    site : Site
-        The work frame.
-    job : Realisation or None
-        Frame and epoch of the coordinates of the project.
-    stated : Passage or None
-        The way of coordinates in the frame that the site names, where that is another one.
-    known : Iterable[str]
-        Names of points with coordinates.
-    placed : bool
-        True if the project has a work frame already.
-
-    Returns
-    -------
-    GnssContext
-
-    Raises
-    ------
-    InputError
-        The work frame is flat.
-    """
+    """Collect what a project says about a file of GNSS results."""
     if placed and not isinstance(site, EllipsoidSite):
         raise InputError(
             "geocentric vectors need a place on the ellipsoid, and the site is flat",
@@ -155,30 +124,7 @@ def compute_sessions(
     job: Realisation | None,
     progress: Progress,
 ) -> tuple[SessionResult, ...]:
-    """Compute the baselines of all sessions, started at the points of a survey.
-
-    Parameters
-    ----------
-    section : GnssSection
-        The sessions and how they are computed.
-    survey : Survey
-        Gives the coordinates of the first receivers.
-    folder : Path
-        Folder that the files are relative to.
-    job : Realisation or None
-        Frame and epoch of the coordinates.
-    progress : Progress
-        Told of every baseline.
-
-    Returns
-    -------
-    tuple of SessionResult
-
-    Raises
-    ------
-    InputError
-        A flat site, and as :func:`~tribrach.gnss.sessions.run_sessions`.
-    """
+    """Compute the baselines of all sessions, started at the points of a survey."""
     site = _ellipsoid(survey.site)
     sessions = []
     for k, session in enumerate(section.sessions):
@@ -214,17 +160,7 @@ def _plate_fixed(job: Realisation | None) -> bool:
 def add_sessions(
     survey: Survey, results: Iterable[SessionResult], job: Realisation | None = None
 ) -> None:
-    """Baselines as observations, those of one session with their joint covariance.
-
-    Parameters
-    ----------
-    survey : Survey
-        Gets the observations.
-    results : Iterable[SessionResult]
-        The sessions.
-    job : Realisation or None
-        Frame of the coordinates; vectors are turned from that of the orbits into it.
-    """
+    """Baselines as observations, those of one session with their joint covariance."""
     site = _ellipsoid(survey.site)
     turn = site.w_from_ecef
     for result in results:

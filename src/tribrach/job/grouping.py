@@ -78,13 +78,7 @@ def whole_source(scans: Sequence[MeasuredScan]) -> bool:
 
 
 def refuse_impossible(project: Project, scans: Sequence[StationScan]) -> None:
-    """Say before anything is computed what the clouds of a project cannot be.
-
-    Raises
-    ------
-    InputError
-        Several scans for one E57 file that are not all scans of one E57 source.
-    """
+    """Say before anything is computed what the clouds of a project cannot be."""
     section = project.cloud
     one_file = section.write and section.merged and section.format == "e57"
     if one_file and len(scans) > 1 and not whole_source(scans):

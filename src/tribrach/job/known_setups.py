@@ -32,23 +32,7 @@ __all__ = ["add_known_setups"]
 
 
 def add_known_setups(instruments: Instruments, survey: Survey, edits: Edits) -> None:
-    """Add the occupied marks and backsights of all stations to a survey.
-
-    Parameters
-    ----------
-    instruments : Instruments
-        Tell how well the instrument of a station is centred, measured in height and pointed.
-    survey : Survey
-        Gets the observations.
-    edits : Edits
-        Decisions by hand: where marks lie before anything else is known follows from what they
-        leave of the observations.
-
-    Raises
-    ------
-    InputError
-        Centring, height or pointing of the instrument that are not given.
-    """
+    """Add the occupied marks and backsights of all stations to a survey."""
     project = instruments.project
     for name, station in project.stations.items():
         if station.occupies is None and not station.backsights:

@@ -28,41 +28,18 @@ __all__ = [
 
 @dataclass(frozen=True)
 class KnownLeverArm:
-    """What is known of a lever arm before the adjustment, in the scanner frame.
+    """What is known of a lever arm before the adjustment, in the scanner frame."""
 
-    Parameters
-    ----------
-    vector : ndarray
-        From the scanner to the antenna, (3,) [m].
-    covariance : ndarray
-        (3, 3) [m^2], zero for a component that is held.
-    source : str
-        Where it comes from.
-    """
-
+    #: from the scanner to the antenna, (3,) [m]
     vector: Array
+    #: (3, 3) [m^2], zero for a component that is held
     covariance: Array
+    #: where it comes from
     source: str
 
 
 def lever_arms_of(project: Project) -> dict[str, str]:
-    """Find which lever arm each station carries.
-
-    Parameters
-    ----------
-    project : Project
-        Its stations and lever arms.
-
-    Returns
-    -------
-    dict
-        Name of the lever arm by station.
-
-    Raises
-    ------
-    InputError
-        A station names a lever arm that is not there, or a point on it without one.
-    """
+    """Find which lever arm each station carries."""
     out = {}
     for name, station in project.stations.items():
         if station.lever_arm is None and station.mounted_point is not None:
@@ -84,15 +61,7 @@ def lever_arms_of(project: Project) -> dict[str, str]:
 
 
 def add_lever_arms(survey: Survey, arms: Mapping[str, KnownLeverArm]) -> None:
-    """Add lever arms to a survey, as vectors with what is known of them.
-
-    Parameters
-    ----------
-    survey : Survey
-        Gets the vectors and their priors.
-    arms : Mapping[str, KnownLeverArm]
-        By name those that stations use.
-    """
+    """Add lever arms to a survey, as vectors with what is known of them."""
     for name, arm in arms.items():
         vector, covariance, source = arm.vector, arm.covariance, arm.source
         free = np.diag(covariance) > 0
@@ -123,26 +92,7 @@ def add_lever_arms(survey: Survey, arms: Mapping[str, KnownLeverArm]) -> None:
 
 
 def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> KnownLeverArm:
-    """Find what a section or its file says of a lever arm.
-
-    Parameters
-    ----------
-    name : str
-        Name of the lever arm.
-    arm : LeverArm
-        Its section.
-    folder : Path
-        Folder that its file is relative to.
-
-    Returns
-    -------
-    KnownLeverArm
-
-    Raises
-    ------
-    InputError
-        A lever arm file is unreadable or wrong.
-    """
+    """Find what a section or its file says of a lever arm."""
     if arm.file is not None:
         known = read_lever_arm(folder / arm.file)
         return KnownLeverArm(known.vector, known.covariance, arm.file)
@@ -155,17 +105,7 @@ def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> KnownLeverArm:
 def add_mounted_points(
     survey: Survey, stations: Mapping[str, StationSection], arms: Mapping[str, LeverArm]
 ) -> None:
-    """Tie points on scanners to their stations by lever arms.
-
-    Parameters
-    ----------
-    survey : Survey
-        Gets the ties as observations.
-    stations : Mapping[str, StationSection]
-        Stations with their mounted points.
-    arms : Mapping[str, LeverArm]
-        Say how well a point goes back to its place.
-    """
+    """Tie points on scanners to their stations by lever arms."""
     for name, station in stations.items():
         if station.mounted_point is None or station.lever_arm is None:
             continue

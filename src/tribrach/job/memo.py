@@ -64,13 +64,7 @@ def settled(value: Any) -> Any:
 
 
 def taken_apart(value: Any) -> Any:
-    """Take a settled value apart.
-
-    Raises
-    ------
-    TypeError
-        It holds something else than the values that are named above.
-    """
+    """Take a settled value apart."""
     if isinstance(value, Enum):
         return value.name
     if isinstance(value, Sentence):
@@ -95,20 +89,7 @@ def taken_apart(value: Any) -> Any:
 
 
 def put_together(form: Any, data: Any) -> Any:
-    """Put a value together again.
-
-    Parameters
-    ----------
-    form
-        Its type: a class or a type hint.
-    data
-        What :func:`taken_apart` made of it.
-
-    Raises
-    ------
-    ValueError
-        The data are of something else, or damaged.
-    """
+    """Put a value together again."""
     try:
         return _made_of(form, data)
     except (*_MISFITS, InputError, zlib.error) as error:

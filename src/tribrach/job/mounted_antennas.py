@@ -36,10 +36,6 @@ def mounted_antennas(
 
     Their places are those of the points that are mounted on stations, or of GNSS positions of the
     stations themselves. Lever arms that are hardly known are left out.
-
-    Raises
-    ------
-    InputError : a lever arm file is unreadable or wrong.
     """
     positions = _positions(survey)
     out: dict[str, tuple[Mounted, ...]] = {}

@@ -77,10 +77,6 @@ def name_targets(
 
     groups : stations whose poses relative to each other are known, each in a frame of its own;
     partial : a station that cannot be placed is left to others.
-
-    Raises
-    ------
-    InputError : a station that fits nowhere, or in several ways.
     """
     targets = merged(findings)
     surveyed, stations = job.survey, job.project.stations

@@ -53,17 +53,7 @@ def sizes_of(wanted: TargetSection) -> list[tuple[Kind, float]]:
 
 
 def odd_sizes(wanted: TargetSection) -> list[str]:
-    """Sizes of targets that nobody makes, each in a sentence without the stop.
-
-    Parameters
-    ----------
-    wanted : TargetSection
-        Sizes that are sought.
-
-    Returns
-    -------
-    list of str
-    """
+    """Sizes of targets that nobody makes, each in a sentence without the stop."""
     out = []
     for kind, size in sizes_of(wanted):
         name, word, half, (least, most) = _SIZES[kind]
@@ -80,20 +70,7 @@ def odd_sizes(wanted: TargetSection) -> list[str]:
 
 
 def density_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
-    """Compare the density of a scan with what targets of each size take.
-
-    Parameters
-    ----------
-    findings : Findings
-        Of one scan.
-    wanted : TargetSection
-        Sizes that were sought.
-
-    Returns
-    -------
-    list of str
-        Sentences without the stop; none where the place of the scanner is unknown.
-    """
+    """Compare the density of a scan with what targets of each size take."""
     if findings.sampling is None:
         return []
     sentences = []
@@ -112,20 +89,7 @@ def density_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
 
 
 def search_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
-    """What was sought in a scan without targets: density against size, and candidates.
-
-    Parameters
-    ----------
-    findings : Findings
-        Of one scan.
-    wanted : TargetSection
-        Sizes that were sought.
-
-    Returns
-    -------
-    list of str
-        Sentences without the stop.
-    """
+    """What was sought in a scan without targets: density against size, and candidates."""
     name = findings.scan
     sentences = [*findings.sentences, *density_sentences(findings, wanted)]
     if not findings.rejected:
@@ -144,20 +108,7 @@ def search_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
 
 
 def unit_sentences(scans: Sequence[MeasuredScan], wanted: TargetSection) -> list[str]:
-    """Questions about the unit of sizes, each with what asks it.
-
-    Parameters
-    ----------
-    scans : sequence of MeasuredScan
-        Scans in which nothing was found; the few that are searched again come first.
-    wanted : TargetSection
-        Sizes that were sought.
-
-    Returns
-    -------
-    list of str
-        Questions; empty if all sizes are those of targets and nothing fits another unit.
-    """
+    """Questions about the unit of sizes, each with what asks it."""
     sentences = []
     for kind, size in sizes_of(wanted):
         name, word, half, (least, most) = _SIZES[kind]
@@ -191,24 +142,7 @@ def nothing_found(
     findings: Sequence[Findings],
     wanted: TargetSection,
 ) -> NothingFound:
-    """The refusal of a project whose scans show no targets that would tie them.
-
-    Parameters
-    ----------
-    headline : str
-        What cannot be done, without the stop.
-    scans : sequence of StationScan
-        All scans of the project.
-    findings : sequence of Findings
-        Of the scans that are in question; they have no targets.
-    wanted : TargetSection
-        Sizes that were sought.
-
-    Returns
-    -------
-    NothingFound
-        To be raised.
-    """
+    """The refusal of a project whose scans show no targets that would tie them."""
     sought = ", ".join(f"{kind} of {_SIZES[kind][1]} {s:g} m" for kind, s in sizes_of(wanted))
     named = [f.scan for f in findings]
     listed = ", ".join(named[:_TOLD]) + (f" and {len(named) - _TOLD} more" * (len(named) > _TOLD))
@@ -233,13 +167,7 @@ def refuse_unplaced(
     findings: Sequence[Findings],
     wanted: TargetSection,
 ) -> None:
-    """Refuse stations that nothing places if targets were sought in their scans and not found.
-
-    Raises
-    ------
-    NothingFound
-        The first of them, with what was sought in all of them that show no target.
-    """
+    """Refuse stations that nothing places if targets were sought in their scans and not found."""
     seen = {f.station for f in findings if f.detections}
     bare = [name for name in stations if name not in seen]
     if not bare or not wanted.wanted:

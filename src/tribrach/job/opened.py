@@ -99,32 +99,21 @@ def _opened(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Job:
-    """One opened project.
+    """One opened project."""
 
-    Parameters
-    ----------
-    project : Project
-        The sections of the project file.
-    instruments : Instruments
-        Whose instrument measured at a station, in a file, in a scan.
-    calibrations : Calibrations
-        Calibrations of the instruments, known and sought.
-    files : ReadFiles
-        What the survey files say.
-    lever_arms : Mapping[str, KnownLeverArm]
-        What is known of the lever arms that stations use, by name.
-    edits : Edits
-        What was decided by hand.
-    contents : dict
-        Bytes of the files that were read, by path, for another reading with other sections.
-    """
-
+    #: the sections of the project file
     project: Project
+    #: whose instrument measured at a station, in a file, in a scan
     instruments: Instruments
+    #: calibrations of the instruments, known and sought
     calibrations: Calibrations
+    #: what the survey files say
     files: ReadFiles
+    #: what is known of the lever arms that stations use, by name
     lever_arms: Mapping[str, KnownLeverArm]
+    #: what was decided by hand
     edits: Edits = Edits()
+    #: bytes of the files that were read, by path, for another reading with other sections
     contents: dict[Path, bytes] = field(default_factory=dict, repr=False)
 
     def __repr__(self) -> str:
@@ -147,58 +136,20 @@ class Job:
 
     @cached_property
     def survey(self) -> Survey:
-        """Everything that was measured and given, without what scans add; not to be changed.
-
-        Raises
-        ------
-        InputError
-            What a section says wrong, with its line.
-        """
+        """Everything that was measured and given, without what scans add; not to be changed."""
         return self.surveyed()
 
     @cached_property
     def plumb(self) -> PlumbLine | None:
-        """Deflection of the vertical and geoid of the site, None if the project names none.
-
-        Raises
-        ------
-        InputError
-            A geoid grid that cannot be read, or a flat site.
-        """
+        """Deflection of the vertical and geoid of the site, None if the project names none."""
         return plumb_line(self.project, self.frame)
 
     def error(self, keys: Keys, what: str, cure: str | None = None) -> InputError:
-        """Make an error about what a key of the project file says.
-
-        Parameters
-        ----------
-        keys : tuple
-            Names of tables and numbers of entries down to the key.
-        what : str
-            What is wrong.
-        cure : str, optional
-            What to do about it.
-
-        Returns
-        -------
-        InputError
-            With file and line.
-        """
+        """Make an error about what a key of the project file says."""
         return self.project.error(keys, what, cure)
 
     def changed(self, **sections: Any) -> Job:
-        """Open the same files with other sections of the project.
-
-        Parameters
-        ----------
-        **sections
-            Sections by name, which take the place of those of the project.
-
-        Returns
-        -------
-        Job
-            No file is opened again and no GNSS session is computed again.
-        """
+        """Open the same files with other sections of the project."""
         project = self.project.model_copy(update=sections)
         instruments = self.instruments.changed(project)
         return _opened(
@@ -206,18 +157,7 @@ class Job:
         )
 
     def decided(self, edits: Edits) -> Job:
-        """Take other decisions by hand.
-
-        Parameters
-        ----------
-        edits : Edits
-            They take the place of those of the job.
-
-        Returns
-        -------
-        Job
-            Of the same files, of which none is opened again.
-        """
+        """Take other decisions by hand."""
         job = replace(self, edits=edits)
         # what was put together does not depend on them
         for name in ("survey", "plumb"):
@@ -226,24 +166,7 @@ class Job:
         return job
 
     def surveyed(self, further: Survey | None = None) -> Survey:
-        """Put the survey together from files and sections.
-
-        Parameters
-        ----------
-        further : Survey, optional
-            What scans add to it; it is not changed. Without it, stations that only scans observe
-            are passed over.
-
-        Returns
-        -------
-        Survey
-            A new one with each call.
-
-        Raises
-        ------
-        InputError
-            What a section says wrong, with its line.
-        """
+        """Put the survey together from files and sections."""
         project = self.project
         survey = self.files.survey.copy()
         if further is not None:
@@ -268,24 +191,7 @@ class Job:
         return survey
 
     def network(self, further: Survey | None = None, *, final: bool = False) -> Network:
-        """Build the least-squares network of the job.
-
-        Parameters
-        ----------
-        further : Survey, optional
-            What scans add to the survey.
-        final : bool
-            As in :meth:`network_of`.
-
-        Returns
-        -------
-        Network
-
-        Raises
-        ------
-        InputError
-            What a section says wrong, and a datum that names what the network does not have.
-        """
+        """Build the least-squares network of the job."""
         survey = self.surveyed(further)
         return self.network_of(survey, whole=further is not None, final=final)
 
@@ -297,53 +203,13 @@ class Job:
         datum: Datum | None = None,
         final: bool = False,
     ) -> Network:
-        """Build the network of a survey of this job, and do what was decided by hand.
-
-        Parameters
-        ----------
-        survey : Survey
-            As :meth:`surveyed` gives it.
-        whole : bool
-            True if it has what scans add.
-        datum : Datum, optional
-            Takes the place of that of the project.
-        final : bool
-            True if nothing comes to it any more; otherwise a decision by hand about what a part of
-            a project with scans does not have is passed over.
-
-        Returns
-        -------
-        Network
-
-        Raises
-        ------
-        InputError
-            As :meth:`network`; a decision about something that the network does not have.
-        """
+        """Build the network of a survey of this job, and do what was decided by hand."""
         network = self.measured(survey, whole=whole)
         network = network if datum is None else network.with_datum(datum)
         return obeyed(network, self.edits, whole=final or not self.project.scans)
 
     def measured(self, survey: Survey, *, whole: bool = False) -> Network:
-        """Build the network of a survey of this job, before anything that was decided by hand.
-
-        Parameters
-        ----------
-        survey : Survey
-            As :meth:`surveyed` gives it.
-        whole : bool
-            True if it has what scans add.
-
-        Returns
-        -------
-        Network
-            In its datum.
-
-        Raises
-        ------
-        InputError
-            As :meth:`network`.
-        """
+        """Build the network of a survey of this job, before anything that was decided by hand."""
         project = self.project
         network = observed_part(survey).network()
         # without its scans a project has no heights to take from them
@@ -415,13 +281,7 @@ class Job:
             )
 
     def refuse_unstated(self) -> None:
-        """Refuse levelled stations of no stated compensator, before anything long begins.
-
-        Raises
-        ------
-        InputError
-            A levelled station without ``levelling_arcsec``, its own or that of its instrument.
-        """
+        """Refuse levelled stations of no stated compensator, before anything long begins."""
         for name, station in self.project.stations.items():
             if station.levelled:
                 self._compensator(name)

@@ -26,27 +26,18 @@ _SEEN = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Panorama:
-    """A scan as its scanner saw it; the horizontal angle grows to the left.
+    """A scan as its scanner saw it; the horizontal angle grows to the left."""
 
-    Parameters
-    ----------
-    grey : (rows, columns) uint8
-        Intensity, or range where there is none, the mean of what is seen in a pixel, stretched
-        between its 2 and 98 % quantiles; no larger than it is shown.
-    marks : (n, 2)
-        Column and row of each target in ``grey``, in the order of the detections.
-    kinds : tuple of str
-        Their kinds.
-    shape : (float, float)
-        Width and height in pixels as it is to be shown.
-    window : (float, float)
-        Horizontal angles [rad] at the left and at the right margin.
-    """
-
+    #: (rows, columns), intensity, or range where there is none, the mean of what is seen in a
+    #: pixel, stretched between its 2 and 98 % quantiles; no larger than it is shown
     grey: NDArray[np.uint8]
+    #: (n, 2), column and row of each target in ``grey``, in the order of the detections
     marks: Array
+    #: their kinds
     kinds: tuple[str, ...]
+    #: (float, float), width and height in pixels as it is to be shown
     shape: tuple[float, float]
+    #: (float, float), horizontal angles [rad] at the left and at the right margin
     window: tuple[float, float] = (np.pi, -np.pi)
 
     def chosen(self, keep: Sequence[bool]) -> Panorama:
@@ -110,11 +101,6 @@ def close_up(
         The place in the scanner frame [m].
     radius : float
         Of what is there [m]; NaN where nobody knows.
-
-    Returns
-    -------
-    bytes or None
-        A small square WebP file, upright; None where the scan shows nothing there.
     """
     length, h, v = polar_from_xyz(center[None])[0]
     half = max(_AROUND * radius, _LEAST) if np.isfinite(radius) else _LEAST

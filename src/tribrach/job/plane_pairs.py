@@ -12,18 +12,7 @@ __all__ = ["remembered_pairs"]
 
 
 def remembered_pairs(state: Remembered) -> Callable[[Surroundings, Surroundings], PairPoses]:
-    """What finds the poses of a pair, or recalls them where both stations are as they were.
-
-    Parameters
-    ----------
-    state
-        Where pairs are remembered.
-
-    Returns
-    -------
-    callable
-        The possible poses of two stations of the project.
-    """
+    """What finds the poses of a pair, or recalls them where both stations are as they were."""
     marks: dict[str, str] = {}
 
     def mark(station: Surroundings) -> str:

@@ -55,15 +55,7 @@ Complex = NDArray[np.complex128]
 
 
 def doubts(project: Project, survey: Survey) -> list[str]:
-    """What looks wrong, one sentence each without the stop.
-
-    Parameters
-    ----------
-    project
-        The project.
-    survey
-        What its files say; files that cannot be read are not in it.
-    """
+    """What looks wrong, one sentence each without the stop."""
     out = [*_figures(project), *_sigmas(survey)]
     given = {
         name: p.xyz
@@ -85,15 +77,7 @@ def questions(project: Project, survey: Survey) -> list[str]:
 
 @contextmanager
 def questioned(project: Project, survey: Survey) -> Iterator[None]:
-    """A block that adjusts; what cannot be adjusted says first what looks wrong in what is given.
-
-    Parameters
-    ----------
-    project
-        The project.
-    survey
-        What its files say.
-    """
+    """A block that adjusts; its refusal says first what looks wrong in the input."""
     try:
         yield
     except AdjustmentError as error:
@@ -104,17 +88,7 @@ def questioned(project: Project, survey: Survey) -> Iterator[None]:
 
 
 def after_doubts(error: InputError, project: Project, survey: Survey) -> InputError:
-    """An error that says first what looks wrong in what the project gives; itself if nothing does.
-
-    Parameters
-    ----------
-    error
-        Scans that fit nowhere, or a slip that would explain a network that does not converge.
-    project
-        The project.
-    survey
-        What its files say.
-    """
+    """The error with what looks wrong in the project in front of it."""
     said = doubts(project, survey)
     if not said:
         return error

@@ -24,43 +24,18 @@ _NAMES = ("deflection xi, correction", "deflection eta, correction")
 
 @dataclass(frozen=True)
 class PlumbLine:
-    """How the plumb line leans against the normal of the work frame.
+    """How the plumb line leans against the normal of the work frame."""
 
-    Parameters
-    ----------
-    everywhere : PlumbField
-        Deflections and geoid heights at any place of the site.
-    sigma : float
-        Of either component, an error that all stations share [rad]; 0 for none.
-    source : str
-        Where the deflection comes from.
-    """
-
+    #: deflections and geoid heights at any place of the site
     everywhere: PlumbField
+    #: of either component, an error that all stations share [rad]; 0 for none
     sigma: float
+    #: where the deflection comes from
     source: str
 
 
 def plumb_line(project: Project, frame: WorkFrame) -> PlumbLine | None:
-    """Find the deflection of the vertical and the geoid that a project names.
-
-    Parameters
-    ----------
-    project : Project
-        Gives the deflection as numbers or as a geoid grid, and the geoid of given heights.
-    frame : WorkFrame
-        The work frame, a place on the ellipsoid where a grid is given.
-
-    Returns
-    -------
-    PlumbLine or None
-        None if the project names none.
-
-    Raises
-    ------
-    InputError
-        A grid without a place on the ellipsoid, or one that cannot be read.
-    """
+    """Find the deflection of the vertical and the geoid that a project names."""
     deflection = project.site.deflection
     levelled = frame if frame.geoid_grid is not None else None
     if deflection is None:
@@ -89,13 +64,6 @@ def apply_plumb_line(survey: Survey, plumb: PlumbLine | None) -> None:
     """Tell a survey of the plumb line, and give its readings the error that they share.
 
     The error becomes two unknowns with priors (method section 7.5).
-
-    Parameters
-    ----------
-    survey : Survey
-        Gets the plumb line, the unknowns and their priors.
-    plumb : PlumbLine or None
-        The deflection, None if there is none.
     """
     if plumb is None:
         return

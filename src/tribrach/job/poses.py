@@ -263,13 +263,7 @@ class PoseFile:
 
 
 def read_poses(path: Path) -> PoseFile:
-    """Poses, covariances and noise; what older files do not have is unknown.
-
-    Raises
-    ------
-    InputError
-        No file of poses, numbers that are none, a joint covariance of another size.
-    """
+    """Poses, covariances and noise; what older files do not have is unknown."""
     try:
         data: dict[str, Any] = read_json(path)
         scans = tuple(_scan(path, row) for row in data["scans"])

@@ -21,35 +21,23 @@ __all__ = ["JobResults"]
 
 @dataclass(frozen=True)
 class JobResults:
-    """Products of a job, those that it has.
+    """Products of a job, those that it has."""
 
-    Parameters
-    ----------
-    project : Project or None
-        What was run; None where files of networks were adjusted.
-    sessions : sequence of SessionResult
-        Of receivers whose baselines were computed for the job.
-    registered : Registered or None
-        How scans were tied to each other before the adjustment.
-    placed : PlacedScans or None
-        Scans with their targets and clouds, through the adjusted stations.
-    comparisons : sequence of StationComparison
-        Between stations, as the project asks for.
-    epochs : sequence of ComparedEpochs
-        The job against earlier epochs.
-    antennas : CarriedAntennas or None
-        Lever arms and the rigid model of stations that carry antennas or prisms.
-    logo : str
-        The picture in the head of the report as an address that holds it, "" if there is none.
-    """
-
+    #: what was run; None where files of networks were adjusted
     project: Project | None = None
+    #: of receivers whose baselines were computed for the job
     sessions: Sequence[SessionResult] = ()
+    #: how scans were tied to each other before the adjustment
     registered: Registered | None = None
+    #: scans with their targets and clouds, through the adjusted stations
     placed: PlacedScans | None = None
+    #: between stations, as the project asks for
     comparisons: Sequence[StationComparison] = field(default=())
+    #: the job against earlier epochs
     epochs: Sequence[ComparedEpochs] = field(default=())
+    #: lever arms and the rigid model of stations that carry antennas or prisms
     antennas: CarriedAntennas | None = None
+    #: the picture in the head of the report as an address that holds it, "" if there is none
     logo: str = ""
 
     @property

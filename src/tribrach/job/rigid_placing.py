@@ -15,13 +15,7 @@ __all__ = ["adjusted_place", "place_rigidly"]
 
 
 def place_rigidly(survey: Survey, adjustment: Adjustment) -> RigidModel:
-    """The rigid model of a survey, with the lever arms of its adjustment.
-
-    Raises
-    ------
-    AdjustmentError, InputError
-        As :func:`~tribrach.registration.rigid_model.rigid_model`.
-    """
+    """The rigid model of a survey, with the lever arms of its adjustment."""
     names = adjustment.layout.names["vector"]
     arms = dict(zip(names, adjustment.state.vectors, strict=True))
     return rigid_model(survey, arms)

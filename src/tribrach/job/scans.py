@@ -104,23 +104,15 @@ _USUAL = 15.0
 
 @dataclass(frozen=True)
 class MeasuredScan:
-    """The points of a scan and their noise: all that targets, planes and clouds are made of.
+    """The points of a scan and their noise: all that targets, planes and clouds are made of."""
 
-    Parameters
-    ----------
-    name
-        Of the scan in the results, unique in the project.
-    station
-        Where it was taken.
-    scan
-        Its points.
-    noise
-        Of its single points, None if no instrument says.
-    """
-
+    #: of the scan in the results, unique in the project
     name: str
+    #: where it was taken
     station: str
+    #: its points
     scan: Scan
+    #: of its single points, None if no instrument says
     noise: ScanNoise | None
 
     @property
@@ -146,29 +138,19 @@ class MeasuredScan:
 
 @dataclass(frozen=True)
 class StationScan(MeasuredScan):
-    """A scan at its station, with what the network is told of it.
+    """A scan at its station, with what the network is told of it."""
 
-    Parameters
-    ----------
-    levelled
-        Was the scanner levelled?
-    names
-        Approximate centres (3,) [m] in the scanner frame of the targets that the user named.
-    known
-        Calibration of the scanner from a file, by which the points are corrected.
-    faces
-        Which face measured a point.
-    common
-        What all points of the station have in common besides, None where nothing is said.
-    unscreened
-        Beams without return are to be left out, and it is not known yet which these are.
-    """
-
+    #: was the scanner levelled?
     levelled: bool
+    #: approximate centres (3,) [m] in the scanner frame of the targets that the user named
     names: Mapping[str, tuple[float, float, float]]
+    #: calibration of the scanner from a file, by which the points are corrected
     known: Calibration | None = None
+    #: which face measured a point
     faces: Faces = "front"
+    #: what all points of the station have in common besides, None where nothing is said
     common: CommonErrors | None = None
+    #: beams without return are to be left out, and it is not known yet which these are
     unscreened: bool = False
 
     def screened(self, found: NoReturn) -> StationScan:
@@ -186,19 +168,6 @@ def open_scans(job: Job, state: Remembered) -> list[StationScan]:
 
     Points are read only where the faces of a scan are to be told from them; beams without return
     are not looked for in other scans.
-
-    Parameters
-    ----------
-    job
-        The job.
-    state
-        Where it is remembered which points are beams without return.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read, a scan that it has not, an instrument that is not defined, two
-        scans of one name, a scanner far from its points.
     """
     scans: list[StationScan] = []
     for k, entry in enumerate(job.project.scans):
@@ -250,14 +219,7 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
 
 
 def scans_of_entry(project: Project, k: int, entry: ScanFile) -> tuple[Scan, ...]:
-    """The scans that an entry of a project means, by the headers of its file.
-
-    Raises
-    ------
-    InputError
-        What is wrong with the file, no scan of the name that is asked for, or several scans where
-        one station is given.
-    """
+    """The scans that an entry of a project means, by the headers of its file."""
     scans = read_scans(project.folder / entry.file)
     if entry.scan is not None:
         chosen = [scan for scan in scans if scan.name == entry.scan]

@@ -42,25 +42,7 @@ def shared_part(
     *,
     only: Sequence[str] | None = None,
 ) -> SharedPart:
-    """Put together what the points of scans share.
-
-    Parameters
-    ----------
-    scans
-        All scans of the job, so that it is known which stations an instrument stood on.
-    adjustment
-        The network that has their stations.
-    factor
-        On a-priori covariances (a posteriori variance). What is not from the network, of a
-        calibration file or of common errors, keeps its own.
-    only
-        Names of stations whose scans are wanted, those of all if not given.
-
-    Returns
-    -------
-    SharedPart
-        In the work frame.
-    """
+    """Put together what the points of scans share."""
     wanted = [s for s in scans if only is None or s.station in only]
     rows = _Rows(adjustment, list(dict.fromkeys(scan.station for scan in wanted)))
     columns: dict[str, list[_Row]] = {}
@@ -85,13 +67,6 @@ def joint_with_points(
     scans: Sequence[StationScan], adjustment: Adjustment, points: Sequence[str], factor: float = 1.0
 ) -> Array:
     """The joint covariance of what points of scans share, and of points of the network.
-
-    Parameters
-    ----------
-    scans, adjustment, factor
-        As for :func:`shared_part`.
-    points
-        Names of points of the network.
 
     Returns
     -------

@@ -20,24 +20,7 @@ __all__ = ["add_shared_heights"]
 
 
 def add_shared_heights(project: Project, survey: Survey, *, whole: bool) -> None:
-    """Make the heights that a project names unknowns of a survey.
-
-    Parameters
-    ----------
-    project : Project
-        Its sections ``heights``.
-    survey : Survey
-        Changed in place.
-    whole : bool
-        True if everything that is measured is in the survey; otherwise a height that nothing
-        depends on may still come.
-
-    Raises
-    ------
-    InputError
-        No zenith angle and no slope distance depends on a height, the sights give different ones,
-        or two sections are of one sight.
-    """
+    """Make the heights that a project names unknowns of a survey."""
     for k, section in enumerate(project.heights):
         shared = _shared(section, k)
         tables = survey.tables()

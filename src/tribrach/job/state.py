@@ -69,12 +69,6 @@ def digest(*parts: Any) -> str:
     *parts
         Numbers, strings, arrays, dates, enums, functions, dataclasses and pydantic models, and
         mappings, sequences and sets of them.
-
-    Raises
-    ------
-    TypeError
-        A value of another type, a path among them: its contents are what matters, see
-        :meth:`Remembered.key`.
     """
     reader = _Digest(None)
     reader.add(list(parts))
@@ -210,27 +204,7 @@ class Remembered:
         self._digests: dict[str, str] = {}
 
     def key(self, maker: Callable[..., Any], *arguments: Any) -> str:
-        """Take the digest of everything that a product depends on.
-
-        Parameters
-        ----------
-        maker
-            The function or class that makes the product.
-        *arguments
-            All that it gets and that can matter; progress, for instance, cannot.
-
-        Returns
-        -------
-        str
-            A digest of the code of the maker and of the classes of its arguments, with all that
-            they use (see :mod:`tribrach.code_version`), and of every field of the arguments;
-            of files the names and contents.
-
-        Raises
-        ------
-        TypeError
-            An argument holds a value of a type that has no digest.
-        """
+        """Take the digest of everything that a product depends on."""
         reader = _Digest(self.file_digest)
         reader.add([maker.__module__, maker.__qualname__, *arguments])
         return digest(reader.state.hexdigest(), code_version({maker.__module__, *reader.modules}))
@@ -247,17 +221,7 @@ class Remembered:
         self._at_hand[product] = key, value
 
     def recall(self, product: str, key: str, form: type[T], *files: Path) -> T | None:
-        """What was remembered of a product made from the same key, if its files are whole.
-
-        Parameters
-        ----------
-        product, key
-            Its name, and the digest of what it depends on.
-        form
-            Its type.
-        *files
-            Its files.
-        """
+        """What was remembered of a product made from the same key, if its files are whole."""
         found: T | None
         held, found = self._at_hand.pop(product, ("", None))
         if held == key:
@@ -274,13 +238,7 @@ class Remembered:
         return found
 
     def remember(self, product: str, key: str, value: T, *files: Path) -> T:
-        """Note a product that was made; its files are already in place.
-
-        Returns
-        -------
-        T
-            The product as later runs recall it, in every bit.
-        """
+        """Note a product that was made; its files are already in place."""
         value = settled(value)
         sizes = [_size(file) for file in files]
         record = {"key": key, "files": sizes, "facts": taken_apart(value)}
@@ -332,11 +290,6 @@ class Remembered:
         Those are files whose names begin with a dot and end in ``.part``, and those that never got
         to their places. Another run that is still writing has such files too, so the folder is held
         first.
-
-        Raises
-        ------
-        InputError
-            Another run is writing there.
         """
         hold(self.folder)
         self.drop(self.MADE)
@@ -346,13 +299,7 @@ class Remembered:
                 path.unlink(missing_ok=True)
 
     def drop(self, mark: str) -> None:
-        """Remove files that never got to their places, whole or not.
-
-        Parameters
-        ----------
-        mark
-            What their names begin with.
-        """
+        """Remove files that never got to their places, whole or not."""
         for pattern in (f"{mark}*", f".{mark}*.part"):
             for path in self.folder.glob(pattern) if self.folder.is_dir() else ():
                 path.unlink(missing_ok=True)

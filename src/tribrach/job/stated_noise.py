@@ -63,27 +63,18 @@ _BASIS: Mapping[Origin, str] = {
 
 @dataclass(frozen=True)
 class NeighbourNoise(Result, without=("words",)):
-    """What neighbouring points share of the variance of their ranges, stated and seen.
+    """What neighbouring points share of the variance of their ranges, stated and seen."""
 
-    Attributes
-    ----------
-    stated
-        The share that is stated, None if nobody says.
-    share, sigma
-        As the scans show it, zero if they show none, and its standard deviation.
-    angle
-        Over which they share it [rad], zero if they show none.
-    factor
-        Points that count as one in a wide mean at the pitch of the scans.
-    words
-        What was seen, in words.
-    """
-
+    #: the share that is stated, None if nobody says
     stated: float | None
+    #: as the scans show it, zero if they show none, and its standard deviation
     share: float
     sigma: float
+    #: over which they share it [rad], zero if they show none
     angle: float
+    #: points that count as one in a wide mean at the pitch of the scans
     factor: float
+    #: what was seen, in words
     words: str
 
 
@@ -121,46 +112,31 @@ class StatedNoise(
     also=("rows",),
     keys={"lawful": "by_law", "why": "remark", "rows": "classes"},
 ):
-    """Noise of an instrument as it is stated and as its scans show it.
+    """Noise of an instrument as it is stated and as its scans show it."""
 
-    Attributes
-    ----------
-    instrument
-        Its name in the project.
-    basis
-        What states the noise of its ranges where no law does, in words.
-    scans
-        Names of the scans that were looked at.
-    lawful
-        True if the instrument has a law of the intensity, and the scans have intensities.
-    patches, smooth
-        Planar patches found, and those of smooth surfaces that the figures are of.
-    whole
-        All of the smooth ones together; None without any.
-    classes
-        The same by intensity, range and incidence.
-    law
-        What the scans themselves show of a law of the intensity; None if none.
-    neighbours
-        What neighbouring points share; None with too few patches.
-    why
-        Why there is nothing, or no law.
-    slanted
-        All of the smooth ones together, were the noise of ranges stated with the incidence; None
-        where it is, or with a law.
-    """
-
+    #: its name in the project
     instrument: str
+    #: what states the noise of its ranges where no law does, in words
     basis: str
+    #: names of the scans that were looked at
     scans: tuple[str, ...]
+    #: true if the instrument has a law of the intensity, and the scans have intensities
     lawful: bool
+    #: planar patches found, and those of smooth surfaces that the figures are of
     patches: int
     smooth: int
+    #: all of the smooth ones together; None without any
     whole: NoiseClass | None
+    #: the same by intensity, range and incidence
     classes: Mapping[By, tuple[NoiseClass, ...]]
+    #: what the scans themselves show of a law of the intensity; None if none
     law: RangeLaw | None
+    #: what neighbouring points share; None with too few patches
     neighbours: NeighbourNoise | None = None
+    #: why there is nothing, or no law
     why: str = ""
+    #: all of the smooth ones together, were the noise of ranges stated with the incidence; None
+    #: where it is, or with a law
     slanted: NoiseClass | None = None
 
     @property
@@ -239,33 +215,7 @@ def stated_noise(
     *,
     incidence: bool,
 ) -> list[StatedNoise]:
-    """Hold the noise that is stated for every scanner against its scans.
-
-    Parameters
-    ----------
-    scans
-        All scans; those whose scanner is at an unknown place show nothing.
-    whose
-        Names of the instruments by station.
-    instruments
-        The instruments by name.
-    state
-        Where it is remembered what unchanged scans showed.
-    progress
-        Told of instruments whose scans are looked at.
-    incidence
-        Have points of clouds the noise of ranges over the cosine of their incidence?
-
-    Returns
-    -------
-    list of StatedNoise
-        One for each instrument that states a noise.
-
-    Raises
-    ------
-    InputError
-        Scans that cannot be read.
-    """
+    """Hold the noise that is stated for every scanner against its scans."""
     by_instrument: dict[str, list[StationScan]] = {}
     for scan in scans:
         name = whose.get(scan.station)

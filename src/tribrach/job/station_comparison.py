@@ -70,14 +70,7 @@ class RequestedComparison:
 def requested_comparisons(
     project: Project, scans: Sequence[StationScan]
 ) -> list[RequestedComparison]:
-    """The comparisons of a project with their scans and sites, before anything is computed.
-
-    Raises
-    ------
-    InputError
-        No scan or station of a name, two scans of one station, a table of sites that cannot be
-        read.
-    """
+    """The comparisons of a project with their scans and sites, before anything is computed."""
     comparisons = []
     for k, section in enumerate(project.comparison):
         a, b = (
@@ -210,27 +203,18 @@ class _PlacedScans:
 
 @dataclass(frozen=True)
 class _Task:
-    """All that a comparison depends on.
+    """All that a comparison depends on."""
 
-    Parameters
-    ----------
-    a, b
-        Scans of two stations; b is the reference.
-    frame
-        The frame of the clouds, in which they are compared.
-    pair
-        Both stations with their joint covariance, that of the reference first.
-    sites
-        Where to compare, None if sites are to be chosen.
-    method, limit
-        How, and the longest distance [m].
-    """
-
+    #: scans of two stations; b is the reference
     a: _PlacedScans
     b: _PlacedScans
+    #: the frame of the clouds, in which they are compared
     frame: OutputFrame
+    #: both stations with their joint covariance, that of the reference first
     pair: StationPair
+    #: where to compare, None if sites are to be chosen
     sites: tuple[ComparisonSite, ...] | None
+    #: how, and the longest distance [m]
     method: Method
     limit: float
 

@@ -70,48 +70,31 @@ __all__ = [
 
 @dataclass(frozen=True)
 class GivenBesides:
-    """What a project gives besides its scans, read before the first of them.
+    """What a project gives besides its scans, read before the first of them."""
 
-    Parameters
-    ----------
-    survey : Survey
-        Everything that was measured and given without them.
-    known : ApproximatePoses
-        Where the scanners stood, approximately.
-    truth : mapping or None
-        What a simulated project is compared with.
-    """
-
+    #: everything that was measured and given without them
     survey: Survey
+    #: where the scanners stood, approximately
     known: ApproximatePoses = NO_POSES
+    #: what a simulated project is compared with
     truth: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True)
 class FoundInScans:
-    """Scans of a project with what was found in them, before anything is matched.
+    """Scans of a project with what was found in them, before anything is matched."""
 
-    Parameters
-    ----------
-    scans : sequence of StationScan
-        All scans.
-    findings : sequence of Findings
-        Targets and rejected candidates by scan; empty if none are wanted.
-    state : Remembered
-        What is remembered of them.
-    comparisons : sequence of RequestedComparison
-        Comparisons that the project asks for.
-    wanted : TargetSection
-        Targets that the project looks for.
-    given : GivenBesides
-        What the project gives besides.
-    """
-
+    #: all scans
     scans: Sequence[StationScan]
+    #: targets and rejected candidates by scan; empty if none are wanted
     findings: Sequence[Findings]
+    #: targets that the project looks for
     wanted: TargetSection
+    #: what is remembered of them
     state: Remembered
+    #: what the project gives besides
     given: GivenBesides
+    #: comparisons that the project asks for
     comparisons: Sequence[RequestedComparison] = ()
 
 
@@ -141,30 +124,20 @@ class ScanWork:
 
 @dataclass(frozen=True)
 class Standing:
-    """Scans at their adjusted stations, before anything is made of them.
+    """Scans at their adjusted stations, before anything is made of them."""
 
-    Parameters
-    ----------
-    work : ScanWork
-        With scans corrected by the adjusted calibration of their scanners.
-    adjustment : Adjustment
-        What placed them.
-    factor : float
-        On a-priori covariances (a posteriori variance).
-    frame : OutputFrame
-        Of the clouds.
-    placements : mapping
-        Pose and covariance by scan, in the work frame.
-    shared, delivered : SharedPart or None
-        What the points of all scans share, in the work frame and in that of the clouds; None with
-        more stations than a joint covariance is kept of.
-    """
-
+    #: with scans corrected by the adjusted calibration of their scanners
     work: ScanWork
+    #: what placed them
     adjustment: Adjustment
+    #: on a-priori covariances (a posteriori variance)
     factor: float
+    #: of the clouds
     frame: OutputFrame
+    #: pose and covariance by scan, in the work frame
     placements: Mapping[str, Placement]
+    #: what the points of all scans share, in the work frame and in that of the clouds; None with
+    #: more stations than a joint covariance is kept of
     shared: SharedPart | None
     delivered: SharedPart | None
 
@@ -192,49 +165,33 @@ class Standing:
 
 @dataclass(frozen=True)
 class PlacedScans:
-    """Scans through the adjusted stations, and what was made of them.
+    """Scans through the adjusted stations, and what was made of them."""
 
-    Parameters
-    ----------
-    scans : sequence of StationScan
-        Corrected by the adjusted calibration of their scanners.
-    findings : sequence of Findings
-        Targets found in each scan, and what was rejected.
-    named : Named or None
-        Their names; None if none were sought.
-    placements : mapping
-        Pose and covariance by scan.
-    frame : OutputFrame
-        Of the clouds.
-    products : sequence of Product
-        Clouds that were written.
-    budget : sequence of BudgetRow
-        What the uncertainty of points comes from, region by region.
-    corrected, reach : sequence of str
-        Which scans were corrected and by what; which reach far beyond their targets.
-    noise : sequence of StatedNoise
-        Noise of single points as it is stated for each scanner and as its scans show it.
-    truth : sequence of TruthRow
-        The comparison of a simulated job with its truth.
-    loose : bool
-        True if there is a truth and nothing ties the stations to its frame.
-    shared : SharedPart or None
-        What the points of the clouds share, in their frame; None with more stations than a joint
-        covariance is kept of.
-    """
-
+    #: corrected by the adjusted calibration of their scanners
     scans: Sequence[StationScan]
+    #: targets found in each scan, and what was rejected
     findings: Sequence[Findings]
+    #: their names; None if none were sought
     named: Named | None
+    #: pose and covariance by scan
     placements: Mapping[str, Placement]
+    #: of the clouds
     frame: OutputFrame
+    #: clouds that were written
     products: Sequence[Product]
+    #: what the uncertainty of points comes from, region by region
     budget: Sequence[BudgetRow]
+    #: which scans were corrected and by what; which reach far beyond their targets
     corrected: Sequence[str] = ()
     reach: Sequence[str] = ()
+    #: noise of single points as it is stated for each scanner and as its scans show it
     noise: Sequence[StatedNoise] = ()
+    #: the comparison of a simulated job with its truth
     truth: Sequence[TruthRow] = ()
+    #: true if there is a truth and nothing ties the stations to its frame
     loose: bool = False
+    #: what the points of the clouds share, in their frame; None with more stations than a joint
+    #: covariance is kept of
     shared: SharedPart | None = None
 
 
@@ -242,11 +199,6 @@ def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> F
     """Open the scans, find their targets and planes; an engine does this and later work on scans.
 
     All other files are checked before the first scan is read, and each scan is decoded once.
-
-    Raises
-    ------
-    InputError : scans that cannot be read, clouds that are asked for and impossible, levelled
-        stations whose compensator has no sigma.
     """
     job.refuse_unstated()
     project, state = job.project, Remembered(folder, engine)
@@ -266,12 +218,7 @@ def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> F
 
 
 def _given_besides(job: Job, scans: Sequence[StationScan]) -> GivenBesides:
-    """Read all other files of a project before the first scan, which may be hours of work.
-
-    Raises
-    ------
-    InputError : what they say wrong, what no section explains.
-    """
+    """Read all other files of a project before the first scan, which may be hours of work."""
     survey, truth = job.survey, job.project.truth
     return GivenBesides(
         survey, known_poses(job, scans), None if truth is None else read_truth(job.folder / truth)
@@ -304,13 +251,7 @@ def _besides(scan: StationScan) -> list[Wish]:
 
 
 def name_and_tie(job: Job, found: FoundInScans, progress: Progress) -> ScanWork:
-    """Give targets their names and tie the stations to each other.
-
-    Raises
-    ------
-    InputError : scans that cannot be matched; a decision by hand about what is not there.
-    NothingFound : targets were sought, none was found, and nothing else was observed.
-    """
+    """Give targets their names and tie the stations to each other."""
     scans, findings = found.scans, found_again(found.findings, job.edits)
     registered = register(job, scans, findings, found.given.known, found.state, progress)
     observed = registered.survey is not None and registered.survey.tables()
@@ -321,12 +262,7 @@ def name_and_tie(job: Job, found: FoundInScans, progress: Progress) -> ScanWork:
 
 
 def find_and_name(job: Job, folder: Path, progress: Progress) -> ScanWork:
-    """Open the scans, find their targets, give them names, tie the stations to each other.
-
-    Raises
-    ------
-    InputError : what :func:`find` and :func:`name_and_tie` say.
-    """
+    """Open the scans, find their targets, give them names, tie the stations to each other."""
     return name_and_tie(job, find(job, folder, progress), progress)
 
 
@@ -346,12 +282,7 @@ def scans_to_tell_of(error: TribrachError, job: Job, found: FoundInScans) -> lis
 
 
 def refuse_lost(job: Job, work: ScanWork, adjustment: Adjustment) -> None:
-    """Refuse scans at stations that the adjusted network does not have.
-
-    Raises
-    ------
-    InputError : nothing places a station; where targets were sought, NothingFound with what was.
-    """
+    """Refuse scans at stations that the adjusted network does not have."""
     stations = set(adjustment.layout.names["pose"])
     lost = [scan.station for scan in work.scans if scan.station not in stations]
     if lost:

@@ -33,13 +33,7 @@ class SurfaceSamples:
         self._known: dict[str, SurfaceSample] = {}
 
     def of(self, scans: Sequence[StationScan]) -> dict[str, SurfaceSample]:
-        """The samples of scans by their names.
-
-        Raises
-        ------
-        InputError
-            The points of a scan cannot be read.
-        """
+        """The samples of scans by their names."""
         new = [scan for scan in scans if scan.name not in self._known]
         items = [sample_wish(scan).item for scan in new]
         taken = each(_taken, items, state=self._state, progress=self._progress)

@@ -52,23 +52,15 @@ GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor", "stations
 
 @dataclass(frozen=True)
 class ReadFiles:
-    """What the files of a project say, before its other sections come to it.
+    """What the files of a project say, before its other sections come to it."""
 
-    Parameters
-    ----------
-    survey : Survey
-        Points, observations and GNSS baselines.
-    context : Context
-        The work frame and the lever arms by station.
-    realisation : Realisation or None
-        Frame and epoch of the job, of the site or of the first file that brought them.
-    sessions : tuple of SessionResult
-        GNSS sessions whose baselines were computed.
-    """
-
+    #: points, observations and GNSS baselines
     survey: Survey
+    #: the work frame and the lever arms by station
     context: Context
+    #: frame and epoch of the job, of the site or of the first file that brought them
     realisation: Realisation | None
+    #: GNSS sessions whose baselines were computed
     sessions: tuple[SessionResult, ...]
 
 
@@ -78,28 +70,7 @@ def read_survey_files(
     sessions: tuple[SessionResult, ...] | None,
     progress: Progress,
 ) -> ReadFiles:
-    """Read all files of points and observations and compute the GNSS sessions of a project.
-
-    Parameters
-    ----------
-    instruments : Instruments
-        The instruments of the project; they learn which stations the files observe.
-    calibrations : Calibrations
-        The calibrations of the project.
-    sessions : tuple of SessionResult, optional
-        GNSS sessions that were computed before; they are computed if not given.
-    progress : Progress
-        Told of baselines that are computed.
-
-    Returns
-    -------
-    ReadFiles
-
-    Raises
-    ------
-    InputError
-        What a file or the section that names it says wrong, with its line.
-    """
+    """Read all files of points and observations and compute the GNSS sessions of a project."""
     reader = _Reader(instruments, calibrations)
     with RefusalCollector() as refused:
         reader.all(refused)
@@ -113,20 +84,7 @@ def read_survey_files(
 
 
 def readable_survey(instruments: Instruments, refused: RefusalCollector) -> Survey:
-    """What can be read of the files of a project; what is refused is noted.
-
-    Parameters
-    ----------
-    instruments : Instruments
-        The instruments of the project.
-    refused : RefusalCollector
-        Notes everything that is wrong.
-
-    Returns
-    -------
-    Survey
-        Points and observations of the files that are right; empty if there is no work frame.
-    """
+    """What can be read of the files of a project; what is refused is noted."""
     with refused.record():
         reader = _Reader(instruments, Calibrations(instruments))
         reader.all(refused)
@@ -135,22 +93,7 @@ def readable_survey(instruments: Instruments, refused: RefusalCollector) -> Surv
 
 
 def starnet_plan(project: Project) -> list[Path]:
-    """Files of planned observations that are STAR*NET's, which bring their own points.
-
-    Parameters
-    ----------
-    project : Project
-        The project.
-
-    Returns
-    -------
-    list of Path
-
-    Raises
-    ------
-    InputError
-        No such file, or a suffix of no known format.
-    """
+    """Files of planned observations that are STAR*NET's, which bring their own points."""
     if project.plan is None:
         return []
     paths = [project.folder / name for name in project.plan.observations]
@@ -414,13 +357,7 @@ def _geocentric(table: CsvTable) -> bool:
 
 
 def _positions(table: CsvTable) -> Array:
-    """ECEF (n, 3) [m] of geographic or geocentric coordinates.
-
-    Raises
-    ------
-    InputError
-        Neither of them, or an empty cell.
-    """
+    """ECEF (n, 3) [m] of geographic or geocentric coordinates."""
     if table.has("latitude", "longitude", "u"):
         return ecef_from_geodetic(*table.columns("latitude", "longitude", "u").T)
     return table.columns("ecef_x", "ecef_y", "ecef_z")

@@ -14,23 +14,7 @@ __all__ = ["add_telescopes"]
 
 
 def add_telescopes(project: Project, survey: Survey, *, whole: bool) -> None:
-    """Add what a project knows of the axes of its telescopes to a survey.
-
-    Parameters
-    ----------
-    project : Project
-        Its sections ``telescopes``.
-    survey : Survey
-        Gets the values, and the priors of those that have a sigma.
-    whole : bool
-        True if everything that is measured is in the survey; otherwise a telescope that nothing
-        observes may still come.
-
-    Raises
-    ------
-    InputError
-        A telescope without targets.
-    """
+    """Add what a project knows of the axes of its telescopes to a survey."""
     observed = survey.named(TelescopeTargets, "reference")
     for name, section in project.telescopes.items():
         if name not in observed:

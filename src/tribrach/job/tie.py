@@ -180,12 +180,7 @@ def register(
     state: Remembered,
     progress: Callable[[str, int, int | None], None],
 ) -> Registered:
-    """Names, approximate poses and observations of all stations; known : see :func:`known_poses`.
-
-    Raises
-    ------
-    InputError : a station that nothing places, with what was tried and what would help.
-    """
+    """Names, approximate poses and observations of all stations; known as :func:`known_poses`."""
     project = job.project
     by = project.registration.by
     with_targets = "targets" in by and project.targets.wanted
@@ -235,12 +230,7 @@ def register(
 
 
 def known_poses(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
-    """Approximate poses of the stations, as the project says where from.
-
-    Raises
-    ------
-    InputError : a file of poses that is not there, or cannot be read.
-    """
+    """Approximate poses of the stations, as the project says where from."""
     settings = job.project.registration
     if settings.by == ("targets",) or not (settings.approximate or settings.poses):
         return NO_POSES

@@ -42,27 +42,19 @@ Side = Literal["within", "above", "below", "wrong"]
 
 @dataclass(frozen=True)
 class TruthRow(Result, also=("agrees",)):
-    """A comparison of a simulated project with its truth: error, test, limits, verdict.
-
-    Attributes
-    ----------
-    words
-        The error beside what was expected.
-    statistic, least, limit
-        The test value and its limits; ``least`` is None where only large ones are wrong.
-    dof
-        Of chi-square, 0 where it is none.
-    side
-        Of the limits that the statistic is on; "wrong" of what is counted.
-    """
+    """A comparison of a simulated project with its truth: error, test, limits, verdict."""
 
     what: str
     name: str
+    #: the error beside what was expected
     words: str
+    #: the test value and its limits; ``least`` is None where only large ones are wrong
     statistic: float | None = None
     least: float | None = None
     limit: float | None = None
+    #: of chi-square, 0 where it is none
     dof: int = 0
+    #: of the limits that the statistic is on; "wrong" of what is counted
     side: Side = "within"
 
     @property
@@ -162,13 +154,7 @@ BAND = (0.95, 1.05)
 
 
 def read_truth(path: Path) -> dict[str, Any]:
-    """A truth file.
-
-    Raises
-    ------
-    InputError
-        It cannot be read.
-    """
+    """A truth file."""
     try:
         data = read_json(path)
     except (InputError, ValueError) as error:
@@ -192,21 +178,7 @@ def against_truth(
     state: Remembered,
     progress: Progress = lambda what, done, total: None,
 ) -> list[TruthRow]:
-    """All comparisons, one row each.
-
-    Parameters
-    ----------
-    truth
-        What :func:`read_truth` read.
-    folder
-        Where the truths of the scans' points are.
-    adjustment, scans, placements, named
-        What is compared; placements by scan name.
-    incidence
-        True if the stated noise of ranges grows with the incidence angle, as in the clouds.
-    state, progress
-        Where the errors of points are remembered; told of scans that are read for them.
-    """
+    """All comparisons, one row each."""
     rows = [*_stations(truth, adjustment), *_points(truth, adjustment, named)]
     rows += _lever_arms(truth, adjustment)
     items = []
@@ -328,20 +300,14 @@ def _points(
 
 @dataclass(frozen=True)
 class CloudError:
-    """Points of one scan against their true places.
-
-    Attributes
-    ----------
-    noise
-        Mean of ``e^T C_int^-1 e / 3`` with the true station: what remains are the points' own
-        errors.
-    whole, whole_bounds
-        The same with the adjusted station and the whole covariance, and 99 % of what that may be,
-        since the error of the station is common to all points.
-    """
+    """Points of one scan against their true places."""
 
     points: int
+    #: mean of ``e^T C_int^-1 e / 3`` with the true station: what remains are the points' own
+    #: errors
     noise: float
+    #: the same with the adjusted station and the whole covariance, and 99 % of what that may be,
+    #: since the error of the station is common to all points
     whole: float
     whole_bounds: tuple[float, float]
 

@@ -35,11 +35,6 @@ _WORDS = {
 def usual_targets(found: Sequence[FolderFile]) -> tuple[list[tuple[str, float]], str]:
     """Keys of ``[targets]`` with sizes [m] that are in the scans of a folder, and what was tried.
 
-    Parameters
-    ----------
-    found
-        Files of the folder.
-
     Returns
     -------
     sizes : list of (str, float)

@@ -25,17 +25,11 @@ __all__ = ["Wish", "Wishes", "visit"]
 
 @dataclass(frozen=True)
 class Wish:
-    """A product of one scan that is wanted.
+    """A product of one scan that is wanted."""
 
-    Parameters
-    ----------
-    task
-        Makes it, as for :func:`tribrach.job.each.each`; its first value is the scan.
-    item
-        What it is.
-    """
-
+    #: makes it, as for :func:`tribrach.job.each.each`; its first value is the scan
     task: Callable[..., Any]
+    #: what it is
     item: Item
 
     def key(self, state: Remembered) -> str:
@@ -73,31 +67,7 @@ def visit(
     state: Remembered,
     progress: Progress,
 ) -> list[StationScan]:
-    """Make what is wanted of every scan and not remembered, decoding the scan once.
-
-    Parameters
-    ----------
-    scans
-        As their files have them, or screened already.
-    wanted
-        Products that a scan is read for.
-    besides
-        Products that are made as well while a scan is read for others.
-    state
-        What is remembered, and who does what is not.
-    progress
-        Told of what is done.
-
-    Returns
-    -------
-    list of StationScan
-        The scans without their beams without return, as far as these are to be left out.
-
-    Raises
-    ------
-    InputError
-        A scan that cannot be read, or has too many points to be searched at once.
-    """
+    """Make what is wanted of every scan and not remembered, decoding the scan once."""
     out = list(scans)
     plans, calls = [], []
     for number, scan in enumerate(scans):

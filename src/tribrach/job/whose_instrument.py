@@ -64,22 +64,7 @@ class Instruments:
                 self.learn([entry.station], entry.instrument, ("scans", k, "instrument"))
 
     def learn(self, stations: Iterable[str], instrument: str, keys: Keys) -> None:
-        """Note what a section says about stations whose names stand in its file.
-
-        Parameters
-        ----------
-        stations : Iterable[str]
-            Names of scanner stations.
-        instrument : str
-            Name of their instrument.
-        keys : tuple
-            Where the project file says so.
-
-        Raises
-        ------
-        InputError
-            The instrument is not defined, or another section names another for the same station.
-        """
+        """Note what a section says about stations whose names stand in its file."""
         self._defined(instrument, keys)
         for station in stations:
             other = self._claims.setdefault(station, _Claim(instrument, keys))
@@ -87,18 +72,7 @@ class Instruments:
                 raise self._contradiction(station, other, _Claim(instrument, keys))
 
     def changed(self, project: Project) -> Instruments:
-        """Apply the rule to a project with other sections, of the same files.
-
-        Parameters
-        ----------
-        project : Project
-            The project after the change.
-
-        Returns
-        -------
-        Instruments
-            With what the files of scans told.
-        """
+        """Apply the rule to a project with other sections, of the same files."""
         out = Instruments(project)
         for station, claim in self._claims.items():
             if claim.keys[0] == "scans":
@@ -106,39 +80,12 @@ class Instruments:
         return out
 
     def of_station(self, station: str) -> str | None:
-        """Return the instrument of a scanner station.
-
-        Parameters
-        ----------
-        station : str
-            Name of the station.
-
-        Returns
-        -------
-        str or None
-            Its name in the project; None where no section names one and there are several.
-        """
+        """Return the instrument of a scanner station."""
         claim = self._claims.get(station)
         return self._only_scanner() if claim is None else claim.instrument
 
     def of_planned(self, station: str | None) -> str | None:
-        """Return the instrument of a planned station.
-
-        Parameters
-        ----------
-        station : str or None
-            Name of the station, None for planned observations that are not of a station.
-
-        Returns
-        -------
-        str or None
-            As :meth:`of_station`, with the instrument of ``[plan]`` before the only one.
-
-        Raises
-        ------
-        InputError
-            The instrument of the plan is not defined.
-        """
+        """Return the instrument of a planned station."""
         claim = None if station is None else self._claims.get(station)
         if claim is not None:
             return claim.instrument
@@ -149,26 +96,7 @@ class Instruments:
         return plan.instrument
 
     def of_file(self, k: int, stations: Iterable[str] = ()) -> str | None:
-        """Return the instrument of an entry of ``[[observations]]``.
-
-        Parameters
-        ----------
-        k : int
-            Number of the entry.
-        stations : Iterable[str]
-            Scanner stations that its readings were taken from, if it has such.
-
-        Returns
-        -------
-        str or None
-            The one that the entry names, else that of its stations if they share one, else the
-            only one of the project.
-
-        Raises
-        ------
-        InputError
-            It is not defined.
-        """
+        """Return the instrument of an entry of ``[[observations]]``."""
         named = self.project.observations[k].instrument
         if named is not None:
             self._defined(named, ("observations", k, "instrument"))
@@ -177,62 +105,19 @@ class Instruments:
         return own.pop() if len(own) == 1 else self._only()
 
     def named(self, name: str) -> Instrument:
-        """Return the section of an instrument.
-
-        Parameters
-        ----------
-        name : str
-            A name that one of the methods above returned.
-
-        Returns
-        -------
-        Instrument
-        """
+        """Return the section of an instrument."""
         return self.project.instruments[name]
 
     def precision(self, name: str | None) -> Precision:
-        """Return the standard deviations of an instrument.
-
-        Parameters
-        ----------
-        name : str or None
-            Its name.
-
-        Returns
-        -------
-        Precision
-            In metres and radians; without figures if there is no instrument.
-        """
+        """Return the standard deviations of an instrument."""
         return Precision() if name is None else self.named(name).precision()
 
     def noise(self, name: str | None) -> ScanNoise | None:
-        """Return the noise of single points of a scanner.
-
-        Parameters
-        ----------
-        name : str or None
-            Its name.
-
-        Returns
-        -------
-        ScanNoise or None
-            In metres and radians; None if there is no instrument, or if it has no such figures.
-        """
+        """Return the noise of single points of a scanner."""
         return None if name is None else self.named(name).noise()
 
     def common(self, name: str | None) -> CommonErrors | None:
-        """Return what all points of a station of a scanner have in common.
-
-        Parameters
-        ----------
-        name : str or None
-            Its name.
-
-        Returns
-        -------
-        CommonErrors or None
-            None if there is no instrument, or if it has no such figures.
-        """
+        """Return what all points of a station of a scanner have in common."""
         return None if name is None else self.named(name).common(name)
 
     def _only(self) -> str | None:

@@ -77,27 +77,18 @@ _ROUNDING = 1e-4
 
 @dataclass(frozen=True)
 class Options:
-    """When the iteration ends.
+    """When the iteration ends."""
 
-    Attributes
-    ----------
-    max_iterations
-        Linearisations before giving up.
-    step_sigma
-        Largest last step in units of its own sigma.
-    step_metres, step_radians
-        Largest last step of lengths [m] and of angles [rad].
-    vtpv_change
-        Largest last relative change of the weighted sum of squares.
-    progress
-        Called with (iteration, sum of squares) after each step.
-    """
-
+    #: linearisations before giving up
     max_iterations: int = 60
+    #: largest last step in units of its own sigma
     step_sigma: float = 0.01
+    #: largest last step of lengths [m] and of angles [rad]
     step_metres: float = 1e-7
     step_radians: float = 1e-10
+    #: largest last relative change of the weighted sum of squares
     vtpv_change: float = 1e-10
+    #: called with (iteration, sum of squares) after each step
     progress: Callable[[int, float], None] | None = None
 
 

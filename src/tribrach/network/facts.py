@@ -41,52 +41,27 @@ KindOfFact = TypeVar("KindOfFact", bound=Fact)
 
 
 def facts_of(facts: Iterable[Fact], kind: type[KindOfFact]) -> tuple[KindOfFact, ...]:
-    """Choose the facts of one type, in the order in which they were left.
-
-    Parameters
-    ----------
-    facts : Iterable[Fact]
-        Facts of a survey or of a network.
-    kind : type
-        The type that is asked for.
-
-    Returns
-    -------
-    tuple
-        The facts of this type, empty if there are none.
-    """
+    """Choose the facts of one type, in the order in which they were left."""
     return tuple(fact for fact in facts if isinstance(fact, kind))
 
 
 @dataclass(frozen=True)
 class ListReading(Fact):
-    """How a list was read that does not say everything itself.
+    """How a list was read that does not say everything itself."""
 
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    sentences : tuple of str
-        What was taken for what, without the stop.
-    """
-
+    #: name of the file
     file: str
+    #: what was taken for what, without the stop
     sentences: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class AssumedSigmas(Fact):
-    """Sigmas of coordinates that the project states, and not their file.
+    """Sigmas of coordinates that the project states, and not their file."""
 
-    Parameters
-    ----------
-    file : str
-        Name of the file.
-    plan, up : float or None
-        Of easting and northing, and of the height [m].
-    """
-
+    #: name of the file
     file: str
+    #: of easting and northing, and of the height [m]
     plan: float | None
     up: float | None
 
@@ -100,37 +75,19 @@ class AssumedSigmas(Fact):
 
 @dataclass(frozen=True)
 class Reference(Result, without=("grid",)):
-    """The reference system of the coordinates, as far as a file or project names it.
+    """The reference system of the coordinates, as far as a file or project names it."""
 
-    Parameters
-    ----------
-    crs : str, optional
-        Name or code of the coordinate reference system, such as ``EPSG:5897``.
-    frame : str, optional
-        Reference frame of geocentric coordinates, such as ``ITRF2014``.
-    epoch : float, optional
-        Decimal year that coordinates in a dynamic frame hold for.
-    grid : OutputFrame, optional
-        Converts work coordinates to easting, northing and height of a projected site.
-    """
-
+    #: name or code of the coordinate reference system, such as ``EPSG:5897``
     crs: str | None = None
+    #: reference frame of geocentric coordinates, such as ``ITRF2014``
     frame: str | None = None
+    #: decimal year that coordinates in a dynamic frame hold for
     epoch: float | None = None
+    #: converts work coordinates to easting, northing and height of a projected site
     grid: OutputFrame | None = None
 
     def completed(self, other: Reference) -> Reference:
-        """Fill what is missing here from another reference.
-
-        Parameters
-        ----------
-        other : Reference
-            Gives what this one does not say; a frame and its epoch stay together.
-
-        Returns
-        -------
-        Reference
-        """
+        """Fill what is missing here from another reference."""
         own = self if self.frame is not None or self.epoch is not None else other
         return replace(
             self,
@@ -149,33 +106,22 @@ _COARSE = 0.05
 
 @dataclass(frozen=True)
 class FrameChange(Fact):
-    """Positions or vectors that came in another frame and were taken to that of the network.
+    """Positions or vectors that came in another frame and were taken to that of the network."""
 
-    Parameters
-    ----------
-    file : str
-        Where they came from.
-    vectors : bool
-        Vectors, otherwise positions.
-    count : int
-        How many.
-    source, target : str
-        The frames with their epochs, in words.
-    largest : float
-        The largest change of one of them [m].
-    accuracy : float
-        What is stated for the transformation [m], NaN if nothing is.
-    length : float
-        Of the longest vector [m], 0 for positions.
-    """
-
+    #: where they came from
     file: str
+    #: vectors, otherwise positions
     vectors: bool
+    #: how many
     count: int
+    #: the frames with their epochs, in words
     source: str
     target: str
+    #: the largest change of one of them [m]
     largest: float
+    #: what is stated for the transformation [m], NaN if nothing is
     accuracy: float
+    #: of the longest vector [m], 0 for positions
     length: float = 0.0
 
     @classmethod

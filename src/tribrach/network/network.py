@@ -41,13 +41,6 @@ def axes_in_use(axes: Iterable[ObservedAxes], site: Site) -> NDArray[np.bool_]:
     nothing of heights, levelled height differences nothing of the plan. What a whole network does
     not observe takes no part in it, as in a levelling network or a trilateration. Single points
     that lack an observation are another matter and refused as such.
-
-    Parameters
-    ----------
-    axes
-        Those of each table of observations.
-    site
-        On a site that is not flat all axes are in use.
     """
     observed = set(axes) - {ObservedAxes.NONE}
     used = np.ones(3, dtype=bool)
@@ -122,30 +115,21 @@ class JointCovariance:
 
     It replaces the values' own covariances. If any of the values is switched off, its rows and
     columns are left out.
-
-    Attributes
-    ----------
-    table : array (k,)
-        Index of each value into ``Network.observations``.
-    item : array (k,)
-        Observation within the table.
-    row : array (k,)
-        Value within the observation.
-    covariance : array (k, k)
-        In metres and radians, in the order of the values.
-    common : array (k, k) or None
-        The part of it that one cause makes common to the values, where that is known apart: what is
-        left is the covariance of each observation by itself. None if the values are correlated as
-        they are.
-    category : Category or None
-        Part of the error budget that ``common`` belongs to.
     """
 
+    #: (k,), index of each value into ``Network.observations``
     table: NDArray[np.int64]
+    #: (k,), observation within the table
     item: NDArray[np.int64]
+    #: (k,), value within the observation
     row: NDArray[np.int64]
+    #: (k, k), in metres and radians, in the order of the values
     covariance: Array
+    #: (k, k), the part of it that one cause makes common to the values, where that is known apart:
+    #: what is left is the covariance of each observation by itself. None if the values are
+    #: correlated as they are.
     common: Array | None = None
+    #: part of the error budget that ``common`` belongs to
     category: Category | None = None
 
     def part(self, keep: Index) -> JointCovariance:

@@ -118,13 +118,7 @@ class ObservationRows(Sequence[ObservationRow]):
         self._place: dict[str, list[int]] = {}
 
     def column(self, name: str) -> NDArray[Any]:
-        """Array (n,) of an attribute of all rows.
-
-        Raises
-        ------
-        UnknownName
-            No such attribute.
-        """
+        """Array (n,) of an attribute of all rows."""
         if name not in self._columns:
             raise UnknownName("column", name, self._columns)
         return self._columns[name]
@@ -184,13 +178,7 @@ class ObservationRows(Sequence[ObservationRow]):
         return any(row == other for other in self)
 
     def of(self, identity: str) -> ObservationRows:
-        """The rows of one observation, one for each of its values.
-
-        Raises
-        ------
-        UnknownName
-            No observation has this id.
-        """
+        """The rows of one observation, one for each of its values."""
         return self.chosen(np.array(self._places(identity)))
 
     @property
@@ -270,20 +258,7 @@ def _sized(value: float, unit: str) -> str:
 
 
 def observation_rows(adjustment: SolvedSystem, quality: Quality) -> ObservationRows:
-    """All observed values of an adjusted network in its order, whatever their state.
-
-    Parameters
-    ----------
-    adjustment : SolvedSystem
-        The adjusted network.
-    quality : Quality
-        Its quality figures.
-
-    Returns
-    -------
-    ObservationRows
-        One row for each value.
-    """
+    """All observed values of an adjusted network in its order, whatever their state."""
     tables = adjustment.network.observations
     parts = [
         _columns(adjustment, quality, number, o, ids)

@@ -76,22 +76,15 @@ class GlobalTest:
 
     Only exceeding the upper limit rejects, since a too small value means cautious sigmas and no
     blunder.
-
-    Attributes
-    ----------
-    vtpv
-        ``v^T P v``.
-    dof
-        Redundancy.
-    alpha
-        Significance.
-    lower, upper
-        Two-sided limits of ``v^T P v``.
     """
 
+    #: ``v^T P v``
     vtpv: float
+    #: redundancy
     dof: int
+    #: significance
     alpha: float
+    #: two-sided limits of ``v^T P v``
     lower: float
     upper: float
 
@@ -128,34 +121,23 @@ class GlobalTest:
 
 @dataclass(frozen=True)
 class BlockTests:
-    """Chi-square tests of whole observations that have several values.
+    """Chi-square tests of whole observations that have several values."""
 
-    Attributes
-    ----------
-    table, item : array (b,)
-        The observation of each block; for a joint covariance table -1 and its number.
-    freedom : array (b,)
-        Degrees of freedom.
-    redundancy : array (b,)
-        Trace of the block's part of R.
-    statistic : array (b,)
-        NaN where nothing controls the block.
-    critical : array (b,)
-        Limit of the statistic at alpha0.
-    gross_error : array (b,)
-        Length of the estimated error [m].
-    mdb : array (b,)
-        Length of the longest error that may stay undetected, in any direction [m]; as
-        ``gross_error`` NaN unless all values are lengths and all are controlled.
-    """
-
+    #: (b,), the observation of each block; for a joint covariance table -1 and its number
     table: Index
     item: Index
+    #: (b,), degrees of freedom
     freedom: Index
+    #: (b,), trace of the block's part of R
     redundancy: Array
+    #: (b,), naN where nothing controls the block
     statistic: Array
+    #: (b,), limit of the statistic at alpha0
     critical: Array
+    #: (b,), length of the estimated error [m]
     gross_error: Array
+    #: (b,), length of the longest error that may stay undetected, in any direction [m]; as
+    #: ``gross_error`` NaN unless all values are lengths and all are controlled
     mdb: Array
 
     @property
@@ -188,25 +170,17 @@ class BlockTests:
 
 @dataclass(frozen=True)
 class Chance:
-    """Tests beyond their limits, against what chance makes of a network without blunders.
+    """Tests beyond their limits, against what chance makes of a network without blunders."""
 
-    Attributes
-    ----------
-    beyond, tests
-        How many tests of values and blocks are beyond their limits, of how many.
-    expected
-        How many of them would be if nothing were wrong.
-    significance
-        Smallest probability of any of them.
-    limit
-        What the smallest probability stays above in clean networks (Šidák 1967), with the
-        confidence of the global test.
-    """
-
+    #: how many tests of values and blocks are beyond their limits, of how many
     beyond: int
     tests: int
+    #: how many of them would be if nothing were wrong
     expected: float
+    #: smallest probability of any of them
     significance: float
+    #: what the smallest probability stays above in clean networks (Šidák 1967), with the
+    #: confidence of the global test
     limit: float
 
     @property
@@ -221,60 +195,42 @@ class Quality:
 
     With inner constraints the displacements belong to that datum; all other figures are the same in
     any datum.
-
-    Attributes
-    ----------
-    global_test
-        Test of the a-priori sigma0.
-    redundancy : array (n,)
-        Redundancy numbers.
-    w, tau : array (n,)
-        Baarda's and Pope's test values.
-    gross_error, mdb : array (n,)
-        Estimated error and minimal detectable bias, in the unit of the value [m, rad].
-    external : array (n,)
-        Largest displacement of any position that an undetected error of size MDB causes [m].
-    external_position : array (n,)
-        Index of that position.
-    external_exact : array (n,)
-        False where only the observation's own ends were looked at (large networks).
-    blocks
-        Tests of whole observations with several values.
-    sessions
-        Tests of the values that share a joint covariance.
-    checks
-        Tests of observations held out.
-    w_critical, tau_critical
-        Limits of single tests.
-    alpha0, power
-        Significance and power of a single test.
-    confidence
-        Of the global test, ellipses and intervals.
-    variance_factor
-        What the tests of blocks, sessions and checks were divided by; 1 a priori.
-    posterior
-        True if values are judged by tau and blocks by F, False if by w and chi-square. w itself,
-        estimated errors, minimal detectable biases and effects are a priori either way.
     """
 
+    #: test of the a-priori sigma0
     global_test: GlobalTest
+    #: (n,), redundancy numbers
     redundancy: Array
+    #: (n,), baarda's and Pope's test values
     w: Array
     tau: Array
+    #: (n,), estimated error and minimal detectable bias, in the unit of the value [m, rad]
     gross_error: Array
     mdb: Array
+    #: (n,), largest displacement of any position that an undetected error of size MDB causes [m]
     external: Array
+    #: (n,), index of that position
     external_position: Index
+    #: (n,), false where only the observation's own ends were looked at (large networks)
     external_exact: NDArray[np.bool_]
+    #: tests of whole observations with several values
     blocks: BlockTests
+    #: tests of the values that share a joint covariance
     sessions: BlockTests
+    #: tests of observations held out
     checks: BlockTests
+    #: limits of single tests
     w_critical: float
     tau_critical: float
+    #: significance and power of a single test
     alpha0: float
     power: float
+    #: of the global test, ellipses and intervals
     confidence: float
+    #: what the tests of blocks, sessions and checks were divided by; 1 a priori
     variance_factor: float
+    #: true if values are judged by tau and blocks by F, False if by w and chi-square. w itself,
+    #: estimated errors, minimal detectable biases and effects are a priori either way.
     posterior: bool
 
     @property
@@ -388,20 +344,7 @@ def global_test(adjustment: SolvedSystem, alpha: float = 0.05) -> GlobalTest:
 
 
 def block_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float = 0.8) -> BlockTests:
-    """Test every active observation that has several values as a whole.
-
-    Parameters
-    ----------
-    system
-        Weighted residuals of the adjustment.
-    alpha0, power
-        Significance and power of each test.
-
-    Returns
-    -------
-    BlockTests
-        One block for each such observation.
-    """
+    """Test every active observation that has several values as a whole."""
     rows = system.adjustment.rows
     parts = []
     for number, o in enumerate(system.adjustment.network.observations):
@@ -416,20 +359,7 @@ def block_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float =
 
 
 def joint_tests(system: WeightedResiduals, alpha0: float = 0.001, power: float = 0.8) -> BlockTests:
-    """Test the active values of each joint covariance (a GNSS session, say) as a whole.
-
-    Parameters
-    ----------
-    system
-        Weighted residuals of the adjustment.
-    alpha0, power
-        Significance and power of each test.
-
-    Returns
-    -------
-    BlockTests
-        One block for each joint covariance of at most LARGEST_JOINT values.
-    """
+    """Test the active values of each joint covariance (a GNSS session, say) as a whole."""
     adjustment = system.adjustment
     tables, joint = adjustment.network.observations, adjustment.network.joint
     active = [place[place >= 0] for place in adjustment.assembly.joint_places]
@@ -499,20 +429,7 @@ def _gram(system: WeightedResiduals, block: Index) -> tuple[Array, Array]:
 
 
 def check_tests(adjustment: SolvedSystem, alpha0: float = 0.001) -> BlockTests:
-    """Test every observation held out as a check against what the network predicts for it.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    alpha0
-        Significance of each test.
-
-    Returns
-    -------
-    BlockTests
-        One block for each observation held out.
-    """
+    """Test every observation held out as a check against what the network predicts for it."""
     parts = []
     for table, o in enumerate(adjustment.network.observations):
         items = np.flatnonzero(o.use == Use.CHECK)

@@ -98,29 +98,19 @@ class Names(Mapping[str, Result], Generic[Result]):
 
 @dataclass(frozen=True, repr=False)
 class PointResult:
-    """An adjusted point.
+    """An adjusted point."""
 
-    Attributes
-    ----------
-    name
-        Of the point.
-    xyz
-        E, N, U (3,) [m]; NaN for coordinates that the network does not have.
-    covariance
-        (3, 3) [m^2]; zero for coordinates that are held.
-    role
-        ``control``, ``check`` or ``free``.
-    scale
-        Whether the covariance is a priori or a posteriori.
-    confidence, dof
-        Probability of ellipses, and the redundancy that they are taken with a posteriori.
-    """
-
+    #: of the point
     name: str
+    #: E, N, U (3,) [m]; NaN for coordinates that the network does not have
     xyz: Array
+    #: (3, 3) [m^2]; zero for coordinates that are held
     covariance: Array
+    #: ``control``, ``check`` or ``free``
     role: Role
+    #: whether the covariance is a priori or a posteriori
     scale: Scale
+    #: probability of ellipses, and the redundancy that they are taken with a posteriori
     confidence: float = 0.95
     dof: int | None = None
 
@@ -154,23 +144,15 @@ class PointResult:
 
 @dataclass(frozen=True, repr=False)
 class StationResult:
-    """An adjusted scanner station.
+    """An adjusted scanner station."""
 
-    Attributes
-    ----------
-    name
-        Of the station.
-    world_from_scanner
-        (4, 4): ``x_world = world_from_scanner @ (x, y, z, 1)``, metres.
-    covariance
-        (6, 6) of the translation [m], then of the left rotation increments about E, N, U [rad].
-    scale
-        Whether the covariance is a priori or a posteriori.
-    """
-
+    #: of the station
     name: str
+    #: (4, 4): ``x_world = world_from_scanner @ (x, y, z, 1)``, metres
     world_from_scanner: Array
+    #: (6, 6) of the translation [m], then of the left rotation increments about E, N, U [rad]
     covariance: Array
+    #: whether the covariance is a priori or a posteriori
     scale: Scale
 
     @property
@@ -198,25 +180,17 @@ class StationResult:
 
 @dataclass(frozen=True, repr=False)
 class ScalarResult:
-    """A single adjusted unknown: an orientation, a scale, a calibration parameter.
+    """A single adjusted unknown: an orientation, a scale, a calibration parameter."""
 
-    Attributes
-    ----------
-    name
-        Of the unknown.
-    value, sigma
-        In its own unit; an orientation is in [0, 2 pi).
-    unit, role
-        ``m``, ``rad`` or ``1``; what it is, such as ``orientation``.
-    scale
-        Whether sigma is a priori or a posteriori.
-    """
-
+    #: of the unknown
     name: str
+    #: in its own unit; an orientation is in [0, 2 pi)
     value: float
     sigma: float
+    #: ``m``, ``rad`` or ``1``; what it is, such as ``orientation``
     unit: str
     role: str
+    #: whether sigma is a priori or a posteriori
     scale: Scale
 
     def __repr__(self) -> str:
@@ -227,24 +201,18 @@ class ScalarResult:
 class Results:
     """Results of an adjusted network by name, in one scaling and at one confidence.
 
-    Parameters
-    ----------
-    adjustment : SolvedSystem
-        The adjusted network.
-    posterior : bool
-        Scale covariances of unknowns by ``v^T P v / r``; without redundancy, or with residuals
-        that are all zero, they stay a priori.
-    confidence : float
-        Probability that ellipses and ellipsoids hold.
-
     Raises
     ------
     InputError
         The confidence is not between 0 and 1.
     """
 
+    #: the adjusted network
     adjustment: SolvedSystem = field(repr=False)
+    #: scale covariances of unknowns by ``v^T P v / r``; without redundancy, or with residuals that
+    #: are all zero, they stay a priori
     posterior: bool = False
+    #: probability that ellipses and ellipsoids hold
     confidence: float = 0.95
 
     def __post_init__(self) -> None:
@@ -342,25 +310,7 @@ class Results:
     def to_frame(
         self, table: TableName = "observations", library: FrameLibrary | None = None
     ) -> Any:
-        """A table of results.
-
-        Parameters
-        ----------
-        table : {"observations", "points", "stations"}
-            Which; columns have the names of the JSON result, numbers that do not exist are null.
-        library : {"polars", "pandas"}
-            Which kind of frame; the first of them that is installed if None.
-
-        Returns
-        -------
-        polars.DataFrame or pandas.DataFrame
-            One row for each observed value, point or station.
-
-        Raises
-        ------
-        InputError
-            No such table or library, or it is not installed.
-        """
+        """A table of results."""
         tables: dict[str, Callable[[], dict[str, Any]]] = {
             "observations": self.observations.columns,
             "points": self._point_columns,
@@ -450,21 +400,7 @@ class Results:
         return [names[name] for name, _ in zip(names, range(_LISTED), strict=False)]
 
     def plot(self, what: PlotName = "plan", axes: Axes | None = None) -> Axes:
-        """Draw the network with matplotlib.
-
-        Parameters
-        ----------
-        what : {"plan", "residuals"}
-            The plan with confidence ellipses, enlarged as the title says; or the test values w
-            of all observations by kind with their limit.
-        axes : matplotlib.axes.Axes, optional
-            Where to draw; new ones if not given.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-            The axes, for further drawing or ``axes.figure.savefig``.
-        """
+        """Draw the network with matplotlib."""
         plots: dict[str, Callable[[Axes], None]] = {
             "plan": self._plot_plan,
             "residuals": self._plot_residuals,

@@ -30,75 +30,42 @@ _MOST = 60
 
 @dataclass(frozen=True, eq=False)
 class SiteAccuracy:
-    """Standard deviations of a site as a whole and within itself, along E, N, U.
+    """Standard deviations of a site as a whole and within itself, along E, N, U."""
 
-    Attributes
-    ----------
-    names
-        The k positions that were looked at.
-    radius
-        Largest distance in plan from their centroid [m].
-    point : array (3,)
-        Root mean square of the positions [m].
-    shift : array (3,)
-        Shift of the site as a whole [m].
-    turn : array (3,)
-        Turn of the site as a whole about E, N and U [rad].
-    inner : array (3,)
-        Root mean square of the positions without shift and turn [m].
-    pair : array (3,)
-        Median of the differences between two positions [m].
-    worst : array (3,)
-        The largest difference [m].
-    worst_names
-        The two positions of the largest difference.
-    """
-
+    #: the k positions that were looked at
     names: tuple[str, ...]
+    #: largest distance in plan from their centroid [m]
     radius: float
+    #: (3,), root mean square of the positions [m]
     point: Array
+    #: (3,), shift of the site as a whole [m]
     shift: Array
+    #: (3,), turn of the site as a whole about E, N and U [rad]
     turn: Array
+    #: (3,), root mean square of the positions without shift and turn [m]
     inner: Array
+    #: (3,), median of the differences between two positions [m]
     pair: Array
+    #: (3,), the largest difference [m]
     worst: Array
+    #: the two positions of the largest difference
     worst_names: tuple[str, str]
 
 
 @dataclass(frozen=True, eq=False)
 class CommonShift(Result, without=("name",), keys={"count": "positions"}):
-    """A shift that several GNSS positions have in common.
+    """A shift that several GNSS positions have in common."""
 
-    Attributes
-    ----------
-    name
-        Of the session.
-    sigma : array (3,)
-        Its standard deviation a priori [m].
-    count
-        Number of positions.
-    """
-
+    #: of the session
     name: str
+    #: (3,), its standard deviation a priori [m]
     sigma: Vector
+    #: number of positions
     count: int
 
 
 def site_accuracy(adjustment: Adjustment, factor: float = 1.0) -> SiteAccuracy | None:
-    """Split the accuracy of a site's points and stations; marks under targets do not count.
-
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    factor
-        On covariances: the variance factor if they are a posteriori.
-
-    Returns
-    -------
-    SiteAccuracy or None
-        None for fewer than three positions that are free in all three coordinates.
-    """
+    """Split the accuracy of a site's points and stations; marks under targets do not count."""
     names, xyz, columns = _positions(adjustment)
     k = len(names)
     if k < 3:

@@ -37,46 +37,31 @@ class SolvedSystem:
 
     Covariances are a priori: those given with the observations taken as they are.
     ``variance_factor`` says what scales them, ``scaled`` and ``scale`` whether it does.
-
-    Attributes
-    ----------
-    network
-        The network as it was adjusted, with the start values that were found.
-    state
-        Adjusted unknowns in the work frame [m, rad].
-    rows
-        The active observed values, in the order of the residuals.
-    residuals : array (n,)
-        ``v = h(x) - l`` of the active values [m, rad].
-    whitened_residuals : array (n,)
-        ``W v``; their sum of squares is ``vtpv``.
-    design : sparse array (n, u)
-        Whitened Jacobian over the free columns, at the solution.
-    free_columns : array (u,)
-        Columns of the full tangent vector that are unknowns.
-    cofactor
-        Cofactor matrix of the unknowns in the datum of the network.
-    motions
-        Open motions that inner constraints closed.
-    iterations
-        Linearisations that were needed.
-    warnings
-        Sentences of the network and of its solution.
-    assembly
-        Evaluates the network at any state.
     """
 
+    #: the network as it was adjusted, with the start values that were found
     network: Network
+    #: adjusted unknowns in the work frame [m, rad]
     state: State
+    #: the active observed values, in the order of the residuals
     rows: Rows
+    #: (n,), ``v = h(x) - l`` of the active values [m, rad]
     residuals: Array
+    #: (n,), ``W v``; their sum of squares is ``vtpv``
     whitened_residuals: Array
+    #: (n, u), whitened Jacobian over the free columns, at the solution
     design: sp.csr_array
+    #: (u,), columns of the full tangent vector that are unknowns
     free_columns: Index
+    #: cofactor matrix of the unknowns in the datum of the network
     cofactor: Cofactor
+    #: open motions that inner constraints closed
     motions: OpenMotions
+    #: linearisations that were needed
     iterations: int
+    #: sentences of the network and of its solution
     warnings: tuple[str, ...]
+    #: evaluates the network at any state
     assembly: Assembly = field(repr=False)
 
     @property
@@ -130,19 +115,7 @@ class SolvedSystem:
         return self.vtpv / self.dof if self.dof > 0 else float("nan")
 
     def scaled(self, *, posterior: bool) -> bool:
-        """Tell whether covariances of unknowns are a posteriori.
-
-        Parameters
-        ----------
-        posterior
-            Are covariances wanted a posteriori?
-
-        Returns
-        -------
-        bool
-            False if that is not wanted, without redundancy, or with residuals that are nothing
-            but rounding, from which no sigma0 can be estimated.
-        """
+        """Tell whether covariances of unknowns are a posteriori."""
         return posterior and self.dof > 0 and not self.fits_exactly
 
     @cached_property
@@ -158,30 +131,11 @@ class SolvedSystem:
         return "a posteriori" if self.scaled(posterior=posterior) else "a priori"
 
     def variance_factor(self, *, posterior: bool) -> float:
-        """Return what multiplies a-priori covariances of unknowns.
-
-        Parameters
-        ----------
-        posterior
-            Are covariances wanted a posteriori?
-
-        Returns
-        -------
-        float
-            ``v^T P v / r`` if covariances are ``scaled``, else 1.
-        """
+        """Return what multiplies a-priori covariances of unknowns."""
         return self.posterior_factor if self.scaled(posterior=posterior) else 1.0
 
     def once(self, key: Hashable, make: Callable[[], _Kept]) -> _Kept:
-        """What several ask for, computed for the first of them.
-
-        Parameters
-        ----------
-        key
-            Tells what it is.
-        make
-            Computes it; what it returns must not refer to this system.
-        """
+        """What several ask for, computed for the first of them."""
         kept = self.__dict__.setdefault("_kept", {})
         if key not in kept:
             kept[key] = make()
@@ -198,13 +152,7 @@ class SolvedSystem:
         return self.assembly.reduced[:-1]
 
     def columns(self, name: str) -> Index:
-        """Columns of the full tangent vector of a named unknown.
-
-        Raises
-        ------
-        UnknownName
-            No unknown has this name; a KeyError that says which there are.
-        """
+        """Columns of the full tangent vector of a named unknown."""
         try:
             family, index = self.layout.find(name)
         except KeyError:

@@ -49,26 +49,17 @@ _ROUNDING = 2e-3
 
 @dataclass
 class ObservationTable:
-    """Observations of a kind as one call of :meth:`Survey.add` gave them.
+    """Observations of a kind as one call of :meth:`Survey.add` gave them."""
 
-    Parameters
-    ----------
-    kind : type[Observations]
-        The observation class.
-    group : str
-        Name of the variance component.
-    columns : dict
-        Columns (n, ...) by field, with names where the kind has indices of unknowns.
-    n : int
-        How many observations.
-    hard : bool
-        The values hold exactly, as constraints.
-    """
-
+    #: the observation class
     kind: type[Observations]
+    #: name of the variance component
     group: str
+    #: columns (n, ...) by field, with names where the kind has indices of unknowns
     columns: dict[str, Any]
+    #: how many observations
     n: int
+    #: the values hold exactly, as constraints
     hard: bool = False
 
     def names(self, family: str) -> KeysView[str]:
@@ -105,13 +96,7 @@ def _chosen(column: Any, keep: NDArray[np.bool_]) -> Any:
 
 
 def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
-    """Refuse covariances (n, k, k) that are not finite, symmetric and positive definite.
-
-    Raises
-    ------
-    InputError
-        Names the source of the first bad matrix.
-    """
+    """Refuse covariances (n, k, k) that are not finite, symmetric and positive definite."""
     scale = np.sqrt(np.abs(np.einsum("nii->ni", matrices)))
     check_sigmas(np.where(scale > 0, scale, 1.0), source, what)
     scale[scale == 0] = 1.0
@@ -129,13 +114,7 @@ def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
 
 
 def check_values(values: Array, source: Sequence[str], kind: str) -> None:
-    """Refuse measured values (n, rows) that are no numbers, or beyond any measurement.
-
-    Raises
-    ------
-    InputError
-        Names the source of the first of them.
-    """
+    """Refuse measured values (n, rows) that are no numbers, or beyond any measurement."""
     good = (np.abs(values) < LARGEST).all(axis=1)
     if good.all():
         return
@@ -163,16 +142,6 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
         Of each observation.
     kind
         Says which rows are angles.
-
-    Returns
-    -------
-    list of str
-        A warning for each value between one and two turns.
-
-    Raises
-    ------
-    InputError
-        Names the source of the first that is more.
     """
     out = []
     for row in kind.angular:
@@ -192,13 +161,7 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
 
 
 def check_sigmas(sigmas: Array, source: Sequence[str], kind: str) -> None:
-    """Refuse standard deviations (n, rows) that are not above zero, or beyond any weight.
-
-    Raises
-    ------
-    InputError
-        Names the source of the first of them.
-    """
+    """Refuse standard deviations (n, rows) that are not above zero, or beyond any weight."""
     fair = (sigmas > SMALLEST_SIGMA) & (sigmas < LARGEST)
     if fair.all():
         return
@@ -214,13 +177,7 @@ def check_sigmas(sigmas: Array, source: Sequence[str], kind: str) -> None:
 
 
 def check_heights(columns: Mapping[str, Any], source: Sequence[str], kind: str) -> None:
-    """Refuse heights of instruments, targets and antennas (n,) that nothing stands on.
-
-    Raises
-    ------
-    InputError
-        Names the source of the first of them.
-    """
+    """Refuse heights of instruments, targets and antennas (n,) that nothing stands on."""
     for name, column in columns.items():
         if "height" not in name:
             continue
@@ -238,14 +195,7 @@ def check_heights(columns: Mapping[str, Any], source: Sequence[str], kind: str) 
 def check_columns(
     kind: type[Observations], columns: Mapping[str, Any], n: int, source: Sequence[str]
 ) -> None:
-    """Refuse columns that a kind does not have, and those it must have where they lack something.
-
-    Raises
-    ------
-    InputError
-        An unknown, missing or misspelt column, one of another length, or an empty name of
-        something that every observation of the kind refers to.
-    """
+    """Refuse columns that a kind does not have, and missing values in those it needs."""
     known = {item.name: item for item in fields(kind) if item.name not in _NO_COLUMNS}
     first = next((name for name in source if name), None)
     listed = f"a {kind.facts.title} has the columns {', '.join(known)}"
@@ -332,13 +282,7 @@ def as_column(part: Any, n: int) -> NDArray[Any]:
 
 
 def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTable]) -> Layout:
-    """All names that are given, by family, or referred to by the tables.
-
-    Raises
-    ------
-    InputError
-        A name is used both as a point and as a scanner station.
-    """
+    """All names that are given, by family, or referred to by the tables."""
     names: dict[str, dict[str, None]] = {family: {} for family in FAMILIES}
     for family, known in given.items():
         names[family] |= dict.fromkeys(known)
@@ -441,55 +385,36 @@ def _rotation(matrix: Array, name: str, source: str) -> Array:
 
 @dataclass
 class GivenPoint:
-    """A point with what is known of it beforehand.
+    """A point with what is known of it beforehand."""
 
-    Parameters
-    ----------
-    xyz : array (3,)
-        E, N, U [m], NaN where unknown.
-    free : array of bool (3,)
-        False for fixed or unused components.
-    role : str
-        control, check or free.
-    covariance : array (3, 3), optional
-        Of weighted control [m^2].
-    datum : array of bool (3,), optional
-        Components that carry inner constraints, where the reader's format marks them.
-    source : str
-        ``file:line``.
-    stated : bool
-        False for a check point whose coordinates came without sigmas: those that its observations
-        have only make the comparison possible and say nothing of the coordinates.
-    """
-
+    #: (3,), E, N, U [m], NaN where unknown
     xyz: Array
+    #: (3,), false for fixed or unused components
     free: NDArray[np.bool_]
+    #: control, check or free
     role: str = "free"
+    #: (3, 3), of weighted control [m^2]
     covariance: Array | None = None
+    #: (3,), components that carry inner constraints, where the reader's format marks them
     datum: NDArray[np.bool_] | None = None
+    #: ``file:line``
     source: str = ""
+    #: false for a check point whose coordinates came without sigmas: those that its observations
+    #: have only make the comparison possible and say nothing of the coordinates
     stated: bool = True
 
 
 @dataclass
 class GivenStation:
-    """A scanner station with six unknowns.
+    """A scanner station with six unknowns."""
 
-    Parameters
-    ----------
-    translation : array (3,)
-        Approximate place in the work frame [m], NaN if unknown.
-    rotation : array (3, 3)
-        Approximate rotation, world from scanner, NaN if unknown.
-    free : array of bool (6,)
-        False for fixed parts: translation, then left rotation increments.
-    source : str
-        ``file:line``.
-    """
-
+    #: (3,), approximate place in the work frame [m], NaN if unknown
     translation: Array
+    #: (3, 3), approximate rotation, world from scanner, NaN if unknown
     rotation: Array
+    #: (6,), false for fixed parts: translation, then left rotation increments
     free: NDArray[np.bool_]
+    #: ``file:line``
     source: str = ""
 
 

@@ -29,29 +29,19 @@ _MEMORY = 32_000_000
 
 @dataclass(frozen=True)
 class Blocks:
-    """Groups (c,) of up to k whitened rows by up to w unknowns of the network.
+    """Groups (c,) of up to k whitened rows by up to w unknowns of the network."""
 
-    Attributes
-    ----------
-    number : array (c,)
-        Number of each group.
-    rows : array (c, k, w)
-        ``M A``, zero where padded.
-    columns : array (c, w)
-        Columns of the prospect, -1 where padded.
-    leverage : array (c, k)
-        Diagonal of ``I - M``.
-    line : array (c, k)
-        Rows of the design they came from, -1 where padded.
-    determined : array (c,)
-        False where the rows do not determine their own unknowns.
-    """
-
+    #: (c,), number of each group
     number: Index
+    #: (c, k, w), ``M A``, zero where padded
     rows: Array
+    #: (c, w), columns of the prospect, -1 where padded
     columns: Index
+    #: (c, k), diagonal of ``I - M``
     leverage: Array
+    #: (c, k), rows of the design they came from, -1 where padded
     line: Index
+    #: (c,), false where the rows do not determine their own unknowns
     determined: NDArray[np.bool_]
 
     def __len__(self) -> int:
@@ -75,11 +65,6 @@ def group_rows(design: sp.csr_array, group: Index, place: Index) -> list[Blocks]
         Number of the group that owns a column, -1 for columns of the network.
     place : array (u,)
         Column of the prospect, for columns of the network; -1 where it is held fixed.
-
-    Returns
-    -------
-    list of Blocks
-        Each with groups of one size.
     """
     triple = design.tocoo()
     owner = np.full(design.shape[0], -1, dtype=np.int64)

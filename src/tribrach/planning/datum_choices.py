@@ -27,35 +27,23 @@ _MOST = 40
 
 @dataclass(frozen=True)
 class DatumChoice:
-    """A datum and its figures.
+    """A datum and its figures."""
 
-    Attributes
-    ----------
-    words
-        The datum in words.
-    datum
-        The datum itself.
-    sigma
-        Largest sigma in any direction of the named positions [m], of this datum only.
-    mean
-        Root of the mean of their variances [m], of this datum only.
-    distance
-        Largest sigma of a distance between them [m].
-    redundancy
-        The smallest redundancy.
-    dof
-        Redundancy of the network.
-    refused
-        Why it is no datum of this network, else empty.
-    """
-
+    #: the datum in words
     words: str
+    #: the datum itself
     datum: Datum
+    #: largest sigma in any direction of the named positions [m], of this datum only
     sigma: float
+    #: root of the mean of their variances [m], of this datum only
     mean: float
+    #: largest sigma of a distance between them [m]
     distance: float
+    #: the smallest redundancy
     redundancy: float
+    #: redundancy of the network
     dof: int
+    #: why it is no datum of this network, else empty
     refused: str = ""
 
 
@@ -80,20 +68,7 @@ def distance_sigmas(adjustment: Adjustment, names: tuple[str, ...]) -> Array:
 
 
 def compare_datums(network: Network, criterion: Criterion) -> list[DatumChoice]:
-    """Predict a network in its own datum, and in others that it could have.
-
-    Parameters
-    ----------
-    network
-        Predicted or not; control that it has is switched off for inner constraints.
-    criterion
-        Positions that count.
-
-    Returns
-    -------
-    list of DatumChoice
-        The first is the network's own datum.
-    """
+    """Predict a network in its own datum, and in others that it could have."""
     layout = network.start.layout
     own = "as the project has it: "
     own += {"control": "control", "free": "inner constraints", "fixed": "points held"}[

@@ -46,29 +46,7 @@ def prospect_for(
     further: Sequence[Network] = (),
     going_names: Sequence[str] = (),
 ) -> Prospect:
-    """Compute a prospect that can judge what may come and what may go.
-
-    Parameters
-    ----------
-    adjustment
-        The predicted network.
-    criterion
-        What designs are judged by.
-    further
-        Networks of candidates.
-    going_names
-        Targets and stations that may go.
-
-    Returns
-    -------
-    Prospect
-        With all columns that they touch.
-
-    Raises
-    ------
-    InputError
-        As :func:`~tribrach.planning.prospect.prospect`.
-    """
+    """Compute a prospect that can judge what may come and what may go."""
     wanted = [np.zeros(0, dtype=np.int64)]
     for network in further:
         columns = same_columns(network.start.layout, adjustment.layout)
@@ -83,29 +61,7 @@ def prospect_for(
 def coming(
     adjustment: Adjustment, now: Prospect, further: Network, groups: Mapping[str, int]
 ) -> list[Blocks]:
-    """Form blocks of candidates that may come to a design.
-
-    Parameters
-    ----------
-    adjustment
-        The predicted network.
-    now
-        Its prospect.
-    further
-        The network with the candidates, which has their observations.
-    groups
-        Number of the group of every unknown that is new, by name.
-
-    Returns
-    -------
-    list of Blocks
-        Groups of one size in each.
-
-    Raises
-    ------
-    InputError
-        Correlated values where their redundancy is asked for, or a new unknown of no group.
-    """
+    """Form blocks of candidates that may come to a design."""
     further = with_parameters(further)
     assembly = Assembly(further)
     if len(now.share) and np.count_nonzero(assembly.whitener.data) > len(assembly.rows):

@@ -57,28 +57,18 @@ CRITERIA: dict[CriterionKind, str] = {
 
 @dataclass(frozen=True)
 class Criterion:
-    """What a design is judged by.
+    """What a design is judged by."""
 
-    Attributes
-    ----------
-    kind
-        See :data:`CRITERIA`.
-    names
-        Points, stations or lever arms that count, all points if empty.
-    parameters
-        Scalars whose correlations with each other and with the stations count, all scalars if
-        empty.
-    stations
-        Stations whose correlations count, all if empty (a candidate's own pose counts once it
-        is part of the plan).
-    alpha0, power
-        Of the test that an undetected error slips through.
-    """
-
+    #: see :data:`CRITERIA`
     kind: CriterionKind = "sigma"
+    #: points, stations or lever arms that count, all points if empty
     names: tuple[str, ...] = ()
+    #: scalars whose correlations with each other and with the stations count, all scalars if empty
     parameters: tuple[str, ...] = ()
+    #: stations whose correlations count, all if empty (a candidate's own pose counts once it is
+    #: part of the plan)
     stations: tuple[str, ...] = ()
+    #: of the test that an undetected error slips through
     alpha0: float = 0.001
     power: float = 0.8
 
@@ -90,32 +80,22 @@ class Criterion:
 
 @dataclass(frozen=True)
 class Figures:
-    """The criteria of one design, a priori.
+    """The criteria of one design, a priori."""
 
-    Attributes
-    ----------
-    names
-        The p positions that count.
-    sigma : array (p,)
-        Largest standard deviation in any direction of each position [m], in the network's
-        datum.
-    redundancy
-        The smallest, see :func:`redundancy_rows`.
-    undetected
-        Largest displacement of a named position by an error that stays undetected [m], infinite
-        where an uncontrolled value reaches one.
-    correlation
-        The largest, NaN without parameters.
-    redundancy_at, undetected_at, correlation_at
-        Where these three occur, in words.
-    """
-
+    #: the p positions that count
     names: tuple[str, ...]
+    #: (p,), largest standard deviation in any direction of each position [m], in the network's
+    #: datum
     sigma: Array
+    #: the smallest, see :func:`redundancy_rows`
     redundancy: float
+    #: where these three occur, in words
     redundancy_at: str
+    #: largest displacement of a named position by an error that stays undetected [m], infinite
+    #: where an uncontrolled value reaches one
     undetected: float
     undetected_at: str
+    #: the largest, NaN without parameters
     correlation: float
     correlation_at: str
 
@@ -130,20 +110,7 @@ class Figures:
 
 
 def with_predicted_values(network: Network, state: State | None = None) -> Network:
-    """Give every observation the value that follows from the state.
-
-    Parameters
-    ----------
-    network
-        The network.
-    state
-        The unknowns; the start of the network if None.
-
-    Returns
-    -------
-    Network
-        A copy that starts at the state, without misclosures.
-    """
+    """Give every observation the value that follows from the state."""
     state = network.start if state is None else state
     observations = tuple(replace(o, values=o.predict(state)) for o in network.observations)
     constraints = tuple(
@@ -167,23 +134,6 @@ def predict(network: Network) -> Adjustment:
 
     Scalars without a start value are taken as zero. With inner constraints over all points, the
     datum is that of the points it has now.
-
-    Parameters
-    ----------
-    network
-        The planned network.
-
-    Returns
-    -------
-    Adjustment
-        Covariances and redundancies are those of the plan.
-
-    Raises
-    ------
-    InputError
-        An unknown has no approximate value.
-    RankDefect
-        The planned observations leave unknowns open, in sentences.
     """
     network = with_parameters(network)
     missing = network.start.missing()
@@ -200,24 +150,12 @@ def predict(network: Network) -> Adjustment:
 def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, ...], Index]:
     """Find the columns of positions in the full tangent vector.
 
-    Parameters
-    ----------
-    layout
-        Names of the unknowns.
-    names
-        Points, stations or lever arms; all points if empty.
-
     Returns
     -------
     names
         The p positions.
     columns : array (p, 3)
         Their columns.
-
-    Raises
-    ------
-    InputError
-        A name that is no point, station or lever arm.
     """
     chosen = tuple(names) or layout.names["point"]
     arms = np.zeros(len(chosen), dtype=bool)
@@ -240,24 +178,12 @@ def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, .
 def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Index]:
     """Find the columns of the scalars and stations whose correlations count.
 
-    Parameters
-    ----------
-    layout
-        Names of the unknowns.
-    criterion
-        Names those that count.
-
     Returns
     -------
     scalars : array (k,)
         Columns of the scalars.
     stations : array (6 S,)
         Columns of the stations.
-
-    Raises
-    ------
-    InputError
-        A name that is no scalar.
     """
     chosen = criterion.parameters or layout.names["scalar"]
     for name in chosen:
@@ -304,25 +230,7 @@ def largest_sigma(covariances: Array) -> Array:
 
 
 def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
-    """Compute all criteria of a predicted network, exactly.
-
-    Parameters
-    ----------
-    adjustment
-        The predicted network.
-    criterion
-        Names what counts.
-
-    Returns
-    -------
-    Figures
-        All four criteria.
-
-    Raises
-    ------
-    InputError
-        The criterion names what the network does not have.
-    """
+    """Compute all criteria of a predicted network, exactly."""
     names, columns = position_columns(adjustment.layout, criterion.names)
     covariances = adjustment.cofactor.blocks(adjustment.reduced[columns])
     system = weigh(adjustment)
@@ -343,25 +251,7 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
 
 
 def criterion_value(adjustment: Adjustment, criterion: Criterion) -> float:
-    """Compute the criterion alone, as :func:`figures` gives it.
-
-    Parameters
-    ----------
-    adjustment
-        The predicted network.
-    criterion
-        What is asked for.
-
-    Returns
-    -------
-    float
-        Its value.
-
-    Raises
-    ------
-    InputError
-        The criterion names what the network does not have.
-    """
+    """Compute the criterion alone, as :func:`figures` gives it."""
     _, columns = position_columns(adjustment.layout, criterion.names)
     if criterion.kind == "sigma":
         covariances = adjustment.cofactor.blocks(adjustment.reduced[columns])
@@ -379,11 +269,6 @@ def redundancy_rows(system: WeightedResiduals) -> tuple[sp.csr_array, Array]:
     What is left is the redundancy number of an uncorrelated value. Values of one observation that
     are correlated have none each; theirs are those of the whitened values, whose sum is the
     redundancy of the observation.
-
-    Parameters
-    ----------
-    system
-        Weighted residuals of the adjustment.
 
     Returns
     -------
@@ -475,18 +360,6 @@ def fixed_datum(network: Network, without: Sequence[str] = ()) -> Network:
     Inner constraints over all points mean others as soon as a point comes or goes; here they keep
     to the points of the network. Fewer than three points left: the stations carry the datum. Other
     datums stay as they are.
-
-    Parameters
-    ----------
-    network
-        The network.
-    without
-        Points that may be dropped and do not carry the datum.
-
-    Returns
-    -------
-    Network
-        The same observations in that datum.
     """
     datum = network.datum
     if datum.kind != "free" or (datum.components is not None and not without):

@@ -47,20 +47,13 @@ _SPARED = 1e-9
 
 @dataclass(frozen=True)
 class Scores:
-    """What the criterion becomes with each of c groups.
+    """What the criterion becomes with each of c groups."""
 
-    Attributes
-    ----------
-    value : array (c,)
-        The criterion afterwards, NaN where the group cannot come or go.
-    worse : array (c,)
-        The same with the sign that grows with disadvantage.
-    mean : array (c,)
-        Mean of the figures whose extreme the criterion is, to decide ties.
-    """
-
+    #: (c,), the criterion afterwards, NaN where the group cannot come or go
     value: Array
+    #: (c,), the same with the sign that grows with disadvantage
     worse: Array
+    #: (c,), mean of the figures whose extreme the criterion is, to decide ties
     mean: Array
 
     def best(self) -> int | None:
@@ -78,34 +71,23 @@ class Scores:
 
 @dataclass(frozen=True)
 class Prospect:
-    """Covariance and effects of a design, as far as groups that come or go change them.
+    """Covariance and effects of a design, as far as groups that come or go change them."""
 
-    Attributes
-    ----------
-    criterion
-        What designs are judged by.
-    columns : array (k,)
-        Columns of the full tangent vector that are kept.
-    covariance : array (k, k)
-        Covariance of the kept columns.
-    share : array (n,)
-        Share of its weight that is controlled, of every active value; empty where the criterion
-        does not need it.
-    effect : array (n, k)
-        Effect of an error of one sigma in every active value on the kept columns; empty as
-        ``share``.
-    points : array (p, 3)
-        Places of the named positions among the kept columns, -1 where held.
-    parameters, partners
-        Places of the scalars, and of the stations, whose correlations count.
-    """
-
+    #: what designs are judged by
     criterion: Criterion
+    #: (k,), columns of the full tangent vector that are kept
     columns: Index
+    #: (k, k), covariance of the kept columns
     covariance: Array
+    #: (n,), share of its weight that is controlled, of every active value; empty where the
+    #: criterion does not need it
     share: Array
+    #: (n, k), effect of an error of one sigma in every active value on the kept columns; empty as
+    #: ``share``
     effect: Array
+    #: (p, 3), places of the named positions among the kept columns, -1 where held
     points: Index
+    #: places of the scalars, and of the stations, whose correlations count
     parameters: Index
     partners: Index
 
@@ -125,18 +107,6 @@ class Prospect:
         """Compute the criterion with each group come or gone, without changing anything.
 
         A group that goes keeps its own values in the redundancy until it is taken off.
-
-        Parameters
-        ----------
-        blocks
-            The groups.
-        sign
-            1 if they come, -1 if they go.
-
-        Returns
-        -------
-        Scores
-            One for each group.
         """
         parts = [
             self._judge(blocks.take(np.arange(i, min(i + step, len(blocks)))), sign)
@@ -265,20 +235,6 @@ class Prospect:
 
         New values join the others; the values of a group that went keep their places, with a share
         of 1 and without effect.
-
-        Parameters
-        ----------
-        blocks
-            The groups.
-        which
-            The one that comes or goes.
-        sign
-            1 if it comes, -1 if it goes.
-
-        Returns
-        -------
-        Prospect
-            A changed copy.
         """
         one = blocks.take(np.array([which]))
         lower, _ = self._pivots(one, sign)
@@ -310,28 +266,7 @@ class Prospect:
 
 
 def prospect(adjustment: Adjustment, criterion: Criterion, further: Index) -> Prospect:
-    """Compute what is needed to judge groups that come to a predicted network or leave it.
-
-    Parameters
-    ----------
-    adjustment
-        The predicted network.
-    criterion
-        What designs are judged by.
-    further
-        Columns of the full tangent vector that groups will touch, -1 for none.
-
-    Returns
-    -------
-    Prospect
-        Covariance and effects.
-
-    Raises
-    ------
-    InputError
-        The criterion names what there is not, or more would have to be kept than
-        :data:`LARGEST` unknowns.
-    """
+    """Compute what is needed to judge groups that come to a predicted network or leave it."""
     _, points = position_columns(adjustment.layout, criterion.names)
     parameters, partners = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     if criterion.kind == "correlation":

@@ -26,43 +26,28 @@ _BETTER = 1e-6
 
 @dataclass(frozen=True)
 class Pick:
-    """A group that was chosen.
+    """A group that was chosen."""
 
-    Attributes
-    ----------
-    number
-        Of the group.
-    before, after
-        The criterion without and with it.
-    """
-
+    #: of the group
     number: int
+    #: the criterion without and with it
     before: float
     after: float
 
 
 @dataclass(frozen=True)
 class Search:
-    """A proposal.
+    """A proposal."""
 
-    Attributes
-    ----------
-    picks
-        In the order of choice, with the criterion after each.
-    start
-        The criterion without any.
-    single : array (c,)
-        The criterion with each group alone, NaN where it is impossible.
-    number : array (c,)
-        Number of each group.
-    judged
-        Number of designs that were looked at.
-    """
-
+    #: in the order of choice, with the criterion after each
     picks: tuple[Pick, ...]
+    #: the criterion without any
     start: float
+    #: (c,), the criterion with each group alone, NaN where it is impossible
     single: Array
+    #: (c,), number of each group
     number: Index
+    #: number of designs that were looked at
     judged: int
 
     @property
@@ -73,18 +58,12 @@ class Search:
 
 @dataclass(frozen=True)
 class Move:
-    """A group that goes and another that comes in its place.
+    """A group that goes and another that comes in its place."""
 
-    Attributes
-    ----------
-    gone, come
-        Their numbers.
-    before, after
-        The criterion before and after the move.
-    """
-
+    #: their numbers
     gone: int
     come: int
+    #: the criterion before and after the move
     before: float
     after: float
 
@@ -97,24 +76,7 @@ def _signed(start: Prospect, value: float) -> float:
 def propose(
     start: Prospect, parts: Sequence[Blocks], count: int, required: float | None = None
 ) -> Search:
-    """Choose groups to add to a design.
-
-    Parameters
-    ----------
-    start
-        The design.
-    parts
-        Groups that may come.
-    count
-        Groups at most.
-    required
-        Value of the criterion at which to stop.
-
-    Returns
-    -------
-    Search
-        The choice after exchanges.
-    """
+    """Choose groups to add to a design."""
     before = start.value()
     if not parts or count <= 0:
         return Search((), before, np.zeros(0), np.zeros(0, dtype=np.int64), 0)
@@ -194,22 +156,7 @@ def _picks(start: Prospect, blocks: Blocks, chosen: Sequence[int]) -> tuple[Pick
 
 
 def best_moves(start: Prospect, present: Sequence[Blocks], parts: Sequence[Blocks]) -> list[Move]:
-    """Find for each group that is there the best other place.
-
-    Parameters
-    ----------
-    start
-        The design.
-    present
-        Groups that are there.
-    parts
-        Groups that may come in their place.
-
-    Returns
-    -------
-    list of Move
-        Moves that gain, the best first.
-    """
+    """Find for each group that is there the best other place."""
     if not parts or not present:
         return []
     blocks, there = join(parts), join(present)

@@ -47,50 +47,33 @@ _FINEST, _COARSEST = 1e-3, 1e3
 
 @dataclass(frozen=True)
 class SetsByStation:
-    """Sets by station that reach a requirement.
+    """Sets by station that reach a requirement."""
 
-    Parameters
-    ----------
-    sets : Mapping[str, int]
-        How many, in the order of the stations.
-    start, value : float
-        The criterion with one set each, and with these.
-    reached : bool
-        Is it what is required?
-    steps : tuple of (str, float)
-        Station and criterion of every set that was added.
-    """
-
+    #: how many, in the order of the stations
     sets: Mapping[str, int]
+    #: the criterion with one set each, and with these
     start: float
     value: float
+    #: is it what is required?
     reached: bool
+    #: station and criterion of every set that was added
     steps: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True)
 class RequiredPrecision:
-    """How precise one group of readings must be to reach a requirement, the others as they are.
+    """How precise one group of readings must be to reach a requirement, the others as they are."""
 
-    Parameters
-    ----------
-    group : str
-        Kind and component.
-    unit : str
-        Of the readings.
-    sigma : float
-        Of the first reading now [m, rad].
-    factor : float
-        What all its sigmas may be multiplied with, NaN where no precision of this group reaches the
-        requirement.
-    limit : float
-        The criterion with a perfect group.
-    """
-
+    #: kind and component
     group: str
+    #: of the readings
     unit: str
+    #: of the first reading now [m, rad]
     sigma: float
+    #: what all its sigmas may be multiplied with, NaN where no precision of this group reaches the
+    #: requirement
     factor: float
+    #: the criterion with a perfect group
     limit: float
 
 

@@ -44,48 +44,32 @@ MOST = 3000
 
 @dataclass(frozen=True)
 class Edge(Result, also=("outlying",), maybe=("overlap", "conflict")):
-    """Two stations and one kind of observations that they have in common.
+    """Two stations and one kind of observations that they have in common."""
 
-    Attributes
-    ----------
-    first, second : str
-        Names of the stations.
-    kind : str
-        Name of the observation kind.
-    count : int
-        Number of surfaces, targets or registrations in common.
-    rms : float
-        Root mean square of the adjusted residuals of their lengths [m].
-    held : int
-        Number of the six directions that they hold.
-    shift : float
-        Shift of the pair's own relative pose against the adjusted one, along what it holds [m].
-    shift_sigma : float
-        Predicted for the shift [m].
-    turn : float
-        Turn of the pair's own relative pose against the adjusted one, along what it holds [rad].
-    turn_sigma : float
-        Predicted for the turn [rad].
-    statistic : float or None
-        Test statistic, None where nothing controls the pair.
-    limit : float or None
-        Its limit, None where nothing controls the pair.
-    freedom : int
-        Degrees of freedom of the test, 0 where nothing controls the pair.
-    """
-
+    #: names of the stations
     first: str
     second: str
+    #: name of the observation kind
     kind: str
+    #: number of surfaces, targets or registrations in common
     count: int
+    #: root mean square of the adjusted residuals of their lengths [m]
     rms: float
+    #: number of the six directions that they hold
     held: int
+    #: shift of the pair's own relative pose against the adjusted one, along what it holds [m]
     shift: float
+    #: predicted for the shift [m]
     shift_sigma: float
+    #: turn of the pair's own relative pose against the adjusted one, along what it holds [rad]
     turn: float
+    #: predicted for the turn [rad]
     turn_sigma: float
+    #: test statistic, None where nothing controls the pair
     statistic: float | None
+    #: its limit, None where nothing controls the pair
     limit: float | None
+    #: degrees of freedom of the test, 0 where nothing controls the pair
     freedom: int
     #: shares of the views of both stations that overlap, and that contradict each other
     overlap: float | None = None
@@ -105,22 +89,7 @@ class Edge(Result, also=("outlying",), maybe=("overlap", "conflict")):
 
 
 def edges(adjustment: Adjustment, alpha: float = ALPHA, most: int = MOST) -> list[Edge]:
-    """Compare all pairs of stations that share observations with the network, kind by kind.
-
-    Parameters
-    ----------
-    adjustment : Adjustment
-        The adjusted network.
-    alpha : float
-        Level of significance of the tests.
-    most : int
-        Largest number of pairs of each kind; those that have most in common are kept.
-
-    Returns
-    -------
-    list of Edge
-        Edges in the order of stations.
-    """
+    """Compare all pairs of stations that share observations with the network, kind by kind."""
     out = []
     for number, observations in enumerate(adjustment.network.observations):
         pairs = _pairs(adjustment, number, observations)

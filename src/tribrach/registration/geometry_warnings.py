@@ -33,26 +33,17 @@ _BREADTH = 0.5
 
 @dataclass(frozen=True)
 class TargetsAround:
-    """A scanner station and the targets it was tied to.
+    """A scanner station and the targets it was tied to."""
 
-    Attributes
-    ----------
-    station : str
-        Name of the station.
-    place : array (3,)
-        Its place in the work frame [m].
-    names : tuple of str (k,)
-        Names of the targets.
-    targets : array (k, 3)
-        Their places in the work frame [m].
-    levelled : bool
-        True if an observed inclination holds the axis of the station.
-    """
-
+    #: name of the station
     station: str
+    #: (3,), its place in the work frame [m]
     place: Array
+    #: names of the targets
     names: tuple[str, ...]
+    #: (k, 3), their places in the work frame [m]
     targets: Array
+    #: true if an observed inclination holds the axis of the station
     levelled: bool
 
     @property
@@ -130,33 +121,12 @@ class TargetsAround:
 
 
 def geometry_sentences(adjustment: Adjustment) -> list[str]:
-    """Warnings for all scanner stations that are tied to targets only.
-
-    Parameters
-    ----------
-    adjustment : Adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    list of str
-        Sentences.
-    """
+    """Warnings for all scanner stations that are tied to targets only."""
     return [text for one in targets_around(adjustment) for text in one.sentences()]
 
 
 def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
     """Every scanner station that is tied to targets only, with its targets.
-
-    Parameters
-    ----------
-    adjustment : Adjustment
-        The adjusted network.
-
-    Returns
-    -------
-    list of TargetsAround
-        Stations with their targets.
 
     Notes
     -----
@@ -218,11 +188,6 @@ def extrapolation_factor(
         Points of the scan, in the same frame [m].
     share : float
         Share of the points, 0 to 1.
-
-    Returns
-    -------
-    float
-        Factor in plan about the hull's centre; up to 1 the points lie inside.
     """
     # networks without scanners ask for no hull, and would wait for scipy.spatial
     from scipy.spatial import ConvexHull, QhullError

@@ -73,13 +73,7 @@ _TIE = "tie "
 
 
 def is_tie_point(name: str) -> bool:
-    """True if a name was given here to a target that two stations see and nobody else names.
-
-    Parameters
-    ----------
-    name : str
-        Name of a target.
-    """
+    """True if a name was given here to a target that two stations see and nobody else names."""
     return name.startswith(_TIE)
 
 
@@ -92,17 +86,11 @@ class Obstacle(Enum):
 
 @dataclass(frozen=True)
 class Unplaced:
-    """A station, or several joined ones, that targets do not place.
+    """A station, or several joined ones, that targets do not place."""
 
-    Attributes
-    ----------
-    obstacle : Obstacle
-        What keeps it from being placed.
-    words : str
-        The reason in words.
-    """
-
+    #: what keeps it from being placed
     obstacle: Obstacle
+    #: the reason in words
     words: str
 
 
@@ -121,27 +109,18 @@ class _Placed:
 
 @dataclass(frozen=True)
 class Identification:
-    """Names of targets, poses of stations, and how they came about.
+    """Names of targets, poses of stations, and how they came about."""
 
-    Attributes
-    ----------
-    names : mapping of str to tuple of str
-        Names by station (n,), in the order of its detections; empty for a target that nothing else
-        saw.
-    poses : mapping of str to Pose
-        Poses of the placed stations, world from scanner.
-    sentences : tuple of str
-        How each station was placed.
-    unplaced : mapping of str to Unplaced
-        Why the other stations were not placed.
-    adrift : bool
-        True if the poses are in the frame of a station, because no scan sees given points.
-    """
-
+    #: names by station (n,), in the order of its detections; empty for a target that nothing else
+    #: saw
     names: Mapping[str, tuple[str, ...]]
+    #: poses of the placed stations, world from scanner
     poses: Mapping[str, Pose]
+    #: how each station was placed
     sentences: tuple[str, ...]
+    #: why the other stations were not placed
     unplaced: Mapping[str, Unplaced] = field(default_factory=dict)
+    #: true if the poses are in the frame of a station, because no scan sees given points
     adrift: bool = False
 
 
@@ -168,16 +147,6 @@ def identify(
         Stations whose poses relative to each other are known, each group in a frame of its own.
     partial : bool
         True to leave out what cannot be placed, with the reason, instead of refusing it.
-
-    Returns
-    -------
-    Identification
-        Names, approximate poses, and how they came about.
-
-    Raises
-    ------
-    InputError
-        If a scan fits nowhere or in more than one way; the message says what would decide it.
     """
     search = _Search(Pool(points))
     waiting = rigid_units(sightings, groups)
@@ -323,17 +292,7 @@ class _Search:
         return best
 
     def _settle(self, unit: RigidUnit, pose: Pose, matching: Matching | None) -> None:
-        """Note the poses of a unit's stations and what they see.
-
-        Parameters
-        ----------
-        unit : RigidUnit
-            The unit.
-        pose : Pose
-            Its pose.
-        matching : Matching or None
-            The matching that gave the pose, None for the frame.
-        """
+        """Note the poses of a unit's stations and what they see."""
         for station, in_unit in unit.members.items():
             self.poses[station] = pose @ in_unit
         for s in unit.own:
@@ -573,11 +532,6 @@ class Pool:
     def seen_by(self, station: str) -> Index:
         """Points that a station saw.
 
-        Parameters
-        ----------
-        station : str
-            Name of the station.
-
         Returns
         -------
         array of int
@@ -591,18 +545,7 @@ class Pool:
         return list(self._seen)
 
     def names_of(self, station: str) -> list[str]:
-        """Names of the targets of a station.
-
-        Parameters
-        ----------
-        station : str
-            Name of the station.
-
-        Returns
-        -------
-        list of str
-            Name of each target, empty for those that nothing else saw.
-        """
+        """Names of the targets of a station."""
         used = np.bincount(np.concatenate(list(self._seen.values())), minlength=len(self.names))
         alone = (used < 2) & (np.arange(len(self.names)) >= self._given)
         return ["" if alone[j] else self._final(int(j), alone) for j in self._seen[station]]

@@ -51,33 +51,22 @@ GATES = MatchingGates()
 
 @dataclass(frozen=True)
 class Matching:
-    """Pairs of targets and points, and how certain they are.
+    """Pairs of targets and points, and how certain they are."""
 
-    Attributes
-    ----------
-    pairs : array of int (k, 2)
-        Numbers of target and point.
-    rotation : array (3, 3)
-        World from scanner.
-    translation : array (3,)
-        World from scanner [m].
-    chi_square : float
-        Weighted sum of squared residuals.
-    others : tuple of array of int
-        Pairs of every other solution that fits as well.
-    centre : array (3,)
-        Place in the world that rotations are about [m].
-    cofactor : array (6, 6)
-        Covariance of translation [m] and rotation [rad] about ``centre``, zero for what is not
-        estimated.
-    """
-
+    #: (k, 2), numbers of target and point
     pairs: Index
+    #: (3, 3), world from scanner
     rotation: Array
+    #: (3,), world from scanner [m]
     translation: Array
+    #: weighted sum of squared residuals
     chi_square: float
+    #: pairs of every other solution that fits as well
     others: tuple[Index, ...] = ()
+    #: (3,), place in the world that rotations are about [m]
     centre: Array = field(default_factory=lambda: np.zeros(3))
+    #: (6, 6), covariance of translation [m] and rotation [rad] about ``centre``, zero for what is
+    #: not estimated
     cofactor: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
     def placed_sigma(self, local: Array) -> Array:
@@ -138,17 +127,6 @@ def match(
     known : mapping of int to int or None
         Numbers of the points of those targets whose names are given; other pairs of either are not
         formed.
-
-    Returns
-    -------
-    Matching
-        The pairs and the motion.
-
-    Raises
-    ------
-    InputError
-        If there are more than 3600 possible pairs, or fewer than three targets (two if levelled)
-        that fit any points.
     """
     n, m = len(targets), len(points)
     if n * m > GATES.most_nodes:

@@ -27,38 +27,22 @@ _ANTENNA = "antenna on {}"
 
 @dataclass(frozen=True, eq=False)
 class OuterPlace:
-    """A point, or the end of a lever arm of a station, that is known without any scan.
+    """A point, or the end of a lever arm of a station, that is known without any scan."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the place.
-    xyz : array (3,)
-        Coordinates in the work frame [m].
-    covariance : array (3, 3)
-        Their covariance [m^2].
-    station : str
-        Name of the station whose lever arm ends there, empty for a point.
-    arm : str
-        Name of the lever arm, empty for a point.
-    """
-
+    #: name of the place
     name: str
+    #: (3,), coordinates in the work frame [m]
     xyz: Array
+    #: (3, 3), their covariance [m^2]
     covariance: Array
+    #: name of the station whose lever arm ends there, empty for a point
     station: str = ""
+    #: name of the lever arm, empty for a point
     arm: str = ""
 
 
 def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], Array]:
     """Antennas, and those points that marks and control determine.
-
-    Parameters
-    ----------
-    survey : Survey
-        The survey.
-    points : set[str]
-        Names of the points.
 
     Returns
     -------
@@ -66,13 +50,6 @@ def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], 
         The places.
     covariance : array (3n, 3n)
         Covariance of their coordinates [m^2].
-
-    Raises
-    ------
-    RankDefect
-        If the network without scans has no datum or leaves points open.
-    NotConverged
-        If its adjustment does not converge.
 
     Notes
     -----
@@ -135,20 +112,7 @@ def _place(adjustment: Adjustment, name: str, ends: dict[str, tuple[str, str]]) 
 
 
 def places_to_check(survey: Survey, points: set[str]) -> list[OuterPlace]:
-    """Antennas and points that are held out: compared with the model, not used to place it.
-
-    Parameters
-    ----------
-    survey : Survey
-        The survey.
-    points : set[str]
-        Names of the points.
-
-    Returns
-    -------
-    list of OuterPlace
-        The places.
-    """
+    """Antennas and points that are held out: compared with the model, not used to place it."""
     places: list[OuterPlace] = []
     for table in survey.tables():
         use = as_column(table.columns.get("use", 0), table.n).astype(int)

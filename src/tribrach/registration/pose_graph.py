@@ -40,24 +40,16 @@ GATES = LoopGates()
 
 @dataclass(frozen=True, eq=False)
 class Joint:
-    """A relative pose of two stations.
+    """A relative pose of two stations."""
 
-    Attributes
-    ----------
-    first, second : str
-        Names of the stations.
-    pose : Pose
-        First from second.
-    strength : float
-        What it is worth among others.
-    alone : bool
-        True if it is good enough without any loop that confirms it.
-    """
-
+    #: names of the stations
     first: str
     second: str
+    #: first from second
     pose: Pose
+    #: what it is worth among others
     strength: float
+    #: true if it is good enough without any loop that confirms it
     alone: bool = True
 
     @property
@@ -66,37 +58,19 @@ class Joint:
         return frozenset((self.first, self.second))
 
     def from_to(self, start: str) -> Pose:
-        """The pose of one station in the other, ``start from other``.
-
-        Parameters
-        ----------
-        start : str
-            Name of the station in whose frame the pose is.
-
-        Returns
-        -------
-        Pose
-            The pose.
-        """
+        """The pose of one station in the other, ``start from other``."""
         return self.pose if start == self.first else self.pose.inverse
 
 
 @dataclass(frozen=True, eq=False)
 class PoseGraph:
-    """Groups of stations and the joints that hold them together.
+    """Groups of stations and the joints that hold them together."""
 
-    Attributes
-    ----------
-    groups : tuple of mapping of str to Pose
-        Poses of the stations in the frame of each group, the largest group first.
-    joints : tuple of Joint
-        Joints that are held to be good.
-    sentences : tuple of str
-        What is wrong with the others.
-    """
-
+    #: poses of the stations in the frame of each group, the largest group first
     groups: tuple[Mapping[str, Pose], ...]
+    #: joints that are held to be good
     joints: tuple[Joint, ...]
+    #: what is wrong with the others
     sentences: tuple[str, ...]
 
 
@@ -116,20 +90,7 @@ class _Loop:
 
 
 def join(stations: Sequence[str], joints: Sequence[Joint]) -> PoseGraph:
-    """Join stations by those joints that are good.
-
-    Parameters
-    ----------
-    stations : sequence of str
-        Names of all stations.
-    joints : sequence of Joint
-        At most one for every pair.
-
-    Returns
-    -------
-    PoseGraph
-        Groups of stations; single stations are groups of their own.
-    """
+    """Join stations by those joints that are good."""
     kept, sentences = _consistent(list(joints))
     good = {id(j) for loop in _loops(kept) for j in loop.joints}
     weak = [j for j in kept if id(j) not in good and not j.alone]

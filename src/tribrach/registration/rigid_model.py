@@ -32,46 +32,23 @@ class TooFewPlaces(InputError):
 
 @dataclass(frozen=True, eq=False)
 class RigidModel:
-    """A model of stations and where it was placed.
+    """A model of stations and where it was placed."""
 
-    Attributes
-    ----------
-    model : Adjustment
-        Stations and points among themselves, a free network.
-    fit : TransformationFit
-        Fit of the model to the places, held and checked ones in the order of ``places``.
-    places : tuple of OuterPlace
-        The places.
-    """
-
+    #: stations and points among themselves, a free network
     model: Adjustment
+    #: fit of the model to the places, held and checked ones in the order of ``places``
     fit: TransformationFit
+    #: the places
     places: tuple[OuterPlace, ...]
 
     def pose(self, station: str) -> Pose:
-        """Pose of a station in the work frame.
-
-        Parameters
-        ----------
-        station : str
-            Name of the station.
-
-        Returns
-        -------
-        Pose
-            World from scanner.
-        """
+        """Pose of a station in the work frame."""
         state, t = self.model.state, self.fit.transformation
         k = self.model.layout.index("pose", station)
         return Pose(t.rotation @ state.pose_r[k], t(state.pose_t[k][None])[0])
 
     def covariance(self, station: str) -> Array:
         """A-priori covariance of a station's pose.
-
-        Parameters
-        ----------
-        station : str
-            Name of the station.
 
         Returns
         -------
@@ -100,11 +77,6 @@ class RigidModel:
     def differences(self, check: bool) -> Array:
         """Measured minus placed coordinates of the places.
 
-        Parameters
-        ----------
-        check : bool
-            True for the places to check, False for the held ones.
-
         Returns
         -------
         array (n, 3)
@@ -123,20 +95,6 @@ def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> Rigi
         The survey.
     arms : mapping of str to array or None
         Lever arms (3,) in the scanner frame that replace those given in the survey [m].
-
-    Returns
-    -------
-    RigidModel
-        The placed model.
-
-    Raises
-    ------
-    TooFewPlaces
-        If there are fewer places than a rigid motion needs.
-    RankDefect
-        If nothing ties some stations to each other, or the places lie on one line.
-    NotConverged
-        If an adjustment does not converge.
     """
     inner = survey.of_stations()
     levelled = any(table.kind.facts.levels_station for table in inner.tables())

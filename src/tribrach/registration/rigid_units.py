@@ -24,73 +24,47 @@ _SAME_TARGET_M = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Mounted:
-    """An antenna or prism on a scanner whose place is known without the scan.
+    """An antenna or prism on a scanner whose place is known without the scan."""
 
-    Attributes
-    ----------
-    arm : array (3,)
-        Its lever arm in the scanner frame [m].
-    xyz : array (3,)
-        Its place in the world [m].
-    sigma_arm : float
-        Sigma of one coordinate of the lever arm [m].
-    sigma : float
-        Sigma of one coordinate of the place [m].
-    """
-
+    #: (3,), its lever arm in the scanner frame [m]
     arm: Array
+    #: (3,), its place in the world [m]
     xyz: Array
+    #: sigma of one coordinate of the lever arm [m]
     sigma_arm: float
+    #: sigma of one coordinate of the place [m]
     sigma: float
 
 
 @dataclass(frozen=True)
 class Sighting:
-    """The targets that one scan saw.
+    """The targets that one scan saw."""
 
-    Attributes
-    ----------
-    station : str
-        Name of the station.
-    centers : array (n, 3)
-        Centres in the scanner frame [m].
-    sigmas : array (n,)
-        Their sigmas [m].
-    kinds : sequence of str (n,)
-        Their kinds, such as ``sphere``.
-    levelled : bool
-        True if z is the plumb line.
-    known : mapping of int to str
-        Names that the user gave, by number of the detection.
-    mounted : tuple of Mounted
-        Antennas on the scanner, which count as targets where those do not suffice.
-    """
-
+    #: name of the station
     station: str
+    #: (n, 3), centres in the scanner frame [m]
     centers: Array
+    #: (n,), their sigmas [m]
     sigmas: Array
+    #: their kinds, such as ``sphere``
     kinds: Sequence[str]
+    #: true if z is the plumb line
     levelled: bool = False
+    #: names that the user gave, by number of the detection
     known: Mapping[int, str] = field(default_factory=dict)
+    #: antennas on the scanner, which count as targets where those do not suffice
     mounted: tuple[Mounted, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
 class RigidUnit:
-    """Stations that are matched as one.
+    """Stations that are matched as one."""
 
-    Attributes
-    ----------
-    sighting : Sighting
-        All their targets in the frame of the unit.
-    members : mapping of str to Pose
-        Poses of the stations in that frame.
-    own : tuple of Sighting
-        What each station saw itself, in its scanner frame.
-    """
-
+    #: all their targets in the frame of the unit
     sighting: Sighting
+    #: poses of the stations in that frame
     members: Mapping[str, Pose]
+    #: what each station saw itself, in its scanner frame
     own: tuple[Sighting, ...]
 
     @property
@@ -107,20 +81,7 @@ class RigidUnit:
 def rigid_units(
     sightings: Sequence[Sighting], groups: Sequence[Mapping[str, Pose]]
 ) -> list[RigidUnit]:
-    """Make the units of all sightings.
-
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        What each scan saw.
-    groups : sequence of mapping of str to Pose
-        Poses of stations relative to each other, each group in a frame of its own.
-
-    Returns
-    -------
-    list of RigidUnit
-        The units, those with most targets first.
-    """
+    """Make the units of all sightings."""
     grouped = {name for group in groups for name in group}
     units = [_alone(s) for s in sightings if s.station not in grouped]
     by_name = {s.station: s for s in sightings}

@@ -73,63 +73,25 @@ _REACH_SHARE = GATES.reach_share
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """Planes and views of a station or of a group.
+    """Planes and views of a station or of a group."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the station, of a group that of its first one.
-    planes : PlaneSet
-        Planes in its frame.
-    views : sequence of tuple[Pose, StationView]
-        What each scanner sees, with its pose in that frame.
-    levelled : bool
-        True if the third axis is plumb.
-    """
-
+    #: name of the station, of a group that of its first one
     name: str
+    #: planes in its frame
     planes: PlaneSet
+    #: what each scanner sees, with its pose in that frame
     views: Sequence[tuple[Pose, StationView]]
+    #: true if the third axis is plumb
     levelled: bool
 
     @classmethod
     def of(cls, name: str, planes: PlaneSet, view: StationView, levelled: bool) -> Surroundings:
-        """Planes and view of one station.
-
-        Parameters
-        ----------
-        name : str
-            Name of the station.
-        planes : PlaneSet
-            Its planes in the scanner frame.
-        view : StationView
-            What its scanner sees.
-        levelled : bool
-            True if the third axis is plumb.
-
-        Returns
-        -------
-        Surroundings
-            Both together, in the scanner frame.
-        """
+        """Planes and view of one station."""
         return cls(name, planes, ((Pose.identity(), view),), levelled)
 
 
 def merged(stations: Mapping[str, Surroundings], poses: Mapping[str, Pose]) -> Surroundings:
-    """Merge stations at given poses into one.
-
-    Parameters
-    ----------
-    stations : mapping of str to Surroundings
-        Planes and views by name of station.
-    poses : mapping of str to Pose
-        Poses of some of the stations, the first of which gives the name.
-
-    Returns
-    -------
-    Surroundings
-        Planes and views in the frame of the poses, which is plumb if all stations are.
-    """
+    """Merge stations at given poses into one."""
     parts = [(pose, stations[name]) for name, pose in poses.items()]
     return Surroundings(
         next(iter(poses)),
@@ -142,26 +104,7 @@ def merged(stations: Mapping[str, Surroundings], poses: Mapping[str, Pose]) -> S
 def seen(
     first: Surroundings, second: Surroundings, first_from_second: Pose
 ) -> tuple[Agreement, float, float]:
-    """Compare the points of either station with the views of the other.
-
-    Parameters
-    ----------
-    first, second : Surroundings
-        Planes and views of the stations.
-    first_from_second : Pose
-        Their relative pose.
-
-    Returns
-    -------
-    agreement : Agreement
-        How the points stand in the views, all pairs of views together.
-    of_second : float
-        Largest share of the points of a view of the second station that a view of the first one
-        sees.
-    of_first : float
-        Largest share of the points of a view of the first station that a view of the second one
-        sees.
-    """
+    """Compare the points of either station with the views of the other."""
     total, there, back = Agreement(0, 0, 0, 0, 0), 0.0, 0.0
     for at, view_a in first.views:
         for where, view_b in second.views:
@@ -178,24 +121,16 @@ _ROWS, _COLUMNS = round(np.pi / GATES.step_rad), round(2 * np.pi / GATES.step_ra
 
 @dataclass(frozen=True, eq=False)
 class StationView:
-    """Nearest and farthest range of a station by direction, and points of the surfaces.
+    """Nearest and farthest range of a station by direction, and points of the surfaces."""
 
-    Attributes
-    ----------
-    near, far : array of float32 (360, 720)
-        Ranges [m], NaN without a return.
-    looked : array of bool (360, 720)
-        True where the scanner was pointed.
-    points : array (n, 3)
-        Points spread over the surfaces [m].
-    reach : float
-        Largest range [m].
-    """
-
+    #: (360, 720), ranges [m], NaN without a return
     near: Single
     far: Single
+    #: (360, 720), true where the scanner was pointed
     looked: Mask
+    #: (n, 3), points spread over the surfaces [m]
     points: Array
+    #: largest range [m]
     reach: float
 
     @classmethod
@@ -208,26 +143,17 @@ class StationView:
 
 @dataclass(frozen=True)
 class Agreement:
-    """How the points of one station stand in the view of another.
+    """How the points of one station stand in the view of another."""
 
-    Attributes
-    ----------
-    agree : int
-        Number of points on a surface that the other sees.
-    hidden : int
-        Number of points behind one.
-    through : int
-        Number of points in front of one.
-    sky : int
-        Number of points where the other looked and saw nothing.
-    outside : int
-        Number of points where it did not look.
-    """
-
+    #: number of points on a surface that the other sees
     agree: int
+    #: number of points behind one
     hidden: int
+    #: number of points in front of one
     through: int
+    #: number of points where the other looked and saw nothing
     sky: int
+    #: number of points where it did not look
     outside: int
 
     def __add__(self, other: Agreement) -> Agreement:
@@ -261,11 +187,6 @@ def view_of(xyz: Array, image: RangeImage) -> StationView:
         Points in the scanner frame [m].
     image : RangeImage
         Their range image.
-
-    Returns
-    -------
-    StationView
-        The view.
     """
     near = np.full((_ROWS, _COLUMNS), np.nan, dtype=np.float32)
     far, looked = near.copy(), np.zeros((_ROWS, _COLUMNS), dtype=np.bool_)
@@ -285,18 +206,7 @@ def view_of(xyz: Array, image: RangeImage) -> StationView:
 
 
 def merged_view(views: Sequence[StationView]) -> StationView:
-    """Merge the views of all scans of a station.
-
-    Parameters
-    ----------
-    views : sequence of StationView
-        The views.
-
-    Returns
-    -------
-    StationView
-        One view.
-    """
+    """Merge the views of all scans of a station."""
     if len(views) == 1:
         return views[0]
     points = np.concatenate([view.points for view in views])
@@ -310,22 +220,7 @@ def merged_view(views: Sequence[StationView]) -> StationView:
 
 
 def agreement(view: StationView, other: StationView, other_from_mine: Pose) -> Agreement:
-    """Compare the points of one station with the view of another.
-
-    Parameters
-    ----------
-    view : StationView
-        View of the station whose points are carried.
-    other : StationView
-        View of the other station.
-    other_from_mine : Pose
-        Relative pose.
-
-    Returns
-    -------
-    Agreement
-        How the points stand in the other view.
-    """
+    """Compare the points of one station with the view of another."""
     moved = other_from_mine @ view.points
     counts = _compare(moved, other.near, other.far, other.looked, other.reach)
     return Agreement(*(int(c) for c in counts))

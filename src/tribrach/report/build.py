@@ -51,32 +51,7 @@ def build(
     apart: Adjustment | None = None,
     job: JobResults = NOTHING,
 ) -> Report:
-    """Everything a report says about an adjustment.
-
-    Parameters
-    ----------
-    adjustment, quality
-        The solved network, and its redundancy and tests.
-    confidence
-        Probability that ellipses, intervals and ellipsoids hold.
-    posterior
-        True to scale sigmas and covariances of unknowns by the a-posteriori variance factor.
-    angle
-        How angles are written in text and HTML.
-    title, date
-        Of the report; the network's own title and today if None.
-    facts
-        Further lines of the head: client, instrument, crew, weather ...
-    snooping, components
-        Logs of what was done before this adjustment, if anything.
-    warnings
-        Further ones, of whoever adjusted the network.
-    apart
-        The adjustment without what a warning has explained already; what fits in it is not warned
-        of again. The adjustment itself if None.
-    job
-        What a job left besides the adjustment.
-    """
+    """Everything a report says about an adjustment."""
     settings = ReportSettings(confidence, posterior, quality.global_test.alpha, angle)
     covariances, uncertainty = position_uncertainty(adjustment, settings)
     rows = observation_rows(adjustment, quality)

@@ -18,37 +18,24 @@ __all__ = ["Chapter"]
 
 @dataclass(frozen=True)
 class Chapter:
-    """One chapter.
+    """One chapter."""
 
-    Parameters
-    ----------
-    name : str
-        Anchor in the page, unique in a report.
-    title : str
-        Its heading.
-    sentences : tuple of str
-        Findings, each a sentence.
-    pictures : tuple of Picture
-        In the page only.
-    tables : tuple of ReportTable
-        Those without rows are left out.
-    data : Result, sequence or mapping of results, or None
-        What the JSON result holds; None if it holds nothing.
-    warnings : tuple of ReportWarning
-        What belongs on top of the report.
-    key : str
-        Key of the data in the JSON result; the name if it is empty.
-    signed : bool
-        True for the figures that one signs: they come first. The others stand behind them, and a
-        page shows them when they are asked for.
-    """
-
+    #: anchor in the page, unique in a report
     name: str
+    #: its heading
     title: str
+    #: findings, each a sentence
     sentences: tuple[str, ...] = ()
+    #: in the page only
     pictures: tuple[Picture, ...] = ()
+    #: those without rows are left out
     tables: tuple[ReportTable, ...] = ()
+    #: what the JSON result holds; None if it holds nothing
     data: Any = None
+    #: what belongs on top of the report
     warnings: tuple[ReportWarning, ...] = ()
+    #: key of the data in the JSON result; the name if it is empty
     key: str = ""
+    #: true for the figures that one signs: they come first. The others stand behind them, and a
+    #: page shows them when they are asked for.
     signed: bool = False

@@ -78,26 +78,17 @@ _STRONG = 0.12
 
 @dataclass(frozen=True)
 class DrawnMark:
-    """An element of a drawing.
+    """An element of a drawing."""
 
-    Parameters
-    ----------
-    tag : str
-        Of the element, in SVG.
-    attributes : tuple of (str, str)
-        Names of attributes with their values.
-    text : str
-        Its words.
-    title : str
-        What it says when it is pointed at.
-    inner : tuple of DrawnMark
-        What it holds.
-    """
-
+    #: of the element, in SVG
     tag: str
+    #: names of attributes with their values
     attributes: tuple[tuple[str, str], ...]
+    #: its words
     text: str = ""
+    #: what it says when it is pointed at
     title: str = ""
+    #: what it holds
     inner: tuple[DrawnMark, ...] = ()
 
 

@@ -28,24 +28,7 @@ def column(
     mark: Callable[[Any], str] = lambda item: "",
     wide: bool = False,
 ) -> Spec:
-    """A column of words, or of quantities that are written like those of sentences.
-
-    Parameters
-    ----------
-    head
-        Its head; the unit of the quantities stands below it.
-    get
-        Path of the attribute of an item, None where something on it is, or what takes it.
-    spec
-        How a quantity is written, such as ``mm2`` (:mod:`tribrach.sentences`), or what writes it
-        with its item; words without it.
-    unit
-        Below the head, where no spec says it.
-    mark
-        How the cell of an item stands out, see :class:`Cell`.
-    wide
-        True if narrow prints leave it out.
-    """
+    """A column of words, or of quantities that are written like those of sentences."""
     take = along(get) if isinstance(get, str) else get
     if not spec:
         return ColumnHead(head, unit, numeric=False, wide=wide), lambda item: text_cell(

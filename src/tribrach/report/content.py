@@ -55,23 +55,15 @@ Matrix = tuple[tuple[Number, ...], ...]
 
 @dataclass(frozen=True)
 class ReportSettings:
-    """What the numbers depend on.
+    """What the numbers depend on."""
 
-    Attributes
-    ----------
-    confidence
-        Probability that ellipses, intervals and ellipsoids hold.
-    posterior
-        True if covariances are scaled by the a-posteriori variance factor.
-    alpha
-        Error probability of the global test and of check verdicts, 1 - confidence.
-    angle
-        How angles are written.
-    """
-
+    #: probability that ellipses, intervals and ellipsoids hold
     confidence: float = 0.95
+    #: true if covariances are scaled by the a-posteriori variance factor
     posterior: bool = False
+    #: error probability of the global test and of check verdicts, 1 - confidence
     alpha: float = 0.05
+    #: how angles are written
     angle: Literal["gon", "deg"] = "gon"
 
 
@@ -101,24 +93,17 @@ class GlobalVerdict(Result, without=("sentence",)):
 
 @dataclass(frozen=True)
 class KindCount:
-    """Observed values of one kind and group.
-
-    Attributes
-    ----------
-    active, check, off
-        How many values take part, are held out, are switched off.
-    redundancy
-        Sum of their redundancy numbers.
-    sigma0
-        ``sqrt(v^T P v / r)`` of the group, a posteriori over a priori; None without redundancy.
-    """
+    """Observed values of one kind and group."""
 
     kind: str
     group: str
+    #: how many values take part, are held out, are switched off
     active: int
     check: int
     off: int
+    #: sum of their redundancy numbers
     redundancy: Number
+    #: ``sqrt(v^T P v / r)`` of the group, a posteriori over a priori; None without redundancy
     sigma0: Number
 
 
@@ -216,32 +201,22 @@ class CheckVerdict:
 
 @dataclass(frozen=True)
 class Control:
-    """Control or check coordinates of a point.
-
-    Attributes
-    ----------
-    use
-        Held without error, weighted, held out as a check, or switched off.
-    given, sigma
-        Given coordinates and their sigma [m].
-    difference, difference_sigma
-        Adjusted minus given [m], and what that difference should have; None if held.
-    verdict
-        The difference against its covariance, where there is one.
-    reason
-        Why it is off.
-    source
-        ``file:line``.
-    """
+    """Control or check coordinates of a point."""
 
     name: str
+    #: held without error, weighted, held out as a check, or switched off
     use: Literal["held", "weighted", "check", "off"]
+    #: given coordinates and their sigma [m]
     given: Triple
     sigma: Triple
+    #: adjusted minus given [m], and what that difference should have; None if held
     difference: Triple
     difference_sigma: Triple
+    #: the difference against its covariance, where there is one
     verdict: CheckVerdict | None
+    #: why it is off
     reason: str = ""
+    #: ``file:line``
     source: str = ""
 
 
@@ -372,26 +347,18 @@ class ComponentRow:
 
 @dataclass(frozen=True)
 class SnoopingRow:
-    """One step of iterative snooping.
-
-    Attributes
-    ----------
-    observation
-        Which one, in words.
-    test, limit
-        Its test value against its limit.
-    error
-        The estimated gross error in ``unit`` (m, rad or 1).
-    action
-        What was done.
-    """
+    """One step of iterative snooping."""
 
     number: int
+    #: which one, in words
     observation: str
+    #: its test value against its limit
     test: Number
     limit: Number
+    #: the estimated gross error in ``unit`` (m, rad or 1)
     error: Number
     unit: str
+    #: what was done
     action: str
 
 

@@ -33,15 +33,7 @@ _SORTS = {"moved": "moved", "not moved": "still", "cannot tell": "untold"}
 
 
 def displacement_drawing(comparison: Comparison, factor: float) -> Drawing | None:
-    """The map; None if fewer than two points have coordinates in plan.
-
-    Parameters
-    ----------
-    comparison
-        The comparison.
-    factor
-        On standard ellipses.
-    """
+    """The map; None if fewer than two points have coordinates in plan."""
     shown = [d for d in comparison.displacements if np.isfinite(d.xyz[:2]).all()]
     if len(shown) < 2:
         return None

@@ -64,15 +64,7 @@ def _parts(sentence: str) -> list[str]:
 
 
 def render_page(template: str, **values: Any) -> str:
-    """A page from its template; every page knows the version and today's date.
-
-    Parameters
-    ----------
-    template : str
-        Name of its file in ``report/templates``.
-    values
-        What the template asks for.
-    """
+    """A page from its template; every page knows the version and today's date."""
     today = {
         "version": version("tribrach"),
         "date": datetime.date.today().isoformat(),

@@ -22,22 +22,15 @@ _HALF, _WHOLE = 131.0, 273.0
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure of a report.
+    """A figure of a report."""
 
-    Parameters
-    ----------
-    name, title, caption : str
-        Anchor in the page, heading, and what the figure shows.
-    image : Drawing or callable
-        The drawing, or what makes it when the picture is first looked at.
-    wide : bool
-        True for what is to take the whole width of a page.
-    """
-
+    #: anchor in the page, heading, and what the figure shows
     name: str
     title: str
+    #: the drawing, or what makes it when the picture is first looked at
     image: Drawing | Callable[[], Drawing]
     caption: str
+    #: true for what is to take the whole width of a page
     wide: bool = False
 
     @cached_property

@@ -90,13 +90,7 @@ def dumps(content: Report) -> str:
 
 
 def _document(content: Report) -> dict[str, Any]:
-    """The keys of the document with what stands there.
-
-    Raises
-    ------
-    ValueError
-        A value or a sigma of an observation is no number, which is an error of this program.
-    """
+    """The keys of the document with what stands there."""
     for name in ("value", "sigma"):
         if not np.isfinite(content.observations.column(name)).all():
             raise ValueError(f"the {name} of an observation is not a number")

@@ -57,12 +57,11 @@ class ReportNotation(sentences.Notation):
         Between the whole number and its fraction.
     thousands : str
         Between groups of three digits, nothing if empty.
-    names : frozenset of str
-        Names of points and stations, which stay as they are although they look like numbers.
     angle : {"gon", "deg"}, optional
         Unit of the angles in sentences; without it they stay as they were said.
     """
 
+    #: names of points and stations, which stay as they are although they look like numbers
     names: frozenset[str] = field(default=frozenset(), repr=False)
 
     @property

@@ -84,14 +84,9 @@ def sigmas(covariance: Array) -> Array:
 
 @dataclass(frozen=True)
 class Style:
-    """Formats values and small quantities by unit.
+    """Formats values and small quantities by unit."""
 
-    Parameters
-    ----------
-    angle : {"gon", "deg"}
-        How angles are written.
-    """
-
+    #: how angles are written
     angle: Literal["gon", "deg"] = "gon"
 
     def value(self, value: float | None, unit: str, *, full_circle: bool = False) -> str:

@@ -21,25 +21,17 @@ __all__ = ["FrontPage", "page", "running"]
 
 @dataclass(frozen=True)
 class FrontPage:
-    """What stands first on a page.
+    """What stands first on a page."""
 
-    Attributes
-    ----------
-    sort
-        ``good`` where all is well, ``look`` where it is and something is to be looked into, ``bad``
-        where a test fails, ``none`` for what is neither: no test, or a result that one should see.
-    verdict, sentence
-        In some words, and why.
-    lines
-        Headings with what there is to know.
-    signed
-        What a signature is given for, as a sentence; "" if there is nothing to sign.
-    """
-
+    #: ``good`` where all is well, ``look`` where it is and something is to be looked into, ``bad``
+    #: where a test fails, ``none`` for what is neither: no test, or a result that one should see
     sort: Literal["good", "look", "bad", "none"]
+    #: in some words, and why
     verdict: str
     sentence: str
+    #: headings with what there is to know
     lines: tuple[tuple[str, str], ...] = ()
+    #: what a signature is given for, as a sentence; "" if there is nothing to sign
     signed: str = ""
 
 
@@ -55,27 +47,7 @@ def page(
     network: Report | None = None,
     notation: ReportNotation = PLAIN,
 ) -> str:
-    """HTML text that needs nothing but a browser; everything put into it is escaped.
-
-    Parameters
-    ----------
-    kind, title
-        What the page is, and of what.
-    front
-        The verdict and what is to be signed.
-    findings
-        Sentences; what the verdict says already is not said again.
-    pictures, tables
-        Tables without rows are left out.
-    footer
-        What holds for the whole page.
-    first
-        Tables before the pictures.
-    network
-        A network whose map stands after the findings.
-    notation
-        How numbers and angles are written in sentences and cells.
-    """
+    """HTML text that needs nothing but a browser; everything put into it is escaped."""
     told = [one if isinstance(one, Finding) else Finding(one) for one in findings]
     return render_page(
         "page.html.j2",

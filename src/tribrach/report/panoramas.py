@@ -27,20 +27,7 @@ _WEBP = {"quality": 70, "method": 4, "use_sharp_yuv": True}
 
 
 def panorama_file(view: Panorama, kind: Literal["PNG", "WEBP"]) -> bytes:
-    """Draw a panorama with its targets numbered.
-
-    Parameters
-    ----------
-    view
-        The panorama.
-    kind
-        ``PNG``, which keeps every pixel, or ``WEBP``, an eighth of its size, for pages.
-
-    Returns
-    -------
-    bytes
-        The file; the same panorama gives the same bytes.
-    """
+    """Draw a panorama with its targets numbered."""
     from PIL import Image, ImageDraw, ImageFont
 
     width, height = (max(round(x), 1) for x in view.shape)
@@ -84,11 +71,6 @@ def panorama_drawing(
         shows horizontal angles of the scanner.
     angle : {"gon", "deg"}
         Unit of the axis.
-
-    Returns
-    -------
-    Drawing
-        With its targets and the axis below.
     """
     from PIL import Image
 

@@ -46,13 +46,7 @@ _NONE = np.zeros((0, 3))
 
 
 def still_picture(content: Report) -> Picture | None:
-    """The picture; None where there are no clouds with sigmas.
-
-    Parameters
-    ----------
-    content
-        The report.
-    """
+    """The picture; None where there are no clouds with sigmas."""
     placed = content.job.placed
     if placed is None:
         return None

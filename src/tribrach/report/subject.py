@@ -17,23 +17,15 @@ __all__ = ["Subject"]
 
 @dataclass(frozen=True)
 class Subject:
-    """A subject of the report.
+    """A subject of the report."""
 
-    Parameters
-    ----------
-    key : str
-        Key in the JSON result of what its chapters have as data.
-    chapters : callable
-        Makes its chapters from the head of the report and from what the job left besides the
-        adjustment; none where the job has nothing to say.
-    model : type or None
-        What the JSON result holds under the key: a document part, or a list or dictionary of
-        parts; None if its chapters have no data.
-    several : bool
-        True if there may be several chapters: their data are a list in the JSON result.
-    """
-
+    #: key in the JSON result of what its chapters have as data
     key: str
+    #: makes its chapters from the head of the report and from what the job left besides the
+    #: adjustment; none where the job has nothing to say
     chapters: Callable[[Head, JobResults], Iterable[Chapter]]
+    #: what the JSON result holds under the key: a document part, or a list or dictionary of parts;
+    #: None if its chapters have no data
     model: Any = None
+    #: true if there may be several chapters: their data are a list in the JSON result
     several: bool = False

@@ -45,27 +45,18 @@ class ColumnHead:
 
 @dataclass(frozen=True)
 class Cell:
-    """What stands in a cell.
+    """What stands in a cell."""
 
-    Parameters
-    ----------
-    text : str
-        Its words or its number.
-    key : float or str, optional
-        What it sorts by.
-    mark : {"", "bad", "good"}
-        How it stands out.
-    unit : str
-        Of a number whose column has several.
-    blanks : int
-        As many digits the longest fraction of the column has more: blanks of that width put the
-        decimal points of a column one below the other.
-    """
-
+    #: its words or its number
     text: str
+    #: what it sorts by
     key: float | str | None = None
+    #: how it stands out
     mark: str = ""
+    #: of a number whose column has several
     unit: str = ""
+    #: as many digits the longest fraction of the column has more: blanks of that width put the
+    #: decimal points of a column one below the other
     blanks: int = 0
 
     @property
@@ -84,20 +75,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a table.
+    """A row of a table."""
 
-    Parameters
-    ----------
-    cells : tuple of Cell
-        From the left.
-    state : {"", "off", "check", "suspicious"}
-        Of what the row is about.
-    ends : tuple of str
-        Names of the points that it is about, one or two, to be shown in the plan.
-    """
-
+    #: from the left
     cells: tuple[Cell, ...]
+    #: of what the row is about
     state: str = ""
+    #: names of the points that it is about, one or two, to be shown in the plan
     ends: tuple[str, ...] = ()
 
 
@@ -119,50 +103,33 @@ def _nowhere(item: Any) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Worst:
-    """Which rows of a long table are shown.
+    """Which rows of a long table are shown."""
 
-    Parameters
-    ----------
-    words : str
-        In a sentence: "those with the largest w".
-    size : callable, optional
-        Of an item: those with the largest are shown; if not given, the items stand in that order.
-    """
-
+    #: in a sentence: "those with the largest w"
     words: str
+    #: of an item: those with the largest are shown; if not given, the items stand in that order
     size: Callable[[Any], float] | None = None
 
 
 @dataclass(frozen=True)
 class ReportTable:
-    """A table with one row for each item; its cells are made when it is first looked at.
+    """A table with one row for each item; its cells are made when it is first looked at."""
 
-    Parameters
-    ----------
-    name, title, note : str
-        Anchor in the page, heading, and what has to be known to read it.
-    items : sequence
-        What the rows are about.
-    specs : tuple of Spec
-        The columns.
-    state : callable
-        State of the row of an item, see :class:`Row`.
-    left_out : int
-        How many further items have no row.
-    worst : Worst, optional
-        Which items keep their rows where not all can have one; the first if not given.
-    ends : callable
-        Names of the points that an item is about, see :class:`Row`.
-    """
-
+    #: anchor in the page, heading, and what has to be known to read it
     name: str
     title: str
     note: str
+    #: what the rows are about
     items: Sequence[Any]
+    #: the columns
     specs: tuple[Spec, ...]
+    #: state of the row of an item, see :class:`Row`
     state: Callable[[Any], str] = _plain
+    #: how many further items have no row
     left_out: int = 0
+    #: which items keep their rows where not all can have one; the first if not given
     worst: Worst | None = None
+    #: names of the points that an item is about, see :class:`Row`
     ends: Callable[[Any], tuple[str, ...]] = _nowhere
 
     @cached_property

@@ -67,11 +67,6 @@ def time_ticks(low: float, high: float, most: int = 6) -> list[tuple[float, str]
     Minutes, hours, days, months or years, whatever fits. Midnights among hours are named by their
     date, the first of January among months by its year.
 
-    Parameters
-    ----------
-    low, high
-        Seconds since 1970, UTC.
-
     Examples
     --------
     >>> [words for _, words in time_ticks(1740787200.0, 1740830400.0)]

@@ -46,15 +46,7 @@ _MOST = 2_000_000
 
 
 def workbench_texts(content: Report, folder: Path) -> dict[Path, str | bytes]:
-    """Contents of the files by their paths.
-
-    Parameters
-    ----------
-    content
-        The report of a run.
-    folder
-        Folder of the results.
-    """
+    """Contents of the files by their paths."""
     placed, registered = content.job.placed, content.job.registered
     files: dict[Path, str | bytes] = {}
     data = heading(SCHEMA) | {

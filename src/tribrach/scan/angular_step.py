@@ -36,11 +36,6 @@ def angular_step(xyz: Array) -> tuple[float, float]:
     -------
     tuple of float
         Steps in H and V [rad].
-
-    Raises
-    ------
-    InputError
-        Too few points with a direction to tell.
     """
     rng = np.random.default_rng(0)
     some = min(len(xyz), _SAMPLE)

@@ -18,20 +18,13 @@ __all__ = ["HeadTurn", "ScanFace"]
 
 @dataclass(frozen=True)
 class HeadTurn:
-    """How the head turned: its direction at column k is ``first + step k``.
+    """How the head turned: its direction at column k is ``first + step k``."""
 
-    Parameters
-    ----------
-    first
-        Direction of the first column [rad], counter-clockwise about the standing axis.
-    step
-        Turn from one column to the next [rad].
-    columns
-        Number of columns.
-    """
-
+    #: direction of the first column [rad], counter-clockwise about the standing axis
     first: float
+    #: turn from one column to the next [rad]
     step: float
+    #: number of columns
     columns: int
 
     def faces(self, xyz: Array, column: NDArray[np.integer]) -> Array:

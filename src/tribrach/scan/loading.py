@@ -31,20 +31,13 @@ _FIELDS = {"intensity": np.float32, "row": np.int32, "column": np.int32}
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A whole scan in memory.
+    """A whole scan in memory."""
 
-    Attributes
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame, float64 [m].
-    intensity : array (n,)
-        float32 in the file's unit; None if the scan has none.
-    row, column : array (n,)
-        int32, of the scanner's grid; None if the scan has none.
-    """
-
+    #: (n, 3), points of the scanner frame, float64 [m]
     xyz: Array
+    #: (n,), float32 in the file's unit; None if the scan has none
     intensity: NDArray[np.float32] | None = None
+    #: (n,), int32, of the scanner's grid; None if the scan has none
     row: NDArray[np.int32] | None = None
     column: NDArray[np.int32] | None = None
 
@@ -53,23 +46,6 @@ def load(scan: Scan, limit: int = LIMIT) -> Loaded:
     """Read all valid points of a scan into arrays laid out for them.
 
     A scan whose header says that it has too many is refused before anything is decoded.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-    limit
-        Points at most.
-
-    Returns
-    -------
-    Loaded
-        Points, and what the search for targets needs besides.
-
-    Raises
-    ------
-    InputError
-        More than ``limit`` points, none at all, or a damaged file.
     """
     held = scan if isinstance(scan, HeldScan) else hold(scan, limit)
     if not len(held.points.xyz):
@@ -78,52 +54,13 @@ def load(scan: Scan, limit: int = LIMIT) -> Loaded:
 
 
 def laid_out(scan: Scan) -> tuple[Loaded, RangeImage]:
-    """Load a scan and lay it out as a range image; one that is held is laid out once.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-
-    Returns
-    -------
-    Loaded
-        Its points.
-    RangeImage
-        The image of them.
-
-    Raises
-    ------
-    InputError
-        As :func:`load` and :func:`tribrach.scan.range_image.organise`.
-    """
+    """Load a scan and lay it out as a range image; one that is held is laid out once."""
     held = scan if isinstance(scan, HeldScan) else hold(scan)
     return load(held), held.image
 
 
 def hold(scan: Scan, limit: int = LIMIT, *, stored: bool = False) -> HeldScan:
-    """Read the points of a scan once, to be read from memory from then on.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-    limit
-        Points at most.
-    stored
-        Points are held as the file has them, not yet as the project knows better; see
-        :meth:`HeldScan.without`.
-
-    Returns
-    -------
-    HeldScan
-        The same scan.
-
-    Raises
-    ------
-    InputError
-        More than ``limit`` points, or a damaged file.
-    """
+    """Read the points of a scan once, to be read from memory from then on."""
     if scan.certain_points > limit:
         raise _too_many(scan, limit)
     rows = _Rows(scan.records)
@@ -145,26 +82,18 @@ class HeldScan(Scan):
     Chunks have the fields of :class:`Loaded` alone. Blocks of other sizes or from other places are
     read from memory where every record is a point, else from the file, whose reader knows where
     records without a point are.
-
-    Attributes
-    ----------
-    file
-        The scan that was read.
-    points
-        Its points.
-    ends
-        Number of the points up to the end of each chunk.
-    dropped
-        Records of each chunk that hold no point.
-    raw
-        True if the points are those of the file (:meth:`stored`), not those that count
-        (:meth:`chunks`).
     """
 
+    #: the scan that was read
     file: Scan
+    #: its points
     points: Loaded
+    #: number of the points up to the end of each chunk
     ends: tuple[int, ...]
+    #: records of each chunk that hold no point
     dropped: tuple[int, ...]
+    #: true if the points are those of the file (:meth:`stored`), not those that count
+    #: (:meth:`chunks`)
     raw: bool = False
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
@@ -195,16 +124,6 @@ class HeldScan(Scan):
         """Do to points that are held as the file has them what the project knows better.
 
         The arrays are used again; what held them before must not be read any more.
-
-        Parameters
-        ----------
-        no_return
-            The beams without return, which are left out; None if there are none.
-
-        Returns
-        -------
-        HeldScan
-            The points that count.
         """
         file = replace(self.file, no_return=no_return)
         if file.as_stored and no_return is None:

@@ -161,16 +161,6 @@ def neighbour_correlation(
         Of the surfaces that are taken out of the residuals, at least that of the fits: 1 for
         planes, 2 so that bows of the surface do not count as errors that neighbours share.
 
-    Returns
-    -------
-    NeighbourCorrelation or None
-        None if there are fewer than eight patches with neighbours in both directions.
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, a pitch that is not positive.
-
     Notes
     -----
     Method section 5.7.
@@ -195,19 +185,7 @@ def neighbour_correlation(
 
 
 def smooth_correlation(fitted: FittedNoise) -> NeighbourCorrelation | None:
-    """Estimate what neighbours share from the smooth patches of a scanner's scans.
-
-    Parameters
-    ----------
-    fitted
-        Laws of the noise and the patches that they were fitted to; residuals are taken over what
-        the laws give.
-
-    Returns
-    -------
-    NeighbourCorrelation or None
-        None with too few patches.
-    """
+    """Estimate what neighbours share from the smooth patches of a scanner's scans."""
     smooth = fitted.smooth
     scaled = smooth.residual / np.sqrt(smooth.stated(fitted.noise()))
     return neighbour_correlation(scaled, smooth.row, smooth.column, smooth.patch, smooth.pitch)
@@ -215,18 +193,13 @@ def smooth_correlation(fitted: FittedNoise) -> NeighbourCorrelation | None:
 
 @dataclass(frozen=True, eq=False)
 class _Patch:
-    """Whitened residuals of a window as images (rows, columns), and what the surface takes up.
+    """Whitened residuals of a window as images (rows, columns), and what the surface takes up."""
 
-    Attributes
-    ----------
-    residual, filled : array (rows, columns)
-        Residuals over their standard deviation, zero where there is no point; where there is one.
-    base : array (rows, columns, k)
-        Orthonormal surfaces that were taken out.
-    """
-
+    #: (rows, columns), residuals over their standard deviation, zero where there is no point;
+    #: where there is one
     residual: Array
     filled: Mask
+    #: (rows, columns, k), orthonormal surfaces that were taken out
     base: Array
 
     @classmethod
@@ -314,21 +287,14 @@ class _Patch:
 
 @dataclass(frozen=True, eq=False)
 class _Sums:
-    """Sums over patches.
+    """Sums over patches."""
 
-    Attributes
-    ----------
-    seen : array (l,)
-        Products of residuals over pairs at each lag.
-    pairs : array (l,)
-        Numbers of pairs, each from both sides.
-    plain, expected : array (l, 1 + w)
-        What independent errors of variance one make of the products, and those of discs: before
-        and after the surfaces were taken out.
-    """
-
+    #: (l,), products of residuals over pairs at each lag
     seen: Array
+    #: (l,), numbers of pairs, each from both sides
     pairs: Array
+    #: (l, 1 + w), what independent errors of variance one make of the products, and those of
+    #: discs: before and after the surfaces were taken out
     plain: Array
     expected: Array
 

@@ -77,45 +77,13 @@ _MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dt
 
 
 def screened(scan: Scan) -> Scan:
-    """Read a scan once and leave out what it has for beams without return.
-
-    Parameters
-    ----------
-    scan
-        A scan; what was found of it before is found anew.
-
-    Returns
-    -------
-    Scan
-        The same, with ``no_return`` where there are such points.
-
-    Raises
-    ------
-    InputError
-        A damaged file.
-    """
+    """Read a scan once and leave out what it has for beams without return."""
     found = find_no_return(scan)
     return replace(scan, no_return=found if found.points else None)
 
 
 def find_no_return(scan: Scan) -> NoReturn:
-    """Find what a scan has for beams without return.
-
-    Parameters
-    ----------
-    scan
-        The scan. Where it is not known where the scanner stood, only places that repeat are found.
-
-    Returns
-    -------
-    NoReturn
-        Ranges and places of such points, and how many there are of each.
-
-    Raises
-    ------
-    InputError
-        A damaged file.
-    """
+    """Find what a scan has for beams without return."""
     origin = np.array(scan.scanner)
     known = scan.origin != "unknown"
     ranges, some, total = np.zeros(_CLASSES, dtype=np.int64), _Some(), 0

@@ -74,34 +74,24 @@ By = Literal["intensity", "range", "incidence"]
 
 @dataclass(frozen=True)
 class NoiseClass:
-    """Points of one class: noise that they show, and that is stated for them.
+    """Points of one class: noise that they show, and that is stated for them."""
 
-    Attributes
-    ----------
-    low, high
-        Of the class, in the file's unit of intensity, metres or radians.
-    patches, points
-        In it.
-    observed, stated
-        Standard deviations along the beam [m]: roots of the mean squares.
-    weighted
-        The same of what is stated, each variance weighted with its own inverse [m].
-    chi2_dof
-        Squared residuals over stated variances, by the degrees of freedom: 1 where both agree.
-    effective
-        Degrees of freedom that this figure is worth by its scatter from patch to patch, never more
-        than there are: fewer where points of overlapping beams share errors, or where the patches
-        of a class are not alike. Zero with fewer than ten patches, whose scatter nobody knows.
-    """
-
+    #: of the class, in the file's unit of intensity, metres or radians
     low: float
     high: float
+    #: in it
     patches: int
     points: int
+    #: standard deviations along the beam [m]: roots of the mean squares
     observed: float
     stated: float
+    #: the same of what is stated, each variance weighted with its own inverse [m]
     weighted: float
+    #: squared residuals over stated variances, by the degrees of freedom: 1 where both agree
     chi2_dof: float
+    #: degrees of freedom that this figure is worth by its scatter from patch to patch, never more
+    #: than there are: fewer where points of overlapping beams share errors, or where the patches
+    #: of a class are not alike. Zero with fewer than ten patches, whose scatter nobody knows.
     effective: float = 0.0
 
     @property
@@ -142,63 +132,45 @@ class LastingEffect(Result):
 
 @dataclass(frozen=True, eq=False)
 class FittedNoise:
-    """The noise of a scanner by its own scans.
+    """The noise of a scanner by its own scans."""
 
-    Attributes
-    ----------
-    observed : ObservedNoise
-        What it was estimated from, all patches.
-    kept : array (patches,)
-        Patches that the laws were taken from; the others are rough, bent or of several materials.
-    law : RangeLaw or None
-        Of the intensity; None where it is unknown, takes one value, or does not matter.
-    law_covariance : array (3, 3)
-        Of a [m], b and c [m]; NaN where a figure is at its limit.
-    range, range_scale
-        Law of the range, [m] and [m/m], divided by the cosine of the incidence.
-    range_covariance : array (2, 2)
-        Of these; NaN where a figure is at its limit.
-    horizontal, vertical : float
-        Noise of the angles [rad] that slanted surfaces show.
-    angle_sigmas : array (2,)
-        Of these [rad]; infinite where surfaces are not seen both straight and slantwise, so that
-        all noise is taken for that of the range.
-    place, place_sigma : float
-        What the beam's place is uncertain by at any range [m], as a footprint is, and its sigma.
-    across_covariance : array (3, 3)
-        Of the variances of place [m^2], horizontal and vertical angle [rad^2], with what the noise
-        of ranges may take of them; infinite where nothing parts these.
-    cost : float
-        Negative logarithm of the likelihood, for comparison with other laws of these patches.
-    spread : float
-        How much wider than chance the variances of the patches kept scatter about the law: the
-        variance factor of their logarithms, 1 where there is nothing but noise.
-    by_range, by_incidence : LastingEffect
-        What is left of both after the law.
-    why : str
-        Why there is no law of the intensity, "" with one.
-    held : Beam or None
-        Whose footprint was held; place and angles are then what is left beside it.
-    """
-
+    #: what it was estimated from, all patches
     observed: ObservedNoise
+    #: (patches,), patches that the laws were taken from; the others are rough, bent or of several
+    #: materials
     kept: NDArray[np.bool_]
+    #: of the intensity; None where it is unknown, takes one value, or does not matter
     law: RangeLaw | None
+    #: (3, 3), of a [m], b and c [m]; NaN where a figure is at its limit
     law_covariance: Array
+    #: law of the range, [m] and [m/m], divided by the cosine of the incidence
     range: float
     range_scale: float
+    #: (2, 2), of these; NaN where a figure is at its limit
     range_covariance: Array
+    #: noise of the angles [rad] that slanted surfaces show
     horizontal: float
     vertical: float
+    #: (2,), of these [rad]; infinite where surfaces are not seen both straight and slantwise, so
+    #: that all noise is taken for that of the range
     angle_sigmas: Array
+    #: what the beam's place is uncertain by at any range [m], as a footprint is, and its sigma
     place: float
     place_sigma: float
+    #: (3, 3), of the variances of place [m^2], horizontal and vertical angle [rad^2], with what
+    #: the noise of ranges may take of them; infinite where nothing parts these
     across_covariance: Array
+    #: negative logarithm of the likelihood, for comparison with other laws of these patches
     cost: float
+    #: how much wider than chance the variances of the patches kept scatter about the law: the
+    #: variance factor of their logarithms, 1 where there is nothing but noise
     spread: float
+    #: what is left of both after the law
     by_range: LastingEffect
     by_incidence: LastingEffect
+    #: why there is no law of the intensity, "" with one
     why: str = ""
+    #: whose footprint was held; place and angles are then what is left beside it
     held: Beam | None = None
 
     @property
@@ -304,11 +276,6 @@ def noise_classes(
         incidence, whose classes end at 15, 30, 45, 60 and 75 degrees.
     most
         Number of classes at most.
-
-    Returns
-    -------
-    list of NoiseClass
-        In ascending order; none without patches or without intensities.
     """
     if not len(observed) or (by == "intensity" and not np.isfinite(observed.intensity).all()):
         return []
@@ -360,32 +327,22 @@ def _effective(squares: Array, free: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Patches:
-    """Variances of patches (k,) and what they may depend on.
+    """Variances of patches (k,) and what they may depend on."""
 
-    Attributes
-    ----------
-    variance, free
-        Along the beam [m^2], with degrees of freedom.
-    light, range, cosine
-        Means over the patch.
-    across : array (k, 3)
-        What a variance of the place [m^2] and of both angles [rad^2] add.
-    known
-        Variance that is known, of rounding [m^2].
-    limit
-        Variance over that of a law from which on a patch is rough.
-    below
-        Mean of the variances up to there, over that of the law.
-    """
-
+    #: along the beam [m^2], with degrees of freedom
     variance: Array
     free: Array
+    #: means over the patch
     light: Array
     range: Array
     cosine: Array
+    #: (k, 3), what a variance of the place [m^2] and of both angles [rad^2] add
     across: Array
+    #: variance that is known, of rounding [m^2]
     known: Array
+    #: variance over that of a law from which on a patch is rough
     limit: Array
+    #: mean of the variances up to there, over that of the law
     below: Array
 
     @classmethod
@@ -440,21 +397,6 @@ Along = Callable[[_Patches, Array], tuple[Array, Array]]
 def fit_noise(observed: ObservedNoise) -> FittedNoise:
     """Estimate the laws of the noise of a scanner.
 
-    Parameters
-    ----------
-    observed
-        Points on planar patches of its scans.
-
-    Returns
-    -------
-    FittedNoise
-        Laws with their covariances, and the patches that they hold for.
-
-    Raises
-    ------
-    InputError
-        Fewer than thirty patches.
-
     Notes
     -----
     Maximum likelihood of variances that are chi-square distributed, trimmed on the side of the
@@ -496,11 +438,6 @@ def held_noise(fitted: FittedNoise, beam: Beam, angle: float | None = None) -> F
         Whose footprint, ``d(rho)/4`` across the beam, is held.
     angle
         Noise of both angles [rad] that is held as well, estimated if None.
-
-    Returns
-    -------
-    FittedNoise
-        The same form of law, with ``held``.
     """
     observed, model = fitted.observed, fitted.law
     plain = _Patches.of(observed)
@@ -564,28 +501,19 @@ class _Model:
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """A law that was fitted.
+    """A law that was fitted."""
 
-    Attributes
-    ----------
-    model, parameters
-        Of the range, and after them the variances of place and angles.
-    covariance
-        Of the parameters, NaN where one is at its bound.
-    least : array (3,)
-        Variances of place and angles that would not be noticed, one sigma each.
-    across : array (3, 3)
-        Covariance of these variances with nothing at its bound.
-    variance, cost, spread, kept
-        Of the patches by the law, the negative logarithm of the likelihood, the variance factor,
-        and the patches that were used.
-    """
-
+    #: of the range, and after them the variances of place and angles
     model: _Model
     parameters: Array
+    #: of the parameters, NaN where one is at its bound
     covariance: Array
+    #: (3,), variances of place and angles that would not be noticed, one sigma each
     least: Array
+    #: (3, 3), covariance of these variances with nothing at its bound
     across: Array
+    #: of the patches by the law, the negative logarithm of the likelihood, the variance factor,
+    #: and the patches that were used
     variance: Array
     cost: float
     spread: float

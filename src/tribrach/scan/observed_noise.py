@@ -92,47 +92,35 @@ class ObservedNoise:
 
     Attributes
     ----------
-    residual : array (m,)
-        Range measured less range of the plane [m].
-    redundancy : array (m,)
-        Share of a point's error that its residual shows: one less its leverage.
-    intensity : array (m,)
-        As in the file, NaN without.
-    range : array (m,)
-        Of the plane [m].
-    cosine : array (m,)
-        Of the incidence angle.
-    slope : array (m, 2)
-        Change of the range with a movement across the beam, horizontally and vertically [m/m]; the
-        sum of their squares is the squared tangent of the incidence.
-    patch : array (m,)
-        Number of the patch, ascending from 0.
-    row, column : array (m,)
-        Of the scanner's grid, or of a raster of directions where there is none.
-    gridded
-        True if they are the scanner's.
-    step : float
-        Step of the coordinates [m], 0 if they are fine.
     intense : bool
         True if there are intensities that differ.
-    windows, curved, uneven : int
-        Windows that were filled, those of them that are curved, and those with too many points off.
-    pitch : array (patches, 2)
-        Angles from row to row and from column to column [rad].
     """
 
+    #: (m,), range measured less range of the plane [m]
     residual: Array
+    #: (m,), share of a point's error that its residual shows: one less its leverage
     redundancy: Array
+    #: (m,), as in the file, NaN without
     intensity: Array
+    #: (m,), of the plane [m]
     range: Array
+    #: (m,), of the incidence angle
     cosine: Array
+    #: (m, 2), change of the range with a movement across the beam, horizontally and vertically
+    #: [m/m]; the sum of their squares is the squared tangent of the incidence
     slope: Array
+    #: (m,), number of the patch, ascending from 0
     patch: Index
+    #: (m,), of the scanner's grid, or of a raster of directions where there is none
     row: Index
     column: Index
+    #: (patches, 2), angles from row to row and from column to column [rad]
     pitch: Array
+    #: true if they are the scanner's
     gridded: bool = False
+    #: step of the coordinates [m], 0 if they are fine
     step: float = 0.0
+    #: windows that were filled, those of them that are curved, and those with too many points off
     windows: int = 0
     curved: int = 0
     uneven: int = 0
@@ -169,13 +157,6 @@ class ObservedNoise:
 
     def stated(self, noise: ScanNoise, *, incidence: bool = True) -> Array:
         """Variances (m,) [m^2] along the beam that a noise states for these points.
-
-        Parameters
-        ----------
-        noise
-            Of the scanner; the systematic part of its angles is left out, which a patch shares.
-        incidence
-            Are sigmas of ranges divided by the cosine of the incidence angle?
 
         Notes
         -----
@@ -229,16 +210,6 @@ def observed_noise(
         Records that are read at most.
     width
         Width that patches grow to [m] where points are close.
-
-    Returns
-    -------
-    ObservedNoise
-        Points on planes; none where there are none, or where the place of the scanner is unknown.
-
-    Raises
-    ------
-    InputError
-        As the chunks of the scan.
     """
     if scan.origin == "unknown":
         return _nothing()
@@ -348,11 +319,6 @@ def patch_residuals(
         Of the scanner's grid.
     width
         Width that patches grow to [m] where points are close.
-
-    Returns
-    -------
-    ObservedNoise
-        Points on planes, none if there are none.
 
     Notes
     -----

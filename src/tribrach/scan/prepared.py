@@ -76,17 +76,6 @@ def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> Scan:
         As its file has it.
     scanner
         Where the scanner stood in the coordinates of the file [m].
-
-    Returns
-    -------
-    Scan
-        The same with points, bounds and pose from the scanner.
-
-    Raises
-    ------
-    InputError
-        Coordinates are not finite, or so far from the points that the scanner cannot have stood
-        there, or the file is damaged.
     """
     at = np.array(scanner, dtype=float)
     if at.shape != (3,) or not np.isfinite(at).all():
@@ -137,18 +126,7 @@ def _refuse_far(scan: Scan, at: Array) -> None:
 
 
 def sides(scan: Scan) -> tuple[Scan, Scan]:
-    """Part a scan of two faces into two scans.
-
-    Returns
-    -------
-    tuple of Scan
-        Front and back. Records of the other face count as records without a point.
-
-    Raises
-    ------
-    InputError
-        The faces cannot be told, with the reason.
-    """
+    """Part a scan of two faces into two scans."""
     turn = head_turn(scan)
     return (
         replace(scan, name=f"{scan.name} front", face=ScanFace(turn, 1.0)),
@@ -157,13 +135,7 @@ def sides(scan: Scan) -> tuple[Scan, Scan]:
 
 
 def head_turn(scan: Scan) -> HeadTurn:
-    """Tell how the head turned, from the rows and columns of a scan.
-
-    Raises
-    ------
-    InputError
-        The faces cannot be told, with the reason.
-    """
+    """Tell how the head turned, from the rows and columns of a scan."""
 
     def refused(why: str) -> InputError:
         return InputError(
@@ -235,13 +207,7 @@ def _sample(scan: Scan) -> tuple[Array, Integers]:
 
 
 def corrected_scan(scan: Scan, correction: Correction) -> Scan:
-    """Apply a correction to a scan, in place of any that it has.
-
-    Raises
-    ------
-    InputError
-        It is not known where the scanner stood among the points.
-    """
+    """Apply a correction to a scan, in place of any that it has."""
     if scan.origin == "unknown":
         raise InputError(
             "a calibration cannot be applied: where the scanner stood among the points is unknown",

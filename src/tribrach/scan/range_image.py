@@ -45,29 +45,20 @@ _FULL_CIRCLE = 0.98
 
 @dataclass(frozen=True, eq=False)
 class RangeImage:
-    """Ranges over directions, and the point behind every pixel.
+    """Ranges over directions, and the point behind every pixel."""
 
-    Attributes
-    ----------
-    index : array (rows, columns)
-        Number of the point (int32), -1 where there is none.
-    range : array (rows, columns)
-        Range [m] (float32), NaN where there is none.
-    first_h, first_v, step_h, step_v
-        Directions of pixel centres [rad].
-    wraps
-        True if the last column is the neighbour of the first.
-    gridded
-        True if the layout comes from the scanner's rows and columns.
-    """
-
+    #: (rows, columns), number of the point (int32), -1 where there is none
     index: Indices
+    #: (rows, columns), range [m] (float32), NaN where there is none
     range: Single
+    #: directions of pixel centres [rad]
     first_h: float
     first_v: float
     step_h: float
     step_v: float
+    #: true if the last column is the neighbour of the first
     wraps: bool
+    #: true if the layout comes from the scanner's rows and columns
     gridded: bool
 
     @property
@@ -96,11 +87,6 @@ class RangeImage:
         A hole is closed where the points on both sides of it, in its row or its column, differ by
         less than 5 cm or 1 % of the range; it gets their mean. ``index`` still tells the holes.
 
-        Parameters
-        ----------
-        gap
-            Width of the widest hole that is closed.
-
         Returns
         -------
         array (rows, columns)
@@ -126,16 +112,6 @@ def organise(
         The scanner's grid; one that does not follow H and V is not used.
     step
         Step in H and V [rad] where there is no grid; estimated if None.
-
-    Returns
-    -------
-    RangeImage
-        Ranges and point numbers.
-
-    Raises
-    ------
-    InputError
-        Fewer than two points that have a direction.
     """
     if len(xyz) < 2 or not np.any(xyz[1:] != xyz[0]):
         raise InputError("a range image takes two points with different directions")
@@ -316,27 +292,19 @@ def _bridge(ranges: Single, i: int, j: int, di: int, dj: int, gap: int, wraps: b
 
 @dataclass(frozen=True, eq=False)
 class PixelNumbers:
-    """Pixels of points in an image whose H and V increase.
+    """Pixels of points in an image whose H and V increase."""
 
-    Attributes
-    ----------
-    pixel : array (n,)
-        Number of the pixel of each point, -1 for none.
-    rows, columns
-        Size of the image.
-    first_h, first_v, step_h, step_v
-        Directions of pixel centres [rad].
-    wraps
-        True if the last column is the neighbour of the first.
-    """
-
+    #: (n,), number of the pixel of each point, -1 for none
     pixel: NDArray[np.int32]
+    #: size of the image
     rows: int
     columns: int
+    #: directions of pixel centres [rad]
     first_h: float
     first_v: float
     step_h: float
     step_v: float
+    #: true if the last column is the neighbour of the first
     wraps: bool
 
 
@@ -349,11 +317,6 @@ def lay_out(xyz: Array, row: Index, column: Index) -> PixelNumbers | None:
         Points of the scanner frame [m].
     row, column : array (n,)
         Their grid numbers.
-
-    Returns
-    -------
-    PixelNumbers or None
-        None if the grid does not follow H and V.
     """
     some = slice(None, None, max(1, len(xyz) // _SAMPLE))
     part, r, c = xyz[some], row[some].astype(np.int64), column[some].astype(np.int64)

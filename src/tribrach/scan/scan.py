@@ -44,44 +44,29 @@ Origin = Literal["stated", "assumed", "unknown"]
 
 @dataclass(frozen=True)
 class Field:
-    """A value that every point has besides its coordinates.
+    """A value that every point has besides its coordinates."""
 
-    Attributes
-    ----------
-    name
-        As in the table above.
-    dtype
-        Name of a numpy type such as ``float32``.
-    low, high
-        Limits that the file states.
-    description
-        What the file says of it.
-    """
-
+    #: as in the table above
     name: str
+    #: name of a numpy type such as ``float32``
     dtype: str
+    #: limits that the file states
     low: float | None = None
     high: float | None = None
+    #: what the file says of it
     description: str = ""
 
 
 @dataclass(frozen=True)
 class Chunk:
-    """Consecutive valid points of a scan.
+    """Consecutive valid points of a scan."""
 
-    Attributes
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    values
-        Other values (n,) or (n, k), by name of the field.
-    dropped
-        Records between the previous chunk and the end of this one that hold no point (invalid,
-        NaN, no return).
-    """
-
+    #: (n, 3), points of the scanner frame [m]
     xyz: Array
+    #: other values (n,) or (n, k), by name of the field
     values: Mapping[str, NDArray[Any]]
+    #: records between the previous chunk and the end of this one that hold no point (invalid, NaN,
+    #: no return)
     dropped: int = 0
 
     def __len__(self) -> int:
@@ -94,19 +79,6 @@ class NoReturn:
     """What a file has for beams that came back from nothing, in its coordinates.
 
     :func:`tribrach.scan.no_return.screened` finds it.
-
-    Parameters
-    ----------
-    shell
-        Smallest and largest range of a shell about the scanner [m], None without one.
-    places
-        Places x, y, z [m] that many points share.
-    at_scanner
-        Are there points in the very place of the scanner?
-    zeros, repeated, in_shell
-        Number of points in the place of the scanner, in the shared places, and in the shell.
-    total
-        Number of all points of the file.
     """
 
     #: what :meth:`marks` says of a point
@@ -115,12 +87,17 @@ class NoReturn:
     REPEATED: ClassVar[int] = 2
     SHELL: ClassVar[int] = 3
 
+    #: smallest and largest range of a shell about the scanner [m], None without one
     shell: tuple[float, float] | None = None
+    #: places x, y, z [m] that many points share
     places: tuple[tuple[float, float, float], ...] = ()
+    #: are there points in the very place of the scanner?
     at_scanner: bool = False
+    #: number of points in the place of the scanner, in the shared places, and in the shell
     zeros: int = 0
     repeated: int = 0
     in_shell: int = 0
+    #: number of all points of the file
     total: int = 0
 
     @property
@@ -188,56 +165,38 @@ class Scan(ABC):
     read, in this order: beams without return are left out, the place of the scanner is taken off,
     the points of the other face are left out, the calibration of the scanner is applied (see
     :mod:`tribrach.scan.prepared`).
-
-    Parameters
-    ----------
-    name
-        Of the scan, unique within its file.
-    path, index
-        File and place in it.
-    records
-        Number that the header states, valid points or not; None if it states none.
-    fields
-        What every point has besides its coordinates.
-    pose
-        World from scanner as the file has it, None if it has none.
-    origin
-        Is the scanner at zero?
-    grid
-        Rows and columns.
-    crs
-        WKT of the coordinates if the file says.
-    bounds
-        Smallest and largest coordinates (2, 3) [m] that the header states.
-    warnings
-        Sentences about what was odd.
-    facts
-        What else the header says.
-    scanner
-        Where the scanner stood in the coordinates of the file [m].
-    face
-        The face whose points these are, None for all points.
-    correction
-        Calibration of the scanner, None if its points are as measured.
-    no_return
-        What the file has for beams without return, None if all its points count.
     """
 
+    #: of the scan, unique within its file
     name: str
+    #: file and place in it
     path: Path
     index: int = 0
+    #: number that the header states, valid points or not; None if it states none
     records: int | None = None
+    #: what every point has besides its coordinates
     fields: tuple[Field, ...] = ()
+    #: world from scanner as the file has it, None if it has none
     pose: Pose | None = None
+    #: is the scanner at zero?
     origin: Origin = "unknown"
+    #: rows and columns
     grid: tuple[int, int] | None = None
+    #: WKT of the coordinates if the file says
     crs: str | None = None
+    #: smallest and largest coordinates (2, 3) [m] that the header states
     bounds: Array | None = None
+    #: sentences about what was odd
     warnings: tuple[str, ...] = ()
+    #: what else the header says
     facts: Mapping[str, str] = field(default_factory=dict)
+    #: where the scanner stood in the coordinates of the file [m]
     scanner: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    #: the face whose points these are, None for all points
     face: ScanFace | None = None
+    #: calibration of the scanner, None if its points are as measured
     correction: Correction | None = None
+    #: what the file has for beams without return, None if all its points count
     no_return: NoReturn | None = None
 
     #: chunks hold as many records as are asked for, wherever they begin, the last one excepted
@@ -245,36 +204,10 @@ class Scan(ABC):
 
     @abstractmethod
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points as the file has them, in its order.
-
-        Parameters
-        ----------
-        size
-            Records at a time, at most.
-        start
-            Records to pass over.
-
-        Raises
-        ------
-        InputError
-            The file is truncated or damaged, or its number of records differs from the header's.
-        """
+        """Read the points as the file has them, in its order."""
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points in the file's order, at most ``size`` records at a time.
-
-        Parameters
-        ----------
-        size
-            Records at a time, at most.
-        start
-            Records to pass over, so that interrupted work goes on where it was.
-
-        Raises
-        ------
-        InputError
-            The file is truncated or damaged, or its number of records differs from the header's.
-        """
+        """Read the points in the file's order, at most ``size`` records at a time."""
         stored = self.stored(size, start)
         plain = self.as_stored and self.no_return is None
         return stored if plain else map(self._prepared, stored)

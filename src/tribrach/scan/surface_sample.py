@@ -28,20 +28,13 @@ _THICK = 0.3
 
 @dataclass(frozen=True)
 class SurfaceSample:
-    """Points of a scan and how the surface lies there.
+    """Points of a scan and how the surface lies there."""
 
-    Attributes
-    ----------
-    xyz : array (n, 3)
-        Points [m].
-    normals : array (n, 3)
-        Unit normals towards the scanner, NaN where unknown.
-    intensity : array (n,) or None
-        Intensities as in the file; None if it has none.
-    """
-
+    #: (n, 3), points [m]
     xyz: Array
+    #: (n, 3), unit normals towards the scanner, NaN where unknown
     normals: Array
+    #: (n,), intensities as in the file; None if it has none
     intensity: Array | None = None
 
 
@@ -49,21 +42,6 @@ def surface_sample(scan: Scan) -> SurfaceSample:
     """Take about 1500 points of a scan, with normals.
 
     Of a scan whose header does not state the number of its points the first 500,000 are looked at.
-
-    Parameters
-    ----------
-    scan
-        The scan.
-
-    Returns
-    -------
-    SurfaceSample
-        Points, normals and intensities.
-
-    Raises
-    ------
-    InputError
-        As the chunks of the scan.
     """
     xyz, normals, light = [np.zeros((0, 3))], [np.zeros((0, 3))], [np.zeros(0)]
     for chunk in _blocks(scan):

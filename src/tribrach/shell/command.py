@@ -50,11 +50,6 @@ def command(
     answer brings in ``files``. Of a parameter with a function among its marks the function says
     which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
     who does it, which brings the options ``--workers`` and ``--scheduler``.
-
-    Parameters
-    ----------
-    json, html
-        Help of the options that write the answer; None for a command without them.
     """
 
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
@@ -132,13 +127,7 @@ def deliver(
     *,
     quiet: bool = False,
 ) -> None:
-    """Write an answer in the forms that were asked for, all together, and show it.
-
-    Raises
-    ------
-    InputError
-        A file cannot be written, then none has changed; or the answer has a failure.
-    """
+    """Write an answer in the forms that were asked for, all together, and show it."""
     if not answer.refuses:
         texts = {path: render(answer) for render, path in outputs.items() if path is not None}
         written = write_texts(texts | dict(answer.files))

@@ -108,25 +108,7 @@ def claim(
     *,
     overwrite: bool,
 ) -> None:
-    """Say what a command reads and writes, and refuse before any work is done what would be lost.
-
-    Parameters
-    ----------
-    inputs
-        Files that the command reads; of projects all that they name counts as well.
-    outputs
-        Files that it writes; None takes no part.
-    folder
-        Folder of further results.
-    overwrite
-        Files that this program did not write, or that were changed since, may be replaced.
-
-    Raises
-    ------
-    InputError
-        A result would take the place of an input, of another result, of a folder or of a file
-        that this program did not write.
-    """
+    """Say what a command reads and writes; refuse before any work what would be lost."""
     keep([], folder, overwrite=overwrite)
     for path in inputs:
         keep([path])
@@ -153,24 +135,7 @@ def claim(
 
 @contextmanager
 def working(workers: int | None, scheduler: str | None) -> Iterator[Engine]:
-    """Who does the tasks of a command: this process, others of this machine, or a cluster.
-
-    Parameters
-    ----------
-    workers
-        Number of processes on this machine.
-    scheduler
-        Address of the scheduler of a cluster.
-
-    Yields
-    ------
-    Engine
-
-    Raises
-    ------
-    InputError
-        Both are given, or the extra ``cluster`` is not installed.
-    """
+    """Who does the tasks of a command: this process, others of this machine, or a cluster."""
     if workers is None and scheduler is None:
         yield HERE
         return

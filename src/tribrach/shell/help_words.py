@@ -34,15 +34,7 @@ def in_words(taken: Any) -> str:
 
 
 def spoken(command: Any, function: Callable[..., None]) -> None:
-    """Give the options and arguments of a command words for what they take.
-
-    Parameters
-    ----------
-    command
-        As typer made it.
-    function
-        What it was made of.
-    """
+    """Give the options and arguments of a command words for what they take."""
     hints = get_type_hints(function, include_extras=True)
     for param in command.params:
         hint = hints.get(param.name)

@@ -21,13 +21,6 @@ def printed(table: ReportTable, width: int) -> Printed:
     Heads carry their units, numbers stand to the right, brackets are kept as text. Where a table
     needs more characters than a line has, heads are folded and then blanks left out; numbers are
     never cut, since a cut number is another number.
-
-    Parameters
-    ----------
-    table
-        Of a report.
-    width
-        Characters in a line of the terminal.
     """
     widths = [_natural(table, k) for k in range(len(table.columns))]
     if _total(widths, 1) > width:

@@ -53,22 +53,7 @@ def given(**options: Any) -> dict[str, Any]:
 
 
 def with_options(project: Project, options: dict[str, Any], datum: str | None) -> Project:
-    """A project in which options of the command line take the place of what its file says.
-
-    Parameters
-    ----------
-    project : Project
-        As it was loaded.
-    options : dict
-        Of :func:`given`: snoop, robust, vce, posterior, confidence, angle.
-    datum : str or None
-        In the words of ``--datum``.
-
-    Raises
-    ------
-    InputError
-        The words are no datum.
-    """
+    """A project in which options of the command line take the place of what its file says."""
     from tribrach.project import DatumSection, parse_datum
 
     steps = {k: v for k, v in options.items() if k in ("snoop", "robust", "vce", "posterior")}

@@ -56,20 +56,13 @@ class Detection(Result):
 
 @dataclass(frozen=True, eq=False)
 class Rejected:
-    """A candidate that was not a target.
+    """A candidate that was not a target."""
 
-    Attributes
-    ----------
-    kind : Kind
-        What it was a candidate for.
-    center : array (3,)
-        Its place in the scanner frame [m].
-    reason : str
-        Why it was refused, one sentence.
-    """
-
+    #: what it was a candidate for
     kind: Kind
+    #: (3,), its place in the scanner frame [m]
     center: Array
+    #: why it was refused, one sentence
     reason: str
 
 

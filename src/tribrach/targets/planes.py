@@ -133,35 +133,23 @@ _GRAZING_RAD = GATES.grazing_rad
 
 @dataclass(frozen=True, eq=False)
 class PlaneFits:
-    """Planes fitted to the k regions of a scan.
+    """Planes fitted to the k regions of a scan."""
 
-    Attributes
-    ----------
-    m : array (k, 3)
-        Planes as ``m . x = 1`` [1/m].
-    normal : array (k, 3, 3)
-        Normal matrices of ``m``.
-    square : array (k,)
-        Weighted sums of squared residuals.
-    points : array (k,)
-        Numbers of inliers.
-    rms : array (k,)
-        Root mean squares of the residuals along the line of sight [m].
-    center : array (k, 3)
-        Means of the inliers [m].
-    area : array (k,)
-        Areas of the pixels [m^2].
-    incidence : array (k,)
-        Mean angles between beam and normal [rad].
-    """
-
+    #: (k, 3), planes as ``m . x = 1`` [1/m].
     m: Array
+    #: (k, 3, 3), normal matrices of ``m``
     normal: Array
+    #: (k,), weighted sums of squared residuals
     square: Array
+    #: (k,), numbers of inliers
     points: Array
+    #: (k,), root mean squares of the residuals along the line of sight [m]
     rms: Array
+    #: (k, 3), means of the inliers [m]
     center: Array
+    #: (k,), areas of the pixels [m^2]
     area: Array
+    #: (k,), mean angles between beam and normal [rad]
     incidence: Array
 
     @property
@@ -195,11 +183,6 @@ def fit_planes(
         Sigma of range [m] and of angle [rad].
     coarse : bool
         Fit to a part of the pixels only.
-
-    Returns
-    -------
-    PlaneFits
-        The planes.
 
     Notes
     -----
@@ -342,22 +325,7 @@ def _add(s: Array, d: Array, value: float, root: float) -> None:
 
 
 def joint(fits: PlaneFits, a: int, b: int) -> tuple[float, float]:
-    """Variances of unit weight of two planes apart and as one plane, in closed form.
-
-    Parameters
-    ----------
-    fits : PlaneFits
-        Fitted planes.
-    a, b : int
-        Numbers of the two planes.
-
-    Returns
-    -------
-    apart : float
-        With two planes.
-    together : float
-        With one plane.
-    """
+    """Variances of unit weight of two planes apart and as one plane, in closed form."""
     apart = fits.square[a] + fits.square[b]
     n = fits.points[a] + fits.points[b]
     both = np.linalg.inv(np.linalg.inv(fits.normal[a]) + np.linalg.inv(fits.normal[b]))
@@ -609,39 +577,26 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True, eq=False)
 class Plane:
-    """A plane patch, ``normal . (x - center) = 0``.
+    """A plane patch, ``normal . (x - center) = 0``."""
 
-    Attributes
-    ----------
-    normal : array (3,)
-        Unit normal towards the scanner.
-    center : array (3,)
-        Place on the plane at the centroid [m].
-    tangents : array (2, 3)
-        Unit vectors in the plane.
-    covariance : array (3, 3)
-        Covariance of the tilt of the normal along both tangents [rad] and of the offset along the
-        normal at the centre [m], floor included.
-    area : float
-        Area that the scan sees [m^2].
-    outline : array (k, 3)
-        Convex outline [m].
-    sample : array (s, 3)
-        One place on the plane for every occupied cell [m].
-    spacing : float
-        Width of the cells [m].
-    detection : Detection
-        The same patch for lists of targets.
-    """
-
+    #: (3,), unit normal towards the scanner
     normal: Array
+    #: (3,), place on the plane at the centroid [m]
     center: Array
+    #: (2, 3), unit vectors in the plane
     tangents: Array
+    #: (3, 3), covariance of the tilt of the normal along both tangents [rad] and of the offset
+    #: along the normal at the centre [m], floor included
     covariance: Array
+    #: area that the scan sees [m^2]
     area: float
+    #: (k, 3), convex outline [m]
     outline: Array
+    #: (s, 3), one place on the plane for every occupied cell [m]
     sample: Array
+    #: width of the cells [m]
     spacing: float
+    #: the same patch for lists of targets
     detection: Detection
 
 
@@ -676,13 +631,6 @@ def find_planes(
         What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
-
-    Returns
-    -------
-    planes : list of Plane
-        Planes, largest first.
-    rejections : list of Rejected
-        Regions that are no planes, with reasons; those below half the least area are not listed.
     """
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
     noise = (float(sigma), float(sigma_angle))

@@ -44,11 +44,6 @@ _EDGE_M = GATES.edge_m
 def estimate_range_noise(image: RangeImage) -> float:
     """Estimate the sigma of one range from second differences of neighbours in the rows.
 
-    Parameters
-    ----------
-    image : RangeImage
-        Range image of the scan.
-
     Returns
     -------
     float

@@ -29,20 +29,13 @@ __all__ = ["LEAST", "LeastPoints", "Sampling"]
 
 @dataclass(frozen=True)
 class LeastPoints:
-    """What the search for a kind of target takes at least.
+    """What the search for a kind of target takes at least."""
 
-    Attributes
-    ----------
-    across : float
-        Points across the size, along the coarser direction.
-    on : int
-        Points on the target.
-    share : float
-        Share of the square around the target that it covers.
-    """
-
+    #: points across the size, along the coarser direction
     across: float
+    #: points on the target
     on: int
+    #: share of the square around the target that it covers
     share: float
 
     @property
@@ -63,18 +56,12 @@ LEAST: Mapping[Kind, LeastPoints] = {
 
 @dataclass(frozen=True)
 class Sampling:
-    """Angular steps of a scan and the ranges in it.
+    """Angular steps of a scan and the ranges in it."""
 
-    Attributes
-    ----------
-    step_h, step_v : float
-        Steps of H and V [rad].
-    median : float
-        Half of the directions with a point end nearer [m].
-    """
-
+    #: steps of H and V [rad]
     step_h: float
     step_v: float
+    #: half of the directions with a point end nearer [m]
     median: float
 
     @classmethod
@@ -114,11 +101,6 @@ class Sampling:
             Side of a board, diameter of a sphere or disc [m].
         away : float
             Range [m].
-
-        Returns
-        -------
-        str
-            Without the stop.
         """
         degree = np.degrees(size / away)
         across, down = (1 / np.degrees(step) for step in (self.step_h, self.step_v))

@@ -18,20 +18,13 @@ __all__ = ["Carrier"]
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
-    """Carries points (n, 3), or (n, 2) by one in the plane; backwards from B to A.
+    """Carries points (n, 3), or (n, 2) by one in the plane; backwards from B to A."""
 
-    Attributes
-    ----------
-    transformation
-        From A to B.
-    covariance : array (k, k)
-        Covariance of its parameters; None leaves it out.
-    backwards
-        True from B to A.
-    """
-
+    #: from A to B
     transformation: Transformation
+    #: (k, k), covariance of its parameters; None leaves it out
     covariance: Array | None = None
+    #: true from B to A
     backwards: bool = False
 
     def matrix(self, d: int) -> Array:

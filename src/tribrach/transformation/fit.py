@@ -30,31 +30,21 @@ _RANK = 1e-8
 
 @dataclass(frozen=True, eq=False)
 class CommonPoints:
-    """Points by name in both systems.
+    """Points by name in both systems."""
 
-    Attributes
-    ----------
-    names
-        Of the n points.
-    a, b : array (n, d)
-        Coordinates in system A and system B [m].
-    spread_a, spread_b
-        Their covariances.
-    used : array (n,)
-        False for check points and for points that are switched off.
-    check : array (n,)
-        True for points held out to be compared.
-    reasons
-        Why a point is switched off, empty if it is not.
-    """
-
+    #: of the n points
     names: tuple[str, ...]
+    #: (n, d), coordinates in system A and system B [m]
     a: Array
     b: Array
+    #: their covariances
     spread_a: Spread
     spread_b: Spread
+    #: (n,), false for check points and for points that are switched off
     used: Mask
+    #: (n,), true for points held out to be compared
     check: Mask
+    #: why a point is switched off, empty if it is not
     reasons: tuple[str, ...] = field(default=())
 
     @property
@@ -71,46 +61,31 @@ class CommonPoints:
 
 @dataclass(frozen=True, eq=False)
 class TransformationFit:
-    """A fitted transformation of n points, of which m were used.
+    """A fitted transformation of n points, of which m were used."""
 
-    Attributes
-    ----------
-    points
-        The common points.
-    transformation
-        The fitted transformation.
-    cofactor : array (k, k)
-        Of the parameters in the order of ``transformation.model.parameters``, from the given
-        covariances (from unit weights if none are given).
-    difference : array (n, d)
-        b - T(a) of all points, also of those held out [m].
-    residual_a, residual_b : array (n, d)
-        Residuals in both systems [m], zero where a point is not used.
-    vtpv
-        Weighted sum of squares.
-    dof
-        Redundancy.
-    iterations
-        Steps that were needed.
-    force : array (m, d)
-        ``C^-1 w``.
-    weight : array (m, d, d)
-        Diagonal blocks of C^-1.
-    solved : array (m, d, k)
-        Blocks of C^-1 A.
-    """
-
+    #: the common points
     points: CommonPoints
+    #: the fitted transformation
     transformation: Transformation
+    #: (k, k), of the parameters in the order of ``transformation.model.parameters``, from the
+    #: given covariances (from unit weights if none are given)
     cofactor: Array
+    #: (n, d), b - T(a) of all points, also of those held out [m]
     difference: Array
+    #: (n, d), residuals in both systems [m], zero where a point is not used
     residual_a: Array
     residual_b: Array
+    #: weighted sum of squares
     vtpv: float
+    #: redundancy
     dof: int
+    #: steps that were needed
     iterations: int
+    #: (m, d), ``C^-1 w``
     force: Array
+    #: (m, d, d), diagonal blocks of C^-1
     weight: Array
+    #: (m, d, k), blocks of C^-1 A
     solved: Array
 
     @property
@@ -231,29 +206,7 @@ def fit_transformation(
 
 
 def fit_points(points: CommonPoints, model: Model) -> TransformationFit:
-    """Fit a transformation to the used common points.
-
-    Parameters
-    ----------
-    points
-        Common points.
-    model
-        What may change.
-
-    Returns
-    -------
-    TransformationFit
-        Parameters, residuals and covariance.
-
-    Raises
-    ------
-    InputError
-        Too few points.
-    RankDefect
-        The points leave parameters open.
-    NotConverged
-        The iteration did not reach a minimum.
-    """
+    """Fit a transformation to the used common points."""
     used, d = points.used, points.dimension
     a, b = points.a[used], points.b[used]
     spread_a, spread_b = points.spread_a.part(used, d), points.spread_b.part(used, d)

@@ -52,16 +52,6 @@ def scale_test(points: CommonPoints) -> ScaleTest | None:
 
     The given covariances decide unless the global test of the similarity fails at 95 %; then, and
     without covariances, sigma0 a posteriori.
-
-    Parameters
-    ----------
-    points
-        Common points.
-
-    Returns
-    -------
-    ScaleTest or None
-        None where the points do not determine the scale, or without redundancy.
     """
     count = 7 if points.dimension == 3 else 4
     model = next(m for m in MODELS if (m.count, m.dimension) == (count, points.dimension))
@@ -109,16 +99,6 @@ def ladder(points: CommonPoints) -> list[Rung]:
     """Fit every model that the points determine, from the stiffest to the richest.
 
     The noise that gains are measured with is that of the richest model with redundancy.
-
-    Parameters
-    ----------
-    points
-        Common points.
-
-    Returns
-    -------
-    list of Rung
-        Models by their number of parameters.
     """
     fits: list[TransformationFit] = []
     for model in (m for m in MODELS if m.dimension == points.dimension):

@@ -24,26 +24,17 @@ _AXES = ("x", "y", "z")
 
 @dataclass(frozen=True)
 class Model:
-    """What a transformation may change.
+    """What a transformation may change."""
 
-    Attributes
-    ----------
-    count
-        Number of parameters.
-    dimension
-        3 in space, 2 in the plane.
-    words
-        The model in words.
-    turn
-        ``none``, ``heading`` about the vertical, ``free``, or ``affine``.
-    scales
-        ``none``, ``one``, or one along each of the ``axes`` of A.
-    """
-
+    #: number of parameters
     count: int
+    #: 3 in space, 2 in the plane
     dimension: int
+    #: the model in words
     words: str
+    #: ``none``, ``heading`` about the vertical, ``free``, or ``affine``
     turn: Literal["none", "heading", "free", "affine"]
+    #: ``none``, ``one``, or one along each of the ``axes`` of A
     scales: Literal["none", "one", "axes"] = "none"
 
     @property
@@ -91,25 +82,7 @@ MODELS = (
 
 
 def find_model(count: int, dimension: int) -> Model:
-    """Find the model with so many parameters.
-
-    Parameters
-    ----------
-    count
-        Number of parameters.
-    dimension
-        3 in space, 2 in the plane.
-
-    Returns
-    -------
-    Model
-        One of :data:`MODELS`.
-
-    Raises
-    ------
-    InputError
-        There is none in this dimension.
-    """
+    """Find the model with so many parameters."""
     for model in MODELS:
         if (model.count, model.dimension) == (count, dimension):
             return model
@@ -124,27 +97,18 @@ def find_model(count: int, dimension: int) -> Model:
 
 @dataclass(frozen=True, eq=False)
 class Transformation:
-    """``b = shift + matrix @ (a - centre)``.
+    """``b = shift + matrix @ (a - centre)``."""
 
-    Attributes
-    ----------
-    model
-        What may change.
-    centre, shift : array (d,)
-        Centre of the fitted points in A, and its image in B [m].
-    rotation : array (d, d)
-        Rotation from A to B.
-    factors : array (d,)
-        Scales along the axes of A.
-    affine : array (d, d)
-        The linear part of an affine transformation, else None.
-    """
-
+    #: what may change
     model: Model
+    #: (d,), centre of the fitted points in A, and its image in B [m]
     centre: Array
     shift: Array
+    #: (d, d), rotation from A to B
     rotation: Array
+    #: (d,), scales along the axes of A
     factors: Array
+    #: (d, d), the linear part of an affine transformation, else None
     affine: Array | None = None
 
     @property
@@ -232,16 +196,6 @@ def start(model: Model, a: Array, b: Array) -> Transformation:
         What may change.
     a, b : array (n, d)
         Points in both systems [m].
-
-    Returns
-    -------
-    Transformation
-        A start for the iteration.
-
-    Raises
-    ------
-    InputError
-        Too few points, or all on one line or in one plane.
     """
     d, centre, shift = model.dimension, a.mean(axis=0), b.mean(axis=0)
     plain = Transformation(model, centre, shift, np.eye(d), np.ones(d))

@@ -61,31 +61,7 @@ class Outcome:
 
 
 def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoop: bool) -> Outcome:
-    """Fit a transformation and examine it.
-
-    Parameters
-    ----------
-    points
-        Common points.
-    model
-        What may change.
-    titles
-        Names of the columns of coordinates.
-    snoop
-        Are points switched off that do not fit?
-
-    Returns
-    -------
-    Outcome
-        The fit and all tests.
-
-    Raises
-    ------
-    InputError
-        Too few points.
-    AdjustmentError
-        The points leave parameters open, or the fit does not converge.
-    """
+    """Fit a transformation and examine it."""
     used = points.used
     odd = tuple(axis_sentences(points.a[used], points.b[used], model, titles))
     fit = fit_points(points, model)
@@ -118,11 +94,6 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
         What may change.
     titles
         Names of the columns.
-
-    Returns
-    -------
-    list of str
-        Empty if nothing looks wrong.
     """
     d = model.dimension
     if len(a) * d < model.count or model.turn == "affine":

@@ -28,24 +28,16 @@ _FEW, _DEEPEST = 100, 6
 
 @dataclass(frozen=True)
 class PointTests:
-    """Tests of the m used points, in their order.
+    """Tests of the m used points, in their order."""
 
-    Attributes
-    ----------
-    statistic, limit : array (m,)
-        NaN where nothing controls a point.
-    redundancy : array (m,)
-        Sum of its redundancy numbers, 0 to d.
-    error : array (m, d)
-        Estimated blunder in B's axes [m].
-    left : array (m,)
-        ``v^T P v`` of the fit without the point.
-    """
-
+    #: (m,), naN where nothing controls a point
     statistic: Array
     limit: Array
+    #: (m,), sum of its redundancy numbers, 0 to d
     redundancy: Array
+    #: (m, d), estimated blunder in B's axes [m]
     error: Array
+    #: (m,), ``v^T P v`` of the fit without the point
     left: Array
 
     @property
@@ -64,22 +56,7 @@ def trusted(fit: TransformationFit) -> bool:
 def point_tests(
     fit: TransformationFit, alpha0: float = ALPHA0, *, prior: bool | None = None
 ) -> PointTests:
-    """Test every used point.
-
-    Parameters
-    ----------
-    fit
-        The fitted transformation.
-    alpha0
-        Significance of a single test.
-    prior
-        Judge by the given covariances? If None, where there are some.
-
-    Returns
-    -------
-    PointTests
-        Statistics and estimated errors.
-    """
+    """Test every used point."""
     d, m = fit.points.dimension, len(fit.force)
     own = fit.weight - fit.solved @ fit.cofactor @ fit.solved.transpose(0, 2, 1)
     share = np.einsum("mij,mji->m", own, np.linalg.inv(fit.weight))
@@ -111,26 +88,17 @@ def point_tests(
 
 @dataclass(frozen=True)
 class CheckResult:
-    """Points held out, compared with the transformation.
+    """Points held out, compared with the transformation."""
 
-    Attributes
-    ----------
-    place : array (c,)
-        Their numbers among all points.
-    difference : array (c, d)
-        b - T(a) [m].
-    covariance : array (c, d, d)
-        Predicted covariance of the difference [m^2].
-    statistic : array (c,)
-        Squared difference in that metric.
-    dof
-        Of the variance factor, None where it is not estimated.
-    """
-
+    #: (c,), their numbers among all points
     place: NDArray[np.int64]
+    #: (c, d), b - T(a) [m]
     difference: Array
+    #: (c, d, d), predicted covariance of the difference [m^2]
     covariance: Array
+    #: (c,), squared difference in that metric
     statistic: Array
+    #: of the variance factor, None where it is not estimated
     dof: int | None
 
     def limit(self, probability: float = 0.99) -> Array:
@@ -163,11 +131,6 @@ def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckRes
         The fitted transformation.
     place : array (c,)
         Numbers of the points.
-
-    Returns
-    -------
-    CheckResult
-        Their differences and statistics.
     """
     points = fit.points
     n, d = points.a.shape
@@ -183,20 +146,13 @@ def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckRes
 
 @dataclass(frozen=True)
 class Snooped:
-    """A fit without the points that do not fit.
+    """A fit without the points that do not fit."""
 
-    Attributes
-    ----------
-    fit
-        Of the points that are left.
-    steps
-        What was done, in words.
-    removed
-        Names of the points that stayed off.
-    """
-
+    #: of the points that are left
     fit: TransformationFit
+    #: what was done, in words
     steps: tuple[str, ...]
+    #: names of the points that stayed off
     removed: tuple[str, ...]
 
 
@@ -204,18 +160,6 @@ def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:
     """Switch the worst point off, fit again, and so on; those that fit after all come back.
 
     The redundancy never falls below one.
-
-    Parameters
-    ----------
-    fit
-        Of all points.
-    alpha0
-        Significance of a single test.
-
-    Returns
-    -------
-    Snooped
-        The fit that is left, and every step.
     """
     steps: list[str] = []
     removed: list[int] = []

@@ -23,17 +23,11 @@ _MOST = 6000
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance of n points: one of both forms, or neither if they are free of errors.
+    """Covariance of n points: one of both forms, or neither if they are free of errors."""
 
-    Attributes
-    ----------
-    blocks : array (n, d, d)
-        Covariance of each point [m^2].
-    joint : array (n d, n d)
-        One covariance over all points [m^2].
-    """
-
+    #: (n, d, d), covariance of each point [m^2]
     blocks: Array | None = None
+    #: (n d, n d), one covariance over all points [m^2]
     joint: Array | None = None
 
     def part(self, chosen: NDArray[np.bool_], d: int) -> Spread:
@@ -80,16 +74,6 @@ def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread
         Number of points and of coordinates.
     which
         Name of the system, for the message.
-
-    Returns
-    -------
-    Spread
-        The covariance in its form.
-
-    Raises
-    ------
-    InputError
-        Another shape, not finite, not symmetric, or with a negative variance.
     """
     if covariance is None:
         return Spread()

@@ -60,44 +60,22 @@ _AXES = {"sigma_x": "sigma E", "sigma_y": "sigma N", "sigma_z": "sigma of height
 
 @dataclass(frozen=True)
 class SceneCloudFile:
-    """A cloud of a scene.
+    """A cloud of a scene."""
 
-    Parameters
-    ----------
-    name
-        Of the cloud, as the page calls it.
-    file
-        Name of the COPC file as the page asks for it.
-    path
-        The file itself.
-    source
-        Name of the file that the run wrote, or that was given besides.
-    further
-        Is it no cloud of the run, but one that was given besides?
-    """
-
+    #: of the cloud, as the page calls it
     name: str
+    #: name of the COPC file as the page asks for it
     file: str
+    #: the file itself
     path: Path
+    #: name of the file that the run wrote, or that was given besides
     source: str
+    #: is it no cloud of the run, but one that was given besides?
     further: bool = False
 
 
 def written_clouds(result: Mapping[str, Any], folder: Path) -> list[Path]:
-    """Clouds that a run wrote and that are still there, in its order.
-
-    Parameters
-    ----------
-    result : mapping
-        Keys of ``result.json``.
-    folder : Path
-        Folder of the results.
-
-    Returns
-    -------
-    list of Path
-        Files directly in the folder of clouds; names that lead elsewhere, and links, are left out.
-    """
+    """Clouds that a run wrote and that are still there, in its order."""
     place = folder / CLOUDS
     files = [str(cloud["file"]) for cloud in (result.get("scans") or {}).get("clouds", [])]
     paths = [place / name for name in dict.fromkeys(files) if name not in ("", ".", "..")]
@@ -108,20 +86,6 @@ def lacking_clouds(result: Mapping[str, Any], folder: Path, poses: PoseFile | No
     """Say which clouds of a result cannot be shown, or are of another run, and what to do.
 
     A run that is stopped while it writes leaves its poses beside clouds of the run before.
-
-    Parameters
-    ----------
-    result : mapping
-        Keys of ``result.json``.
-    folder : Path
-        Folder of the results.
-    poses : PoseFile or None
-        The poses beside the clouds.
-
-    Returns
-    -------
-    str
-        One or two sentences; "" where nothing is lacking.
     """
     files = {str(cloud["file"]) for cloud in (result.get("scans") or {}).get("clouds", [])}
     paths = written_clouds(result, folder)
@@ -162,25 +126,7 @@ def convert_clouds(
     progress: Progress,
     ready: Callable[[SceneCloudFile], None],
 ) -> None:
-    """Give clouds as COPC one after the other, the smallest first; convert those that are none.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Clouds of a run.
-    folder : Path
-        Folder of the results, beside which copies are kept; it may be one where nothing can be
-        written by somebody who only looks, then it is not that of the results.
-    progress : Progress
-        Told of points done; what it raises ends the work, and nothing half-written remains.
-    ready : function
-        Told of each cloud that can be loaded.
-
-    Raises
-    ------
-    InputError
-        A cloud that cannot be read, a copy that cannot be written.
-    """
+    """Give clouds as COPC one after the other, the smallest first; convert those that are none."""
     for path in sorted(paths, key=lambda path: path.stat().st_size):
         name = cloud_stem(path)
         copy = _as_copc(path, folder, f"copc-{name}", progress)
@@ -190,22 +136,7 @@ def convert_clouds(
 def convert_further(
     path: Path, name: str, folder: Path, progress: Progress, ready: Callable[[SceneCloudFile], None]
 ) -> None:
-    """Give a cloud as COPC that is none of the run: distances of a comparison, a design.
-
-    Parameters
-    ----------
-    path : Path
-        A cloud in the frame of those of the run.
-    name : str
-        What the page calls it, see :func:`tribrach.workbench.further.further_names`.
-    folder, progress, ready
-        As in :func:`convert_clouds`.
-
-    Raises
-    ------
-    InputError
-        As in :func:`convert_clouds`.
-    """
+    """Give a cloud as COPC that is none of the run: distances of a comparison, a design."""
     copy = _as_copc(path, folder, f"copc-{name}", progress)
     ready(SceneCloudFile(name, f"{name}.copc.laz", copy, path.name, further=True))
 
@@ -224,22 +155,7 @@ def _as_copc(path: Path, folder: Path, key: str, progress: Progress) -> Path:
 def cloud_parts(
     clouds: Sequence[SceneCloudFile], poses: PoseFile | None, *, upright: bool = True
 ) -> list[SceneCloud]:
-    """Describe clouds for the scene: bounds, attributes with ranges, the station.
-
-    Parameters
-    ----------
-    clouds : sequence of SceneCloudFile
-        COPC files.
-    poses : PoseFile or None
-        Poses of the run, which say whose cloud it is.
-    upright : bool
-        Whether the third coordinate is the height.
-
-    Raises
-    ------
-    InputError
-        A file that is no COPC.
-    """
+    """Describe clouds for the scene: bounds, attributes with ranges, the station."""
     return [_part(cloud, poses, upright) for cloud in clouds]
 
 

@@ -24,23 +24,7 @@ _AXES = "ENU"
 
 
 def read_epochs(path: Path) -> tuple[EpochComparison, ...]:
-    """Read comparisons of epochs.
-
-    Parameters
-    ----------
-    path : Path
-        What ``tribrach epochs --json`` wrote.
-
-    Returns
-    -------
-    tuple of EpochComparison
-        In the order of the file.
-
-    Raises
-    ------
-    InputError
-        No such file, or one of something else.
-    """
+    """Read comparisons of epochs."""
     try:
         found: EpochComparisons = FORM.read(read_json(path))
     except (ValueError, AttributeError) as error:
@@ -55,27 +39,7 @@ def read_epochs(path: Path) -> tuple[EpochComparison, ...]:
 def scene_epochs(
     compared: Sequence[EpochComparison], frame: SceneFrame, points: Mapping[str, Sequence[Any]]
 ) -> list[dict[str, Any]]:
-    """Bring displacements into the frame of the clouds.
-
-    Parameters
-    ----------
-    compared : sequence of EpochComparison
-        As they were read.
-    frame : SceneFrame
-        The frame of the clouds.
-    points : mapping of str to sequence
-        Coordinates of the points of the scene by name, to see whether both are in one frame.
-
-    Returns
-    -------
-    list of dict
-        Keys of :class:`tribrach.workbench.schema.SceneEpochs`.
-
-    Raises
-    ------
-    InputError
-        The epochs are in another frame than the results.
-    """
+    """Bring displacements into the frame of the clouds."""
     return [_scene(one, frame, points) for one in compared]
 
 
@@ -116,13 +80,7 @@ def _scene(
 def _refuse_elsewhere(
     one: EpochComparison, rows: Sequence[Mapping[str, Any]], points: Mapping[str, Sequence[Any]]
 ) -> None:
-    """Refuse displacements whose points lie elsewhere than those of the scene.
-
-    Raises
-    ------
-    InputError
-        Half of the points that both have are far apart.
-    """
+    """Refuse displacements whose points lie elsewhere than those of the scene."""
     pairs = [(row["xyz"], points[row["name"]]) for row in rows if row["name"] in points]
     pairs = [(a, b) for a, b in pairs if b is not None and None not in b]
     if not pairs:

@@ -72,33 +72,7 @@ def export_page(
     further: Sequence[Path] = (),
     epochs: Path | None = None,
 ) -> int:
-    """Write the page and its data.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of a run.
-    out : Path
-        Folder of the page; made if it is not there.
-    progress : Progress
-        Told of clouds that are converted.
-    overwrite : bool
-        Files of others that have a name of the page are replaced.
-    further : sequence of Path
-        Clouds that are shown besides those of the run, in their frame.
-    epochs : Path, optional
-        What ``tribrach epochs --json`` wrote, to be drawn.
-
-    Returns
-    -------
-    int
-        How many files were written.
-
-    Raises
-    ------
-    InputError
-        No results, a package without its page, a file that would be lost or cannot be written.
-    """
+    """Write the page and its data."""
     pages = page_files()
     if PAGE not in pages:
         raise InputError(

@@ -22,53 +22,28 @@ __all__ = ["SceneFrame"]
 
 @dataclass(frozen=True)
 class SceneFrame:
-    """The frame of the clouds.
+    """The frame of the clouds."""
 
-    Parameters
-    ----------
-    kind : str
-        ``work``, ``projected`` or ``ecef``.
-    crs : str or None
-        Name of the reference system.
-    axes : tuple of str
-        Short names of the coordinates.
-    upright : array (3, 3)
-        Axes of the coordinates to east, north, up.
-    stations : mapping
-        Pose (4, 4) and covariance (6, 6) in this frame of stations that have a scan.
-    from_work : StoredMap, optional
-        From the work frame; None where they are the same, or where an older run did not store it.
-    maps : mapping
-        To other frames by name: ``work``, ``projected``, ``geodetic`` (angles times ``radius``),
-        ``ecef``.
-    radius : float
-        What latitudes and longitudes of a map are multiplied by [m].
-    """
-
+    #: ``work``, ``projected`` or ``ecef``
     kind: FrameKind = "work"
+    #: name of the reference system
     crs: str | None = None
+    #: short names of the coordinates
     axes: tuple[str, str, str] = ("e", "n", "u")
+    #: (3, 3), axes of the coordinates to east, north, up
     upright: Array = field(default_factory=lambda: np.eye(3))
+    #: pose (4, 4) and covariance (6, 6) in this frame of stations that have a scan
     stations: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+    #: from the work frame; None where they are the same, or where an older run did not store it
     from_work: StoredMap | None = None
+    #: to other frames by name: ``work``, ``projected``, ``geodetic`` (angles times ``radius``),
+    #: ``ecef``
     maps: Mapping[str, StoredMap] = field(default_factory=dict)
+    #: what latitudes and longitudes of a map are multiplied by [m]
     radius: float = 1.0
 
     def of_points(self, points: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
-        """Coordinates and covariances of points of the network in this frame.
-
-        Parameters
-        ----------
-        points : mapping
-            By name, with the keys of the result.
-
-        Returns
-        -------
-        xyz : list
-            Three coordinates of each, None where the network has none.
-        covariance : list
-            3 x 3 of each.
-        """
+        """Coordinates and covariances of points of the network in this frame."""
         given = list(points.values())
         xyz, covariance = [p["xyz"] for p in given], [p["covariance"] for p in given]
         if self.kind == "work" or not given:
@@ -88,15 +63,7 @@ class SceneFrame:
     def of_station(
         self, name: str, station: Mapping[str, Any]
     ) -> tuple[Array | None, Array | None]:
-        """Pose and covariance of a station in this frame; None of set-ups on points.
-
-        Parameters
-        ----------
-        name : str
-            Of the station.
-        station : mapping
-            With the keys of the result.
-        """
+        """Pose and covariance of a station in this frame; None of set-ups on points."""
         if station["world_from_scanner"] is None:
             return None, None
         pose, covariance = (np.array(station[k]) for k in ("world_from_scanner", "covariance"))
@@ -131,14 +98,7 @@ class SceneFrame:
         return turned
 
     def of_adjusted(self, adjusted: Mapping[str, Any]) -> dict[str, Any]:
-        """What an adjustment of a session moved, in this frame.
-
-        Parameters
-        ----------
-        adjusted : mapping
-            ``points`` and ``stations``: rows with their coordinates, covariances and moves in the
-            work frame.
-        """
+        """What an adjustment of a session moved, in this frame."""
         out = dict(adjusted)
         if self.kind == "work" or self.from_work is None:
             return out

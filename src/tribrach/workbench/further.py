@@ -11,34 +11,12 @@ __all__ = ["cloud_stem", "further_names"]
 
 
 def cloud_stem(path: Path) -> str:
-    """The name of a cloud without the endings of its format.
-
-    Parameters
-    ----------
-    path : Path
-        Its file.
-    """
+    """The name of a cloud without the endings of its format."""
     return path.name.removesuffix(path.suffix).removesuffix(".copc")
 
 
 def further_names(paths: Sequence[Path]) -> list[str]:
-    """Names of clouds that are given besides those of a run.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The clouds.
-
-    Returns
-    -------
-    list of str
-        One each; ``+`` before them, so that none is that of a scan.
-
-    Raises
-    ------
-    InputError
-        No file of this name.
-    """
+    """Names of clouds that are given besides those of a run."""
     names: list[str] = []
     for path in paths:
         if not path.is_file():

@@ -25,27 +25,7 @@ def open_in_browser(
     no_browser: bool,
     say: Callable[[str], None],
 ) -> None:
-    """Serve a page until somebody presses Ctrl+C.
-
-    Parameters
-    ----------
-    make : function
-        Makes the service; gets a folder for copies of clouds where that of the results may not be
-        written.
-    folder : Path
-        Folder of the results.
-    port : int
-        Port to listen on, 0 for any that is free.
-    no_browser : bool
-        Print the address alone.
-    say : function
-        Prints a line.
-
-    Raises
-    ------
-    InputError
-        No results, a port that somebody else has, a package without its page.
-    """
+    """Serve a page until somebody presses Ctrl+C."""
     if PAGE not in page_files():
         raise InputError(
             "the page of the workbench is not in this installation",

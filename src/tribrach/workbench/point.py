@@ -28,17 +28,6 @@ def point(sources: PointSources, cloud: str, place: tuple[str, str, str]) -> dic
         As the page calls it.
     place : tuple of str
         Its coordinates in the frame of the clouds [m].
-
-    Returns
-    -------
-    dict
-        ``frames``, ``xyz``, ``covariance``, ``own``, ``shared``, ``station``, ``scan``, ``range``,
-        ``incidence``, ``attributes``, ``budget``, ``words``.
-
-    Raises
-    ------
-    InputError
-        No coordinates, or no point there.
     """
     where = coordinates(",".join(place))
     if where is None:

@@ -89,11 +89,6 @@ def relative(sources: PointSources, a: str, b: str) -> dict[str, Any]:
 def named_joint(sources: PointSources) -> tuple[list[str], Array] | None:
     """Collect the joint covariance of everything that has a name, as a static folder carries it.
 
-    Parameters
-    ----------
-    sources : PointSources
-        What the run left.
-
     Returns
     -------
     tuple or None

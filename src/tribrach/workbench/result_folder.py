@@ -35,61 +35,26 @@ _BESIDE = (1,)
 
 
 def read_result(folder: Path) -> dict[str, Any]:
-    """The result of a run.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results.
-
-    Returns
-    -------
-    dict
-        Keys of ``result.json``.
-
-    Raises
-    ------
-    InputError
-        There is none, or one of another layout.
-    """
+    """The result of a run."""
     return read_result_file(folder / RESULT)
 
 
 @dataclass(frozen=True)
 class ResultFolder:
-    """What lies beside a result.
+    """What lies beside a result."""
 
-    Parameters
-    ----------
-    folder : Path or None
-        The folder; None where nothing was run yet.
-    frame : SceneFrame
-        The frame of the clouds.
-    pose_file : PoseFile or None
-        Poses of the scans with what their points share.
-    further : mapping
-        Content of ``workbench.json``, empty where a run left none.
-    """
-
+    #: the folder; None where nothing was run yet
     folder: Path | None = None
+    #: the frame of the clouds
     frame: SceneFrame = field(default_factory=SceneFrame)
+    #: poses of the scans with what their points share
     pose_file: PoseFile | None = None
+    #: content of ``workbench.json``, empty where a run left none
     further: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
     def beside(cls, folder: Path) -> ResultFolder:
-        """Read what lies beside the result of a folder.
-
-        Parameters
-        ----------
-        folder : Path
-            Folder of the results.
-
-        Raises
-        ------
-        InputError
-            A file that is there and cannot be understood.
-        """
+        """Read what lies beside the result of a folder."""
         path = folder / PARTS
         further = _further(path) if path.is_file() else {}
         beside = folder / CLOUDS / POSES
@@ -160,13 +125,7 @@ class ResultFolder:
 
 
 def _further(path: Path) -> Mapping[str, Any]:
-    """What a run left for the workbench.
-
-    Raises
-    ------
-    InputError
-        It is damaged, or of another layout.
-    """
+    """What a run left for the workbench."""
     cure = "run the project again"
     try:
         data = read_json(path)
@@ -181,13 +140,7 @@ def _further(path: Path) -> Mapping[str, Any]:
 def _frame(
     told: Mapping[str, Any] | None, beside: Path, poses: PoseFile | None, path: Path
 ) -> SceneFrame:
-    """The frame of the clouds, as the run stored it or as the poses name it.
-
-    Raises
-    ------
-    InputError
-        What is stored is no frame.
-    """
+    """The frame of the clouds, as the run stored it or as the poses name it."""
     stations: dict[str, tuple[Array, Array]] = {}
     for scan in () if poses is None else poses.scans:
         where = scan.placement

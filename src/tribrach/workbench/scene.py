@@ -52,25 +52,7 @@ def scene_of(
     session: bool = False,
     epochs: Sequence[EpochComparison] = (),
 ) -> SceneDocument:
-    """Make the scene of a result.
-
-    Parameters
-    ----------
-    result : mapping
-        Keys as in ``result.json``.
-    beside : ResultFolder
-        What lies beside it: the frame of the clouds, places of scans, pictures.
-    clouds : sequence of SceneCloud
-        Clouds with their attributes, see :func:`tribrach.workbench.clouds.cloud_parts`.
-    session : bool
-        Whether observations can be switched off here.
-    epochs : sequence of EpochComparison
-        Displacements that are drawn too.
-
-    Returns
-    -------
-    SceneDocument
-    """
+    """Make the scene of a result."""
     style = Style(beside.angle)
     observations = _observations(result["observations"], style)
     points = _points(result, beside, style)
@@ -161,17 +143,7 @@ def _frames(
 
 
 def coordinate_words(kind: str, values: Sequence[float] | None, style: Style) -> list[str] | None:
-    """Three coordinates with their units, None where there are none.
-
-    Parameters
-    ----------
-    kind : str
-        ``work``, ``projected``, ``geodetic`` or ``ecef``.
-    values : sequence of float
-        Metres; latitude and longitude in radians.
-    style : Style
-        How angles are written.
-    """
+    """Three coordinates with their units, None where there are none."""
     if values is None:
         return None
     if kind != "geodetic":
@@ -350,20 +322,7 @@ def _comparisons(comparisons: Sequence[Mapping[str, Any]]) -> list[dict[str, Any
 def decided_targets(
     scans: Mapping[str, Any] | None, decided: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Targets of the last run with the names and decisions of a session.
-
-    Parameters
-    ----------
-    scans : mapping or None
-        ``scans`` of the last result.
-    decided : sequence of mapping
-        Targets of the session: scan, number, kind, center, name, accepted, reason.
-
-    Returns
-    -------
-    dict
-        As ``scans``. Of targets that the last run did not have the fit is not known.
-    """
+    """Targets of the last run with the names and decisions of a session."""
     known = {(row["scan"], tuple(row["center"])): row for row in (scans or {}).get("targets", ())}
     # pictures have the numbers of the run: below zero those of rejected candidates
     pictured = {place: row["number"] for place, row in known.items()}

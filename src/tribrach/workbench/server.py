@@ -54,17 +54,7 @@ _KINDS = {
 
 
 def application(service: Service) -> Starlette:
-    """Make the routes of a service; who serves them puts a guard before them.
-
-    Parameters
-    ----------
-    service : Service
-        What they answer with.
-
-    Returns
-    -------
-    Starlette
-    """
+    """Make the routes of a service; who serves them puts a guard before them."""
     pages = page_files()
 
     async def page(request: Request) -> Response:
@@ -234,18 +224,7 @@ async def _events(service: Service) -> AsyncIterator[str]:
 
 
 def bound_socket(port: int) -> socket.socket:
-    """A socket on the loopback.
-
-    Parameters
-    ----------
-    port : int
-        The port; 0 for one that is free.
-
-    Raises
-    ------
-    InputError
-        Somebody else has the port.
-    """
+    """A socket on the loopback."""
     listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -260,17 +239,7 @@ def bound_socket(port: int) -> socket.socket:
 
 
 def serve(service: Service, listening: socket.socket, ready: Callable[[str], None]) -> None:
-    """Answer until somebody presses Ctrl+C.
-
-    Parameters
-    ----------
-    service : Service
-        What is served.
-    listening : socket
-        See :func:`bound_socket`.
-    ready : function
-        Told the address that lets a browser in, once it is answered.
-    """
+    """Answer until somebody presses Ctrl+C."""
     guard = Guard(application(service), listening.getsockname()[1])
 
     class _Server(uvicorn.Server):

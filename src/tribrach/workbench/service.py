@@ -344,13 +344,7 @@ class Service:
         return {"file": path.name, "state": self.state()}
 
     def _worked_on(self) -> Session:
-        """The session.
-
-        Raises
-        ------
-        Declined
-            There is none: the results are only looked at.
-        """
+        """The session."""
         if self.session is None:
             sentence = "These results are only looked at: open the project with tribrach workbench."
             raise Declined(404, {"sentence": sentence})
@@ -491,18 +485,7 @@ class Service:
         return point(self.sources, cloud, (x, y, z))
 
     def listen(self, listener: Listener) -> Callable[[], None]:
-        """Tell somebody of events from now on.
-
-        Parameters
-        ----------
-        listener : function
-            Called with the name of an event and what belongs to it, from any thread.
-
-        Returns
-        -------
-        function
-            Ends it.
-        """
+        """Tell somebody of events from now on."""
         with self._lock:
             self._listeners.append(listener)
 
@@ -546,13 +529,7 @@ def _saved(session: Session) -> Path:
 
 
 def _revision(given: Mapping[str, Any]) -> int:
-    """The revision that a change refers to.
-
-    Raises
-    ------
-    Declined
-        It is no number.
-    """
+    """The revision that a change refers to."""
     revision = given.get("revision")
     if not isinstance(revision, int) or isinstance(revision, bool):
         raise Declined(422, {"sentence": "Say which revision the page shows."})

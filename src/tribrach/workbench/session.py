@@ -188,24 +188,7 @@ class Session:
         *,
         author: str | None = None,
     ) -> Session:
-        """Open a project and adjust it once.
-
-        Parameters
-        ----------
-        project : Project or path
-            The project or its file.
-        progress : Progress
-            Told of what has to be found in scans, if it is not remembered.
-        author : str, optional
-            Who decides; the user of the computer if None.
-
-        Raises
-        ------
-        InputError
-            What the project or a file says wrong.
-        Defect
-            The network cannot be adjusted with the decisions that there are.
-        """
+        """Open a project and adjust it once."""
         project = project if isinstance(project, Project) else Project.load(project)
         job = open_job(project, progress)
         found = None
@@ -245,16 +228,7 @@ class Session:
         return self._state.edits
 
     def state(self) -> dict[str, Any]:
-        """What a page needs to show the session, as plain values.
-
-        Returns
-        -------
-        dict
-            ``revision``, ``edits`` with their numbers, ``undo``, ``redo`` and ``saved`` (booleans),
-            ``states`` (revisions that can be compared, and ``run``), ``decisions`` (how many
-            each of them has), ``ran`` (whether there is a run that moves are counted from),
-            ``adjusted``, and ``tested`` (None until the tests are there).
-        """
+        """What a page needs to show the session, as plain values."""
         with self._lock:
             state, tested = self._state, self._tested
             return {
@@ -271,31 +245,7 @@ class Session:
             }
 
     def apply(self, revision: int, changes: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-        """Change uses, roles or targets, and adjust.
-
-        Parameters
-        ----------
-        revision : int
-            State that the changes are meant for.
-        changes : sequence of mapping
-            ``{"do": "use", "observation", "use", "reason"}``, ``{"do": "role", "point", "role",
-            "reason"}`` or ``{"do": "target", "scan", "number", "name", "accept", "reason"}``.
-
-        Returns
-        -------
-        dict
-            The new state: ``revision``, ``sigma0``, ``points``, ``stations``, ``largest``,
-            ``edits``, ``seconds``. Moves are against the last run.
-
-        Raises
-        ------
-        Conflict
-            There is a newer state.
-        Defect
-            The network cannot be adjusted so; nothing is changed.
-        InputError
-            A change that cannot be understood, has no reason, or names what is not there.
-        """
+        """Change uses, roles or targets, and adjust."""
         asked = [_parsed(change) for change in changes]
         if not asked:
             raise InputError("no change was asked for", cure="name an observation, point or target")
@@ -316,18 +266,7 @@ class Session:
         return self._step(revision, 1, "nothing was taken back")
 
     def save(self) -> Path:
-        """Write the decisions beside the project.
-
-        Returns
-        -------
-        Path
-            The file.
-
-        Raises
-        ------
-        InputError
-            Somebody else changed the file since it was read, or it cannot be written.
-        """
+        """Write the decisions beside the project."""
         with self._turn:
             path = self.project.edits_file
             there = read_edits(path) if path.exists() else Edits()
@@ -349,25 +288,7 @@ class Session:
             self._run = last_run(self.folder)
 
     def tests(self, revision: int) -> dict[str, Any]:
-        """Test the state: all figures of all observations.
-
-        Parameters
-        ----------
-        revision : int
-            The state that is to be tested.
-
-        Returns
-        -------
-        dict
-            ``revision``, ``columns`` in the order of the network, ``warnings``, ``seconds``. Of a
-            network of more than :data:`LARGE` values the warnings are those of its adjustment
-            alone; :meth:`content` has all of them.
-
-        Raises
-        ------
-        Superseded
-            There is a newer state.
-        """
+        """Test the state: all figures of all observations."""
         began = time.perf_counter()
         with self._lock:
             state, tested = self._state, self._tested
@@ -409,21 +330,11 @@ class Session:
     def what_if(self, observation: str) -> dict[str, Any]:
         """Predict what switching an observation off, or on, would do; nothing is adjusted again.
 
-        Parameters
-        ----------
-        observation : str
-            Its id.
-
         Returns
         -------
         dict
             ``sigma0`` a posteriori, ``dof``, ``largest`` with ``name`` and ``moved`` [m], and
             ``words``; numbers are None where the network needs the observation.
-
-        Raises
-        ------
-        UnknownName
-            No observation has this id.
         """
         with self._lock:
             state = self._state
@@ -447,23 +358,7 @@ class Session:
         }
 
     def compare(self, a: int | str, b: int | str) -> dict[str, Any]:
-        """Two states side by side: moves from a to b, sigmas, tests.
-
-        Parameters
-        ----------
-        a, b : int or "run"
-            Revisions, or the last run.
-
-        Returns
-        -------
-        dict
-            See :func:`tribrach.workbench.snapshots.compared`.
-
-        Raises
-        ------
-        UnknownName
-            There is no such state.
-        """
+        """Two states side by side: moves from a to b, sigmas, tests."""
         return compared(self._snapshot(a), self._snapshot(b))
 
     def targets(self) -> list[dict[str, Any]]:
@@ -602,15 +497,7 @@ class Session:
         return known[str(which)]
 
     def _adjusted(self, revision: int, edits: Edits, last: _State | None) -> _State:
-        """The network with these decisions, adjusted from where it was.
-
-        Raises
-        ------
-        Defect
-            It cannot be adjusted.
-        InputError
-            A decision that cannot be done.
-        """
+        """The network with these decisions, adjusted from where it was."""
         try:
             measured = self._measured(edits)
             network = obeyed(measured.network, edits)
@@ -765,13 +652,7 @@ class Session:
 
 
 def _parsed(change: Mapping[str, Any]) -> _Change:
-    """A change as a page or a program gives it.
-
-    Raises
-    ------
-    InputError
-        It cannot be understood.
-    """
+    """A change as a page or a program gives it."""
     kind = _KINDS.get(str(change.get("do")))
     if kind is None:
         raise UnknownName("change", str(change.get("do")), _KINDS)

@@ -29,30 +29,20 @@ FIGURES = ("id", "component", "state", "residual", "w")
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Positions and poses of one state, by name, in the work frame.
+    """Positions and poses of one state, by name, in the work frame."""
 
-    Attributes
-    ----------
-    points : dict
-        Name to coordinates (3,) [m], NaN along axes that the network does not have.
-    point_covariances : dict
-        Name to covariance (3, 3) [m^2].
-    stations : dict
-        Name to pose (4, 4), world from scanner.
-    station_covariances : dict
-        Name to covariance (6, 6), translation and then left rotation increments [m, rad].
-    sigma0 : dict
-        Sigma of unit weight, redundancy and global test, by the keys of ``result.json``.
-    tests : dict
-        Columns of the observations with their ids, components and figures; empty until it was
-        tested.
-    """
-
+    #: name to coordinates (3,) [m], NaN along axes that the network does not have
     points: Mapping[str, Array]
+    #: name to covariance (3, 3) [m^2]
     point_covariances: Mapping[str, Array]
+    #: name to pose (4, 4), world from scanner
     stations: Mapping[str, Array]
+    #: name to covariance (6, 6), translation and then left rotation increments [m, rad]
     station_covariances: Mapping[str, Array]
+    #: sigma of unit weight, redundancy and global test, by the keys of ``result.json``
     sigma0: Mapping[str, Any] = field(default_factory=dict)
+    #: columns of the observations with their ids, components and figures; empty until it was
+    #: tested
     tests: Mapping[str, Sequence[Any] | NDArray[Any]] = field(default_factory=dict)
 
 
@@ -100,13 +90,7 @@ def with_tests(snap: Snapshot, observations: ObservationRows) -> Snapshot:
 
 
 def last_run(folder: Path) -> Snapshot | None:
-    """What the last run left in its folder; None if there is nothing that can be read.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results.
-    """
+    """What the last run left in its folder; None if there is nothing that can be read."""
     try:
         data = read_result_file(folder / RESULT)
         stations = {
@@ -127,13 +111,7 @@ def last_run(folder: Path) -> Snapshot | None:
 
 
 def _array(values: Any, shape: tuple[int, ...]) -> Array:
-    """Numbers of a file, null as NaN.
-
-    Raises
-    ------
-    ValueError, TypeError
-        Others than that.
-    """
+    """Numbers of a file, null as NaN."""
     # None becomes NaN
     numbers = np.array(values, dtype=float)
     if numbers.shape != shape:
@@ -143,11 +121,6 @@ def _array(values: Any, shape: tuple[int, ...]) -> Array:
 
 def moves(now: Snapshot, before: Snapshot) -> dict[str, Any]:
     """How points and stations moved from one state to another.
-
-    Parameters
-    ----------
-    now, before : Snapshot
-        The states.
 
     Returns
     -------
@@ -219,19 +192,7 @@ def _blocks(blocks: Mapping[str, Array], names: Iterable[str], width: int) -> li
 
 
 def compared(a: Snapshot, b: Snapshot) -> dict[str, Any]:
-    """Two states side by side: moves from a to b with old and new covariances, sigma0, tests.
-
-    Parameters
-    ----------
-    a, b : Snapshot
-        The states; tests are there for those that were tested.
-
-    Returns
-    -------
-    dict
-        What :func:`moves` gives, ``sigma0`` of both, and ``observations`` in columns: those that
-        either has, figures of a state that has them not are None.
-    """
+    """Two states side by side: moves from a to b with old and new covariances, sigma0, tests."""
     sides = {"a": _by_key(a), "b": _by_key(b)}
     keys = list(dict.fromkeys((*sides["a"], *sides["b"])))
     columns: dict[str, list[Any]] = {

@@ -33,17 +33,11 @@ _NEAR = 0.01
 
 @dataclass(frozen=True)
 class Picked:
-    """A point of a cloud that somebody pointed at.
+    """A point of a cloud that somebody pointed at."""
 
-    Parameters
-    ----------
-    scan : ScanPose
-        Where its scan stands, in the frame of the clouds.
-    point : CloudPoint
-        The point as the cloud has it.
-    """
-
+    #: where its scan stands, in the frame of the clouds
     scan: ScanPose
+    #: the point as the cloud has it
     point: CloudPoint
 
     @property
@@ -63,27 +57,18 @@ class Picked:
 
 @dataclass(frozen=True)
 class PointSources:
-    """What queries about points are answered from.
+    """What queries about points are answered from."""
 
-    Parameters
-    ----------
-    beside : ResultFolder
-        What lies beside the result.
-    points, stations : mapping
-        Of the scene: coordinates and covariances in the frame of the clouds, by name.
-    clouds : mapping
-        Clouds by the name that the page has for them.
-    adjustment : Adjustment, optional
-        The network of a session as it is now.
-    factor : float
-        On its covariances.
-    """
-
+    #: what lies beside the result
     beside: ResultFolder
+    #: of the scene: coordinates and covariances in the frame of the clouds, by name
     points: Mapping[str, tuple[Array, Array]]
     stations: Mapping[str, tuple[Array, Array]]
+    #: clouds by the name that the page has for them
     clouds: Mapping[str, SceneCloudFile] = field(default_factory=dict)
+    #: the network of a session as it is now
     adjustment: Adjustment | None = None
+    #: on its covariances
     factor: float = 1.0
 
     @property
@@ -117,11 +102,6 @@ class PointSources:
             As the page calls it.
         place : array (3,)
             In the frame of the clouds [m].
-
-        Raises
-        ------
-        InputError
-            There is no such cloud, no point there, or the cloud is of several scans.
         """
         file = self.clouds.get(cloud)
         if file is None:
@@ -140,13 +120,7 @@ class PointSources:
 
 
 def coordinates(text: str) -> Array | None:
-    """Three numbers that are separated by commas, None of anything else.
-
-    Parameters
-    ----------
-    text : str
-        Such as ``1.5,2,3``.
-    """
+    """Three numbers that are separated by commas, None of anything else."""
     parts = text.split(",")
     try:
         place = np.array([float(part) for part in parts])

@@ -35,20 +35,7 @@ _PARTS = {3: _AXES, 6: ("tx", "ty", "tz", "rx", "ry", "rz"), 4: ("0", "1", "2", 
 
 
 def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
-    """A table of a scene in columns.
-
-    Parameters
-    ----------
-    scene : SceneDocument
-        The scene.
-    name : str
-        One of :data:`TABLES`.
-
-    Raises
-    ------
-    KeyError
-        There is no such table.
-    """
+    """A table of a scene in columns."""
     left_out = TABLES[name]
     columns: dict[str, list[Any]] = items_of(getattr(scene, name))
     if name == "observations":
@@ -57,25 +44,13 @@ def table_of(scene: SceneDocument, name: str) -> dict[str, list[Any]]:
 
 
 def table_json(columns: Mapping[str, list[Any]]) -> str:
-    """Rows of a table as a list of objects.
-
-    Parameters
-    ----------
-    columns : mapping
-        Equally long lists by name.
-    """
+    """Rows of a table as a list of objects."""
     rows = zip(*columns.values(), strict=True)
     return json_text([dict(zip(columns, row, strict=True)) for row in rows], indent=1) + "\n"
 
 
 def table_csv(columns: Mapping[str, list[Any]]) -> str:
-    """Rows of a table as CSV; coordinates have a column each, matrices their lower triangle.
-
-    Parameters
-    ----------
-    columns : mapping
-        Equally long lists by name.
-    """
+    """Rows of a table as CSV; coordinates have a column each, matrices their lower triangle."""
     flat: dict[str, list[str]] = {}
     for key, values in columns.items():
         shape = next((_shape(v) for v in values if v is not None), ())

@@ -35,18 +35,7 @@ class _Views(BaseModel):
 
 
 def read_views(path: Path) -> dict[str, str]:
-    """Views by name; none where there is no file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Raises
-    ------
-    InputError
-        It is no file of views.
-    """
+    """Views by name; none where there is no file."""
     if not path.is_file():
         return {}
     views = read_model(path, _Views, "a view has a name and a hash").view
@@ -54,27 +43,7 @@ def read_views(path: Path) -> dict[str, str]:
 
 
 def keep_view(path: Path, name: str, place: str | None) -> dict[str, str]:
-    """Save a view, or remove the one of a name.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    name : str
-        Of the view.
-    place : str or None
-        What stands behind ``#``; None removes the view.
-
-    Returns
-    -------
-    dict
-        All views.
-
-    Raises
-    ------
-    InputError
-        No name, a text that is too long, too many views, a file that cannot be written.
-    """
+    """Save a view, or remove the one of a name."""
     name = name.strip()
     if not name or len(name) > _NAME or len(place or "") > _LENGTH:
         raise InputError(

@@ -150,12 +150,7 @@ class PlannedLeverArm:
 def forecast(
     job: Job, arm: PlannedLeverArm, before: Adjustment | None, after: Adjustment
 ) -> LeverArmForecast:
-    """What predictions without and with the proposals say of a lever arm.
-
-    Raises
-    ------
-    InputError : a lever arm file is unreadable or wrong.
-    """
+    """What predictions without and with the proposals say of a lever arm."""
     prior = job.lever_arms[arm.name].covariance
     start = after if before is None else before
     return LeverArmForecast(

@@ -81,13 +81,7 @@ def plan_project(
     further: Survey | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> DesignResult:
-    """Plan a job; further : what scans of the project brought.
-
-    Raises
-    ------
-    InputError : no section [plan], or what it says wrong.
-    RankDefect : the plan leaves something open that no proposal closes.
-    """
+    """Plan a job; further : what scans of the project brought."""
     section = plan_of(job.project)
     survey = PlanSurvey(job, further)
     names = section.points or section.new_points

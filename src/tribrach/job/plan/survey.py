@@ -39,12 +39,7 @@ __all__ = ["PlanSurvey", "active_only", "named", "plan_of", "read_places"]
 
 
 def read_places(path: Path, context: Context) -> dict[str, Array]:
-    """Coordinates (3,) by name of a file of points, in the work frame [m].
-
-    Raises
-    ------
-    InputError : another table, or a coordinate is missing.
-    """
+    """Coordinates (3,) by name of a file of points, in the work frame [m]."""
     survey = csv_tables.read(path, replace(context, role="approximate"))
     out = {}
     for name, point in survey.points.items():
@@ -232,12 +227,7 @@ class PlanSurvey:
         targets: Mapping[str, Array] | None = None,
         stations: Mapping[str, ScannerPlace] | None = None,
     ) -> Network:
-        """The whole planned network, with further targets and stations.
-
-        Raises
-        ------
-        InputError : nothing is measured or planned.
-        """
+        """The whole planned network, with further targets and stations."""
         planned = self.survey(targets, stations)
         self._calibrate(planned)
         if self.further is not None:
@@ -344,12 +334,7 @@ def active_only(survey: Survey, keep: Container[str] = ()) -> None:
 
 
 def plan_of(project: Project) -> PlanSection:
-    """The plan of a project.
-
-    Raises
-    ------
-    InputError : it has none.
-    """
+    """The plan of a project."""
     if project.plan is None:
         raise project.error((), "the project has no section [plan]", "add [plan]")
     return project.plan

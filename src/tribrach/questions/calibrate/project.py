@@ -24,22 +24,7 @@ __all__ = ["calibrate_project", "calibration_of", "calibrations_of"]
 
 
 def calibration_of(project: Project) -> CalibrationSection:
-    """Give the section of a project that says what is calibrated, before any file is read.
-
-    Parameters
-    ----------
-    project : Project
-        Any project.
-
-    Returns
-    -------
-    CalibrationSection
-
-    Raises
-    ------
-    InputError
-        It has none.
-    """
+    """Give the section of a project that says what is calibrated, before any file is read."""
     if project.calibration is None:
         raise project.error(
             (), "the project has no section calibration", "add [calibration] with a model"
@@ -51,26 +36,6 @@ def calibrate_project(job: Job, progress: Progress, *, reduce: bool = False) -> 
     """Calibrate the scanners of a job.
 
     Without control and without a datum of its own the project has inner constraints.
-
-    Parameters
-    ----------
-    job : Job
-        An opened project with a section ``[calibration]``.
-    progress : Progress
-        Told of every step that takes long.
-    reduce : bool
-        Leave out what cannot be separated.
-
-    Returns
-    -------
-    SelfCalibration
-
-    Raises
-    ------
-    InputError
-        The project has no section calibration, or what its files say wrong.
-    RankDefect
-        Unknowns are open, in sentences.
     """
     project, section = job.project, calibration_of(job.project)
     work = find_and_name(job, project.results, progress) if project.scans else None
@@ -98,13 +63,7 @@ def _has_control(network: Network) -> bool:
 
 
 def calibrations_of(job: Job, calibration: SelfCalibration) -> dict[str, Calibration]:
-    """The calibrations as they go into files, by instrument.
-
-    Raises
-    ------
-    InputError : parameters of single stations, or a minimum norm: neither holds for other set-ups;
-        an instrument of which no parameter was estimated.
-    """
+    """The calibrations as they go into files, by instrument."""
     project, section = job.project, job.project.calibration
     names = job.calibrations.sought
     assert section is not None

@@ -43,10 +43,6 @@ def survey_to_check(
     """Observations of scanners from a project or a table, what is given besides, and a title.
 
     precision : of tables without sigmas; a project has its own instruments.
-
-    Raises
-    ------
-    InputError : what the file says wrong.
     """
     if path.suffix.lower() != ".toml":
         table = csv_tables.read(path, Context(precision=precision))
@@ -70,12 +66,7 @@ def survey_to_check(
 
 
 def readings_of(survey: Survey) -> ScannerReadings:
-    """Active readings of all scanner stations of a survey.
-
-    Raises
-    ------
-    InputError : there are none.
-    """
+    """Active readings of all scanner stations of a survey."""
     parts: list[ScannerReadings] = []
     if not survey.tables():
         raise InputError("there are no observations", cure="give a table of scanned targets")
@@ -121,18 +112,6 @@ def known_lengths(survey: Survey, targets: Sequence[str]) -> KnownLengths:
     Coordinates count with the covariances that are stated for them, also those between points, so
     that lengths with a common end are correlated. Coordinates without sigmas make no known length:
     taken as exact they would blame their own errors on the scanner.
-
-    Parameters
-    ----------
-    survey
-        Of a project, or of a table of lengths.
-    targets
-        Names of the targets that a scanner saw.
-
-    Returns
-    -------
-    KnownLengths
-        Without any length if the survey knows none.
     """
     wanted = set(targets)
     pairs, lengths, variances = list[tuple[str, str]](), list[float](), list[float]()
@@ -219,20 +198,7 @@ def _coordinates(survey: Survey, wanted: set[str]) -> tuple[list[str], Array, Ar
 
 
 def read_lengths(path: Path, targets: Sequence[str]) -> KnownLengths:
-    """Known lengths between targets from a table of distances or of coordinates.
-
-    Parameters
-    ----------
-    path
-        Columns ``from,to,distance_m,sigma_mm``, or ``point,e_m,n_m,u_m`` with their sigmas.
-    targets
-        Names of the targets that a scanner saw.
-
-    Raises
-    ------
-    InputError
-        What is wrong in the file, or no length between targets.
-    """
+    """Known lengths between targets from a table of distances or of coordinates."""
     found = known_lengths(csv_tables.read(path, Context(role="control")), targets)
     if not len(found):
         held = ", ".join(found.without_sigma)
@@ -247,12 +213,7 @@ def read_lengths(path: Path, targets: Sequence[str]) -> KnownLengths:
 
 
 def read_earlier(path: Path) -> Earlier:
-    """The series of an earlier check, from the JSON that it wrote.
-
-    Raises
-    ------
-    InputError : not JSON of a check, or a check without series.
-    """
+    """The series of an earlier check, from the JSON that it wrote."""
     cure = "give the file that check wrote with --json"
     try:
         data = read_json(path)

@@ -48,19 +48,7 @@ def answer_of(
     beams: Sequence[str] = (),
     files: Mapping[Path, Content] | None = None,
 ) -> Answer:
-    """The comparison as people read it.
-
-    Parameters
-    ----------
-    names
-        Of both clouds, so that they are told apart.
-    found
-        What was compared.
-    beams
-        What is to be known of the beams of both scanners.
-    files
-        Further contents that were asked for.
-    """
+    """The comparison as people read it."""
     a, b = names
     motions, moved = found.motions, found.motions is not None
     notes = comparison_findings(found, moved=moved)

@@ -119,12 +119,7 @@ def compare(
 
 
 def _known(pair: StationPair | None, a: Path) -> StationPair:
-    """The stations of both clouds.
-
-    Raises
-    ------
-    InputError : they are not known with their covariance.
-    """
+    """The stations of both clouds."""
     if pair is None:
         raise InputError(
             "the stations of the clouds are not known with their covariance",

@@ -85,15 +85,7 @@ class DistanceCloud:
         self._facts: dict[str, str] = {}
 
     def with_parts(self, collector: MotionCollector, motions: CloudMotions) -> None:
-        """Write the distances of all sites, each with the stable area and the part that it is in.
-
-        Parameters
-        ----------
-        collector
-            With the distances.
-        motions
-            That were found of them.
-        """
+        """Write the distances of all sites, each with its stable area and its part."""
         self._fields = (*_FIELDS, *_MEMBERSHIP)
         parts = [f"{k} ({p.name}): {p.verdict}" for k, p in enumerate(motions.parts, start=1)]
         more = ["more in the report"] if len(parts) > _TOLD else []
@@ -102,15 +94,7 @@ class DistanceCloud:
             self._write(number, found, {"stable": stable, "part": part})
 
     def __call__(self, number: int, found: M3C2EP) -> None:
-        """Write the distances of a site.
-
-        Parameters
-        ----------
-        number
-            Of the site, from zero.
-        found
-            Its distances; core points without a distance are left out.
-        """
+        """Write the distances of a site."""
         self._write(number, found, {})
 
     def _write(
@@ -165,13 +149,7 @@ class DistanceCloud:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Finish the file, or remove it after an error.
-
-        Raises
-        ------
-        InputError
-            There was no distance to write.
-        """
+        """Finish the file, or remove it after an error."""
         if self._writer is not None:
             self._writer.__exit__(kind, error, trace)
         elif kind is None:

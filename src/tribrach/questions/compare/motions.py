@@ -150,17 +150,11 @@ class CloudMotions(Result, without=("places",)):
 
 @dataclass
 class MotionCollector:
-    """Keeps the distances of a comparison, and says what moved when it is done.
+    """Keeps the distances of a comparison, and says what moved when it is done."""
 
-    Attributes
-    ----------
-    pair
-        The stations of the earlier cloud B and of the later one A.
-    found
-        Number and distances of each site.
-    """
-
+    #: the stations of the earlier cloud B and of the later one A
     pair: StationPair
+    #: number and distances of each site
     found: list[tuple[int, M3C2EP]] = field(default_factory=list)
 
     def __call__(self, number: int, distances: M3C2EP) -> None:
@@ -168,13 +162,7 @@ class MotionCollector:
         self.found.append((number, distances))
 
     def labelled(self, places: ComparedPlaces) -> Iterator[tuple[int, M3C2EP, Mask, Index]]:
-        """Number and distances of each site, and for each core point the stable area and its part.
-
-        Parameters
-        ----------
-        places
-            Of the motions that were found of these distances.
-        """
+        """Number and distances of each site; stable area and part of each core point."""
         count = sum(len(found.core) for _, found in self.found)
         stable, part = np.zeros(count, dtype=bool), np.zeros(count, dtype=np.int64)
         stable[places.core], part[places.core] = places.stable, places.part
@@ -193,21 +181,7 @@ class MotionCollector:
         one_result: bool = False,
         progress: Progress = lambda what, done, total: None,
     ) -> CloudMotions:
-        """What moved.
-
-        Parameters
-        ----------
-        earlier
-            The cloud B, for surface that only it has.
-        results
-            Of the comparison.
-        sites
-            Where it was made; the whole of both clouds without any.
-        one_result
-            Are both clouds of one run?
-        progress
-            Told of points read.
-        """
+        """What moved."""
         cells, whole, reasons = [], [], []
         for number, found in self.found:
             figures = results[number].m3c2

@@ -57,12 +57,7 @@ class StationNames:
 
 
 def station_names(folder: Path) -> StationNames:
-    """The names that the file of poses in a folder gives.
-
-    Raises
-    ------
-    InputError : there is a file of that name and it is no file of poses.
-    """
+    """The names that the file of poses in a folder gives."""
     path = folder / _POSES
     if not path.is_file():
         return StationNames()
@@ -96,11 +91,6 @@ def complete_clouds(
     A scan is a station, unless the poses beside its file or its own field ``station`` say more.
     size : of cells [m]; required : three-dimensional sigma [m]; progress : called with a name,
     points done, points in all.
-
-    Raises
-    ------
-    InputError : a file that cannot be read, clouds without points or, where a sigma is required,
-        without sigmas, cells that are too many.
     """
     _refuse_twice(clouds)
     grid = _grid(clouds[0], size)

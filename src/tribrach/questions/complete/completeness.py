@@ -149,11 +149,6 @@ def assess_completeness(
         Sigma to be reached [m].
     gaps
         How many of the largest to name of each sort.
-
-    Returns
-    -------
-    Completeness
-        Cells, shares and gaps.
     """
     cells = _union(stations) if model is None else np.unique(model)
     seen = np.zeros(len(cells), dtype=np.int64)
@@ -248,13 +243,7 @@ class PatchGrid:
         return cls(np.floor(np.median(xyz, axis=0) / size) * size, size)
 
     def keys(self, xyz: Array) -> Index:
-        """Cells (n,) of points (n, 3) [m].
-
-        Raises
-        ------
-        InputError
-            A point is too far from the origin for cells of this size.
-        """
+        """Cells (n,) of points (n, 3) [m]."""
         index = np.floor((xyz - self.origin) / self.size)
         if len(index) and np.abs(index).max() >= _HALF - 1:
             raise InputError(
@@ -304,11 +293,6 @@ class SurfacePatches:
             Cells of the points.
         variance : array (n,)
             Of the points [m^2], None where it is not known.
-
-        Raises
-        ------
-        InputError
-            More cells than fit.
         """
         cells, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
         sums: Array = np.zeros(len(cells))
@@ -321,13 +305,7 @@ class SurfacePatches:
             self.merge()
 
     def merge(self) -> None:
-        """Bring everything that waits into the sorted cells.
-
-        Raises
-        ------
-        InputError
-            More cells than fit.
-        """
+        """Bring everything that waits into the sorted cells."""
         if not self._waiting:
             return
         parts = [(self.keys, self.counts, self.sums), *self._waiting]

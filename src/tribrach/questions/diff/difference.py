@@ -136,13 +136,7 @@ class _Result:
 
     @classmethod
     def of(cls, data: Mapping[str, Any], name: str) -> _Result:
-        """Take it out of the keys of the file.
-
-        Raises
-        ------
-        InputError
-            A key is missing or of another kind.
-        """
+        """Take it out of the keys of the file."""
         try:
             rows: dict[Key, Mapping[str, Any]] = {
                 (row["id"], row["component"]): row for row in data["observations"]
@@ -189,11 +183,6 @@ def difference(
     -------
     ResultDifference
         Shifts second minus first [m], with their tests.
-
-    Raises
-    ------
-    InputError
-        A result lacks what is compared.
     """
     a, b = _Result.of(first, names[0]), _Result.of(second, names[1])
     common = _common(a, b)

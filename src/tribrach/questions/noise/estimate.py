@@ -368,27 +368,7 @@ def estimate_noise(
     stated_by: str = "",
     progress: Progress | None = None,
 ) -> NoiseEstimate:
-    """Estimate the noise of a scanner from its scans.
-
-    Parameters
-    ----------
-    scans
-        Of one scanner in one mode.
-    stated, stated_by
-        Noise to compare with, and what states it.
-    progress
-        Told of scans that are looked at.
-
-    Returns
-    -------
-    NoiseEstimate
-        Laws and what they rest on.
-
-    Raises
-    ------
-    InputError
-        Scans that cannot be read, or show fewer than thirty planar patches together.
-    """
+    """Estimate the noise of a scanner from its scans."""
     records = min(_OF_ONE, _RECORDS // max(len(scans), 1))
     found, told = [], []
     for number, scan in enumerate(scans):

@@ -53,31 +53,17 @@ _DRAWN, _STANDING = 1500, 0.5
 
 @dataclass(frozen=True)
 class PlacedOutput:
-    """What a registration leaves in a folder.
+    """What a registration leaves in a folder."""
 
-    Parameters
-    ----------
-    folder
-        The folder.
-    clouds
-        How clouds are written, None for copies of E57 files alone.
-    noise
-        Of single points, for the sigmas in clouds; None if it is not known.
-    """
-
+    #: the folder
     folder: Path
+    #: how clouds are written, None for copies of E57 files alone
     clouds: CloudSection | None = None
+    #: of single points, for the sigmas in clouds; None if it is not known
     noise: ScanNoise | None = None
 
     def refuse_loss(self, scans: Mapping[str, Scan]) -> None:
-        """Refuse before any work is done what would be lost, or cannot be written.
-
-        Raises
-        ------
-        InputError
-            A result would take the place of a file that is read or that this program did not
-            write; an E57 file of several scans.
-        """
+        """Refuse before any work is done what would be lost, or cannot be written."""
         for name in ("poses.csv", "poses.json", JOINT, GIVEN):
             refuse_loss(self.folder / name)
         if self.clouds is None:
@@ -247,12 +233,6 @@ def register_files(
         What will be written, so that it is refused before any work is done.
     progress
         Called with what is being done.
-
-    Raises
-    ------
-    InputError
-        Fewer than two scans, a scan whose scanner's place is not known, or without surfaces; what
-        the readers have to say.
     """
     scans = _named([scan for path in paths for scan in read_scans(path)])
     if len(scans) < 2:
@@ -319,29 +299,7 @@ def write_placed(
     output: PlacedOutput,
     progress: Progress = lambda what, done, total: None,
 ) -> tuple[list[Path], list[str]]:
-    """Write poses and clouds of the largest group.
-
-    Parameters
-    ----------
-    result
-        The registration.
-    output
-        Where and what. Without clouds, E57 files are copied with their new poses.
-    progress
-        Called with what is being done.
-
-    Returns
-    -------
-    files : list of Path
-        What was written, or is there already from an earlier run.
-    sentences : list of str
-        What clouds cannot carry.
-
-    Raises
-    ------
-    InputError
-        Nothing hangs together, or nowhere to write.
-    """
+    """Write poses and clouds of the largest group."""
     group = result.registration.groups[0]
     if group.adjustment is None:
         raise InputError(

@@ -216,11 +216,6 @@ def monitor(
         its baseline, factor and wander stay.
     progress
         Told of each cycle.
-
-    Raises
-    ------
-    InputError
-        No cycle for the baseline can be solved; references that are not observed.
     """
     parts = readings.cycles(settings.pause)
     keys = [readings.digest(part) for part in parts]
@@ -333,13 +328,7 @@ def _solved(
 
 
 def _zero(solved: Sequence[Epoch | None], settings: SeriesSettings) -> tuple[Epoch, list[int]]:
-    """The baseline, and the numbers of its cycles: the first with all references.
-
-    Raises
-    ------
-    InputError
-        There is none.
-    """
+    """The baseline, and the numbers of its cycles: the first with all references."""
     wanted = set(settings.references)
     shares = [0 if e is None else len(wanted & set(e.names)) for e in solved]
     most = max(shares, default=0)
@@ -450,13 +439,7 @@ def _cycle(key: str, start: float, sights: int, found: Comparison) -> Cycle:
 
 
 def read_series(path: Path, settings: SeriesSettings) -> Series:
-    """What an earlier call left, to go on with.
-
-    Raises
-    ------
-    InputError
-        No series, or one with other settings.
-    """
+    """What an earlier call left, to go on with."""
     cure = "give the file that tribrach series --json wrote, or leave --resume out"
     try:
         data = read_json(path)

@@ -77,25 +77,7 @@ def _lines(finding: Findings) -> list[str]:
 
 
 def write_found(findings: Sequence[Findings], folder: Path) -> list[Path]:
-    """Write what was found in scans, also where nothing comes of it.
-
-    Parameters
-    ----------
-    findings : sequence of Findings
-        Of all scans.
-    folder : Path
-        Folder of the results.
-
-    Returns
-    -------
-    list of Path
-        The list and the panoramas, numbered in the order of the scans.
-
-    Raises
-    ------
-    InputError
-        A file cannot be written, or would take the place of one that this program did not write.
-    """
+    """Write what was found in scans, also where nothing comes of it."""
     place = folder / FOLDER
     files: dict[Path, str | bytes] = {place / LIST: answer_of(findings).json()}
     for number, finding in enumerate(findings, start=1):

@@ -20,17 +20,7 @@ _BARE = 6
 
 @contextmanager
 def leaving(job: Job, found: FoundInScans | None, folder: Path) -> Iterator[None]:
-    """A block in which stations are tied and adjusted; if it fails, what was found is written.
-
-    Parameters
-    ----------
-    job
-        The project.
-    found
-        Its scans; None if it has none.
-    folder
-        Folder of the results.
-    """
+    """A block in which stations are tied and adjusted; if it fails, what was found is written."""
     try:
         yield
     except TribrachError as error:

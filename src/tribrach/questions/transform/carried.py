@@ -26,12 +26,7 @@ _NORMALS = ("normal_x", "normal_y", "normal_z")
 
 
 def move_points(source: Path, carrier: Carrier) -> tuple[str, list[str]]:
-    """The table of a file of points in the other system, and what to say about it.
-
-    Raises
-    ------
-    InputError : what the file says wrong; points without heights for a transformation in space.
-    """
+    """The table of a file of points in the other system, and what to say about it."""
     given = read_point_list(source)
     if given.dimension < carrier.transformation.model.dimension:
         raise InputError(
@@ -67,10 +62,6 @@ def move_cloud(
 
     What is to be said about it is returned. Scans are placed by the poses they have and end in
     one file.
-
-    Raises
-    ------
-    InputError : several scans with different fields, or the file would overwrite its source.
     """
     if destination.resolve() in {scan.path.resolve() for scan in scans}:
         raise InputError(

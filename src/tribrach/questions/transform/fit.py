@@ -119,10 +119,6 @@ def fit_files(
     """The transformation of the points of file a to those of the same name in file b.
 
     count : parameters, 7 in space and 4 in the plane if None; check : names held out.
-
-    Raises
-    ------
-    InputError : what the files say wrong, no common points, too few; AdjustmentError.
     """
     one, two = read_point_list(a), read_point_list(b)
     refuse_dimensions(one, two)

@@ -63,20 +63,7 @@ GATES = CurvatureGates()
 
 
 def formed(surfels: Surfels, most: int) -> Surfels:
-    """Thin surfels, and say which of those that remain are pieces of round bodies.
-
-    Parameters
-    ----------
-    surfels : Surfels
-        All surfels of a scan; the neighbours are taken from these.
-    most : int
-        Largest number of surfels that remain.
-
-    Returns
-    -------
-    Surfels
-        The remaining surfels with their forms; round ones with gradient and second derivatives.
-    """
+    """Thin surfels, and say which of those that remain are pieces of round bodies."""
     kept = surfels.thinned(most)
     if len(surfels) < GATES.fewest:
         return kept

@@ -78,64 +78,36 @@ FINE = FineAlignmentGates()
 
 @dataclass(frozen=True, eq=False)
 class Indexed:
-    """Surfels with their search tree.
+    """Surfels with their search tree."""
 
-    Attributes
-    ----------
-    surfels : Surfels
-        The surfels.
-    tree : KDTree
-        Tree of their means.
-    """
-
+    #: the surfels
     surfels: Surfels
+    #: tree of their means
     tree: KDTree
 
     @classmethod
     def of(cls, surfels: Surfels) -> Indexed:
-        """Build the tree of some surfels.
-
-        Parameters
-        ----------
-        surfels : Surfels
-            The surfels.
-
-        Returns
-        -------
-        Indexed
-            Surfels and tree.
-        """
+        """Build the tree of some surfels."""
         return cls(surfels, KDTree(np.ascontiguousarray(surfels.center), leafsize=16))
 
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """Matched surfels of two scans a and b, both ways, in the frame of a.
+    """Matched surfels of two scans a and b, both ways, in the frame of a."""
 
-    Attributes
-    ----------
-    first : array of int (n,)
-        Numbers of the surfels of a.
-    second : array of int (n,)
-        Numbers of the surfels of b.
-    forward : array of bool (n,)
-        True where the plane is that of a.
-    point : array (n, 3)
-        Means that are compared with the planes [m].
-    normal : array (n, 3)
-        Unit normals of the planes.
-    residual : array (n,)
-        Distances of the points from the planes [m].
-    sigma : array (n,)
-        Sigmas of the residuals [m].
-    """
-
+    #: (n,), numbers of the surfels of a
     first: Index
+    #: (n,), numbers of the surfels of b
     second: Index
+    #: (n,), true where the plane is that of a
     forward: NDArray[np.bool_]
+    #: (n, 3), means that are compared with the planes [m]
     point: Array
+    #: (n, 3), unit normals of the planes
     normal: Array
+    #: (n,), distances of the points from the planes [m]
     residual: Array
+    #: (n,), sigmas of the residuals [m]
     sigma: Array
 
     def __len__(self) -> int:
@@ -148,11 +120,6 @@ class Matches:
         ----------
         chosen : array of bool (n,)
             Mask of the matches.
-
-        Returns
-        -------
-        Matches
-            The chosen matches.
         """
         columns = (self.first, self.second, self.forward, self.point, self.normal)
         return Matches(*(c[chosen] for c in (*columns, self.residual, self.sigma)))  # type: ignore[arg-type]
@@ -160,23 +127,15 @@ class Matches:
 
 @dataclass(frozen=True, eq=False)
 class FineAlignment:
-    """An alignment of scan b with scan a.
+    """An alignment of scan b with scan a."""
 
-    Attributes
-    ----------
-    pose : Pose
-        Pose of b in a.
-    matches : Matches
-        Matches within the last gate.
-    gate : float
-        The last gate [m].
-    settled : bool
-        True if the iteration settled.
-    """
-
+    #: pose of b in a
     pose: Pose
+    #: matches within the last gate
     matches: Matches
+    #: the last gate [m]
     gate: float
+    #: true if the iteration settled
     settled: bool
 
     @property
@@ -205,11 +164,6 @@ def align(
         Largest distances of matched surfels, one round after the other [m].
     steps : int
         Largest number of steps with each gate.
-
-    Returns
-    -------
-    FineAlignment
-        The alignment.
     """
     pose, settled = start, False
     pairs = _Pairs(a, b)
@@ -246,11 +200,6 @@ def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:
         Pose of b in a.
     gate : float
         Largest distance of matched surfels [m].
-
-    Returns
-    -------
-    Matches
-        The matches.
     """
     pairs = _Pairs(a, b)
     pairs.take_forms(pose, gate, FINE.gates_m[-1])
@@ -298,11 +247,6 @@ class _Pairs:
             Pose of b in a.
         gate, least : float
             The gate that residuals from planes need, and the least one [m].
-
-        Returns
-        -------
-        bool
-            True if residuals from round surfaces need no more than the least gate.
 
         Notes
         -----

@@ -51,22 +51,15 @@ GATES = CloudLoopGates()
 
 @dataclass(frozen=True, eq=False)
 class CloudEdge:
-    """A relative pose of two stations from their clouds.
+    """A relative pose of two stations from their clouds."""
 
-    Attributes
-    ----------
-    first, second : str
-        Names of the stations.
-    pose : Pose
-        Pose of the second station in the first.
-    covariance : array (6, 6)
-        Its covariance in the order of :class:`~tribrach.observations.poses.RelativePoses` [m],
-        [rad].
-    """
-
+    #: names of the stations
     first: str
     second: str
+    #: pose of the second station in the first
     pose: Pose
+    #: (6, 6), its covariance in the order of :class:`~tribrach.observations.poses.RelativePoses`
+    #: [m], [rad]
     covariance: Array
 
     @property
@@ -117,38 +110,20 @@ class StationLoop(Result, without=("edges",), also=("closes",)):
 
 @dataclass(frozen=True, eq=False)
 class Consistency:
-    """Edges after the test of the loops.
+    """Edges after the test of the loops."""
 
-    Attributes
-    ----------
-    used : tuple of CloudEdge
-        Edges that are used.
-    dropped : tuple of CloudEdge
-        Edges that are left out.
-    loops : tuple of StationLoop
-        All loops of the given edges.
-    sentences : tuple of str
-        What was left out and why.
-    """
-
+    #: edges that are used
     used: tuple[CloudEdge, ...]
+    #: edges that are left out
     dropped: tuple[CloudEdge, ...]
+    #: all loops of the given edges
     loops: tuple[StationLoop, ...]
+    #: what was left out and why
     sentences: tuple[str, ...]
 
 
 def consistent(edges: Sequence[CloudEdge]) -> Consistency:
     """Choose the edges that the loops confirm.
-
-    Parameters
-    ----------
-    edges : sequence of CloudEdge
-        Relative poses of pairs of stations.
-
-    Returns
-    -------
-    Consistency
-        Used and dropped edges, and the loops.
 
     Notes
     -----
@@ -183,18 +158,7 @@ def _standing(edge: CloudEdge, among: Sequence[StationLoop]) -> tuple[int, int]:
 
 
 def loops(edges: Sequence[CloudEdge]) -> list[StationLoop]:
-    """All triangles of edges, and for edges in no triangle the shortest loops.
-
-    Parameters
-    ----------
-    edges : sequence of CloudEdge
-        Relative poses of pairs of stations.
-
-    Returns
-    -------
-    list of StationLoop
-        The loops.
-    """
+    """All triangles of edges, and for edges in no triangle the shortest loops."""
     by_ends = {e.ends: e for e in edges}
     out, covered = [], set()
     for three in _triangles(edges):
@@ -284,20 +248,7 @@ def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoo
 
 
 def groups(stations: Sequence[str], edges: Sequence[CloudEdge]) -> list[tuple[str, ...]]:
-    """Groups of stations that edges connect.
-
-    Parameters
-    ----------
-    stations : sequence of str
-        Names of all stations.
-    edges : sequence of CloudEdge
-        Relative poses of pairs of stations.
-
-    Returns
-    -------
-    list of tuple of str
-        Names by group in the order given, the largest group first.
-    """
+    """Groups of stations that edges connect."""
     left, out = list(stations), []
     while left:
         group, front = {left[0]}, [left[0]]
@@ -314,15 +265,7 @@ def groups(stations: Sequence[str], edges: Sequence[CloudEdge]) -> list[tuple[st
 
 
 def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
-    """Add edges to a survey as observations between its stations.
-
-    Parameters
-    ----------
-    survey : Survey
-        The survey.
-    edges : sequence of CloudEdge
-        Relative poses of pairs of stations.
-    """
+    """Add edges to a survey as observations between its stations."""
     if edges:
         survey.add(
             RelativePoses,
@@ -337,18 +280,6 @@ def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
 
 def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
     """Make a network of connected stations in the frame of the first one, which is held.
-
-    Parameters
-    ----------
-    stations : sequence of str
-        Names of the stations, the held one first.
-    edges : sequence of CloudEdge
-        Relative poses of pairs of these stations.
-
-    Returns
-    -------
-    Network
-        The network.
 
     Notes
     -----

@@ -49,21 +49,14 @@ _Plans = NDArray[np.complex64]
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """Pieces of surface that a plan is made of.
+    """Pieces of surface that a plan is made of."""
 
-    Attributes
-    ----------
-    center, normal : array (n, 3)
-        Their places [m] and unit normals, in the frame of their station.
-    area : array (n,)
-        Their areas [m^2].
-    radius : float
-        How far the station sees [m].
-    """
-
+    #: (n, 3), their places [m] and unit normals, in the frame of their station
     center: Array
     normal: Array
+    #: (n,), their areas [m^2]
     area: Array
+    #: how far the station sees [m]
     radius: float
 
     @classmethod
@@ -75,13 +68,6 @@ class Walls:
 
 def likeness(scans: Sequence[Walls], progress: Progress = lambda what, done, total: None) -> Array:
     """Compare the plans of all scans, each with each.
-
-    Parameters
-    ----------
-    scans : sequence of Walls
-        What they are made of.
-    progress : Progress
-        Called with what is done, how many scans are compared, and how many there are.
 
     Returns
     -------

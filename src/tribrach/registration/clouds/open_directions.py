@@ -83,14 +83,6 @@ def fit_held(
     floor : tuple of float
         Sigmas [m], [rad] of what residuals never show.
 
-    Returns
-    -------
-    alignment : FineAlignment
-        The alignment, moved along what is held only, with the matches that hold nothing else.
-    precision : RelativeCovariance
-        Its covariance. Along the open directions it is as wide as before; across them it holds
-        wherever along them b is.
-
     Notes
     -----
     With the open direction u (unit, turns times the lever L), places y of the middle fitted after

@@ -128,16 +128,11 @@ class ApproximateSigma:
 
     They are no observations: these sigmas say how near a fit has to be for an approximate pose to
     speak for it, and which scans cannot see each other.
-
-    Attributes
-    ----------
-    shift : float
-        Sigma of the shift [m].
-    turn : float
-        Sigma of the turn [rad].
     """
 
+    #: sigma of the shift [m]
     shift: float = 0.25
+    #: sigma of the turn [rad]
     turn: float = float(np.radians(1.25))
 
 
@@ -155,40 +150,20 @@ class Origin(Enum):
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A pose of scan b in scan a with its verdict.
+    """A pose of scan b in scan a with its verdict."""
 
-    Attributes
-    ----------
-    pose : Pose
-        Pose of b in a.
-    verdict : Verdict
-        What agrees and what contradicts it.
-    origin : Origin
-        What proposed it.
-    """
-
+    #: pose of b in a
     pose: Pose
+    #: what agrees and what contradicts it
     verdict: Verdict
+    #: what proposed it
     origin: Origin
 
 
 def judged(
     a: PreparedScan, b: PreparedScan, proposed: Iterable[tuple[Pose, Origin]]
 ) -> list[Candidate]:
-    """Make candidates of proposed poses, and of other places along directions left open.
-
-    Parameters
-    ----------
-    a, b : PreparedScan
-        The scans.
-    proposed : iterable of tuple[Pose, Origin]
-        Poses of b in a with what proposed them.
-
-    Returns
-    -------
-    list of Candidate
-        The candidates that fit best, best first.
-    """
+    """Make candidates of proposed poses, and of other places along directions left open."""
     size = _size(a, b)
     few = Indexed.of(_some(a.coarse)), Indexed.of(_some(b.coarse))
     looked: list[Candidate] = []
@@ -248,20 +223,7 @@ def _slid(
 
 
 def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list[Candidate]:
-    """Fit candidates with all coarse surfels.
-
-    Parameters
-    ----------
-    a, b : PreparedScan
-        The scans.
-    some : sequence of Candidate
-        The candidates.
-
-    Returns
-    -------
-    list of Candidate
-        The fitted candidates, the best first, each only once.
-    """
+    """Fit candidates with all coarse surfels."""
     size = _size(a, b)
     out: list[Candidate] = []
     for c in some:
@@ -283,11 +245,6 @@ def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list
 
 def apart(one: Pose, two: Pose) -> tuple[float, float]:
     """Shift and turn between two poses of scan b in scan a, at the scanner of b.
-
-    Parameters
-    ----------
-    one, two : Pose
-        The poses.
 
     Returns
     -------
@@ -325,23 +282,15 @@ def _candidate(
 
 @dataclass(frozen=True, eq=False)
 class PairFit:
-    """A candidate fitted with all surfels.
+    """A candidate fitted with all surfels."""
 
-    Attributes
-    ----------
-    alignment : FineAlignment
-        The alignment.
-    precision : RelativeCovariance
-        Its covariance.
-    verdict : Verdict
-        What agrees and what contradicts it.
-    origin : Origin
-        What proposed it.
-    """
-
+    #: the alignment
     alignment: FineAlignment
+    #: its covariance
     precision: RelativeCovariance
+    #: what agrees and what contradicts it
     verdict: Verdict
+    #: what proposed it
     origin: Origin
 
     @property
@@ -426,11 +375,6 @@ def register_pair(
         What it may be wrong by.
     floor : tuple of float
         Sigmas [m], [rad] of what residuals never show.
-
-    Returns
-    -------
-    CloudPair
-        The pose, or why there is none.
     """
     proposed = [] if prior is None else [(prior, Origin.GIVEN)]
     proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]

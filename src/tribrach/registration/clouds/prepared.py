@@ -198,29 +198,19 @@ _ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
 
 @dataclass(frozen=True, eq=False)
 class PreparedScan:
-    """Surfels and view of a scan, in the scanner frame.
+    """Surfels and view of a scan, in the scanner frame."""
 
-    Attributes
-    ----------
-    name : str
-        Name of the scan.
-    points : int
-        Number of its points.
-    fine : Indexed
-        Surfels for the fit.
-    some : Indexed
-        Some of these, for the choice between places.
-    coarse : Indexed
-        Surfels for the search.
-    view : RangeView
-        How far the scanner saw in every direction.
-    """
-
+    #: name of the scan
     name: str
+    #: number of its points
     points: int
+    #: surfels for the fit
     fine: Indexed
+    #: some of these, for the choice between places
     some: Indexed
+    #: surfels for the search
     coarse: Indexed
+    #: how far the scanner saw in every direction
     view: RangeView
 
     @property
@@ -233,21 +223,14 @@ class PreparedScan:
 
 @dataclass(frozen=True, eq=False)
 class SurfacesOfScan:
-    """What a prepared scan is made of besides its search trees, which are quickly made.
+    """What a prepared scan is made of besides its search trees, which are quickly made."""
 
-    Attributes
-    ----------
-    points : int
-        Number of points of the scan.
-    fine, coarse : Surfels
-        For the fit and for the search.
-    nearest, farthest : array (r, 2 r)
-        Smallest and largest range in every direction [m].
-    """
-
+    #: number of points of the scan
     points: int
+    #: for the fit and for the search
     fine: Surfels
     coarse: Surfels
+    #: (r, 2 r), smallest and largest range in every direction [m]
     nearest: Array
     farthest: Array
 
@@ -276,16 +259,6 @@ def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> 
         Points in the scanner frame [m].
     size : float
         Edge of the cubes of fine surfels [m].
-
-    Returns
-    -------
-    SurfacesOfScan
-        The surfels and the view.
-
-    Raises
-    ------
-    InputError
-        If there are too few points, or no surfaces among them.
     """
     total, view, cubes = 0, RangeView(), CellSum(size)
     for xyz in chunks:

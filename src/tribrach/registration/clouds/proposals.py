@@ -146,17 +146,7 @@ def promise_of(
 def try_all(
     names: Sequence[str], attempt: Attempt, progress: Progress = lambda what, done, total: None
 ) -> None:
-    """Try every pair.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of the scans.
-    attempt : callable
-        Registers a pair.
-    progress : Progress
-        Called with what is done, how many pairs are done, and how many there are.
-    """
+    """Try every pair."""
     both = list(combinations(names, 2))
     for number, (a, b) in enumerate(both):
         progress("pairs of clouds", number, len(both))
@@ -221,35 +211,23 @@ def _pair(i: int, j: int) -> Pair:
 
 @dataclass
 class _Work:
-    """Pairs that were tried, and what came of them.
+    """Pairs that were tried, and what came of them."""
 
-    Attributes
-    ----------
-    names
-        Of the scans.
-    promise : (n, n)
-        Of each pair.
-    radii
-        Reach of the scans by name [m].
-    attempt
-        Registers a pair.
-    progress
-        Told of it.
-    tried : set of pairs
-        Numbers of the scans, the lesser first.
-    edges : mapping
-        Pairs that have a pose.
-    weak : set of pairs
-        Those of them that leave a direction open: they connect nothing for good.
-    """
-
+    #: of the scans
     names: list[str]
+    #: (n, n), of each pair
     promise: Array
+    #: reach of the scans by name [m]
     radii: Mapping[str, float]
+    #: registers a pair
     attempt: Attempt
+    #: told of it
     progress: Progress
+    #: numbers of the scans, the lesser first
     tried: set[Pair] = field(default_factory=set)
+    #: pairs that have a pose
     edges: dict[Pair, CloudEdge] = field(default_factory=dict)
+    #: those of them that leave a direction open: they connect nothing for good
     weak: set[Pair] = field(default_factory=set)
     looked: Counter[Pair] = field(default_factory=Counter)
 

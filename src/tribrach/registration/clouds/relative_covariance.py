@@ -95,47 +95,32 @@ GATES = CloudCovarianceGates()
 
 @dataclass(frozen=True, eq=False)
 class RelativeCovariance:
-    """Covariance of a relative pose ``X_a = T X_b``.
+    """Covariance of a relative pose ``X_a = T X_b``."""
 
-    Attributes
-    ----------
-    covariance : array (6, 6)
-        Of the translation in a [m] and of a rotation vector applied on the right, in b [rad] (the
-        order of :class:`~tribrach.observations.poses.RelativePoses`).
-    middle : array (3,)
-        Middle of the overlap in the frame of a [m].
-    local : array (6, 6)
-        Covariance of the shift of the middle [m] and the turn about it [rad], frame of a, floor
-        included.
-    observations : int
-        Number of matches of both directions.
-    effective : float
-        Number of them that count as independent.
-    correlation_length : float
-        Size of what neighbours share [m].
-    sigma : float
-        Sigma of unit weight [m].
-    unheld : array (6, k)
-        Directions that nothing holds: shift [m], turn times ``lever`` [m].
-    lever : float
-        Length that turns are multiplied by [m].
-    places : float
-        Smallest number of places that hold a direction.
-    sweep : SweepTest
-        By what factor parts of the sweep fit worse than the rest of the covariance allows; it is in
-        the covariance.
-    """
-
+    #: (6, 6), of the translation in a [m] and of a rotation vector applied on the right, in b
+    #: [rad] (the order of :class:`~tribrach.observations.poses.RelativePoses`)
     covariance: Array
+    #: (3,), middle of the overlap in the frame of a [m]
     middle: Array
+    #: (6, 6), covariance of the shift of the middle [m] and the turn about it [rad], frame of a,
+    #: floor included
     local: Array
+    #: number of matches of both directions
     observations: int
+    #: number of them that count as independent
     effective: float
+    #: size of what neighbours share [m]
     correlation_length: float
+    #: sigma of unit weight [m]
     sigma: float
+    #: (6, k), directions that nothing holds: shift [m], turn times ``lever`` [m]
     unheld: Array
+    #: length that turns are multiplied by [m]
     lever: float
+    #: smallest number of places that hold a direction
     places: float
+    #: by what factor parts of the sweep fit worse than the rest of the covariance allows; it is in
+    #: the covariance
     sweep: SweepTest = SweepTest()
 
     @property
@@ -144,18 +129,7 @@ class RelativeCovariance:
         return 6 - int(self.unheld.shape[1])
 
     def sentences(self, a: str, b: str) -> list[str]:
-        """What is weak about the relative pose, in words.
-
-        Parameters
-        ----------
-        a, b : str
-            Names of the stations.
-
-        Returns
-        -------
-        list of str
-            One sentence for each weakness.
-        """
+        """What is weak about the relative pose, in words."""
         out: list[str] = [
             Sentence(
                 "the overlap of {a} and {b} does not hold {words} (axes of {a}); there its "
@@ -210,11 +184,6 @@ def relative_covariance(
     unheld : array (6, k) or None
         Orthonormal directions that are known to be open, about the middle of the matches, turns
         times their lever; None if the matches tell.
-
-    Returns
-    -------
-    RelativeCovariance
-        The covariance.
     """
     m = alignment.matches
     middle = m.point.mean(axis=0)

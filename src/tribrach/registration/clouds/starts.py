@@ -90,18 +90,6 @@ Plan = NDArray[np.complex64]
 def plan_poses(a: Surfels, b: Surfels, kept: int = GATES.most_places) -> list[Pose]:
     """Propose poses of one upright scan in another, by trying every heading and shift of its plan.
 
-    Parameters
-    ----------
-    a, b : Surfels
-        Surfels of the scans.
-    kept : int
-        Largest number of poses.
-
-    Returns
-    -------
-    list of Pose
-        Poses of b in a, the best correlation first; none without walls.
-
     Notes
     -----
     Walls are drawn into a plan as vectors: the horizontal normal of each surfel as a complex
@@ -286,18 +274,7 @@ except ImportError:
 
 
 def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
-    """Propose a pose by kiss-matcher.
-
-    Parameters
-    ----------
-    a, b : Surfels
-        Surfels of the scans.
-
-    Returns
-    -------
-    Pose or None
-        Pose of b in a, None if kiss-matcher is not installed or finds no pose.
-    """
+    """Propose a pose by kiss-matcher."""
     if kiss_matcher is None or min(len(a), len(b)) < GATES.kiss_fewest:
         return None
     size = float(max(np.median(x.size) for x in (a, b)))

@@ -82,23 +82,17 @@ _ROOM = 1 << 14
 class CubeSums:
     """Points of a scan summed up in cubes of one size: counts, first and second moments.
 
-    Attributes
-    ----------
-    size : float
-        Edge of the cubes [m].
-    keys : array of int (m,)
-        Keys that hold the three lattice numbers of each cube.
-    moments : array (m, 10)
-        Count and moments about the middle of each cube.
-
     Notes
     -----
     Cubes lie on a lattice about the scanner; moments are about the middle of each cube, so that
     nothing is lost far away. Cubes merge into cubes of twice the size exactly.
     """
 
+    #: edge of the cubes [m]
     size: float
+    #: (m,), keys that hold the three lattice numbers of each cube
     keys: Index
+    #: (m, 10), count and moments about the middle of each cube
     moments: Array
 
     def __len__(self) -> int:
@@ -117,11 +111,6 @@ class CubeSums:
         ----------
         chosen : array of bool or int (m,)
             Mask, or numbers of the cubes.
-
-        Returns
-        -------
-        CubeSums
-            The chosen cubes.
         """
         return CubeSums(self.size, self.keys[chosen], self.moments[chosen])
 
@@ -180,18 +169,7 @@ class CellSum:
 
 
 def coarser(cells: CubeSums) -> CubeSums:
-    """Merge cubes into cubes of twice the size with the same points.
-
-    Parameters
-    ----------
-    cells : CubeSums
-        The cubes.
-
-    Returns
-    -------
-    CubeSums
-        The larger cubes.
-    """
+    """Merge cubes into cubes of twice the size with the same points."""
     return CubeSums(2 * cells.size, *_merged(cells.keys, cells.moments, cells.size))
 
 
@@ -287,46 +265,31 @@ def _merged(keys, moments, size):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True, eq=False)
 class Surfels:
-    """Pieces of surface.
+    """Pieces of surface."""
 
-    Attributes
-    ----------
-    center : array (n, 3)
-        Means of the points [m].
-    normal : array (n, 3)
-        Unit normals.
-    count : array (n,)
-        Numbers of points.
-    thickness : array (n,)
-        Standard deviations of the points along the normal [m].
-    width : array (n, 2)
-        Standard deviations along the surface, the lesser first [m].
-    size : array (n,)
-        Edges of the cubes [m].
-    spread : array (n, 3, 3)
-        Covariances of the points in the cubes [m^2].
-    form : array of int (n,)
-        What they are pieces of: ``FLAT``, ``ROUND`` or ``UNKNOWN``.
-    gradient : array (n, 3)
-        Unit gradients ``g`` of the surfaces ``g . x + x^T Q x / 2 = const`` at the means: of round
-        bodies without the lean of their planes (:mod:`~tribrach.registration.clouds.curvature`),
-        the normals of others.
-    bend : array (n, 3, 3)
-        Second derivatives ``Q`` of these surfaces, zero where they are not round [1/m].
-    stands_for : float
-        How many surfels each one stands for, where they were thinned.
-    """
-
+    #: (n, 3), means of the points [m]
     center: Array
+    #: (n, 3), unit normals
     normal: Array
+    #: (n,), numbers of points
     count: Array
+    #: (n,), standard deviations of the points along the normal [m]
     thickness: Array
+    #: (n, 2), standard deviations along the surface, the lesser first [m]
     width: Array
+    #: (n,), edges of the cubes [m]
     size: Array
+    #: (n, 3, 3), covariances of the points in the cubes [m^2]
     spread: Array
+    #: (n,), what they are pieces of: ``FLAT``, ``ROUND`` or ``UNKNOWN``
     form: NDArray[np.int8]
+    #: (n, 3), unit gradients ``g`` of the surfaces ``g . x + x^T Q x / 2 = const`` at the means:
+    #: of round bodies without the lean of their planes
+    #: (:mod:`~tribrach.registration.clouds.curvature`), the normals of others.
     gradient: Array
+    #: (n, 3, 3), second derivatives ``Q`` of these surfaces, zero where they are not round [1/m]
     bend: Array
+    #: how many surfels each one stands for, where they were thinned
     stands_for: float = 1.0
 
     def __len__(self) -> int:
@@ -351,18 +314,7 @@ class Surfels:
         return sigma
 
     def placed(self, pose: Pose) -> Surfels:
-        """Carry the surfels into another frame.
-
-        Parameters
-        ----------
-        pose : Pose
-            Pose of the present frame in the new one.
-
-        Returns
-        -------
-        Surfels
-            The surfels in the new frame.
-        """
+        """Carry the surfels into another frame."""
         return Surfels(
             pose @ self.center,
             self.normal @ pose.rotation.T,
@@ -384,11 +336,6 @@ class Surfels:
         ----------
         chosen : array of bool or int (n,)
             Mask, or numbers of the surfels.
-
-        Returns
-        -------
-        Surfels
-            The chosen surfels.
         """
         return Surfels(
             self.center[chosen],
@@ -405,18 +352,7 @@ class Surfels:
         )
 
     def thinned(self, most: int) -> Surfels:
-        """Thin the surfels evenly in the order of the scan, each one then standing for several.
-
-        Parameters
-        ----------
-        most : int
-            Largest number of surfels.
-
-        Returns
-        -------
-        Surfels
-            The remaining surfels.
-        """
+        """Thin the surfels evenly in the order of the scan, each one then standing for several."""
         if len(self) <= most:
             return self
         some = self.subset(np.linspace(0, len(self) - 1, most).astype(np.int64))
@@ -436,11 +372,6 @@ def surfels_of(
         How often cubes that are no plane are joined into cubes of twice the size.
     viewpoint : array (3,) or None
         Place that the normals look towards, the origin if None [m].
-
-    Returns
-    -------
-    Surfels
-        The surfels.
     """
     parts = []
     eye = np.zeros(3) if viewpoint is None else viewpoint

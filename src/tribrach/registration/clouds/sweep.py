@@ -48,21 +48,14 @@ GATES = SweepGates()
 
 @dataclass(frozen=True)
 class SweepTest:
-    """How parts of a sweep fit.
+    """How parts of a sweep fit."""
 
-    Attributes
-    ----------
-    factor : float
-        Variance that the parts show in their worst direction over that of independent pieces, 1 if
-        chance may have made it.
-    ratio : float
-        Variance of the worst parts over all directions together, in the same unit.
-    limit : float
-        What chance makes of the ratio.
-    """
-
+    #: variance that the parts show in their worst direction over that of independent pieces, 1 if
+    #: chance may have made it
     factor: float = 1.0
+    #: variance of the worst parts over all directions together, in the same unit
     ratio: float = 1.0
+    #: what chance makes of the ratio
     limit: float = 1.0
 
 
@@ -77,11 +70,6 @@ def sweep_test(scores: Array, normal: Array, places: tuple[Array, Array]) -> Swe
         Normal matrix of each piece; their sum is the identity.
     places : tuple of array (n, 3)
         Where the pieces are in the frames of both scanners [m].
-
-    Returns
-    -------
-    SweepTest
-        The factor by which variances are too small, and what chance makes.
     """
     if len(scores) < GATES.fewest_pieces or scores.shape[1] == 0:
         return SweepTest()

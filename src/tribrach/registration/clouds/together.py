@@ -85,23 +85,15 @@ GATES = DifferenceGates()
 
 @dataclass(frozen=True)
 class Differences:
-    """Differences of two placed clouds on flat places of their overlap, as root mean squares.
+    """Differences of two placed clouds on flat places of their overlap, as root mean squares."""
 
-    Attributes
-    ----------
-    places : int
-        Number of places.
-    observed : float
-        Observed differences [m].
-    noise : float
-        Predicted part from noise [m].
-    registration : float
-        Predicted part from the uncertainty of the relative pose [m].
-    """
-
+    #: number of places
     places: int
+    #: observed differences [m]
     observed: float
+    #: predicted part from noise [m]
     noise: float
+    #: predicted part from the uncertainty of the relative pose [m]
     registration: float
 
     @property
@@ -131,11 +123,6 @@ def differences(
         the scanner of b [rad].
     gate : float
         Larger differences belong to other surfaces [m].
-
-    Returns
-    -------
-    Differences or None
-        The differences, None if the scans have hardly a flat place in common.
 
     Notes
     -----
@@ -178,27 +165,18 @@ def _flat(s: Surfels) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class CloudGroup:
-    """Stations that pairs of clouds connect, in the frame of the first one.
+    """Stations that pairs of clouds connect, in the frame of the first one."""
 
-    Attributes
-    ----------
-    poses : mapping of str to Pose
-        Poses by name of station.
-    covariances : mapping of str to array
-        Covariances (6, 6) by name: translation [m] and left rotation increments [rad], zero for the
-        first.
-    adjustment : Adjustment or None
-        The adjusted network, None for a single station.
-    edges : sequence of Edge
-        Each pair compared with the network.
-    differences : mapping of tuple of str to Differences
-        Differences of the placed clouds, by pairs of names.
-    """
-
+    #: poses by name of station
     poses: Mapping[str, Pose]
+    #: covariances (6, 6) by name: translation [m] and left rotation increments [rad], zero for the
+    #: first
     covariances: Mapping[str, Array]
+    #: the adjusted network, None for a single station
     adjustment: Adjustment | None
+    #: each pair compared with the network
     edges: Sequence[Edge]
+    #: differences of the placed clouds, by pairs of names
     differences: Mapping[tuple[str, str], Differences]
 
     @property
@@ -209,23 +187,15 @@ class CloudGroup:
 
 @dataclass(frozen=True, eq=False)
 class CloudRegistration:
-    """The result of registering all scans by their clouds.
+    """The result of registering all scans by their clouds."""
 
-    Attributes
-    ----------
-    pairs : sequence of CloudPair
-        The pairs that were tried.
-    consistency : Consistency
-        Test of the loops.
-    groups : sequence of CloudGroup
-        Connected stations, the largest group first.
-    sentences : tuple of str
-        What was left out or is weak.
-    """
-
+    #: the pairs that were tried
     pairs: Sequence[CloudPair]
+    #: test of the loops
     consistency: Consistency
+    #: connected stations, the largest group first
     groups: Sequence[CloudGroup]
+    #: what was left out or is weak
     sentences: tuple[str, ...]
 
 
@@ -254,11 +224,6 @@ def register_clouds(
         Sigmas [m], [rad] of what residuals never show.
     progress : Progress
         Called with what is done, how many are done, and how many there are.
-
-    Returns
-    -------
-    CloudRegistration
-        Pairs, loops and groups of stations.
     """
     pairs = pairwise(scans, priors, sigma=sigma, choice=choice, floor=floor, progress=progress)
     return settled(scans, pairs, progress)
@@ -290,11 +255,6 @@ def pairwise(
         Sigmas [m], [rad] of what residuals never show.
     progress : Progress
         Called with what is done, how many are done, and how many there are.
-
-    Returns
-    -------
-    list of CloudPair
-        One result for each pair that was tried, in the order of the scans.
     """
     priors = priors or {}
     by_name = {scan.name: scan for scan in scans}
@@ -331,22 +291,7 @@ def settled(
     pairs: Sequence[CloudPair],
     progress: Progress = lambda what, done, total: None,
 ) -> CloudRegistration:
-    """Test the loops of pairs and adjust each group of stations.
-
-    Parameters
-    ----------
-    scans : sequence of PreparedScan
-        The prepared scans.
-    pairs : sequence of CloudPair
-        Results of all pairs that were tried.
-    progress : Progress
-        Called with what is done, how many are done, and how many there are.
-
-    Returns
-    -------
-    CloudRegistration
-        Loops, groups and adjusted poses.
-    """
+    """Test the loops of pairs and adjust each group of stations."""
     joints = [edge for edge in map(edge_of, pairs) if edge is not None]
     consistency = consistent(joints)
     names = [scan.name for scan in scans]

@@ -47,29 +47,19 @@ GATES = VerdictGates()
 
 @dataclass(frozen=True)
 class Verdict:
-    """Areas that agree with a relative pose or contradict it, of both directions together.
+    """Areas that agree with a relative pose or contradict it, of both directions together."""
 
-    Attributes
-    ----------
-    agree : float
-        Area that agrees [m^2].
-    standing : float
-        Part of it that is no floor and no ceiling, which agree anywhere [m^2].
-    through : float
-        Area that is seen through [m^2].
-    missed : float
-        Area where the other scan has something else [m^2].
-    overlap : tuple of float (2,)
-        Share of a seen in b, and of b in a.
-    pieces : float
-        Number of surfels that are seen through.
-    """
-
+    #: area that agrees [m^2]
     agree: float
+    #: part of it that is no floor and no ceiling, which agree anywhere [m^2]
     standing: float
+    #: area that is seen through [m^2]
     through: float
+    #: area where the other scan has something else [m^2]
     missed: float
+    #: share of a seen in b, and of b in a
     overlap: tuple[float, float]
+    #: number of surfels that are seen through
     pieces: float
 
     @property
@@ -110,11 +100,6 @@ def judge(
         Pose of b in a.
     tolerance : float
         Largest distance along normals that agrees [m].
-
-    Returns
-    -------
-    Verdict
-        The verdict.
     """
     one = _direction(a, b, views[0], pose, tolerance)
     two = _direction(b, a, views[1], pose.inverse, tolerance)

@@ -46,50 +46,28 @@ GATES = SamePlaneGates()
 
 @dataclass(frozen=True, eq=False)
 class PlaneSet:
-    """The k planes of a station.
+    """The k planes of a station."""
 
-    Attributes
-    ----------
-    normal : array (k, 3)
-        Unit normals towards the scanner.
-    center : array (k, 3)
-        Centres [m].
-    covariance : array (k, 3, 3)
-        Covariances of the tilts along the tangent basis of the normal
-        (:func:`~tribrach.observations.unknowns.plane_basis`) [rad] and of the offset at the centre
-        [m].
-    area : array (k,)
-        Areas [m^2].
-    samples : tuple of array
-        For each plane the places (s, 3) that it covers, one for every cell [m].
-    spacing : array (k,)
-        Widths of the cells [m].
-    scans : tuple of str (k,)
-        Names of the scans.
-    """
-
+    #: (k, 3), unit normals towards the scanner
     normal: Array
+    #: (k, 3), centres [m]
     center: Array
+    #: (k, 3, 3), covariances of the tilts along the tangent basis of the normal
+    #: (:func:`~tribrach.observations.unknowns.plane_basis`) [rad] and of the offset at the centre
+    #: [m]
     covariance: Array
+    #: (k,), areas [m^2]
     area: Array
+    #: for each plane the places (s, 3) that it covers, one for every cell [m]
     samples: tuple[Array, ...]
+    #: (k,), widths of the cells [m]
     spacing: Array
+    #: names of the scans
     scans: tuple[str, ...]
 
     @classmethod
     def of(cls, planes: Sequence[Plane]) -> PlaneSet:
-        """Make the set of the planes of one scan.
-
-        Parameters
-        ----------
-        planes : sequence of Plane
-            The planes.
-
-        Returns
-        -------
-        PlaneSet
-            The set, largest first.
-        """
+        """Make the set of the planes of one scan."""
         kept = sorted(planes, key=lambda p: -p.area)
         normal = np.array([p.normal for p in kept]).reshape(-1, 3)
         tangents = np.array([p.tangents for p in kept]).reshape(-1, 2, 3)
@@ -107,16 +85,6 @@ class PlaneSet:
     @classmethod
     def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
         """Join the planes of several scans of one station.
-
-        Parameters
-        ----------
-        sets : sequence of PlaneSet
-            One set for each scan.
-
-        Returns
-        -------
-        PlaneSet
-            All planes, largest first; of planes that two scans share, the larger one stays.
 
         Notes
         -----
@@ -162,33 +130,11 @@ class PlaneSet:
         ).reshape(-1, 2, 3)
 
     def largest(self, count: int) -> PlaneSet:
-        """Keep the largest planes.
-
-        Parameters
-        ----------
-        count : int
-            Largest number of planes.
-
-        Returns
-        -------
-        PlaneSet
-            The planes.
-        """
+        """Keep the largest planes."""
         return self.chosen(range(min(count, len(self))))
 
     def chosen(self, numbers: Sequence[int]) -> PlaneSet:
-        """Some of the planes.
-
-        Parameters
-        ----------
-        numbers : sequence of int
-            Numbers of the planes.
-
-        Returns
-        -------
-        PlaneSet
-            The planes in this order.
-        """
+        """Some of the planes."""
         at = np.array(numbers, dtype=np.int64)
         return PlaneSet(
             self.normal[at],
@@ -201,18 +147,7 @@ class PlaneSet:
         )
 
     def placed(self, pose: Pose) -> PlaneSet:
-        """Carry the planes into another frame; errors of the pose are not part of their covariance.
-
-        Parameters
-        ----------
-        pose : Pose
-            Pose of the present frame in the new one.
-
-        Returns
-        -------
-        PlaneSet
-            The planes in the new frame.
-        """
+        """Carry the planes into another frame; their covariance leaves out errors of the pose."""
         normal = self.normal @ pose.rotation.T
         tangents = plane_basis(self.normal).transpose(0, 2, 1) @ pose.rotation.T
         return replace(
@@ -238,17 +173,6 @@ class PlaneSet:
 
 def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
     """Area of a plane of one station that a plane of another one covers as well.
-
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of both stations.
-    i : int
-        Number of the plane of the first station.
-    j : int
-        Number of the plane of the second station.
-    first_from_second : Pose
-        Relative pose of the stations.
 
     Returns
     -------

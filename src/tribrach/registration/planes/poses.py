@@ -116,13 +116,6 @@ GATES = PlanePairGates()
 def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
     """Propose rotations that bring the normals of two stations together.
 
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    levelled : bool
-        True if both z axes are plumb.
-
     Returns
     -------
     array (r, 3, 3)
@@ -405,53 +398,35 @@ def _shift_support(
 
 @dataclass(frozen=True, eq=False)
 class PlanePose:
-    """A possible relative pose of two stations.
+    """A possible relative pose of two stations."""
 
-    Attributes
-    ----------
-    pose : Pose
-        First from second.
-    pairs : array of int (p, 2)
-        Numbers of the common planes.
-    rms : float
-        Root mean square of their offsets [m].
-    seen : Agreement
-        How points of either station stand in the view of the other.
-    overlap : float
-        The lesser share of points that the other station sees.
-    open : array (f, 3)
-        Directions of the first frame along which the common planes hold nothing, so that the shift
-        is that of the search.
-    """
-
+    #: first from second
     pose: Pose
+    #: (p, 2), numbers of the common planes
     pairs: Index
+    #: root mean square of their offsets [m]
     rms: float
+    #: how points of either station stand in the view of the other
     seen: Agreement
+    #: the lesser share of points that the other station sees
     overlap: float
+    #: (f, 3), directions of the first frame along which the common planes hold nothing, so that
+    #: the shift is that of the search
     open: Array
 
 
 @dataclass(frozen=True, eq=False)
 class PairPoses:
-    """What the planes of two stations say about their relative pose.
+    """What the planes of two stations say about their relative pose."""
 
-    Attributes
-    ----------
-    first, second : str
-        Names of the stations.
-    poses : tuple of PlanePose
-        Possible poses, best first; more than one where nothing decides.
-    open : array (f, 3)
-        Directions that the planes leave open, if that is the obstacle.
-    lacking : str
-        Name of the station in whose frame they are, empty if there is no such obstacle.
-    """
-
+    #: names of the stations
     first: str
     second: str
+    #: possible poses, best first; more than one where nothing decides
     poses: tuple[PlanePose, ...]
+    #: (f, 3), directions that the planes leave open, if that is the obstacle
     open: Array
+    #: name of the station in whose frame they are, empty if there is no such obstacle
     lacking: str = ""
 
     @property
@@ -461,18 +436,7 @@ class PairPoses:
 
 
 def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
-    """Find the possible relative poses of two stations.
-
-    Parameters
-    ----------
-    first, second : Surroundings
-        Planes and views of the stations.
-
-    Returns
-    -------
-    PairPoses
-        The poses, or what is lacking.
-    """
+    """Find the possible relative poses of two stations."""
     levelled = first.levelled and second.levelled
     planes_a = first.planes.largest(GATES.most_planes)
     planes_b = second.planes.largest(GATES.most_planes)
@@ -500,20 +464,7 @@ def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
 
 
 def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | None:
-    """Fit a relative pose to all common planes.
-
-    Parameters
-    ----------
-    first, second : Surroundings
-        Planes and views of the stations.
-    start : Pose
-        Start value of the pose, first from second.
-
-    Returns
-    -------
-    PlanePose or None
-        The fitted pose, None if there are no common planes or the views contradict it.
-    """
+    """Fit a relative pose to all common planes."""
     levelled = first.levelled and second.levelled
     pose = start
     pairs = np.zeros((0, 2), dtype=np.int64)
@@ -708,18 +659,7 @@ def _same(one: Pose, other: Pose) -> bool:
 
 
 def decided(fits: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
-    """The best of several poses and those that are nearly as good.
-
-    Parameters
-    ----------
-    fits : sequence of PlanePose
-        Fitted poses.
-
-    Returns
-    -------
-    tuple of PlanePose
-        The pose that the views contradict least, and its rivals.
-    """
+    """The best of several poses and those that are nearly as good."""
     if not fits:
         return ()
     most = max(f.seen.agree for f in fits)

@@ -77,23 +77,15 @@ _LOOSE = np.diag(np.square(GATES.loop_share * np.repeat([LOOP.gap_m, LOOP.turn_r
 
 @dataclass(frozen=True, eq=False)
 class PlaneRegistration:
-    """Groups of stations that planes hold together.
+    """Groups of stations that planes hold together."""
 
-    Attributes
-    ----------
-    groups : tuple of mapping of str to Pose
-        Poses of the stations of each group in the frame of the group, largest first.
-    pairs : tuple of PairPoses
-        Possible poses of every pair.
-    sentences : tuple of str
-        Joints that were not used.
-    obstacles : mapping of str to str
-        Why a station that is alone was not joined.
-    """
-
+    #: poses of the stations of each group in the frame of the group, largest first
     groups: tuple[Mapping[str, Pose], ...]
+    #: possible poses of every pair
     pairs: tuple[PairPoses, ...]
+    #: joints that were not used
     sentences: tuple[str, ...]
+    #: why a station that is alone was not joined
     obstacles: Mapping[str, str]
 
 
@@ -131,11 +123,6 @@ def register_by_planes(
         ``proposed`` for the pairs that promise most, ``all`` for every pair; all of few stations.
     pair : callable
         Finds the possible poses of a pair, or recalls them.
-
-    Returns
-    -------
-    PlaneRegistration
-        Groups of stations, and why others are not joined.
 
     Notes
     -----
@@ -358,11 +345,6 @@ def lacking_words(station: Surroundings, lacking: Array) -> str:
         Planes and views of the station.
     lacking : array (f, 3)
         The open directions in the frame of the station.
-
-    Returns
-    -------
-    str
-        Words for a sentence.
     """
     count = len(station.planes)
     if count == 0:

@@ -50,32 +50,21 @@ GATES = PlaneTieGates()
 
 @dataclass(frozen=True, eq=False)
 class PlaneTies:
-    """Surfaces that several stations see.
+    """Surfaces that several stations see."""
 
-    Attributes
-    ----------
-    station : tuple of str (n,)
-        Names of the stations of the patches.
-    number : array of int (n,)
-        Numbers of the patches among the planes of their station.
-    surface : array of int (n,)
-        Numbers of their surfaces, from 0.
-    normal : array (s, 3)
-        Normals of the surfaces in the frame of the poses, from the largest patch.
-    offset : array (s,)
-        Offsets of the surfaces in that frame [m].
-    members : array of int (s,)
-        How many stations see each surface.
-    pairs : mapping of tuple of str to array of int
-        By two stations, the numbers (p, 2) of their common planes.
-    """
-
+    #: names of the stations of the patches
     station: tuple[str, ...]
+    #: (n,), numbers of the patches among the planes of their station
     number: Index
+    #: (n,), numbers of their surfaces, from 0
     surface: Index
+    #: (s, 3), normals of the surfaces in the frame of the poses, from the largest patch
     normal: Array
+    #: (s,), offsets of the surfaces in that frame [m]
     offset: Array
+    #: (s,), how many stations see each surface
     members: Index
+    #: by two stations, the numbers (p, 2) of their common planes
     pairs: Mapping[tuple[str, str], Index]
 
 
@@ -97,11 +86,6 @@ def tie_planes(
         Further error that the poses may have [m].
     groups : sequence of collection of str or None
         If given, stations are tied within these groups alone.
-
-    Returns
-    -------
-    PlaneTies
-        The surfaces.
     """
     taking = [s for s in stations if s.name in poses and len(s.planes)]
     first = np.cumsum([0] + [len(s.planes) for s in taking])

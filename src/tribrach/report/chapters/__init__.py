@@ -58,36 +58,13 @@ CHAPTERS: dict[str, When] = {
 
 
 def named(name: str) -> Subject:
-    """What the file of a chapter declares.
-
-    Parameters
-    ----------
-    name : str
-        Of :data:`CHAPTERS`.
-
-    Returns
-    -------
-    Subject
-    """
+    """What the file of a chapter declares."""
     subject: Subject = import_module(f"tribrach.report.chapters.{name}").SUBJECT
     return subject
 
 
 def subjects(head: Head, job: JobResults) -> Iterator[Subject]:
-    """Give the subjects that a report may have chapters of.
-
-    Parameters
-    ----------
-    head : Head
-        The adjusted network in plain numbers.
-    job : JobResults
-        What the job left besides.
-
-    Yields
-    ------
-    Subject
-        In the order of the report.
-    """
+    """Give the subjects that a report may have chapters of."""
     for name, when in CHAPTERS.items():
         if when(head, job):
             yield named(name)

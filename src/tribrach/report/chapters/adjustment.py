@@ -165,20 +165,13 @@ _BY_KIND = "look for blunders first, then at the kinds whose ratio of sigma0 is 
 
 @dataclass(frozen=True)
 class Marked:
-    """Observations that take part although their tests are beyond the limits, the worst first.
+    """Observations that take part although their tests are beyond the limits, the worst first."""
 
-    Attributes
-    ----------
-    names
-        Each once, in words.
-    counted
-        How many tests that are, and how many would be by chance.
-    act
-        True if they are more than chance.
-    """
-
+    #: each once, in words
     names: tuple[str, ...]
+    #: how many tests that are, and how many would be by chance
     counted: str
+    #: true if they are more than chance
     act: bool
 
 

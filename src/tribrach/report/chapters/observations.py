@@ -211,17 +211,7 @@ def _kind(o: ObservationRow) -> str:
 
 
 def value_words(kind: str, value: float, unit: str, style: Style) -> str:
-    """A measured value with its unit.
-
-    Parameters
-    ----------
-    kind : str
-        Of the observation.
-    value, unit
-        In metres, radians or a ratio: ``m``, ``rad`` or ``1``.
-    style : Style
-        How angles are written.
-    """
+    """A measured value with its unit."""
     return _value_cell(kind, value, unit, style).words
 
 

@@ -110,32 +110,23 @@ class LeftOutBeams(Result):
 
 @dataclass(frozen=True, kw_only=True)
 class WrittenCloud(Result):
-    """A cloud that was written; without sigmas all figures but the step are None.
-
-    Attributes
-    ----------
-    sigma
-        Root mean square along the axes of its frame [m].
-    median, p95, largest
-        Of the three-dimensional sigma [m].
-    weakest
-        Sigma [m], azimuth and elevation [rad] of the direction in which the cloud as a whole is
-        known least; None for merged clouds.
-    step
-        Of stored coordinates [m]; None for copies of a source.
-    shares
-        Share of the points within each tolerance class.
-    """
+    """A cloud that was written; without sigmas all figures but the step are None."""
 
     name: str
     file: str
     points: int
+    #: root mean square along the axes of its frame [m]
     sigma: Triple | None
+    #: of the three-dimensional sigma [m]
     median: float | None
     p95: float | None
     largest: float | None
+    #: sigma [m], azimuth and elevation [rad] of the direction in which the cloud as a whole is
+    #: known least; None for merged clouds
     weakest: Triple | None
+    #: of stored coordinates [m]; None for copies of a source
     step: float | None
+    #: share of the points within each tolerance class
     shares: dict[str, float]
 
 

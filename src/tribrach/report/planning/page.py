@@ -54,13 +54,7 @@ def plan_page(plan: PlanPage) -> str:
 
 
 def plan_text(plan: PlanPage, *, brief: bool = False) -> str:
-    """The plan to print.
-
-    Parameters
-    ----------
-    brief
-        True to leave out the single sights.
-    """
+    """The plan to print."""
     rule = "=" * WIDTH
     notation = notation_of(plan.network)
     say = notation.words

@@ -17,30 +17,21 @@ __all__ = ["PlannedSight", "sights_of"]
 
 @dataclass(frozen=True)
 class PlannedSight:
-    """Everything observed from one place to another.
-
-    Attributes
-    ----------
-    kinds
-        What is observed, in words.
-    length, azimuth, zenith
-        Between the positions [m, rad].
-    values
-        How many are observed.
-    redundancy
-        The smallest of them, None where nothing controls one.
-    undetected
-        The largest displacement [m] by an undetected error in one of them.
-    """
+    """Everything observed from one place to another."""
 
     start: str
     end: str
+    #: what is observed, in words
     kinds: str
+    #: between the positions [m, rad]
     length: float
     azimuth: float
     zenith: float
+    #: how many are observed
     values: int
+    #: the smallest of them, None where nothing controls one
     redundancy: float | None
+    #: the largest displacement [m] by an undetected error in one of them
     undetected: float | None
 
 

@@ -148,11 +148,6 @@ def not_square(skew: float, points: int, more: float = 0.0) -> str:
         Number of points within the board; the rows of few points let an edge turn a little.
     more : float
         Further deviation that is allowed [rad].
-
-    Returns
-    -------
-    str
-        The reason, empty if the edges are square.
     """
     rows = GATES.square_rows / float(np.sqrt(max(1, points)))
     if abs(skew) <= max(GATES.square_rad, rows) + more:
@@ -181,11 +176,6 @@ def doubt(
         Black to white over the noise.
     explained : float
         Share of the variance of intensity that the pattern explains.
-
-    Returns
-    -------
-    str
-        The reason, empty if it is a board.
     """
     reason = not_square(skew_of(p), points)
     if reason:
@@ -266,11 +256,6 @@ def refine_edges(
         Half the side, blur, and error of a point's place by its angles [m].
     plane : BoardPlane
         The plane of the board.
-
-    Returns
-    -------
-    BoardPattern
-        The refined pattern; ``solved`` itself if an edge has too few points.
 
     Notes
     -----
@@ -405,47 +390,31 @@ def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, A
 
 @dataclass(frozen=True)
 class CheckerboardFit:
-    """A measured checkerboard.
+    """A measured checkerboard."""
 
-    Attributes
-    ----------
-    center : array (3,)
-        Centre in the scanner frame [m].
-    covariance : array (3, 3)
-        Its covariance, floor included [m^2].
-    plane : BoardPlane
-        Plane of the board.
-    flat : array (2, 2)
-        Covariance of the centre in the plane [m^2].
-    rms : float
-        Root mean square of the range residuals [m].
-    contrast : float
-        Black to white over the noise.
-    explained : float
-        Share of the variance of intensity that the pattern explains.
-    incidence : float
-        Angle between beam and normal of the board [rad].
-    turn : float
-        Turn of the edges in the plane [rad].
-    skew : float
-        Deviation of the edges from a right angle [rad].
-    blur : float
-        Sigma of the blurred edges [m].
-    points : int
-        Number of points used.
-    """
-
+    #: (3,), centre in the scanner frame [m]
     center: Array
+    #: (3, 3), its covariance, floor included [m^2]
     covariance: Array
+    #: plane of the board
     plane: BoardPlane
+    #: (2, 2), covariance of the centre in the plane [m^2]
     flat: Array
+    #: root mean square of the range residuals [m]
     rms: float
+    #: black to white over the noise
     contrast: float
+    #: share of the variance of intensity that the pattern explains
     explained: float
+    #: angle between beam and normal of the board [rad]
     incidence: float
+    #: turn of the edges in the plane [rad]
     turn: float
+    #: deviation of the edges from a right angle [rad]
     skew: float
+    #: sigma of the blurred edges [m]
     blur: float
+    #: number of points used
     points: int
 
 
@@ -481,11 +450,6 @@ def fit_checkerboard(
     shared : SharedNoise or None
         What neighbouring points share of their range errors; where it is not known, points in one
         footprint count as one.
-
-    Returns
-    -------
-    CheckerboardFit or Refused
-        The board, or why the points are not one.
     """
     close = np.linalg.norm(xyz - start, axis=1) < GATES.reach_sides * side
     if close.sum() < PATTERN.fewest_points:
@@ -551,11 +515,6 @@ def _round(
         Diameter of the beam [m].
     shared : SharedNoise or None
         What neighbouring points share.
-
-    Returns
-    -------
-    tuple[BoardPlane, BoardPattern]
-        Plane and pattern, or why there is none.
     """
     plane = _plane(xyz, light, use, near, footprint, shared)
     if isinstance(plane, Refused):

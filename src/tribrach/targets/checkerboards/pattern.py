@@ -92,23 +92,15 @@ _GUESS_FEWEST = GATES.guess_fewest
 
 @dataclass(frozen=True)
 class BoardPattern:
-    """A fitted pattern of four quadrants.
+    """A fitted pattern of four quadrants."""
 
-    Attributes
-    ----------
-    p : array (7,)
-        Parameters x0, y0 [m], t1, t2 [rad], I0, dI, ln s.
-    covariance : array (7, 7)
-        Their covariance.
-    use : array of bool (n,)
-        Points used.
-    noise : array (2,)
-        Noise of the intensities on the colour of ``I0 - dI`` and on that of ``I0 + dI``.
-    """
-
+    #: (7,), parameters x0, y0 [m], t1, t2 [rad], I0, dI, ln s
     p: Array
+    #: (7, 7), their covariance
     covariance: Array
+    #: (n,), points used
     use: NDArray[np.bool_]
+    #: (2,), noise of the intensities on the colour of ``I0 - dI`` and on that of ``I0 + dI``
     noise: Array
 
 
@@ -235,11 +227,6 @@ def solve_pattern(
         Half the side, predicted blur, and error of a point's place by its angles [m].
     steps : int
         Largest number of steps, those with a given blur included.
-
-    Returns
-    -------
-    BoardPattern or None
-        The pattern, None if it does not converge.
 
     Notes
     -----

@@ -114,11 +114,6 @@ def candidates(
         Intensities of the points.
     side : float
         Side of the boards [m].
-
-    Returns
-    -------
-    list of PrintCandidate
-        Candidates, strongest first, none within half a side of another.
     """
     light = _light(image.index, intensity)
     sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
@@ -300,19 +295,6 @@ def find_checkerboards(
         What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
-
-    Returns
-    -------
-    detections : list of Detection
-        Boards. A place that fits several sides becomes one board, of the side whose pattern
-        explains most.
-    rejections : list of Rejected
-        Candidates that are no boards, with reasons.
-
-    Raises
-    ------
-    InputError
-        If a side is not positive.
     """
     if not all(side > 0 for side in sides):
         raise InputError("the side of a checkerboard must be positive")

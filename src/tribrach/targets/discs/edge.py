@@ -125,33 +125,22 @@ GATES = CircleEdgeGates()
 
 @dataclass(frozen=True)
 class DiscShape:
-    """What is known of a disc and its points before the fit.
+    """What is known of a disc and its points before the fit."""
 
-    Attributes
-    ----------
-    radius : float
-        Radius [m].
-    radius_sigma : float
-        Its sigma [m].
-    slope : array (2,)
-        Direction in the plane along which the beam falls off; its length is the tangent of the
-        incidence angle.
-    blur : float
-        Sigma of the edge seen straight [m].
-    blur_share : float
-        Sigma of the logarithm of the predicted blur.
-    jitter : float
-        Sigma of a point's place [m].
-    pitch : float
-        Distance between points [m].
-    """
-
+    #: radius [m]
     radius: float
+    #: its sigma [m]
     radius_sigma: float
+    #: (2,), direction in the plane along which the beam falls off; its length is the tangent of
+    #: the incidence angle
     slope: Array
+    #: sigma of the edge seen straight [m]
     blur: float
+    #: sigma of the logarithm of the predicted blur
     blur_share: float
+    #: sigma of a point's place [m]
     jitter: float
+    #: distance between points [m]
     pitch: float
 
     @property
@@ -183,26 +172,17 @@ class DiscShape:
 
 @dataclass(frozen=True)
 class EdgeFit:
-    """The edge of a disc, fitted by least squares.
+    """The edge of a disc, fitted by least squares."""
 
-    Attributes
-    ----------
-    p : array (6,)
-        Centre x, y [m], level outside, gain, ln s, radius R [m].
-    covariance : array (6, 6)
-        Covariance of the parameters.
-    noise : array (2,)
-        Noise of the intensities outside and inside.
-    jitter : float
-        Sigma of a point's place [m].
-    use : array of bool (n,)
-        Points used.
-    """
-
+    #: (6,), centre x, y [m], level outside, gain, ln s, radius R [m]
     p: Array
+    #: (6, 6), covariance of the parameters
     covariance: Array
+    #: (2,), noise of the intensities outside and inside
     noise: Array
+    #: sigma of a point's place [m]
     jitter: float
+    #: (n,), points used
     use: NDArray[np.bool_]
 
 
@@ -253,11 +233,6 @@ def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit 
         Start values of x, y [m], level outside and gain.
     shape : DiscShape
         What is known before the fit.
-
-    Returns
-    -------
-    EdgeFit or None
-        The edge, None if the fit fails.
     """
     narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])

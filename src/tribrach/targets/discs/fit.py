@@ -292,59 +292,39 @@ def _excess(x: Array, left: Array) -> float:
 
 @dataclass(frozen=True)
 class DiscFit:
-    """A measured disc.
+    """A measured disc."""
 
-    Attributes
-    ----------
-    center : array (3,)
-        Centre in the scanner frame [m].
-    covariance : array (3, 3)
-        Its covariance, floor included [m^2].
-    plane : BoardPlane
-        Plane of the print.
-    flat : array (2, 2)
-        Covariance of the centre in the plane [m^2].
-    distance_sigma : float
-        Sigma of the centre along the beam [m].
-    rms : float
-        Root mean square of the range residuals [m].
-    gain : float
-        Intensity of the disc minus that of the ground.
-    contrast : float
-        Size of the gain over the noise.
-    explained : float
-        Share of the variance of intensity that the disc explains.
-    radius : float
-        Radius as seen [m].
-    blur : float
-        Sigma of the edge as seen [m].
-    coverage : float
-        Share of the edge that was seen.
-    split : float
-        Range of the disc minus that of the ground [m].
-    incidence : float
-        Angle between beam and normal of the print [rad].
-    points : int
-        Number of points on and around the disc.
-    inliers : int
-        Number of points that determined the centre.
-    """
-
+    #: (3,), centre in the scanner frame [m]
     center: Array
+    #: (3, 3), its covariance, floor included [m^2]
     covariance: Array
+    #: plane of the print
     plane: BoardPlane
+    #: (2, 2), covariance of the centre in the plane [m^2]
     flat: Array
+    #: sigma of the centre along the beam [m]
     distance_sigma: float
+    #: root mean square of the range residuals [m]
     rms: float
+    #: intensity of the disc minus that of the ground
     gain: float
+    #: size of the gain over the noise
     contrast: float
+    #: share of the variance of intensity that the disc explains
     explained: float
+    #: radius as seen [m]
     radius: float
+    #: sigma of the edge as seen [m]
     blur: float
+    #: share of the edge that was seen
     coverage: float
+    #: range of the disc minus that of the ground [m]
     split: float
+    #: angle between beam and normal of the print [rad]
     incidence: float
+    #: number of points on and around the disc
     points: int
+    #: number of points that determined the centre
     inliers: int
 
     @property
@@ -387,11 +367,6 @@ def fit_disc(
         Sigma added to the covariance in each direction [m].
     shared : SharedNoise or None
         What neighbouring points share of their range errors, if it is known.
-
-    Returns
-    -------
-    DiscFit or Refused
-        The disc, or why the points are not one.
     """
     light = np.asarray(intensity, dtype=float)
     close = (np.linalg.norm(xyz - start, axis=1) < GATES.reach_radii * radius) & np.isfinite(light)

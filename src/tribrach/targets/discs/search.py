@@ -103,11 +103,6 @@ def candidates(
         Intensities of the points.
     radius : float
         Radius of the discs [m].
-
-    Returns
-    -------
-    list of PrintCandidate
-        Candidates, strongest first, none within a radius of another.
     """
     light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
     light = light.astype(np.float32)
@@ -259,19 +254,6 @@ def find_discs(
         What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
-
-    Returns
-    -------
-    detections : list of Detection
-        Discs. A place that fits several radii becomes one disc, of the radius that explains most of
-        its intensity.
-    rejections : list of Rejected
-        Candidates that are no discs, with reasons.
-
-    Raises
-    ------
-    InputError
-        If a radius is not positive.
 
     Notes
     -----

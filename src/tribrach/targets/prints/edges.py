@@ -98,27 +98,18 @@ _LEVELS = (
 
 @dataclass(frozen=True)
 class EdgePoints:
-    """Points near one edge.
+    """Points near one edge."""
 
-    Attributes
-    ----------
-    along, across : array (n,)
-        Coordinates along the edge and across it, from its presumed place [m].
-    level : array (n,)
-        Intensity scaled to -1 on the negative side of the edge and 1 on the positive side.
-    noise : array (n, 2)
-        Noise of the level on plain print, of level -1 and of level 1.
-    blur : float
-        Sigma of the footprint across the edge [m].
-    jitter : float
-        Sigma of a point's place across the edge [m].
-    """
-
+    #: (n,), coordinates along the edge and across it, from its presumed place [m]
     along: Array
     across: Array
+    #: (n,), intensity scaled to -1 on the negative side of the edge and 1 on the positive side
     level: Array
+    #: (n, 2), noise of the level on plain print, of level -1 and of level 1
     noise: Array
+    #: sigma of the footprint across the edge [m]
     blur: float
+    #: sigma of a point's place across the edge [m]
     jitter: float
 
 
@@ -216,28 +207,18 @@ def usual_noise(noise: Array) -> float:
     ----------
     noise : array (2,)
         Noise of either colour.
-
-    Returns
-    -------
-    float
-        Root mean square of both.
     """
     return float(np.sqrt(np.mean(noise**2)))
 
 
 @dataclass(frozen=True)
 class LightOfDistance:
-    """How likely the light of each point is at every distance from the edge.
+    """How likely the light of each point is at every distance from the edge."""
 
-    Attributes
-    ----------
-    log : array (n, m)
-        Log-likelihoods at distances from ``-(m - 1)/2`` to ``(m - 1)/2`` steps, alike beyond.
-    step : float
-        From one distance to the next, over the blur.
-    """
-
+    #: (n, m), log-likelihoods at distances from ``-(m - 1)/2`` to ``(m - 1)/2`` steps, alike
+    #: beyond
     log: Array
+    #: from one distance to the next, over the blur
     step: float
 
     @classmethod
@@ -252,11 +233,6 @@ class LightOfDistance:
             Noise of level -1 and of level 1; between them it grows with the level.
         jitter : float
             Sigma of a point's place across the edge, over the blur.
-
-        Returns
-        -------
-        LightOfDistance
-            The table.
         """
         width, reach = float(np.hypot(jitter, GATES.profile_blurs)), GATES.profile_reach_blurs
         step = GATES.table_step_sigmas * width

@@ -59,36 +59,24 @@ GATES = PrintPlaneGates()
 
 @dataclass(frozen=True)
 class BoardPlane:
-    """Plane ``normal . x = offset`` of the scanner frame, with axes in it.
+    """Plane ``normal . x = offset`` of the scanner frame, with axes in it."""
 
-    Attributes
-    ----------
-    normal : array (3,)
-        Unit normal towards the scanner.
-    offset : float
-        Offset of the plane [m].
-    axes : array (2, 3)
-        Unit vectors across and up in the plane.
-    origin : array (3,)
-        Origin of the coordinates in the plane [m].
-    use : array of bool (n,)
-        Points that lie on it.
-    cofactor : array (3, 3)
-        Covariance of the plane's shift along the normal at the origin [m] and of its slopes along
-        both axes.
-    rms : float
-        Root mean square of the residuals along the beam [m].
-    split : float
-        White minus black along the beam [m].
-    """
-
+    #: (3,), unit normal towards the scanner
     normal: Array
+    #: offset of the plane [m]
     offset: float
+    #: (2, 3), unit vectors across and up in the plane
     axes: Array
+    #: (3,), origin of the coordinates in the plane [m]
     origin: Array
+    #: (n,), points that lie on it
     use: NDArray[np.bool_]
+    #: (3, 3), covariance of the plane's shift along the normal at the origin [m] and of its slopes
+    #: along both axes
     cofactor: Array
+    #: root mean square of the residuals along the beam [m]
     rms: float
+    #: white minus black along the beam [m]
     split: float
 
     def project(self, xyz: Array) -> Array:
@@ -147,11 +135,6 @@ class BoardPlane:
         ----------
         direction : array (2,)
             Unit direction in the plane.
-
-        Returns
-        -------
-        float
-            Factor, 1 or more.
         """
         beam = self.axes @ self.origin / abs(self.normal @ self.origin)
         return float(np.sqrt(1 + (beam @ direction) ** 2))
@@ -178,11 +161,6 @@ def fit_board_plane(
         Distance of points that are independent of each other, where nothing else is known [m].
     shared : SharedNoise or None
         What neighbouring points share of their range errors (method section 5.7).
-
-    Returns
-    -------
-    BoardPlane or None
-        The plane, None if there is none.
     """
     use = np.ones(len(xyz), dtype=bool)
     unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)

@@ -35,34 +35,22 @@ class PrintFit(Protocol):
 
 @dataclass(frozen=True)
 class Refused:
-    """Why points are no target.
+    """Why points are no target."""
 
-    Attributes
-    ----------
-    reason : str
-        One sentence without the full stop.
-    texture : bool
-        True if nothing like a target is there, which is not worth a line in the report.
-    """
-
+    #: one sentence without the full stop
     reason: str
+    #: true if nothing like a target is there, which is not worth a line in the report
     texture: bool = False
 
 
 @dataclass(frozen=True)
 class PrintCandidate:
-    """A pixel of the range image that may look at the centre of a target.
+    """A pixel of the range image that may look at the centre of a target."""
 
-    Attributes
-    ----------
-    row, column : int
-        Indices of the pixel.
-    notable : bool
-        True if its refusal is worth a line even if it looks like texture.
-    """
-
+    #: indices of the pixel
     row: int
     column: int
+    #: true if its refusal is worth a line even if it looks like texture
     notable: bool = False
 
 
@@ -120,32 +108,21 @@ class BestFits(Generic[Fit]):
 
 @dataclass(frozen=True)
 class PrintSearch(Generic[Fit]):
-    """What a kind of printed target brings to the search.
+    """What a kind of printed target brings to the search."""
 
-    Attributes
-    ----------
-    kind : Kind
-        Kind of the detections.
-    candidates : callable
-        Returns the candidates for a size [m], the strongest first.
-    fit : callable
-        Fits the points with numbers (k,) around a place (3,) [m] to a target of a size [m].
-    reach_sizes : float
-        Half the window of points around a candidate, over the size.
-    same_start_sizes : float
-        A candidate nearer to a fit than this many of its sizes is the same target.
-    same_size_only : bool
-        True if ``same_start_sizes`` only counts for fits of the size that is searched.
-    same_target_sizes : float
-        Fits nearer than this many of the larger of their sizes are one target.
-    """
-
+    #: kind of the detections
     kind: Kind
+    #: returns the candidates for a size [m], the strongest first
     candidates: Callable[[float], Iterable[PrintCandidate]]
+    #: fits the points with numbers (k,) around a place (3,) [m] to a target of a size [m]
     fit: Callable[[NDArray[np.int32], Array, float], Fit | Refused]
+    #: half the window of points around a candidate, over the size
     reach_sizes: float
+    #: A candidate nearer to a fit than this many of its sizes is the same target
     same_start_sizes: float
+    #: true if ``same_start_sizes`` only counts for fits of the size that is searched
     same_size_only: bool
+    #: fits nearer than this many of the larger of their sizes are one target
     same_target_sizes: float
 
     def run(

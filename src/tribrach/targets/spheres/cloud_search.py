@@ -84,18 +84,6 @@ def find_spheres_in_cloud(
         [m].
     scan : str
         Name of the cloud.
-
-    Returns
-    -------
-    detections : list of Detection
-        Spheres.
-    rejections : list of Rejected
-        Candidates that are no spheres, with reasons.
-
-    Raises
-    ------
-    InputError
-        If a radius is not positive, or fewer than 30 points are finite.
     """
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")

@@ -98,57 +98,38 @@ _DETERMINANT = GATES.determinant
 
 @dataclass(frozen=True, eq=False)
 class SphereFit:
-    """A fitted sphere and how well the points determine it.
+    """A fitted sphere and how well the points determine it."""
 
-    Attributes
-    ----------
-    center : array (3,)
-        Centre in the scanner frame [m].
-    covariance : array (3, 3)
-        Its covariance, floor included [m^2].
-    formal : array (3, 3)
-        Its covariance without the floor [m^2].
-    random : array (3, 3)
-        What of it comes from the noise of points, without the tolerance of the radius [m^2].
-    alike : float
-        What is known of neighbours multiplies its variances with; 1 for independent points.
-    radius : float
-        Radius [m].
-    sigma_radius : float
-        Sigma of the radius, 0 for a given radius [m].
-    rms : float
-        Root mean square of the residuals along the line of sight [m].
-    s0 : float
-        Standard deviation of unit weight against the stated noise.
-    noise : tuple of float
-        Sigma of a range straight on the surface, and what is added across it times the tangent of
-        the incidence angle, as estimated from the residuals [m].
-    masked : array of bool (n,)
-        Points within the mask of incidence.
-    inliers : array of bool (n,)
-        Those of them that were not trimmed.
-    incidence : array (n,)
-        Angles of incidence [rad], NaN beside the sphere.
-    residuals : array (n,)
-        Residuals [m], NaN beside the sphere.
-    sentences : tuple of str
-        What was odd about the fit.
-    """
-
+    #: (3,), centre in the scanner frame [m]
     center: Array
+    #: (3, 3), its covariance, floor included [m^2]
     covariance: Array
+    #: (3, 3), its covariance without the floor [m^2]
     formal: Array
+    #: (3, 3), what of it comes from the noise of points, without the tolerance of the radius [m^2]
     random: Array
+    #: what is known of neighbours multiplies its variances with; 1 for independent points
     alike: float
+    #: radius [m]
     radius: float
+    #: sigma of the radius, 0 for a given radius [m]
     sigma_radius: float
+    #: root mean square of the residuals along the line of sight [m]
     rms: float
+    #: standard deviation of unit weight against the stated noise
     s0: float
+    #: sigma of a range straight on the surface, and what is added across it times the tangent of
+    #: the incidence angle, as estimated from the residuals [m]
     noise: tuple[float, float]
+    #: (n,), points within the mask of incidence
     masked: Mask
+    #: (n,), those of them that were not trimmed
     inliers: Mask
+    #: (n,), angles of incidence [rad], NaN beside the sphere
     incidence: Array
+    #: (n,), residuals [m], NaN beside the sphere
     residuals: Array
+    #: what was odd about the fit
     sentences: tuple[str, ...] = ()
 
 
@@ -190,16 +171,6 @@ def fit_sphere(
         Sigma of a given radius [m]; ellipsoidal departures have half of that as root mean square.
     shared : SharedNoise or None
         What neighbouring points share of their range errors, if it is known (method section 5.7).
-
-    Returns
-    -------
-    SphereFit
-        The sphere.
-
-    Raises
-    ------
-    InputError
-        If fewer than 30 points are left, the scanner is inside the sphere, or there is no solution.
     """
     if not np.linalg.norm(start) > radius > 0:
         raise InputError("the scanner would be inside the sphere")
@@ -226,18 +197,7 @@ def fit_sphere(
 
 
 def noise_doubt(points: int) -> float:
-    """Sigma of the logarithm of ``s0^2`` of a fit: of what is stated and of its estimate.
-
-    Parameters
-    ----------
-    points : int
-        Points that determine it.
-
-    Returns
-    -------
-    float
-        Without unit.
-    """
+    """Sigma of the logarithm of ``s0^2`` of a fit: of what is stated and of its estimate."""
     return float(np.sqrt(GATES.prior_range**2 + 2 / points))
 
 
@@ -294,16 +254,6 @@ def fit_sphere_orthogonal(
         True to estimate the radius as well.
     floor : float
         Sigma added to the covariance in each direction [m].
-
-    Returns
-    -------
-    SphereFit
-        The sphere. Incidence is unknown (NaN) and nothing is masked.
-
-    Raises
-    ------
-    InputError
-        If fewer than 30 points are left or there is no solution.
     """
     state = _orthogonal(np.ascontiguousarray(xyz), start, radius, free_radius, float(sigma))
     sentences = (

@@ -105,21 +105,14 @@ _FEWEST_IN_RUN = GATES.fewest_in_run
 
 @dataclass(frozen=True, eq=False)
 class SphereSizedParts:
-    """Free-standing components of about the sphere's size.
+    """Free-standing components of about the sphere's size."""
 
-    Attributes
-    ----------
-    center : array (n, 3)
-        Presumed centres, the radius behind the nearest points along the mean direction [m].
-    width, height : array (n,)
-        Sizes in multiples of the diameter.
-    fits : array of bool (n,)
-        True where width and height are those of the sphere.
-    """
-
+    #: (n, 3), presumed centres, the radius behind the nearest points along the mean direction [m]
     center: Array
+    #: (n,), sizes in multiples of the diameter
     width: Array
     height: Array
+    #: (n,), true where width and height are those of the sphere
     fits: NDArray[np.bool_]
 
 
@@ -132,11 +125,6 @@ def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
         The range image.
     radius : float
         Radius of the sphere [m].
-
-    Returns
-    -------
-    SphereSizedParts
-        Components that may be the sphere, and those nearly of its size.
 
     Notes
     -----
@@ -442,18 +430,6 @@ def find_spheres(
         What neighbouring points share of their range errors, if it is known.
     scan : str
         Name of the scan.
-
-    Returns
-    -------
-    detections : list of Detection
-        Spheres. A place that fits several radii becomes one sphere, of the radius that fits best.
-    rejections : list of Rejected
-        Candidates that are no spheres, with reasons.
-
-    Raises
-    ------
-    InputError
-        If a radius is not positive.
     """
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")

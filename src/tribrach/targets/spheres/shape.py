@@ -66,32 +66,22 @@ GATES = ShapeGates()
 
 @dataclass(frozen=True)
 class Shape:
-    """Radius and form of a body by its own points.
+    """Radius and form of a body by its own points."""
 
-    Attributes
-    ----------
-    radius, sigma_radius : float
-        Free radius and its sigma [m].
-    form, sigma_form : float
-        Root mean square of the departure of second and third degree, and what noise alone makes of
-        it [m].
-    probability : float
-        Of so much form if the body is a sphere.
-    like : float
-        What likeness of neighbours multiplies the variances of means with.
-    reason : str
-        Why the body is none of the wanted spheres; empty if nothing says so.
-    sentence : str
-        What its points do not tell; empty if they tell enough.
-    """
-
+    #: free radius and its sigma [m]
     radius: float
     sigma_radius: float
+    #: root mean square of the departure of second and third degree, and what noise alone makes of
+    #: it [m]
     form: float
     sigma_form: float
+    #: of so much form if the body is a sphere
     probability: float
+    #: what likeness of neighbours multiplies the variances of means with
     like: float
+    #: why the body is none of the wanted spheres; empty if nothing says so
     reason: str
+    #: what its points do not tell; empty if they tell enough
     sentence: str
 
 
@@ -121,11 +111,6 @@ def shape_of(
         Diameter of the footprint at the sphere [m].
     tolerance : float
         Sigma of radius and form as made [m].
-
-    Returns
-    -------
-    Shape
-        Radius, form, and what they say.
     """
     rim = np.arcsin(max(1 - GATES.rim_beams * beam / fit.radius, 0.5))
     try:
@@ -238,12 +223,6 @@ def likeness(residuals: Array, row: NDArray[np.int64], column: NDArray[np.int64]
         Residuals over their sigmas.
     row, column : array (n,)
         Pixels.
-
-    Returns
-    -------
-    float
-        What likeness multiplies the variance of means with, 1 if nearest neighbours are not
-        significantly alike: the sum of the correlations along rows times that along columns.
 
     Notes
     -----
