@@ -26,8 +26,10 @@ LIMIT = re.compile(
 )
 #: a residual whose figure, written @, follows in the same part of a sentence
 FIGURE = re.compile(rf"(?:{WORD.pattern})[^.;]{{0,60}}@", re.IGNORECASE)
+#: where a template of a sentence is filled in
+PLACE = re.compile(r"\{[a-z_@][^{}]*\}")
 #: the residual of one value with its test value, what residuals are the reason for, an axis
-OTHERS = (": @, residual @, w @, @", "The residuals call for @", "residual of @")
+OTHERS = (": @, residual @, w @, @", "The residuals call for @", "residual of @ [@]")
 
 
 def _other(text: str) -> bool:
@@ -41,7 +43,10 @@ def texts(tree: ast.AST) -> list[tuple[int, str]]:
     for node in ast.walk(tree):
         if isinstance(node, ast.JoinedStr) and id(node) not in formats:
             parts = [part.value if isinstance(part, ast.Constant) else "@" for part in node.values]
-            out.append((node.lineno, "".join(map(str, parts))))
+            out.append((node.lineno, PLACE.sub("@", "".join(map(str, parts)))))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            if PLACE.search(node.value):
+                out.append((node.lineno, PLACE.sub("@", node.value)))
     return out
 
 
