@@ -44,9 +44,8 @@ def texts(tree: ast.AST) -> list[tuple[int, str]]:
         if isinstance(node, ast.JoinedStr) and id(node) not in formats:
             parts = [part.value if isinstance(part, ast.Constant) else "@" for part in node.values]
             out.append((node.lineno, PLACE.sub("@", "".join(map(str, parts)))))
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            if PLACE.search(node.value):
-                out.append((node.lineno, PLACE.sub("@", node.value)))
+        elif isinstance(node, ast.Constant) and PLACE.search(str(node.value)):
+            out.append((node.lineno, PLACE.sub("@", str(node.value))))
     return out
 
 

@@ -1,8 +1,6 @@
 """Commands on scans: what every option does; one sentence and status 2 for bad input."""
 
 import json
-from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
 
 import laspy
@@ -338,13 +336,8 @@ class TestSimulate:
         assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-@pytest.mark.parametrize(
-    ("module", "command"),
-    [("scans", "convert"), ("targets", "targets"), ("simulate", "simulate"), ("scans", "info")],
-)
-def test_help_names_every_option(module: str, command: str) -> None:
-    function: Callable[..., None] = getattr(import_module(f"tribrach.cli.{module}"), command)
+@pytest.mark.parametrize("command", ["convert", "targets", "simulate", "info"])
+def test_help_names_every_option(command: str) -> None:
     text = works(command, "--help").replace("_", "-")
-    assert (function.__doc__ or "").split(":")[0].split()[0] in text
     if command != "info":
         assert "--quiet" in text
