@@ -125,6 +125,53 @@ def rooms() -> Scene:
     return Scene.of(parts)
 
 
+def empty_room(width: float = 9.0, depth: float = 6.0) -> Scene:
+    """Four walls, a floor and a ceiling."""
+    return Scene.of(
+        [
+            rectangle((0, 0, 0), (0, 0, 1), width, depth, 0.5),
+            rectangle((0, 0, 3.0), (0, 0, -1), width, depth, 0.5),
+            rectangle((-width / 2, 0, 1.5), (1, 0, 0), depth, 3.0, 0.5),
+            rectangle((width / 2, 0, 1.5), (-1, 0, 0), depth, 3.0, 0.5),
+            rectangle((0, depth / 2, 1.5), (0, -1, 0), width, 3.0, 0.5),
+            rectangle((0, -depth / 2, 1.5), (0, 1, 0), width, 3.0, 0.5),
+        ]
+    )
+
+
+def storeys(height: float = 3.0, count: int = 5) -> Scene:
+    """Equal storeys about an open well, a block at one side of each, floors numbered from -2."""
+    parts: list[Primitive] = []
+    low, high = -(count // 2) * height, (count - count // 2) * height
+    middle, whole = (low + high) / 2, high - low
+    for center, normal, width in (
+        ((-2.5, 0, middle), (1, 0, 0), 6.0),
+        ((2.5, 0, middle), (-1, 0, 0), 6.0),
+        ((0, 3.0, middle), (0, -1, 0), 5.0),
+        ((0, -3.0, middle), (0, 1, 0), 5.0),
+    ):
+        parts.append(rectangle(center, normal, width, whole, 0.5))
+    for level in np.arange(count + 1) * height + low:
+        # a gallery of 1.6 m about the well, 0.2 m thick, and what stands on it
+        parts += [
+            box((0, 2.2, level - 0.1), (5.0, 1.6, 0.2), 0.5),
+            box((0, -2.2, level - 0.1), (5.0, 1.6, 0.2), 0.5),
+            box((-1.9, 0, level - 0.1), (1.2, 2.8, 0.2), 0.5),
+            box((2.2, 2.6, level + 0.5), (0.5, 0.6, 1.0), 0.4),
+            box((-2.2, -1.0, level + 1.0), (0.4, 0.9, 2.0), 0.4),
+        ]
+    return Scene.of(parts)
+
+
+def deck(bay: float = 6.0) -> Scene:
+    """A bridge of two parapets and equal lamps on either side, longer than a scanner sees."""
+    parts: list[Primitive] = [rectangle((0, 0, 0), (0, 0, 1), 300, 9.0, 0.3)]
+    for side in (-1.0, 1.0):
+        parts.append(box((0, 4.4 * side, 0.5), (300, 0.2, 1.0), 0.4))
+        parts += [box((x, 4.0 * side, 2.5), (0.3, 0.3, 5.0), 0.4) for x in bay * np.arange(-25, 26)]
+    return Scene.of(parts)
+
+
 def points_of(scene: Scene, pose: Pose, points: int, seed: int, farthest: float = 60.0) -> Array:
     """A scan (n, 3) in its scanner's frame [m]."""
     scanner = Scanner(NOISE, farthest=farthest)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from tribrach.registration.clouds.relative_covariance import (
     RelativeCovariance,
     relative_covariance,
 )
-from tribrach.registration.clouds.starts import kiss_pose, plan_poses
+from tribrach.registration.clouds.starts import kiss_pose, own_poses, plan_poses
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 from tribrach.sentences import Sentence
@@ -106,6 +107,8 @@ class CloudPairGates:
     #: of two places the approximate pose speaks for one if its square [sigmas] is less by so much:
     #: a thousand to one
     decided: float = float(2 * np.log(1000.0))
+    #: a fit along an open direction is at the approximate pose within so many of its levers
+    slid_levers: float = 2.0
     #: a pose is that of one place if it moves b by less: shift [radii of the scans], turn [rad]
     still_radii: float = 0.02
     still_rad: float = float(np.radians(3.0))
@@ -114,6 +117,9 @@ class CloudPairGates:
     across_cosine: float = 0.97
     one_range: float = 0.01
     equal_share: float = 0.2
+    #: turns and shifts that lay a scan on itself, at most, and how many of their products are tried
+    own_most: int = 4
+    own_products: int = 12
     #: proposals that are fitted, and those of them that differ only where nothing holds
     fitted: int = 5
     fitted_alike: int = 2
@@ -145,7 +151,9 @@ class Origin(Enum):
 
     GIVEN = "approximate pose"
     PLAN = "plan"
+    FRAME = "one frame"
     KISS = "kiss-matcher"
+    SYMMETRY = "what a scan has twice"
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,6 +275,90 @@ def _some(indexed: Indexed) -> Surfels:
     return indexed.surfels.thinned(GATES.first_surfels)
 
 
+#: symmetries of scans that are at hand
+_SYMMETRIES: WeakKeyDictionary[PreparedScan, tuple[Pose, ...]] = WeakKeyDictionary()
+
+
+def symmetries(scan: PreparedScan) -> tuple[Pose, ...]:
+    """Turns and shifts that lay a scan on itself, looked for once."""
+    if scan not in _SYMMETRIES:
+        _SYMMETRIES[scan] = _symmetries(scan)
+    return _SYMMETRIES[scan]
+
+
+def _symmetries(scan: PreparedScan) -> tuple[Pose, ...]:
+    """Turns and shifts that lay a scan on itself without contradiction, the identity left out.
+
+    Notes
+    -----
+    Half and quarter turns of a room, the next storey of a stairwell, the next bay of a hall: what a
+    scan has twice, the other scan may show at either place.
+    """
+    size, few = _size(scan, scan), Indexed.of(_some(scan.coarse))
+    still, seen = Pose.identity(), (scan.view, scan.view)
+    tolerance = GATES.agrees_sizes * size
+    looked: list[Candidate] = []
+    for pose in own_poses(scan.coarse.surfels):
+        known = [still, *(c.pose for c in looked)]
+        if any(_same(other, pose, size) for other in known):
+            continue
+        gates = [k * size for k in GATES.first_gates_sizes]
+        moved = align(few, few, pose, gates, steps=GATES.first_steps).pose
+        if any(_same(other, moved, size) for other in known):
+            continue
+        verdict = judge(few, few, seen, moved, tolerance)
+        looked.append(Candidate(moved, verdict, Origin.SYMMETRY))
+    looked.sort(key=lambda c: -c.verdict.score)
+    good = refined(scan, scan, looked[: 2 * GATES.own_most])
+    found = [c for c in good if _possible(c.verdict) and _consistent(c.verdict)]
+    return tuple(c.pose for c in found if not _same(still, c.pose, size))[: GATES.own_most]
+
+
+def _repeated(
+    a: PreparedScan, b: PreparedScan, best: PairFit, floor: tuple[float, float]
+) -> list[PairFit]:
+    """Fits at the places where the scans may lie as well because one of them repeats itself.
+
+    Notes
+    -----
+    Such a place may have less overlap than the best and be right all the same: what the scanners
+    saw is the same thing twice. Only what is looked through speaks against it.
+    """
+    out: list[PairFit] = []
+    for c in _elsewhere(a, b, best.pose):
+        fit = _fitted(a, b, c, floor)
+        if fit is None or fit.verdict.agree < GATES.least_area_m2:
+            continue
+        if _open(best, fit) and not any(_alike(f, fit.pose) for f in (best, *out)):
+            out.append(fit)
+    return out
+
+
+def _open(best: PairFit, fit: PairFit) -> bool:
+    """True if nothing that is looked through speaks for the best place against another."""
+    if best.precision.rank < 6:
+        # somewhere along an open direction the other place may agree better than where it was put
+        return _clean(fit.verdict)
+    return _excess(fit.verdict.through, best.verdict.through) <= 1
+
+
+def _elsewhere(a: PreparedScan, b: PreparedScan, pose: Pose) -> list[Candidate]:
+    """Places of b in a that the symmetries of both scans make of one, and others along them."""
+    size, still = _size(a, b), Pose.identity()
+    own, other = [still, *symmetries(a)], [still, *symmetries(b)]
+    products = [g @ pose @ h for g in own for h in other]
+    products += [g @ g @ pose for g in own] + [pose @ h @ h for h in other]
+    places = [pose]
+    for place in products:
+        if not any(_same(known, place, size) for known in places):
+            places.append(place)
+    some = places[1 : 1 + GATES.own_products]
+    found = refined(a, b, [_candidate(a, b, p, Origin.SYMMETRY, size) for p in some])
+    few = Indexed.of(_some(a.coarse)), Indexed.of(_some(b.coarse))
+    slid = [place for c in found[: GATES.own_most] for place in _slid(a, b, few, c)]
+    return [*found, *refined(a, b, slid)]
+
+
 def _same(one: Pose, two: Pose, size: float) -> bool:
     shift, turn = apart(one, two)
     return shift < GATES.same_sizes * size and turn < GATES.same_turn_rad
@@ -378,23 +470,36 @@ def register_pair(
     """
     proposed = [] if prior is None else [(prior, Origin.GIVEN)]
     proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
-    fits = _fits(a, b, proposed, floor)
+    proposed += [(Pose.identity(), Origin.FRAME)]
+    fits, most = _fits(a, b, proposed, floor)
     if not fits or not _consistent(fits[0].verdict):
         matched = kiss_pose(a.coarse.surfels, b.coarse.surfels)
-        fits += [] if matched is None else _fits(a, b, [(matched, Origin.KISS)], floor)
-        fits.sort(key=lambda f: -f.verdict.score)
+        if matched is not None:
+            more, share = _fits(a, b, [(matched, Origin.KISS)], floor)
+            fits, most = sorted([*fits, *more], key=lambda f: -f.verdict.score), max(most, share)
     carried = [f for f in fits if _carried_along(a, b, f)]
     fits = [f for f in fits if not any(f is c for c in carried)]
     if carried and not (fits and _consistent(fits[0].verdict)):
         return CloudPair(a.name, b.name, None, (), (_suspect(a.name, b.name, carried[0]),))
     if not fits:
-        return CloudPair(a.name, b.name, None, (), (_no_overlap(a.name, b.name),))
+        return CloudPair(a.name, b.name, None, (), (_not_found(a.name, b.name, most),))
     best = fits[0] if prior is None else _nearest(fits, prior)
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
     rivals = _rivals(best, [f for f in fits if f is not best])
+    rivals += [
+        f
+        for f in _repeated(a, b, best, floor)
+        if not any(_alike(rival, f.pose) for rival in rivals)
+    ]
+    at = None if prior is None else _at_prior(a, b, prior, sigma, floor)
+    if at is not None and not any(_alike(f, at.pose) for f in (best, *rivals)):
+        rivals.append(at)
     near = None if prior is None else _decided((best, *rivals), prior, sigma)
-    if rivals and near is not None:
+    if rivals and prior is not None and near is not None:
+        if not _possible(near.verdict) or _slid_away(near, prior, sigma):
+            sentence = _too_little(a.name, b.name, prior, best)
+            return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
         sentence = (
             f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
             "approximate pose is taken"
@@ -417,16 +522,19 @@ def _fits(
     b: PreparedScan,
     proposed: Sequence[tuple[Pose, Origin]],
     floor: tuple[float, float],
-) -> list[PairFit]:
-    """Proposals with all surfels, those with enough overlap, the best first."""
+) -> tuple[list[PairFit], float]:
+    """Proposals with all surfels, those with enough overlap, the best first; the most overlap."""
     fits: list[PairFit] = []
-    for c in judged(a, b, proposed):
+    candidates = judged(a, b, proposed)
+    most = max((max(c.verdict.overlap) for c in candidates), default=0.0)
+    for c in candidates:
         alike = sum(_alike(f, c.pose) for f in fits)
         room = len(fits) < GATES.fitted and alike < GATES.fitted_alike
         if _possible(c.verdict) and (room or c.origin is Origin.GIVEN):
             fit = _fitted(a, b, c, floor)
             fits += [] if fit is None else [fit]
-    return sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
+    fits = sorted((f for f in fits if _possible(f.verdict)), key=lambda f: -f.verdict.score)
+    return fits, most
 
 
 def _fitted(
@@ -440,6 +548,21 @@ def _fitted(
     tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * alignment.rms)
     verdict = judge(a.some, b.some, (a.view, b.view), alignment.pose, tolerance)
     return PairFit(alignment, precision, verdict, c.origin)
+
+
+def _at_prior(
+    a: PreparedScan,
+    b: PreparedScan,
+    prior: Pose,
+    sigma: ApproximateSigma,
+    floor: tuple[float, float],
+) -> PairFit | None:
+    """The fit at an approximate pose; None if nothing agrees or something speaks against it."""
+    start = _candidate(a, b, prior, Origin.GIVEN, _size(a, b))
+    fit = _fitted(a, b, refined(a, b, [start])[0], floor)
+    if fit is None or fit.verdict.agree < GATES.least_area_m2 or _wrong(fit, prior, sigma):
+        return None
+    return fit if _clean(fit.verdict) else None
 
 
 def _with_all(
@@ -464,8 +587,13 @@ def _possible(v: Verdict) -> bool:
 
 def _consistent(v: Verdict) -> bool:
     """True if what overlaps agrees."""
+    return v.consistency >= GATES.least_consistency and _clean(v)
+
+
+def _clean(v: Verdict) -> bool:
+    """True if no more is looked through than what moves between two scans."""
     allowed = GATES.moved_share * v.agree + GATES.moved_standing_share * v.standing
-    return v.consistency >= GATES.least_consistency and v.surely_through <= allowed
+    return v.surely_through <= allowed
 
 
 def _carried_along(a: PreparedScan, b: PreparedScan, fit: PairFit) -> bool:
@@ -579,6 +707,12 @@ def _wrong(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
     return shift >= k * sigma.shift or turn >= k * sigma.turn
 
 
+def _slid_away(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
+    """True if a fit lies further along its open directions than they are said to be open."""
+    far = GATES.wrong_sigmas * sigma.shift + GATES.slid_levers * fit.precision.lever
+    return apart(fit.pose, prior)[0] > far
+
+
 def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
     """Shift [m] and turn [rad] of an approximate pose, but for shifts that the fit leaves open."""
     off = prior.translation - fit.pose.translation
@@ -589,10 +723,15 @@ def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
     return float(np.linalg.norm(off - basis @ (basis.T @ off))), apart(fit.pose, prior)[1]
 
 
-def _no_overlap(a: str, b: str) -> str:
-    return (
-        f"no overlap was found between {a} and {b}: wherever one is laid on the other, less than "
-        f"{percent(GATES.least_overlap)} of either agrees"
+def _not_found(a: str, b: str, most: float) -> str:
+    return Sentence(
+        "no place was found for {b} in {a}: of the places tried (plans, one frame, an approximate "
+        "pose) the best lets {most} of one scan agree with the other, less than {least} or too "
+        "small an area; give an approximate pose, or targets",
+        a=a,
+        b=b,
+        most=percent(most),
+        least=percent(GATES.least_overlap),
     )
 
 
@@ -607,6 +746,20 @@ def _suspect(a: str, b: str, fit: PairFit) -> str:
         b=b,
         shift=shift,
         turn=turn,
+    )
+
+
+def _too_little(a: str, b: str, prior: Pose, best: PairFit) -> str:
+    shift, turn = apart(best.pose, prior)
+    return Sentence(
+        "no pose between {a} and {b} is taken: nothing contradicts the approximate pose, but too "
+        "little of the scans overlaps there to register them; they look alike {shift:2} m and "
+        "{turn:degrees0} from it as well, with an overlap of {overlap}",
+        a=a,
+        b=b,
+        shift=shift,
+        turn=turn,
+        overlap=percent(max(best.verdict.overlap)),
     )
 
 

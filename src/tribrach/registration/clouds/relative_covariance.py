@@ -133,11 +133,12 @@ class RelativeCovariance:
         out: list[str] = [
             Sentence(
                 "the overlap of {a} and {b} does not hold {words} (axes of {a}); there its "
-                "sigma is set to {own.lever:1} m",
+                "sigma is set to " + _unheld_sigma(d),
                 a=a,
                 b=b,
                 words=_words(d, self.lever),
                 own=self,
+                turn=float(np.linalg.norm(d[3:])),
             )
             for d in self.unheld.T
         ]
@@ -145,10 +146,10 @@ class RelativeCovariance:
             factor, ratio, limit = self.sweep.factor, self.sweep.ratio, self.sweep.limit
             out.append(
                 Sentence(
-                    "parts of {a} and {b} fit differently, as if a scanner moved while it scanned "
-                    "(variance {factor:1} times what their neighbours allow in the worst "
-                    "direction, {ratio:1} times in all together, chance makes {limit:1}): sigmas "
-                    "are {factor2:1} times as wide",
+                    "parts of {a} and {b} fit differently (variance {factor:1} times what their "
+                    "neighbours allow in the worst direction, {ratio:1} times in all together, "
+                    "chance makes {limit:1}): a scanner or things moved, or the scans need "
+                    "calibration or were thinned; sigmas are {factor2:1} times as wide",
                     a=a,
                     b=b,
                     factor=factor,
@@ -202,7 +203,7 @@ def relative_covariance(
     scores = (design @ half) * (weight * m.residual)[:, None]
     factor, length, edge = _shared(scores, m)
     test = SweepTest()
-    if sweep:
+    if sweep and (scores != 0).any():
         test = _sweep(design @ half, slope, scores, edge, m, alignment.pose)
         factor *= test.factor
     single = scores.T @ scores
@@ -305,6 +306,9 @@ def _inverse_root(matrix: Array) -> Array:
 def _shared(scores: Array, m: Matches) -> tuple[float, float, float]:
     """By what factor neighbours reduce the observations, over which length, the cubes' edge [m]."""
     alone = float((scores**2).sum())
+    if alone == 0.0:
+        # nothing is held, or both scans are the same points
+        return GATES.least_shared, GATES.edges_m[0], GATES.edges_m[0]
     factors = []
     for edge in GATES.edges_m:
         sums = _sums(m.point, m.normal, scores, edge)
@@ -408,6 +412,13 @@ def _words(direction: Array, lever: float) -> str:
     if np.linalg.norm(turn) > GATES.told_part:
         parts.append("a turn about " + _axis(turn))
     return " together with ".join(parts)
+
+
+def _unheld_sigma(direction: Array) -> str:
+    """How wrong a direction (6,) that nothing holds may be: a length, or an angle."""
+    if np.linalg.norm(direction[:3]) > GATES.told_part:
+        return "{own.lever:1} m"
+    return "{turn:degrees0}"
 
 
 def _axis(vector: Array) -> str:

@@ -19,7 +19,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 
-__all__ = ["kiss_pose", "plan_poses"]
+__all__ = ["kiss_pose", "own_poses", "plan_poses"]
 
 
 @dataclass(frozen=True)
@@ -66,8 +66,14 @@ class PlanSearchGates:
     floor_seeds: int = 300
     #: width of the classes of differences of height [m]
     height_class_m: float = 0.15
-    #: a second height has this share of the weight of the first or more
+    #: heights that are kept of a place, and the share of the weight of the first that each needs
+    heights: int = 2
     second_height_share: float = 0.5
+    #: a scan on itself: other places have less in common with it than it has with itself
+    own_best_share: float = 0.15
+    own_places: int = 16
+    own_heights: int = 4
+    own_height_share: float = 0.03
     #: level surfaces that are compared, about: bounds the time
     most_level: int = 20_000
     #: levels of a cell of the plan that are compared
@@ -84,10 +90,31 @@ class PlanSearchGates:
 GATES = PlanSearchGates()
 
 
+@dataclass(frozen=True)
+class Kept:
+    """How many places of a plan are kept, and how many heights of each."""
+
+    #: places, and the share of the best correlation that each needs
+    places: int = GATES.most_places
+    share: float = GATES.best_share
+    #: heights of a place, and the share of the weight of the first that each needs
+    heights: int = GATES.heights
+    height_share: float = GATES.second_height_share
+
+
+#: of two scans, and of a scan that is laid on itself
+_PAIR = Kept()
+_OWN = Kept(GATES.own_places, GATES.own_best_share, GATES.own_heights, GATES.own_height_share)
+
 Plan = NDArray[np.complex64]
 
 
-def plan_poses(a: Surfels, b: Surfels, kept: int = GATES.most_places) -> list[Pose]:
+def own_poses(a: Surfels) -> list[Pose]:
+    """Propose poses at which a scan lies on itself: turns, mirrored ends, storeys, bays."""
+    return _upright_poses(a, a, _OWN)
+
+
+def plan_poses(a: Surfels, b: Surfels, kept: Kept = _PAIR) -> list[Pose]:
     """Propose poses of one upright scan in another, by trying every heading and shift of its plan.
 
     Notes
@@ -127,7 +154,7 @@ def _levelling(s: Surfels) -> Pose | None:
     return Pose(exp(lean * axis / np.linalg.norm(axis)), np.zeros(3))
 
 
-def _upright_poses(a: Surfels, b: Surfels, kept: int) -> list[Pose]:
+def _upright_poses(a: Surfels, b: Surfels, kept: Kept) -> list[Pose]:
     """The same for scans whose z axes are upright."""
     walls = [x.subset(np.abs(x.normal[:, 2]) < GATES.wall_sine) for x in (a, b)]
     if min(map(len, walls)) < GATES.fewest_surfels:
@@ -150,7 +177,7 @@ def _upright_poses(a: Surfels, b: Surfels, kept: int) -> list[Pose]:
         peaks += [(s, heading, x, y) for s, x, y in _peaks(score, cell)]
     distinct = _distinct(peaks, cell, 2 * np.pi / count, kept)
     # the correlation puts a at b shifted by (x, y): b lies in a at the opposite
-    return [pose for _, h, x, y in distinct for pose in _raised(a, b, h, -x, -y)]
+    return [pose for _, h, x, y in distinct for pose in _raised(a, b, (h, -x, -y), kept)]
 
 
 def _drawn(walls: Surfels, heading: float, cell: float, radius: float) -> Plan:
@@ -196,7 +223,7 @@ def _peaks(score: NDArray[np.float32], cell: float) -> list[tuple[float, float, 
 
 
 def _distinct(
-    peaks: list[tuple[float, float, float, float]], cell: float, step: float, kept: int
+    peaks: list[tuple[float, float, float, float]], cell: float, step: float, kept: Kept
 ) -> list[tuple[float, float, float, float]]:
     """The best places, each far enough from all better ones."""
     table = np.array(sorted(peaks, reverse=True))
@@ -209,20 +236,21 @@ def _distinct(
         apart = np.hypot(other[:, 2] - table[k, 2], other[:, 3] - table[k, 3])
         if not ((turn < GATES.same_steps * step) & (apart < GATES.same_cells * cell)).any():
             out.append(k)
-        if len(out) == kept or table[k, 0] < GATES.best_share * table[0, 0]:
+        if len(out) == kept.places or table[k, 0] < kept.share * table[0, 0]:
             break
     return [tuple(map(float, row)) for row in table[out]]  # type: ignore[misc]
 
 
-def _raised(a: Surfels, b: Surfels, heading: float, x: float, y: float) -> list[Pose]:
-    """A place of the plan with its height; two heights where they are not one."""
+def _raised(a: Surfels, b: Surfels, place: tuple[float, float, float], kept: Kept) -> list[Pose]:
+    """A place of the plan (heading, x, y) with its heights."""
+    heading, x, y = place
     flat = Pose(exp(np.array([0.0, 0.0, heading])), np.array([x, y, 0.0]))
-    heights = _heights(a, b.placed(flat))
+    heights = _heights(a, b.placed(flat), kept)
     return [Pose(flat.rotation, np.array([x, y, z])) for z in heights]
 
 
-def _heights(a: Surfels, b: Surfels) -> list[float]:
-    """How much b must be raised: the most frequent difference of level surfaces, or zero."""
+def _heights(a: Surfels, b: Surfels, kept: Kept) -> list[float]:
+    """How much b must be raised: the most frequent differences of level surfaces, or zero."""
     differences = [_level_differences(a, b, side) for side in (1.0, -1.0)]
     value = np.concatenate([d[0] for d in differences])
     weight = np.concatenate([d[1] for d in differences])
@@ -233,9 +261,9 @@ def _heights(a: Surfels, b: Surfels) -> list[float]:
     tally = np.convolve(np.bincount(number, weight), [0.5, 1.0, 0.5], mode="same")
     out: list[float] = []
     most = float(tally.max())
-    for _ in range(2):
+    for _ in range(kept.heights):
         best = int(np.argmax(tally))
-        if tally[best] < GATES.second_height_share * most:
+        if tally[best] < kept.height_share * most:
             break
         near = (
             np.abs(value - low - (best + 0.5) * GATES.height_class_m) < 1.5 * GATES.height_class_m
