@@ -16,7 +16,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -25,14 +25,20 @@ import lazrs
 import numpy as np
 from laspy.point.dims import COMPOSED_FIELDS
 from numpy.typing import NDArray
+from pyproj import CRS
+from pyproj.crs import CompoundCRS
+from pyproj.exceptions import CRSError
 
 from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
+from tribrach.io.scans.text_scan import off_by_one
+from tribrach.io.scans.units import LINEAR, unit_of_crs
 from tribrach.kernels import in_threads
-from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
+from tribrach.scan.length_unit import METRES, LengthUnit
+from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Scan
 
-__all__ = ["FACTS", "read"]
+__all__ = ["FACTS", "LIGHT", "read"]
 
 CURE = "copy the file again from its source"
 #: bytes of the header of a record before the points, and of one after them
@@ -43,6 +49,8 @@ _SHORTEST, _LONG = 227, 375
 _COMPRESSED = 0x80
 #: user and number of the record with the facts of our own writer
 FACTS = ("tribrach", 1)
+#: the fact that names the extra dimension with the intensities as measured
+LIGHT = "intensity_field"
 #: dimensions that are not called as in the file
 _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
@@ -50,10 +58,27 @@ _COORDINATES = ("X", "Y", "Z")
 _LASZIP, _LASZIP_ID, _LASZIP_FIXED = b"laszip encoded", 22204, 34
 #: layered chunks, and the number of layers of each kind of item; bytes have a layer each
 _LAYERED, _LAYERS, _BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
+#: parts of a point by their kind
+_ITEMS = {
+    **dict(zip((0, 6, 7, 8, 9), ("bytes", "point", "GPS time", "RGB", "wave packet"), strict=True)),
+    10: "point 1.4",
+    11: "RGB 1.4",
+    12: "RGB and NIR 1.4",
+    13: "wave packet 1.4",
+    14: "bytes 1.4",
+}
+#: where a COPC file says that it is one, in the header and the first record
+_COPC_AT = 377
 #: chunks of a stated number of points each have this one
 _VARIABLE = 0xFFFFFFFF
 #: the points of one chunk may need this much memory in any file, and this many times its size
 _CHUNK_BYTES, _CHUNK_GROWTH = 1 << 26, 300
+#: user and number of the records with GeoTIFF keys, number of that with a WKT
+_GEO_KEYS, _WKT_RECORD = ("LASF_Projection", 34735), 2112
+#: keys for the linear unit of the plane, the vertical system, and the unit of heights
+_PLANE_UNIT, _VERTICAL, _HEIGHT_UNIT = 3076, 4096, 4099
+#: linear units by their number in the EPSG data set
+_UNITS_EPSG = {9001: "metre", 9002: "foot", 9003: "US survey foot"}
 #: scales and offsets beyond these are no lengths in metres
 _COARSEST, _FARTHEST = 1e3, 1e12
 
@@ -62,7 +87,7 @@ def check_header(path: Path) -> None:
     """Refuse a header that promises more than its file can hold."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        head = file.read(_LONG)
+        head = file.read(_COPC_AT + 4)
         if not head.startswith(b"LASF"):
             return
         if len(head) < _SHORTEST:
@@ -74,21 +99,39 @@ def check_header(path: Path) -> None:
             raise _refused(f"the header says that it has {length} bytes", path)
         if _RECORD * records > begin - length:
             raise _refused(f"the header names {records} records, more than fit", path)
-        if head[25] >= 4 and length >= _LONG == len(head):
+        if head[25] >= 4 and length >= _LONG <= len(head):
             _check_extended(file, head, size, path)
         width = struct.unpack_from("<H", head, 105)[0]
         if not head[104] & _COMPRESSED:
-            if _points(head) * width > size - begin:
+            if _points(head) * width > size - begin and _whole_points(head, size) is None:
                 told = f"the header promises {_points(head)} points of {width} bytes, and the file"
                 raise _refused(f"{told} has {size - begin} bytes of points", path)
         else:
             zipped = _laszip(file, length, records, begin, path)
+            if zipped.chunk == 0 and head[_COPC_AT:].startswith(b"copc"):
+                # as LAStools and lasR write chunks of any size into COPC
+                zipped = replace(zipped, chunk=_VARIABLE)
             zipped.check(width, size, path)
             end = _check_chunks(file, begin, size, zipped.chunks_of(_points(head)), path)
             lengths = None if end is None else _chunk_lengths(file, zipped, begin, end, path)
             if zipped.layered:
                 last = size if end is None else end
                 _check_layers(file, zipped, begin, last, lengths, _points(head), path)
+
+
+def _whole_points(head: bytes, size: int) -> int | None:
+    """Points of a file whose count is off by one; None where it is right or off by more.
+
+    Some programs count so. The points are not compressed, fill the file and nothing follows them.
+    """
+    if not head.startswith(b"LASF") or len(head) < _SHORTEST:
+        return None
+    (begin,), (width,) = struct.unpack_from("<I", head, 96), struct.unpack_from("<H", head, 105)
+    extended = head[25] >= 4 and len(head) >= _LONG and struct.unpack_from("<QI", head, 235)[1]
+    if head[104] & _COMPRESSED or extended or width == 0 or (size - begin) % width:
+        return None
+    there = (size - begin) // width
+    return there if there > 0 and abs(there - _points(head)) == 1 else None
 
 
 def _check_extended(file: BinaryIO, head: bytes, size: int, path: Path) -> None:
@@ -120,8 +163,15 @@ class _LasZip:
     chunk: int
     #: kind and bytes of each part of a point
     items: tuple[tuple[int, int], ...]
+    #: version of the compression of each part
+    versions: tuple[int, ...]
     #: the record as it stands, which lazrs reads
     record: bytes
+
+    @property
+    def names(self) -> list[str]:
+        """The parts of a point, as LASzip calls them."""
+        return [_ITEMS.get(kind, f"kind {kind}") for kind, _ in self.items]
 
     @property
     def width(self) -> int:
@@ -142,6 +192,16 @@ class _LasZip:
         if self.width != width:
             raise _refused(
                 f"a point has {width} bytes and its compressed parts have {self.width}", path
+            )
+        newer = [
+            f"{k} version {v}" for k, v in zip(self.names, self.versions, strict=True) if v > 3
+        ]
+        if newer:
+            raise InputError(
+                f"the points are compressed as items of a newer version ({', '.join(newer)}), "
+                "which the decoder here does not know; the file may be sound",
+                file=path,
+                cure="write it as LAS, or as LAZ of LASzip 3, with LAStools (laszip) or PDAL 2.9",
             )
         if self.layered and any(k not in _LAYERS and k != _BYTES for k, _ in self.items):
             raise _refused("the points are compressed in layers of a kind that is none", path)
@@ -177,8 +237,9 @@ def _laszip(file: BinaryIO, at: int, records: int, begin: int, path: Path) -> _L
         (count,) = struct.unpack_from("<H", record, 32)
         if length < _LASZIP_FIXED + 6 * count:
             break
-        items = [struct.unpack_from("<HH", record, _LASZIP_FIXED + 6 * k) for k in range(count)]
-        return _LasZip(compressor == _LAYERED, chunk, tuple(items), record)
+        items = [struct.unpack_from("<HHH", record, _LASZIP_FIXED + 6 * k) for k in range(count)]
+        parts, versions = tuple((k, size) for k, size, _ in items), tuple(v for *_, v in items)
+        return _LasZip(compressor == _LAYERED, chunk, parts, versions, record)
     raise _refused("the points are compressed, and nothing whole says how", path)
 
 
@@ -204,7 +265,7 @@ def _check_chunks(file: BinaryIO, begin: int, size: int, least: int, path: Path)
 
 def _points(head: bytes) -> int:
     """The number of points that a header states."""
-    if head[25] >= 4 and len(head) == _LONG:
+    if head[25] >= 4 and len(head) >= _LONG:
         return int(struct.unpack_from("<Q", head, 247)[0])
     return int(struct.unpack_from("<I", head, 107)[0])
 
@@ -274,6 +335,9 @@ def _refused(what: str, path: Path) -> InputError:
 class LasScan(Scan):
     """The points of a LAS, LAZ or COPC file."""
 
+    #: the extra dimension with the intensities as measured, None without one
+    light: str | None = None
+
     @property
     def certain_points(self) -> int:
         """Every record is a point, but for other faces and beams without return."""
@@ -286,6 +350,8 @@ class LasScan(Scan):
         with _damage(self.path):
             file = laspy.open(self.path, laz_backend=_backends())
         with file:
+            # which may be off by one
+            file.header.point_count = records
             if 0 < start < records:
                 with _damage(self.path):
                     file.seek(start)
@@ -308,11 +374,13 @@ class LasScan(Scan):
         for name in array.dtype.names:
             if name in packed:
                 values |= _unpacked(array[name], packed[name])
-            elif name not in _COORDINATES:
-                kind = np.float32 if name == "intensity" else array[name].dtype
-                column = np.empty(array[name].shape, dtype=kind)  # of arrays too
-                values[_RENAMED.get(name, name)] = column
-                copies.append((array[name], column))
+            elif name not in _COORDINATES and not (name == "intensity" and self.light):
+                ours = "intensity" if name == self.light else _RENAMED.get(name, name)
+                columns = array[name].reshape(len(points), -1).T
+                for each, theirs in zip(_parts(ours, array[name].shape[1:]), columns, strict=True):
+                    kind = np.float32 if ours == "intensity" else theirs.dtype
+                    values[each] = np.empty(len(points), dtype=kind)
+                    copies.append((theirs, values[each]))
 
         def fill(first: int, last: int) -> None:
             """Copy some records: numpy works without the interpreter's lock."""
@@ -326,7 +394,10 @@ class LasScan(Scan):
         in_threads(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
             if dimension.is_scaled:
-                values[dimension.name] = np.asarray(points[dimension.name], dtype=np.float64)
+                name = dimension.name
+                scaled = np.asarray(points[name], dtype=np.float64)
+                names = _parts(name, scaled.shape[1:])
+                values |= dict(zip(names, scaled.reshape(len(points), -1).T, strict=True))
         return Chunk(xyz, values)
 
 
@@ -370,14 +441,25 @@ def read(path: Path) -> tuple[Scan, ...]:
     """
     with _damage(path):
         check_header(path)
+    with path.open("rb") as start:
+        there = _whole_points(start.read(_LONG), path.stat().st_size)
     with _damage(path), laspy.open(path, laz_backend=_backends()) as file:
         header = file.header
-        wkt = _wkt(header)
+        wkt, unit = _wkt(header), _key_unit(header)
         _check_steps(header, path)
+        steps, offsets = header.scales.tolist(), header.offsets.tolist()
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
-        fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
+        warnings: tuple[str, ...] = ()
+        if there is not None:
+            warnings = (off_by_one(path, records, there),)
+            records = there
         facts = _facts(header)
+        light = facts.pop(LIGHT, None)
+        if light is not None:
+            facts.pop("intensity", None)  # says how the column is stretched that is not taken
+        given = [d for d in header.point_format.dimensions if not _coordinate(d.name)]
+        fields = tuple(f for d in given for f in _fields(d, light))
     return (
         LasScan(
             name=scan_name(path),
@@ -387,6 +469,10 @@ def read(path: Path) -> tuple[Scan, ...]:
             origin=assumed_origin(bounds if records else None),
             crs=wkt,
             bounds=bounds if records else None,
+            warnings=warnings,
+            unit=METRES if unit is None else unit,
+            lattice=Lattice(tuple(steps), tuple(offsets)),
+            light=light,
             facts={"scales": " ".join(f"{s:g}" for s in header.scales)} | facts,
         ),
     )
@@ -400,14 +486,28 @@ def _facts(header: laspy.LasHeader) -> dict[str, str]:
     return {}
 
 
-def _field(dimension: Any) -> Field:
-    """Name, type and limits of a dimension."""
+def _fields(dimension: Any, light: str | None) -> Iterator[Field]:
+    """Name, type and limits of a dimension; of an array, of each of its values."""
     name = _RENAMED.get(dimension.name, dimension.name)
     if name == "intensity":
-        return Field(name, "float32", 0.0, 65535.0)
-    dtype = dimension.dtype
-    kind = np.dtype(dtype).name if dtype is not None else "uint8"
-    return Field(name, kind, description=str(dimension.description or ""))
+        if light is None:
+            yield Field(name, "float32", 0.0, 65535.0, step=1.0)
+        return
+    if name == light:
+        yield Field("intensity", "float32")
+        return
+    kind, description = dimension.dtype, str(dimension.description or "")
+    if kind is None:
+        yield Field(name, "uint8", description=description)
+        return
+    scaled = np.dtype(np.float64) if dimension.is_scaled else np.dtype(kind).base
+    for each in _parts(name, np.dtype(kind).shape):
+        yield Field(each, scaled.name, description=description)
+
+
+def _parts(name: str, shape: tuple[int, ...]) -> list[str]:
+    """Names of the values of an array; its own of a single value."""
+    return [f"{name}_{k}" for k in range(shape[0])] if shape else [name]
 
 
 def _coordinate(name: str) -> bool:
@@ -420,7 +520,52 @@ def _wkt(header: laspy.LasHeader) -> str | None:
         crs = header.parse_crs()
     except Exception:  # PROJ and VLR parsing raise whatever they meet
         return None
-    return None if crs is None else str(crs.to_wkt())
+    if crs is None:
+        return None
+    keys = _geo_keys(header)
+    if not crs.is_compound and len(crs.axis_info) == 2 and _VERTICAL in keys:
+        try:
+            height = CRS.from_epsg(keys[_VERTICAL])
+            crs = CompoundCRS(f"{crs.name} + {height.name}", [crs, height])
+        except CRSError:
+            pass
+    return str(crs.to_wkt())
+
+
+def _geo_keys(header: laspy.LasHeader) -> dict[int, int]:
+    """The keys of GeoTIFF whose values are short numbers, unless a WKT takes their place."""
+    if any(record.record_id == _WKT_RECORD for record in header.vlrs):
+        return {}
+    for record in header.vlrs:
+        if (record.user_id, record.record_id) == _GEO_KEYS:
+            try:
+                whole = np.frombuffer(bytes(record.record_data_bytes()), dtype="<u2")
+            except Exception:  # what laspy parsed it may not write again
+                return {}
+            entries = whole[4 : 4 + len(whole[4:]) // 4 * 4].reshape(-1, 4).tolist()
+            return {key: value for key, where, _, value in entries if where == 0}
+    return {}
+
+
+def _key_unit(header: laspy.LasHeader) -> LengthUnit | None:
+    """The unit that keys of GeoTIFF state, which goes before that of the system's code.
+
+    So do GDAL and all that read through it.
+    """
+    keys = _geo_keys(header)
+    plane = _UNITS_EPSG.get(keys.get(_PLANE_UNIT, 0))
+    height = _UNITS_EPSG.get(keys.get(_HEIGHT_UNIT, 0))
+    if plane is None and height is None:
+        return None
+    of_crs = None if (wkt := _wkt(header)) is None else unit_of_crs(wkt)
+    if of_crs is not None and of_crs.factors is None:
+        return None
+    known = of_crs or METRES
+    x = plane or known.names[0]
+    z = height or (known.names[2] if _VERTICAL in keys or plane is None else x)
+    names = (x, x, z)
+    factors = tuple(LINEAR[name] for name in names)
+    return LengthUnit(names, (factors[0], factors[1], factors[2]), "its GeoTIFF keys")
 
 
 def _backends() -> list[laspy.LazBackend]:
