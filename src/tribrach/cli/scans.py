@@ -35,7 +35,7 @@ def info(
     """
 
     def work() -> None:
-        claim(files, [json_file], overwrite=overwrite)
+        claim(files, {"--json": json_file}, overwrite=overwrite)
         described: list[Description] = []
         projects: list[ProjectDescription] = []
         refused: list[TribrachError] = []
@@ -90,7 +90,7 @@ def convert(
     """Write scans in another format, every field kept."""
 
     def work() -> None:
-        claim([source], [destination], overwrite=overwrite)
+        claim([source], {"": destination}, overwrite=overwrite)
         with shown(quiet) as progress:
             written = convert_scans(
                 read_scans(source),
