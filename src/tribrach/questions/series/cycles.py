@@ -187,7 +187,9 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     def points(self) -> list[PointSeries]:
         """Every point through time; cycles without datum are left out."""
         out = []
-        for name in dict.fromkeys(name for cycle in self.cycles for name in cycle.points):
+        names = list(dict.fromkeys(name for cycle in self.cycles for name in cycle.points))
+        family = len(AXES) * len(names)
+        for name in names:
             rows = [
                 (cycle.start / DAY, cycle.points[name])
                 for cycle in self.cycles
@@ -200,7 +202,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
             values = np.array([p.displacement for _, p in rows])
             sigma = np.array([p.sigma for _, p in rows])
             along = zip(AXES, values.T, sigma.T, strict=True)
-            fits = [fit_series(days, v, s, axis) for axis, v, s in along]
+            fits = [fit_series(days, v, s, axis, family=family) for axis, v, s in along]
             out.append(PointSeries(name, days, values, sigma, tuple(filter(None, fits))))
         return out
 
