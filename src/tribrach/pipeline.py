@@ -181,7 +181,8 @@ def run(
     """
     project = project if isinstance(project, Project) else Project.load(project)
     folder = project.results if folder is None else Path(folder)
-    with keeping(project.inputs(), folder, overwrite=overwrite), watched(progress) as told:
+    how: Any = {"overwrite": overwrite, "command": "run"}
+    with keeping(project.inputs(), folder, **how), watched(progress) as told:
         return _run(project, folder, told, engine)
 
 

@@ -173,8 +173,10 @@ def test_simulations_replace_nothing_else(tmp_path: Path) -> None:
     call = ["simulate", "newcastle-lab", "--points", "10000", "--out", str(tmp_path), "-q"]
     assert RUN.invoke(app, [*call, "--overwrite"]).exit_code == 0
     assert (tmp_path / "control.csv").read_text() != CONTROL
-    # what is ours now is replaced without a question, by another seed for instance
-    assert RUN.invoke(app, [*call, "--seed", "2"]).exit_code == 0
+    # the same job goes on, another one asks for a folder of its own
+    assert RUN.invoke(app, call).exit_code == 0
+    assert RUN.invoke(app, [*call, "--seed", "2"]).exit_code == 2
+    assert RUN.invoke(app, [*call, "--seed", "2", "--overwrite"]).exit_code == 0
 
 
 def test_the_rules_end_with_the_work(tmp_path: Path) -> None:

@@ -46,9 +46,9 @@ def export(
 
     def work() -> None:
         path = _beside(files[0], _SUFFIX[to]) if out is None else out
-        claim(files, [path], overwrite=overwrite)
+        claim(files, {f"--to {to}": path}, overwrite=overwrite)
         result = exported(_network(files, quiet), to)
-        claim(files, list(result.files(path)), overwrite=overwrite)
+        claim(files, {f"--to {to}": result.files(path)}, overwrite=overwrite)
         if result.lost and not partial:
             raise InputError(
                 f"{to} cannot hold all of this network: {'; '.join(result.lost)}",

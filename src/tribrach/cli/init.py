@@ -90,7 +90,7 @@ def init(
                 file=path,
                 cure="give a file in the folder itself",
             )
-        claim([], [path], overwrite=overwrite)
+        claim([], {"": path}, overwrite=overwrite)
         said: list[str] = []
         wishes = Wishes(
             tuple(_targets(target or (), said)),

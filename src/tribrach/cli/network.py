@@ -80,7 +80,11 @@ def adjust(
     )
 
     def work() -> None:
-        claim(files, (json_file, html_file, text_file, epoch_file), overwrite=overwrite)
+        claim(
+            files,
+            {"--json": json_file, "--html": html_file, "--text": text_file, "--epoch": epoch_file},
+            overwrite=overwrite,
+        )
         other = None if datum is None else _datum(datum)
         project = project_of(files)
         if project is not None:

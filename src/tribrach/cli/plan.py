@@ -35,7 +35,7 @@ def plan(
 
     def work() -> None:
         given = Project.load(project)
-        outputs = (json_file, html_file, text_file)
+        outputs = {"--json": json_file, "--html": html_file, "--text": text_file}
         claim([project], outputs, given.results, overwrite=overwrite)
         plan_of(given)
         with shown(quiet) as progress:

@@ -40,7 +40,7 @@ def info(
     """
 
     def work() -> None:
-        claim(files, [json_file], overwrite=overwrite)
+        claim(files, {"--json": json_file}, overwrite=overwrite)
         described: list[Description] = []
         projects: list[ProjectDescription] = []
         refused: list[TribrachError] = []
@@ -102,7 +102,7 @@ def convert(
     """Write scans in another format, every field kept."""
 
     def work() -> None:
-        claim([source], [destination], overwrite=overwrite)
+        claim([source], {"": destination}, overwrite=overwrite)
         with shown(quiet) as progress, as_told(unit, columns, decimal):
             written = convert_scans(
                 read_scans(source),

@@ -14,9 +14,10 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.answers import Instant, Result
+from tribrach.epochs.coloured_noise import coloured_fit
 from tribrach.epochs.differences import Epoch, laid_on, motion_columns
 from tribrach.errors import AdjustmentError
-from tribrach.statistics import chi2, norm, robust_sigma, t
+from tribrach.statistics import norm, robust_sigma
 
 __all__ = ["DAY", "Jump", "SeriesFit", "baseline", "fit_series"]
 
@@ -30,6 +31,8 @@ _SIDE = 4
 _MOST_JUMPS = 5
 #: values of a series that is fitted
 _LEAST = 10
+#: probabilities are not told beyond this
+_LEAST_CHANCE = 1e-300
 
 
 def baseline(cycles: Sequence[Epoch], label: str, align_by: Sequence[str] = ()) -> Epoch:
@@ -125,7 +128,8 @@ class Jump(Result, without=("at",)):
     #: in metres
     size: float
     sigma: float
-    #: size over sigma, and its limit, which counts how many places were tried
+    #: normal value as improbable as the size without a jump, and its limit, which counts how many
+    #: places and series were tried
     test: float
     limit: float
 
@@ -151,7 +155,7 @@ class SeriesFit(Result, without=("fitted",)):
     outliers: tuple[Instant, ...]
     #: of the residuals over the sigmas of the values
     scatter: float
-    #: of neighbouring residuals; sigmas count it
+    #: of neighbouring residuals
     correlation: float
     #: the fitted values (n,)
     fitted: Array
@@ -174,10 +178,12 @@ def fit_series(
     axis: Literal["E", "N", "U"],
     *,
     confidence: float = 0.99,
+    family: int = 1,
 ) -> SeriesFit | None:
     """Trend, daily period, jumps and outliers of a series; None if it is too short.
 
-    Sigmas of the parameters rest on the scatter of the residuals and on how they hang together.
+    Sigmas and tests of the parameters are averages over white, correlated and wandering noise, each
+    as likely as the residuals make it.
 
     Parameters
     ----------
@@ -189,6 +195,8 @@ def fit_series(
         Along which they are.
     confidence
         Of the tests of trend, period and jumps.
+    family
+        Series that are tested together: the confidence holds for all of them.
 
     References
     ----------
@@ -197,61 +205,55 @@ def fit_series(
     n = len(days)
     if n < _LEAST:
         return None
+    level = (1 - confidence) / family
     weights = 1 / np.maximum(sigma, 1e-9)
     used = np.ones(n, dtype=bool)
     at: list[int] = []
     for _ in range(3):
-        at = _jumps(days, values, weights, used, confidence)
-        left = _solve(days, values, weights, used, at)[2] * weights
+        at = _jumps(days, values, weights, used, level)
+        left = _solve(days, values, weights, used, at)[1] * weights
         spread = max(robust_sigma(left[used], about=0.0), 1e-12)
         now = np.abs(left) <= _OUTLIER * spread
         if (now == used).all() or now.sum() < _LEAST:
             break
         used = now
-    x, q, left, design = _solve(days, values, weights, used, at)
+    x, left, design = _solve(days, values, weights, used, at)
     dof = int(used.sum()) - len(x)
     if dof < 2:
         return None
     white = (left * weights)[used]
-    scatter = float(np.sqrt(white @ white / dof))
-    correlation = _correlation(white)
-    # a series of correlated residuals has fewer independent values
-    inflation = scatter**2 * (1 + correlation) / (1 - correlation)
-    covariance = q * inflation
-    free = max(dof * (1 - correlation) / (1 + correlation), 1.0)
-    limit = float(t.ppf((1 + confidence) / 2, free))
-    span = float(days[-1] - days[0])
-    rate, rate_sigma = float(x[1]), float(np.sqrt(covariance[1, 1]))
+    fit = coloured_fit(days[used], values[used], 1 / weights[used], design[used])
+    x = fit.estimate
     daily = _has_period(days)
     amplitude = float(np.hypot(x[2], x[3])) if daily else 0.0
-    test = float(x[2:4] @ np.linalg.solve(covariance[2:4, 2:4], x[2:4])) if daily else 0.0
     first = 4 if daily else 2
-    count = max(n - 2 * _SIDE, 1)
-    jump_limit = float(norm.isf((1 - confidence) / 2 / count))
-    jumps = tuple(
-        Jump(
-            k,
-            float(days[k]) * DAY,
-            float(x[first + i]),
-            float(np.sqrt(covariance[first + i, first + i])),
-            float(x[first + i] / np.sqrt(covariance[first + i, first + i])),
-            jump_limit,
+    places = max(n - 2 * _SIDE, 1)
+    jumps = []
+    for i, k in enumerate(at):
+        size, chance = float(x[first + i]), max(fit.chance([first + i]), _LEAST_CHANCE)
+        jumps.append(
+            Jump(
+                at=k,
+                time=float(days[k]) * DAY,
+                size=size,
+                sigma=fit.sigma(first + i),
+                test=float(np.copysign(norm.isf(chance / 2), size)),
+                limit=float(norm.isf(level / 2 / places)),
+            )
         )
-        for i, k in enumerate(at)
-    )
     return SeriesFit(
         axis=axis,
-        rate=rate,
-        rate_sigma=rate_sigma,
-        trend=span > 0 and abs(rate) > limit * rate_sigma,
+        rate=float(x[1]),
+        rate_sigma=fit.sigma(1),
+        trend=float(days[-1] - days[0]) > 0 and fit.chance([1]) < level,
         amplitude=amplitude,
-        amplitude_sigma=float(np.sqrt(np.trace(covariance[2:4, 2:4]) / 2)) if daily else 0.0,
+        amplitude_sigma=float(np.hypot(fit.sigma(2), fit.sigma(3)) / np.sqrt(2)) if daily else 0.0,
         phase=float(np.arctan2(x[3], x[2]) / (2 * np.pi) % 1) if daily else 0.0,
-        period=daily and test > float(chi2.ppf(confidence, 2)),
+        period=daily and fit.chance([2, 3]) < level,
         jumps=tuple(j for j in jumps if abs(j.test) > j.limit),
         outliers=tuple((days[~used] * DAY).tolist()),
-        scatter=scatter,
-        correlation=correlation,
+        scatter=float(np.sqrt(white @ white / dof)),
+        correlation=_correlation(white),
         fitted=design @ x,
     )
 
@@ -274,13 +276,12 @@ def _design(days: Array, at: Sequence[int]) -> Array:
 
 def _solve(
     days: Array, values: Array, weights: Array, used: Array, at: Sequence[int]
-) -> tuple[Array, Array, Array, Array]:
-    """Parameters, their cofactors, residuals (n,) and design of a fit to the values in use."""
+) -> tuple[Array, Array, Array]:
+    """Parameters, residuals (n,) and design of a plain fit to the values in use."""
     design = _design(days, at)
     a = (design * weights[:, None])[used]
-    q = np.linalg.pinv(a.T @ a, hermitian=True)
-    x = q @ (a.T @ (values * weights)[used])
-    return x, q, values - design @ x, design
+    x = np.linalg.pinv(a) @ (values * weights)[used]
+    return x, values - design @ x, design
 
 
 def _correlation(white: Array) -> float:
@@ -291,35 +292,20 @@ def _correlation(white: Array) -> float:
     return float(np.clip(white[1:] @ white[:-1] / total, 0.0, 0.95))
 
 
-def _jumps(days: Array, values: Array, weights: Array, used: Array, confidence: float) -> list[int]:
-    """Places of jumps, one after the other where the sum of squares falls most."""
+def _jumps(days: Array, values: Array, weights: Array, used: Array, level: float) -> list[int]:
+    """Places of jumps, one after the other where chance explains them least."""
     n = len(days)
     at: list[int] = []
-    limit = float(norm.isf((1 - confidence) / 2 / max(n - 2 * _SIDE, 1))) ** 2
     while len(at) < _MOST_JUMPS:
-        _, _, left, design = _solve(days, values, weights, used, at)
-        a = (design * weights[:, None])[used]
-        r = (left * weights)[used]
-        dof = int(used.sum()) - a.shape[1]
-        if dof < 5:
-            break
         tried = [k for k in range(_SIDE, n - _SIDE) if all(abs(k - j) >= _SIDE for j in at)]
-        if not tried:
+        design = _design(days, at)[used]
+        if not tried or len(design) - design.shape[1] < 5:
             break
-        steps = np.arange(n)[:, None] >= np.array(tried)
-        b = (steps * weights[:, None])[used]
-        basis = np.linalg.qr(a)[0]
-        b = b - basis @ (basis.T @ b)
-        length = (b**2).sum(axis=0)
-        good = length > 1e-9 * np.maximum((weights[used] ** 2).sum(), 1e-300)
-        gain = np.where(good, (b.T @ r) ** 2 / np.where(good, length, 1.0), 0.0)
-        best = int(np.argmax(gain))
-        after = max(float(r @ r) - float(gain[best]), 1e-300)
-        # what the residuals behind a jump look like says how much it is worth
-        rest = r - b[:, best] * float(b[:, best] @ r) / max(float(length[best]), 1e-300)
-        hang = _correlation(rest)
-        inflation = after / max(dof - 1, 1) * (1 + hang) / (1 - hang)
-        if gain[best] / inflation <= limit:
+        fit = coloured_fit(days[used], values[used], 1 / weights[used], design)
+        steps = (np.arange(n)[:, None] >= np.array(tried)).astype(float)
+        chances = fit.chances(steps[used])
+        best = int(np.argmin(chances))
+        if chances[best] * max(n - 2 * _SIDE, 1) >= level:
             break
         at = sorted([*at, tried[best]])
     return at

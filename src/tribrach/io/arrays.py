@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.io.keeping import keep
 
 __all__ = [
     "joint_covariance_bytes",
@@ -110,6 +111,7 @@ def read_covariance_rows(
 ) -> Array:
     """Rows (k, n) of a joint covariance."""
     cure = "run the project again"
+    keep([path])
     try:
         with path.open("rb") as file:
             version = np.lib.format.read_magic(file)

@@ -6,9 +6,10 @@ that is written passes :func:`refuse_loss`, which knows three rules:
 * no result takes the place of a file that is read, under whatever name: a link, a hard link and
   another spelling are the same file;
 * below a folder of results nothing is written through a link;
-* a file that is there is replaced only if this program wrote it there, and nobody has changed it
-  since. What it wrote is listed with size, date and digest in ``.tribrach/written.json`` of the
-  folder of results, or of that of a single file.
+* a file that is there is replaced only by what wrote it: the same command and the same kind of
+  result. It is listed with size, digest, command and kind in ``.tribrach/written.json`` of the
+  folder of results, or of that of a single file; its content is read, for its date may be kept by
+  who changed it. A single result replaces no file that a project file beside it names.
 
 The last rule is lifted by ``overwrite``, the first two are not.
 
@@ -24,6 +25,7 @@ import hashlib
 import json
 import os
 import tempfile
+import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
@@ -49,6 +51,7 @@ __all__ = [
     "note_written",
     "refuse_changes",
     "refuse_loss",
+    "refuse_mixture",
 ]
 
 #: folder of what the program keeps for itself inside a folder of results
@@ -59,6 +62,9 @@ MANIFEST = "written.json"
 
 #: lists beyond this size are none of ours [bytes]
 _LARGEST = 20_000_000
+
+#: nor are project files [bytes]
+_LARGEST_PROJECT = 5_000_000
 
 #: so long a command waits for another one that changes the same list [s]
 _PATIENCE = 5.0
@@ -83,34 +89,22 @@ class _Stamp(NamedTuple):
 
 
 class _Content(NamedTuple):
-    """What tells whether a file still holds what the program wrote.
+    """What the program wrote into a file, by which command and as what."""
 
-    Attributes
-    ----------
-    size
-        In bytes.
-    date
-        When it was written [ns]; a copy of the folder may have another.
-    digest
-        SHA-256 of the content.
-    """
-
+    #: in bytes
     size: int
-    date: int
+    #: SHA-256 of the content
     digest: str
+    #: words of the command, such as ``transform fit``
+    command: str
+    #: kind of result: the option that names it, or what was asked for; "" for the one result of its
+    #: name in a folder of results
+    kind: str
 
-    @classmethod
-    def of(cls, path: Path) -> _Content:
-        """The content of a file."""
-        status = path.stat()
-        return cls(status.st_size, status.st_mtime_ns, _digest(path))
-
-    def is_of(self, path: Path) -> bool:
-        """Does a file hold this? It is read only where its date is another."""
-        status = path.stat()
-        if status.st_size != self.size:
-            return False
-        return status.st_mtime_ns == self.date or _digest(path) == self.digest
+    @property
+    def writer(self) -> tuple[str, str]:
+        """Command and kind."""
+        return self.command, self.kind
 
 
 def _digest(path: Path) -> str:
@@ -146,6 +140,15 @@ class _Scope:
     numbers: set[tuple[int, int]] = field(default_factory=set)
     folder: Path | None = None
     overwrite: bool = False
+    #: the command whose work it is, and what its results are where no option names them
+    command: str = ""
+    kind: str = ""
+    #: kinds of single results, by their absolute paths
+    kinds: dict[Path, str] = field(default_factory=dict)
+    #: digests of files that were read for them
+    digests: dict[_Stamp, str] = field(default_factory=dict)
+    #: resolved files that belong to what is read, whether they are opened or not
+    beside: set[Path] = field(default_factory=set)
     locks: list[FolderLock] = field(default_factory=list)
     lists: dict[Path, tuple[_Stamp | None, _Written]] = field(default_factory=dict)
 
@@ -165,6 +168,19 @@ class _Scope:
         same = stamp is not None and stamp.number in self.numbers
         return same or path.resolve() in self.stamps
 
+    def writer(self, path: Path) -> tuple[str, str]:
+        """Who writes a file, as what."""
+        return self.command, self.kinds.get(_plain(path), self.kind)
+
+    def holds(self, path: Path, content: _Content) -> bool:
+        """Does a file hold this?"""
+        stamp = _stamp(path)
+        if stamp is None or stamp.size != content.size:
+            return False
+        if stamp not in self.digests:
+            self.digests[stamp] = _digest(path)
+        return self.digests[stamp] == content.digest
+
     def hold(self) -> None:
         """Take the lock of the folder of results."""
         if self.folder is None:
@@ -182,7 +198,12 @@ _LOOKING: ContextVar[bool] = ContextVar("only looking", default=False)
 
 @contextmanager
 def keeping(
-    inputs: Iterable[Path] = (), folder: Path | None = None, *, overwrite: bool = False
+    inputs: Iterable[Path] = (),
+    folder: Path | None = None,
+    *,
+    overwrite: bool = False,
+    command: str = "",
+    kind: str = "",
 ) -> Iterator[None]:
     """Write within these rules until the block ends.
 
@@ -193,14 +214,24 @@ def keeping(
     folder : Path, optional
         Folder of results, where one list says what was written.
     overwrite : bool
-        Files that the program did not write may be replaced, those that it reads may not.
+        Files that others wrote may be replaced, those that are read may not.
+    command : str
+        Words of the command whose work it is; that of the block around it if not given.
+    kind : str
+        What its results are, where no option names them.
 
     Raises
     ------
     InputError
         By what writes a file in the block: see :func:`refuse_loss`.
     """
-    scope = _Scope(folder=None if folder is None else _plain(folder), overwrite=overwrite)
+    around = _SCOPES[-1].command if _SCOPES else ""
+    scope = _Scope(
+        folder=None if folder is None else _plain(folder),
+        overwrite=overwrite,
+        command=command or around,
+        kind=kind,
+    )
     scope.add(inputs)
     _SCOPES.append(scope)
     try:
@@ -213,7 +244,12 @@ def keeping(
 
 
 def keep(
-    inputs: Iterable[Path] = (), folder: Path | None = None, *, overwrite: bool = False
+    inputs: Iterable[Path] = (),
+    folder: Path | None = None,
+    *,
+    overwrite: bool = False,
+    kinds: Mapping[Path, str] | None = None,
+    beside: Iterable[Path] = (),
 ) -> None:
     """Add to the innermost block of :func:`keeping`; without a block nothing happens.
 
@@ -224,13 +260,20 @@ def keep(
     folder : Path, optional
         Folder of results, where the block has none.
     overwrite : bool
-        Lifts the rule on files that the program did not write.
+        Lifts the rule on files that others wrote.
+    kinds : mapping of Path to str, optional
+        Kinds of single results.
+    beside : iterable of Path
+        Files that belong to what is read, such as the poses of clouds. Nothing takes their place
+        but what wrote them.
     """
     if not _SCOPES or _LOOKING.get():
         return
     scope = _SCOPES[-1]
     scope.add(inputs)
     scope.overwrite |= overwrite
+    scope.beside |= {path.resolve() for path in beside}
+    scope.kinds |= {_plain(path): kind for path, kind in (kinds or {}).items()}
     if folder is not None:
         scope.folder = _plain(folder)
 
@@ -309,30 +352,90 @@ def refuse_loss(path: Path) -> None:
     ------
     InputError
         It is read by the same work, lies behind a link below the folder of results, was not
-        written by this program, or was changed since.
+        written by this command as this kind of result, or was changed since.
     """
-    if is_read(path):
+    scope = _scope_of(path)
+    beside = scope is not None and any(path.resolve() in other.beside for other in _SCOPES)
+    if is_read(path) or (scope and beside and path.is_file() and _why_not(path, scope)):
         raise InputError(
             "this result would take the place of a file that is read",
             file=path,
             cure="name another file or folder for results",
         )
-    scope = _scope_of(path)
     if scope is None:
         return
     if scope.folder is not None and _plain(path).is_relative_to(scope.folder):
         _refuse_links(path, scope.folder)
     if scope.overwrite or _own(path) or not path.is_file():
         return
-    known = _written(_list_of(path, scope), scope).get(_name(path, scope))
-    if known is None or not any(content.is_of(path) for content in known):
+    what = _why_not(path, scope)
+    if what:
         raise InputError(
-            "there is a file of this name that this program did not write"
-            if known is None
-            else "this file was changed after this program wrote it",
-            file=path,
-            cure="move it away, or replace it with --overwrite",
+            what, file=path, cure="name another file, move it away, or replace it with --overwrite"
         )
+
+
+def _why_not(path: Path, scope: _Scope) -> str:
+    """Why a file that is there is not replaced unless somebody says so; "" if it is."""
+    known = _written(_list_of(path, scope), scope).get(_name(path, scope), [])
+    same = [content for content in known if scope.holds(path, content)]
+    if not same:
+        return (
+            "this file was changed after this program wrote it"
+            if known
+            else "there is a file of this name that this program did not write there"
+        )
+    writer = scope.writer(path)
+    if writer not in {content.writer for content in same}:
+        by, mine = (" ".join(filter(None, who)) for who in (same[-1].writer, writer))
+        return f"tribrach {by} wrote this file, and tribrach {mine} would replace it"
+    if _root(path, scope) != scope.folder and (project := _project_that_names(path)) is not None:
+        return f"the project file {project.name} names this file"
+    return ""
+
+
+def _project_that_names(path: Path) -> Path | None:
+    """A project file of the folder in which the name of a file stands."""
+    name = path.name
+    for project in sorted(path.parent.glob("*.toml")):
+        with suppress(OSError, ValueError, RecursionError):
+            if project == path or project.stat().st_size > _LARGEST_PROJECT:
+                continue
+            if name in _strings(tomllib.loads(project.read_text(encoding="utf-8"))):
+                return project
+    return None
+
+
+def _strings(value: object) -> Iterator[str]:
+    """All texts in the values of a project file."""
+    if isinstance(value, str):
+        yield value.removeprefix("./")
+    elif isinstance(value, dict | list):
+        for one in value.values() if isinstance(value, dict) else value:
+            yield from _strings(one)
+
+
+def refuse_mixture(folder: Path) -> None:
+    """Refuse a folder that holds what the command wrote as another kind, under whatever names.
+
+    Raises
+    ------
+    InputError
+        Such a file is there, and it may not be replaced.
+    """
+    scope = _scope_of(folder / MANIFEST)
+    if scope is None or scope.overwrite:
+        return
+    mine = scope.command, scope.kind
+    for name, known in _written(_list_of(folder / MANIFEST, scope), scope).items():
+        writers = {content.writer for content in known}
+        others = sorted(w for w in writers if w[0] == scope.command)
+        if others and mine not in writers and (folder / name).is_file():
+            raise InputError(
+                f"this folder holds the job of tribrach {' '.join(others[0])}",
+                file=folder,
+                cure="name another folder, or replace its files with --overwrite",
+            )
 
 
 def note_written(files: Mapping[Path, Path]) -> None:
@@ -370,10 +473,11 @@ def _add(place: Path, scope: _Scope, files: Mapping[Path, Path]) -> None:
         with _alone(place.parent, scope):
             listed = dict(_written(place, scope))
             for path, part in files.items():
-                name, content = _name(path, scope), _Content.of(part)
+                name = _name(path, scope)
+                content = _Content(part.stat().st_size, _digest(part), *scope.writer(path))
                 # a run that is killed before the file gets its name leaves the one that was there
-                there = [old for old in listed.get(name, []) if path.is_file() and old.is_of(path)]
-                listed[name] = [*(old for old in there if old.digest != content.digest), content]
+                there = [old for old in listed.get(name, []) if scope.holds(path, old)]
+                listed[name] = [*(old for old in there if old != content), content]
             scope.lists[place] = _list(place, listed), listed
     except OSError as error:
         # a folder where only the file itself may be written: it will not be known as ours; on a

@@ -6,6 +6,7 @@ import base64
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.keeping import keep
 
 __all__ = ["read_logo"]
 
@@ -39,6 +40,7 @@ def read_logo(path: Path | None) -> str:
     """
     if path is None:
         return ""
+    keep([path])
     try:
         with path.open("rb") as file:
             data = file.read(_MOST + 1)

@@ -26,7 +26,7 @@ from tribrach.io.arrays import read_named
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.json_text import json_text
-from tribrach.io.keeping import keeping, refuse_loss
+from tribrach.io.keeping import keeping, refuse_loss, refuse_mixture
 from tribrach.io.outputs import write_bytes, write_texts
 from tribrach.scan.scan import Field
 from tribrach.simulate.scanner import SimulatedPoints
@@ -65,7 +65,9 @@ def write_twin(
     call leaves no project, and another call goes on with it.
     """
     tell = progress or (lambda name, done, all_of_it: None)
-    with keeping((), folder, overwrite=overwrite):
+    rays = sum(scan.rays for one in (twin, *twin.later) for scan in one.scans)
+    kind = f"{twin.name} --seed {twin.seed} with {rays} rays"
+    with keeping((), folder, overwrite=overwrite, command="simulate", kind=kind):
         path, *_ = [_write(one, folder, _of(one, tell), truth) for one in (twin, *twin.later)]
         return path
 
@@ -85,7 +87,8 @@ def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], trut
     kept = path.is_file() and None not in known
     if not kept:
         new = [one for one, done in zip(twin.scans, known, strict=True) if done is None]
-        names = (*twin.files, path.name, *(_file(twin, one) for one in new))
+        names = (*twin.files, path.name, _truth(twin), *(_file(twin, one) for one in new))
+        refuse_mixture(folder)
         places = (_truth_file(folder, twin, one) for one in new)
         for place in (*(folder / name for name in names), *places):
             refuse_loss(place)
@@ -98,9 +101,7 @@ def _write(twin: Twin, folder: Path, tell: Callable[[str, int, int], None], trut
         counts[one.name] = done
         tell(one.name, one.rays, one.rays)
     texts: dict[Path, str | bytes] = {folder / name: text for name, text in twin.files.items()}
-    texts[folder / twin.campaign / "truth" / "truth.json"] = (
-        json_text(truth_of(twin, counts), indent=1) + "\n"
-    )
+    texts[folder / _truth(twin)] = json_text(truth_of(twin, counts), indent=1) + "\n"
     texts[path] = project_text(twin)
     write_texts({p: t for p, t in texts.items() if not (kept and p.is_file())})
     return path
@@ -161,6 +162,11 @@ def _file(twin: Twin, one: TwinScan) -> str:
 def _prefix(twin: Twin) -> str:
     """The folder of a campaign, with its slash; empty where there is but one."""
     return f"{twin.campaign}/" if twin.campaign else ""
+
+
+def _truth(twin: Twin) -> str:
+    """File of its poses and points."""
+    return f"{_prefix(twin)}truth/truth.json"
 
 
 def _truth_file(folder: Path, twin: Twin, one: TwinScan) -> Path:

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from tribrach.errors import InputError
+from tribrach.io.keeping import keep
 
 __all__ = ["MAX_BYTES", "unpacked", "unpacked_bytes"]
 
@@ -116,6 +117,7 @@ class _BoundedSink(io.RawIOBase):
 @contextmanager
 def unpacked(path: Path) -> Iterator[BinaryIO]:
     """A file for reading, unpacked on the way if it is gzip, xz or bzip2."""
+    keep([path])
     try:
         with path.open("rb") as file:
             magic = file.read(6)

@@ -40,6 +40,7 @@ from tribrach.io.arrays import (
 from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_file import read_json
 from tribrach.io.json_text import json_text
+from tribrach.io.poses.names import GIVEN, JOINT, POSES, POSES_TABLE
 from tribrach.job.scans import StationScan
 from tribrach.units import LARGEST
 
@@ -55,15 +56,6 @@ __all__ = [
     "read_poses",
     "station_order",
 ]
-
-
-#: file of the joint covariance, beside the poses
-JOINT = "poses_covariance.npy"
-
-
-#: file of what the rows of the joint covariance have to do with given values: their covariance
-#: with these, and below it that of the given values
-GIVEN = "poses_given.npy"
 
 
 #: the fact of a cloud of one scan that says by which pose it was placed
@@ -192,8 +184,8 @@ def pose_texts(
     """
     data = poses_json(scans, placements, frame, sigma_origin, shared)
     texts: dict[Path, str | bytes] = {
-        folder / "poses.csv": poses_csv(scans, placements, frame),
-        folder / "poses.json": json_text(data, indent=1) + "\n",
+        folder / POSES_TABLE: poses_csv(scans, placements, frame),
+        folder / POSES: json_text(data, indent=1) + "\n",
     }
     if shared is not None:
         texts[folder / JOINT] = joint_covariance_bytes(shared.covariance)
@@ -208,10 +200,6 @@ def pose_texts(
 # ``poses.json`` names scans and stations; ``poses_covariance.npy`` beside it holds their joint
 # covariance. Neither file is trusted: sizes are bounded, shapes and numbers are checked, nothing is
 # unpickled.
-
-
-#: beside the clouds that they belong to
-POSES = "poses.json"
 
 
 _CURE = "give the poses.json that was written beside the clouds"

@@ -12,6 +12,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 from rich.console import Console
+from typer.models import ArgumentInfo, ParameterInfo
 
 from tribrach.io.outputs import Content, write_texts
 from tribrach.io.scans.reading import as_told
@@ -95,9 +96,10 @@ def command(
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
             inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
-            files = set(_paths(given[name] for name in written))
+            files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
+            files |= {_OPTIONS[render]: _paths([path]) for render, path in outputs.items()}
             place = given[folder[0]] if folder else None
-            claim(inputs, [*outputs.values(), *files], place, overwrite=overwrite)
+            claim(inputs, files, place, overwrite=overwrite)
             with ExitStack() as stack:
                 stack.enter_context(as_told(**told))
                 if progress:
@@ -105,8 +107,9 @@ def command(
                 if crew is not None:
                     given["engine"] = stack.enter_context(working(*crew))
                 answer = work(**given)
-            if not files >= set(answer.files):
-                claim(inputs, [*outputs.values(), *answer.files], overwrite=overwrite)
+            claimed = {path for several in files.values() for path in several}
+            if further := [path for path in answer.files if path not in claimed]:
+                claim(inputs, files | {"(beside a result)": further}, overwrite=overwrite)
             deliver(answer, outputs, quiet=quiet)
 
         kind = inspect.Parameter.KEYWORD_ONLY
@@ -129,6 +132,7 @@ _RENDERED: dict[str, Callable[[Answer], Content]] = {
     "json_file": Answer.json,
     "html_file": Answer.page,
 }
+_OPTIONS: dict[Callable[[Answer], Content], str] = {Answer.json: "--json", Answer.page: "--html"}
 
 
 def deliver(
@@ -161,6 +165,15 @@ def _show(answer: Answer) -> None:
             console.print(visible(part.line()), markup=False)
         else:
             say(part)
+
+
+def _option(name: str, hint: Any) -> str:
+    """The option of a parameter, "" of an argument."""
+    about = [mark for mark in hint.__metadata__ if isinstance(mark, ParameterInfo)]
+    if any(isinstance(mark, ArgumentInfo) for mark in about):
+        return ""
+    names = [name for mark in about for name in mark.param_decls or ()]
+    return next(iter(names), "--" + name.replace("_", "-"))
 
 
 def _file(name: str, help: str) -> Any:

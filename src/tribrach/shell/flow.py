@@ -6,7 +6,7 @@ An error of the input ends in a sentence on standard error and exit status 2.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -103,13 +103,21 @@ def guarded(work: Callable[[], Any]) -> None:
 
 def claim(
     inputs: Iterable[Path],
-    outputs: Iterable[Path | None] = (),
+    outputs: Mapping[str, Path | Iterable[Path] | None],
     folder: Path | None = None,
     *,
     overwrite: bool,
 ) -> None:
-    """Say what a command reads and writes; refuse before any work what would be lost."""
-    keep([], folder, overwrite=overwrite)
+    """Say what a command reads and writes; refuse before any work what would be lost.
+
+    Outputs stand by what they are: the option that names them.
+    """
+    results = [
+        (path, kind)
+        for kind, several in outputs.items()
+        for path in ([several] if isinstance(several, Path) else several or ())
+    ]
+    keep([], folder, overwrite=overwrite, kinds=dict(results))
     for path in inputs:
         keep([path])
         if path.suffix.lower() == ".toml":
@@ -119,9 +127,7 @@ def claim(
             with suppress(InputError):  # what is wrong with it is said by who reads it
                 keep(Project.load(path).inputs())
     taken = set[Path]()
-    for result in outputs:
-        if result is None:
-            continue
+    for result, _ in results:
         if result.is_dir():
             raise InputError("this is a folder, no file", file=result, cure="name a file in it")
         if result.resolve() in taken:

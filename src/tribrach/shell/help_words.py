@@ -14,6 +14,8 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 from typer.core import TyperCommand, TyperGroup
 
+from tribrach.io.keeping import keeping
+
 __all__ = ["SpokenCommand", "SpokenGroup", "in_words", "spoken"]
 
 _WORDS = {Path: "FILE", int: "NUMBER", float: "NUMBER", str: "TEXT", bool: ""}
@@ -67,7 +69,16 @@ class _Spoken:
 
 
 class SpokenCommand(_Spoken, TyperCommand):
-    """A command whose help names no types."""
+    """A command whose help names no types; what it writes is listed as of its words."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run it as ``transform fit``, whatever the program is called."""
+        words, at = list[str](), ctx
+        while at is not None and at.parent is not None:
+            words.insert(0, at.info_name)
+            at = at.parent
+        with keeping(command=" ".join(words)):
+            return super().invoke(ctx)
 
 
 class SpokenGroup(_Spoken, TyperGroup):

@@ -13,6 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from tribrach.errors import InputError
+from tribrach.io.keeping import keep
+from tribrach.io.poses.names import POSE_FILES
 from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import Lines
 from tribrach.io.scans.text_form import heads, text_start
@@ -55,6 +57,7 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
     """The scans of a file, in metres; only headers are read."""
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")
+    keep([path], beside=[path.with_name(name) for name in POSE_FILES])
     with unpacked(path) as file:
         start = file.read(4096)
     if not start:

@@ -14,6 +14,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.triangles import covering_points
 from tribrach.io.json_file import read_json
 from tribrach.io.mesh import MESHES, read_mesh
+from tribrach.io.poses.names import POSES
 from tribrach.io.scans.formats import read_scans
 from tribrach.questions.complete.completeness import (
     Completeness,
@@ -30,10 +31,6 @@ __all__ = ["complete_clouds"]
 #
 # One station may have several scans, each with a cloud of its own; a merged cloud numbers its scans
 # in the order of that file.
-
-
-#: beside the clouds that they belong to
-_POSES = "poses.json"
 
 
 @dataclass(frozen=True)
@@ -58,7 +55,7 @@ class StationNames:
 
 def station_names(folder: Path) -> StationNames:
     """The names that the file of poses in a folder gives."""
-    path = folder / _POSES
+    path = folder / POSES
     if not path.is_file():
         return StationNames()
     try:

@@ -19,11 +19,12 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.clouds.e57 import copy_with_poses
 from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import write_texts
+from tribrach.io.poses.names import POSE_FILES
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
 from tribrach.job.clouds import write_clouds
 from tribrach.job.grouping import groups
-from tribrach.job.poses import GIVEN, JOINT, pose_texts
+from tribrach.job.poses import pose_texts
 from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
@@ -64,7 +65,7 @@ class PlacedOutput:
 
     def refuse_loss(self, scans: Mapping[str, Scan]) -> None:
         """Refuse before any work is done what would be lost, or cannot be written."""
-        for name in ("poses.csv", "poses.json", JOINT, GIVEN):
+        for name in POSE_FILES:
             refuse_loss(self.folder / name)
         if self.clouds is None:
             return

@@ -15,6 +15,7 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.geodesy.projection import ProjectedGrid, stereographic
 from tribrach.io.json_file import LENIENT
+from tribrach.io.keeping import keep
 from tribrach.io.named_files import named_file
 from tribrach.io.xml_file import MAX_BYTES
 from tribrach.units import GON, LARGEST
@@ -149,6 +150,7 @@ def _config(path: Path) -> dict[str, Any]:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", file=path.name)
+        keep([path])
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path.name) from error
