@@ -7,13 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.opened_files import contents
+from tribrach.io.survey.comp3d.text import comp3d_lines
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
+from tribrach.units import carried_angles
 
-__all__ = ["FORMATS", "format_of", "read", "read_files"]
+__all__ = ["FORMATS", "carried_words", "format_of", "read", "read_files"]
 
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
@@ -24,6 +28,7 @@ FORMATS = {
     "starnet": "survey.starnet.reader",
     "riscan": "survey.riscan.reader",
     "totalstation": "survey.totalstation",
+    "levels": "levels.files",
     "csv": "survey.csv.tables",
     "gnss": "gnss.files",
 }
@@ -46,7 +51,7 @@ SUFFIXES = {
     ".pos": "gnss",
 }
 #: formats whose files belong together and are read in one go
-JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
+JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
 
 
 def format_of(path: Path) -> str:
@@ -67,24 +72,67 @@ def format_of(path: Path) -> str:
             return shown
         if not contents(path, 4000).strip():
             raise InputError("the file is empty", file=path, cure="copy it again")
+        if suffix in _RAW:
+            raise _other_content(path, _RAW[suffix])
         raise InputError(
             f"the suffix {suffix or 'of the file'} belongs to no known format",
             file=path,
             cure=f"known are {', '.join(sorted(SUFFIXES))}, .xml, data of STAR*NET and raw "
             "files of total stations",
         )
+    rinex = b"RINEX VERSION / TYPE" in contents(path, 400)
+    if suffix in (".obs", ".cor", ".new") and (rinex or not comp3d_lines(path)):
+        shown = _by_content(path)
+        if shown is not None:
+            return shown
+        raise _other_content(path, "Comp3D")
     return SUFFIXES[suffix]
+
+
+#: suffixes that makers give their raw files; the content decides
+_RAW = {
+    ".sdr": "Sokkia SDR",
+    ".gsi": "Leica GSI",
+    ".gre": "Leica GSI",
+    ".m5": "Trimble and Zeiss M5",
+    ".jxl": "Trimble JobXML",
+    ".jobxml": "Trimble JobXML",
+    ".rw5": "Carlson RW5",
+    ".fbk": "Autodesk field books",
+    ".gt6": "Topcon GTS-6",
+    ".gt7": "Topcon GTS-7",
+}
+#: characters of a line that a message shows
+_SHOWN = 40
+
+
+def _other_content(path: Path, format: str) -> InputError:
+    """The refusal of a file whose suffix is that of a format and whose content is not."""
+    lines = contents(path, 4000).decode("latin-1").splitlines()
+    number, line = next(
+        ((k, x.strip()) for k, x in enumerate(lines, start=1) if x.strip()), (1, "")
+    )
+    if "RINEX VERSION / TYPE" in line:
+        what, cure = "this is a RINEX file", "tribrach baseline computes vectors from it"
+    else:
+        start = line if len(line) <= _SHOWN else f"{line[:_SHOWN]}..."
+        what = f"the suffix {path.suffix} is that of {format}, and the file begins with {start!r}"
+        cure = f"give it as {format} writes it, or make a CSV table of it with a header"
+    return InputError(what, file=path, line=number, cure=cure)
 
 
 def _by_content(path: Path) -> str | None:
     """The format of a file whose suffix says nothing: raw files and lists may have any, or none."""
     # loaded here: all these readers take longer to load than most networks to be read
     from tribrach.io.gnss.files import vector_reader
+    from tribrach.io.levels import files as levels
     from tribrach.io.survey.starnet import recognition as starnet
     from tribrach.io.totalstation.formats import recognised
 
     if vector_reader(path) is not None:
         return "gnss"
+    if levels.recognised(path):
+        return "levels"
     if recognised(path):
         return "totalstation"
     return "starnet" if starnet.recognised(path) else None
@@ -145,8 +193,10 @@ def read_files(
         for reader, (name, files) in by_reader.items():
             module = importlib.import_module(f"tribrach.io.{reader}")
             for together in [files] if name in JOINT else [[path] for path in files]:
-                with refused.record():
+                with refused.record(), carried_angles() as carried:
                     surveys.append(_read(module, name, together, apart))
+                    surveys[-1].warnings += carried_words(carried, together[0].name)
+    _leave_heights(surveys)
     first, *others = surveys
     for other in others:
         if FlatSite() not in (first.site, other.site) and first.site != other.site:
@@ -159,10 +209,39 @@ def read_files(
     return first
 
 
+def _leave_heights(surveys: Sequence[Survey]) -> None:
+    """Heights that were keyed into a level give way to those of lists."""
+    from tribrach.io.levels.files import Levelled, leave_to
+
+    levelled = [any(isinstance(f, Levelled) for f in survey.facts) for survey in surveys]
+    known = {
+        name
+        for survey, level in zip(surveys, levelled, strict=True)
+        if not level
+        for name, point in survey.points.items()
+        if np.isfinite(point.xyz).any()
+    }
+    for survey, level in zip(surveys, levelled, strict=True):
+        if level:
+            leave_to(survey, known)
+
+
+def carried_words(carried: Sequence[str], name: str) -> list[str]:
+    """That angles of a file have 60 minutes or seconds, and how they are read."""
+    if not carried:
+        return []
+    one = len(carried) == 1
+    return [
+        f"{name}: {len(carried)} angle{' has' if one else 's have'} 60 minutes or seconds, as "
+        f"rounding leaves them, and {'is' if one else 'are'} carried: "
+        f"{', '.join(dict.fromkeys(carried[:3]))}."
+    ]
+
+
 def _read(module: Any, name: str, files: list[Path], labels: Mapping[Path, str]) -> Survey:
     """One survey of files that belong together, by the module of their format."""
     survey: Survey
-    if name in ("gnss", "starnet"):
+    if name in ("gnss", "starnet", "levels"):
         survey = module.read(files, labels=labels)
     elif name in JOINT:
         survey = module.read(files)
