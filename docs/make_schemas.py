@@ -12,8 +12,6 @@ from tribrach.answers import Form, described
 from tribrach.report import json_result
 from tribrach.report.schema.base import Document, DocumentPart
 from tribrach.report.schema.epochs import EpochDocument
-from tribrach.report.schema.plan import PlanDocument
-from tribrach.report.schema.scans import ScansDocument
 from tribrach.report.schema.workbench import WorkbenchDocument
 from tribrach.workbench.schema import FORM as SCENE
 
@@ -25,8 +23,6 @@ def documents() -> dict[str, type[Document] | Form]:
     found: dict[str, type[Document] | Form] = {
         "result": json_result.form(),
         "epoch": EpochDocument,
-        "info": ScansDocument,
-        "plan": PlanDocument,
         "scene": SCENE,
         "workbench": WorkbenchDocument,
     }
