@@ -32,12 +32,14 @@ from tribrach.shell.flow import (
 )
 from tribrach.shell.printing import printed
 
-__all__ = ["FOLDER", "WRITTEN", "command", "deliver"]
+__all__ = ["FOLDER", "RESULTS", "WRITTEN", "command", "deliver"]
 
 #: marks the parameter of a command that names a file which the command writes
 WRITTEN = "written"
 #: marks the one that names the folder of results
 FOLDER = "folder"
+#: marks the one that names a project in whose folder of results something is kept
+RESULTS = "results"
 #: terminals with as many columns show all columns of the tables
 _WIDE = 118
 
@@ -66,7 +68,10 @@ def command(
         progress, engine = "progress" in by_itself, "engine" in by_itself
         options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
         marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
-        read, written, folder = ([n for n in marks if marks[n] == m] for m in ("", WRITTEN, FOLDER))
+        read, written, folder, project = (
+            [name for name in marks if marks[name] == mark]
+            for mark in ("", WRITTEN, FOLDER, RESULTS)
+        )
         meant = {
             name: mark
             for name, (hint, _) in options.items()
@@ -91,10 +96,10 @@ def command(
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
-            inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
+            inputs = _paths(given[name] for name in dict.fromkeys((*read, *project, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
             files |= {_OPTIONS[render]: _paths([path]) for render, path in outputs.items()}
-            place = given[folder[0]] if folder else None
+            place = given[folder[0]] if folder else _results(*(given[name] for name in project))
             claim(inputs, files, place, overwrite=overwrite)
             with ExitStack() as stack:
                 if progress:
@@ -176,6 +181,16 @@ def _file(name: str, help: str) -> Any:
     return Annotated[Path | None, typer.Option(name, help=help)]
 
 
+def _results(project: Path | None = None) -> Path | None:
+    """The folder of results of a project."""
+    if project is None:
+        return None
+    # the model of project files takes its time, which other commands should not spend
+    from tribrach.project import Project
+
+    return Project.load(project).results
+
+
 def _path(hint: Any) -> bool:
     """Does a parameter take files?"""
     return "pathlib.Path" in str(getattr(hint, "__origin__", hint))
@@ -184,7 +199,7 @@ def _path(hint: Any) -> bool:
 def _marked(hint: Any) -> str:
     """How the parameter is marked, "" if it names what is read."""
     found = getattr(hint, "__metadata__", ())
-    return next((mark for mark in (WRITTEN, FOLDER) if mark in found), "")
+    return next((mark for mark in (WRITTEN, FOLDER, RESULTS) if mark in found), "")
 
 
 def _paths(values: Any) -> list[Path]:
