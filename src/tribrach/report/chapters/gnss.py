@@ -78,7 +78,7 @@ class SessionBaseline(Baseline, also=("from_", "to")):
 
 
 @dataclass(frozen=True)
-class GnssBaselines(Result):
+class BaselinesAndLoops(Result):
     """Baselines that were computed, and all loops."""
 
     frame: str | None
@@ -470,13 +470,13 @@ def _data(
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
     reference: Reference,
-) -> GnssBaselines:
+) -> BaselinesAndLoops:
     found = [SessionBaseline(**vars(b), session=s.name) for s, b in _all(sessions)]
     named = [
         NamedLoop(**vars(loop), names=tuple(baselines.names[k] for k in loop.points))
         for loop in loops
     ]
-    return GnssBaselines(reference.frame, reference.epoch, found, named)
+    return BaselinesAndLoops(reference.frame, reference.epoch, found, named)
 
 
-SUBJECT = Subject("gnss", _chapters, GnssBaselines)
+SUBJECT = Subject("gnss", _chapters, BaselinesAndLoops)
