@@ -9,7 +9,7 @@ import pytest
 from tribrach import pipeline
 from tribrach.errors import InputError
 from tribrach.job.opened import open_job
-from tribrach.job.plan.steps import plan_project
+from tribrach.questions.plan.design import plan_project
 from tribrach.report import json_result
 
 SETTINGS = """

@@ -16,6 +16,7 @@ from tests.instruments.field_surveys import STATIONS, readings
 from tests.network.lab import lab, measured
 from tests.report.hostile import Naming
 from tests.scan.noisy_scenes import simulated
+from tribrach.answers import plain
 from tribrach.calibration.field_check import check_readings
 from tribrach.calibration.self_calibration import CalibrationOptions, calibrate
 from tribrach.comparison.regression import regress
@@ -27,10 +28,9 @@ from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.io.epoch_files import epoch_data
+from tribrach.io.epoch_files import epoch_file
 from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
-from tribrach.job.plan.steps import DesignResult
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
@@ -49,6 +49,9 @@ from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.questions.epochs.chapters import answer_of as epochs_answer
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
+from tribrach.questions.plan.chapters import answer_of as plan_answer
+from tribrach.questions.plan.chapters import gain_map
+from tribrach.questions.plan.design import DesignResult
 from tribrach.questions.register.chapters import answer_of as register_answer
 from tribrach.questions.register.registration import RegisteredFiles
 from tribrach.questions.regress.chapters import answer_of as regression_answer
@@ -66,8 +69,6 @@ from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_svg
 from tribrach.report.figures import Picture
-from tribrach.report.planning.page import gain_map, plan_page
-from tribrach.report.planning.report import plan_report
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
 from tribrach.scan.noise_law import fit_noise
@@ -229,9 +230,9 @@ def _plan(name: Naming) -> str:
     )
     places = np.random.default_rng(2).uniform(0, 9, (5, 3))
     gain = gain_map(places, places[:, 0], [name(31)], places[:1], places[1:2], "mm")
-    content = plan_report(plan)
+    answer = plan_answer(plan)
     gain = replace(gain, title=name(32), caption=name(33))
-    return plan_page(replace(content, pictures=(*content.pictures, gain)))
+    return replace(answer, pictures=(*answer.pictures, gain)).page()
 
 
 def _registration(name: Naming) -> str:
@@ -319,7 +320,7 @@ def _series_page(name: Naming) -> str:
         for k, at in enumerate(points)
     ]
     cycles.append(Cycle("x", 1.8e9, 1, name(5)))
-    kept = epoch_data(zero, FlatSite(), "zero")
+    kept = plain(epoch_file(zero, FlatSite(), "zero"))
     found = Series(SeriesSettings(tuple(names)), kept, 2.0, tuple(cycles))
     return series_answer(found, name(6)).page()
 
@@ -338,7 +339,7 @@ PAGES = {
     "questions.check": _check,
     "questions.calibrate": _calibration,
     "questions.regress": _regression,
-    "planning.page.plan_page": _plan,
+    "questions.plan": _plan,
     "questions.register": _registration,
     "questions.noise": _noise,
     "questions.epochs": _epochs_page,

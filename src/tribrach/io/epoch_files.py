@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Form, Matrix, Number, Result, part
 from tribrach.epochs.differences import MOTIONS, Epoch
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
@@ -29,9 +30,8 @@ from tribrach.io.survey.gama.element import Element
 from tribrach.io.survey.gama.reader import ADJUSTED
 from tribrach.units import too_large
 
-__all__ = ["KIND", "SCHEMA", "StoredEpoch", "epoch_data", "epoch_of_data", "read_epoch"]
+__all__ = ["FORM", "EpochFile", "StoredEpoch", "epoch_file", "epoch_of_data", "read_epoch"]
 
-KIND = "epoch"
 SCHEMA = 1
 
 #: coordinates of an epoch; their covariance has 200 MB
@@ -50,28 +50,60 @@ class StoredEpoch:
     sentences: tuple[str, ...] = ()
 
 
-def epoch_data(epoch: Epoch, site: Any, datum: str) -> dict[str, Any]:
-    """An epoch as data for JSON; the covariance as rows of its lower triangle."""
+@dataclass(frozen=True)
+class EpochSite(Result):
+    """Where the frame of an epoch lies [rad, m]."""
+
+    latitude: float
+    longitude: float
+    ellipsoidal_height: float
+    #: semi-major axis and flattening
+    ellipsoid: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class EpochFile(
+    Result,
+    without=("epoch",),
+    also=(
+        "kind", "label", "names", "xyz", "covariance", "motions", "dof", "variance_factor",
+    ),
+):  # fmt: skip
+    """What ``tribrach adjust --epoch`` writes, for ``tribrach epochs``."""
+
+    epoch: Epoch
+    datum: str
+    site: EpochSite | None
+
+    label = part("epoch.label", str, "What the epoch is called.")
+    names = part("epoch.names", tuple[str, ...], "Of the points.")
+    xyz = part("epoch.xyz", Matrix, "E, N, U [m]; null where the network has no such coordinate.")
+    motions = part(
+        "epoch.motions", tuple[str, ...], "Motions of the whole that the observations leave open."
+    )
+    dof = part("epoch.dof", int, "Redundancy; 0 where it is not known.")
+    variance_factor = part("epoch.factor", Number, "A posteriori; null where it is not known.")
+
+    @property
+    def kind(self) -> Literal["epoch"]:
+        """What the file is."""
+        return "epoch"
+
+    @property
+    def covariance(self) -> list[list[float]]:
+        """Of all coordinates, a priori: rows of the lower triangle [m^2]."""
+        return [row[: k + 1].tolist() for k, row in enumerate(self.epoch.covariance)]
+
+
+FORM = Form("epoch", EpochFile, SCHEMA, quick=True)
+
+
+def epoch_file(epoch: Epoch, site: EllipsoidSite | FlatSite, datum: str) -> EpochFile:
+    """An epoch as it is written."""
     place = None
     if isinstance(site, EllipsoidSite):
-        place = {
-            "latitude": site.latitude,
-            "longitude": site.longitude,
-            "ellipsoidal_height": site.ellipsoidal_height,
-            "ellipsoid": list(site.ellipsoid),
-        }
-    return {
-        "kind": KIND,
-        "label": epoch.label,
-        "datum": datum,
-        "site": place,
-        "names": list(epoch.names),
-        "xyz": [[float(v) if np.isfinite(v) else None for v in row] for row in epoch.xyz],
-        "covariance": [row[: k + 1].tolist() for k, row in enumerate(epoch.covariance)],
-        "motions": list(epoch.motions),
-        "dof": epoch.dof,
-        "variance_factor": epoch.factor if np.isfinite(epoch.factor) else None,
-    }
+        place = EpochSite(site.latitude, site.longitude, site.ellipsoidal_height, site.ellipsoid)
+    return EpochFile(epoch, datum, place)
 
 
 def read_epoch(files: Sequence[Path]) -> StoredEpoch | None:
@@ -114,7 +146,7 @@ def _of_json(path: Path) -> StoredEpoch:
                 cure="give the project or the survey files themselves, or the epoch file that "
                 "tribrach adjust --epoch writes, or a run with output.epoch = true",
             )
-        if data["kind"] != KIND or data["schema"] != SCHEMA:
+        if data["kind"] != "epoch" or data["schema"] != SCHEMA:
             raise InputError("this is no epoch of this version", file=path, cure=cure)
         epoch = epoch_of_data(data)
         place = data["site"]
@@ -134,7 +166,7 @@ def _of_json(path: Path) -> StoredEpoch:
 
 
 def epoch_of_data(data: Any) -> Epoch:
-    """The epoch that :func:`epoch_data` described."""
+    """The epoch of the JSON of an :class:`EpochFile`."""
     names = tuple(str(n) for n in data["names"])
     n = len(names)
     if 3 * n > _MOST or len(set(names)) != n or not n:

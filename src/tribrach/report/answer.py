@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tribrach.answers import Form
-from tribrach.errors import InputError
+from tribrach.errors import TribrachError
 from tribrach.io.outputs import Content
 from tribrach.report.content import Report
 from tribrach.report.figures import Picture
@@ -20,6 +20,7 @@ from tribrach.report.findings import Finding
 from tribrach.report.notation import PLAIN, ReportNotation
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import ReportTable
+from tribrach.report.text import WIDTH, table_text, wrapped
 
 __all__ = ["Answer"]
 
@@ -50,7 +51,7 @@ class Answer:
     #: what a terminal shows: text as it is, findings, tables
     terminal: Sequence[str | Finding | ReportTable] = ()
     #: why it may not be used as it is: raised once it was shown
-    failure: InputError | None = None
+    failure: TribrachError | None = None
     #: true if then no file is written
     refuses: bool = False
     #: files that were written before; with these all files are named at the end
@@ -73,6 +74,17 @@ class Answer:
             network=self.network,
             notation=self.notation,
         )
+
+    def text(self, without: Sequence[str] = ()) -> str:
+        """The whole of it as text to print, but for some tables."""
+        say, rule = self.notation.words, "=" * WIDTH
+        blocks = [f"{self.title}\n{rule}"]
+        for sign, warns in (("-", False), ("!", True)):
+            told = [f"{sign} {say(one.words)}" for one in self.findings if one.warns == warns]
+            blocks += ["\n".join(map(wrapped, told))] if told else []
+        tables = (table for table in (*self.first, *self.tables) if table.name not in without)
+        blocks += [table_text(table, self.notation) for table in tables if table.rows]
+        return "\n\n".join(blocks) + "\n"
 
     def json(self) -> str:
         """The figures as JSON text."""

@@ -34,12 +34,14 @@ from tribrach.shell.flow import (
 from tribrach.shell.printing import printed
 from tribrach.shell.reading import READING
 
-__all__ = ["FOLDER", "WRITTEN", "command", "deliver"]
+__all__ = ["FOLDER", "RESULTS", "WRITTEN", "command", "deliver"]
 
 #: marks the parameter of a command that names a file which the command writes
 WRITTEN = "written"
 #: marks the one that names the folder of results
 FOLDER = "folder"
+#: marks the one that names a project in whose folder of results something is kept
+RESULTS = "results"
 #: terminals with as many columns show all columns of the tables
 _WIDE = 118
 
@@ -49,6 +51,8 @@ def command(
     json: str | None = "Write it as JSON.",
     html: str | None = "Write a page.",
     scans: bool = False,
+    text: str | None = None,
+    quiet: bool = True,
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Make a command of the function that answers a question.
 
@@ -68,49 +72,53 @@ def command(
         progress, engine = "progress" in by_itself, "engine" in by_itself
         options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
         marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
-        read, written, folder = ([n for n in marks if marks[n] == m] for m in ("", WRITTEN, FOLDER))
+        read, written, folder, project = (
+            [name for name in marks if marks[name] == mark]
+            for mark in ("", WRITTEN, FOLDER, RESULTS)
+        )
         meant = {
             name: mark
             for name, (hint, _) in options.items()
             for mark in getattr(hint, "__metadata__", ())
             if inspect.isfunction(mark)
         }
-        if json is not None:
-            options["json_file"] = (_file("--json", json), None)
-        if html is not None:
-            options["html_file"] = (_file("--html", html), None)
+        for form, help in (("json", json), ("html", html), ("text", text)):
+            if help is not None:
+                options[f"{form}_file"] = (_file(f"--{form}", help), None)
         if engine:
             options |= {"workers": (Workers, None), "scheduler": (Scheduler, None)}
         if scans:
             options |= {name: (hint, None) for name, hint in READING.items()}
-        options |= {"overwrite": (Overwrite, False), "quiet": (Quiet, False)}
+        options |= {"overwrite": (Overwrite, False)}
+        if quiet:
+            options |= {"quiet": (Quiet, False)}
 
         @wraps(work)
         def run(**given: Any) -> None:
             guarded(lambda: _answer(given))
 
         def _answer(given: dict[str, Any]) -> None:
-            quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
+            silent, overwrite = given.pop("quiet", False), given.pop("overwrite")
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
             told = {name: given.pop(name) for name in READING} if scans else {}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
-            inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
+            inputs = _paths(given[name] for name in dict.fromkeys((*read, *project, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
             files |= {_OPTIONS[render]: _paths([path]) for render, path in outputs.items()}
-            place = given[folder[0]] if folder else None
+            place = given[folder[0]] if folder else _results(*(given[name] for name in project))
             claim(inputs, files, place, overwrite=overwrite)
             with ExitStack() as stack:
                 stack.enter_context(as_told(**told))
                 if progress:
-                    given["progress"] = stack.enter_context(shown(quiet))
+                    given["progress"] = stack.enter_context(shown(silent))
                 if crew is not None:
                     given["engine"] = stack.enter_context(working(*crew))
                 answer = work(**given)
             claimed = {path for several in files.values() for path in several}
             if further := [path for path in answer.files if path not in claimed]:
                 claim(inputs, files | {"(beside a result)": further}, overwrite=overwrite)
-            deliver(answer, outputs, quiet=quiet)
+            deliver(answer, outputs, quiet=silent)
 
         kind = inspect.Parameter.KEYWORD_ONLY
         run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
@@ -131,8 +139,9 @@ _GIVEN = ("progress", "engine")
 _RENDERED: dict[str, Callable[[Answer], Content]] = {
     "json_file": Answer.json,
     "html_file": Answer.page,
+    "text_file": Answer.text,
 }
-_OPTIONS: dict[Callable[[Answer], Content], str] = {Answer.json: "--json", Answer.page: "--html"}
+_OPTIONS = {render: f"--{name.removesuffix('_file')}" for name, render in _RENDERED.items()}
 
 
 def deliver(
@@ -180,6 +189,16 @@ def _file(name: str, help: str) -> Any:
     return Annotated[Path | None, typer.Option(name, help=help)]
 
 
+def _results(project: Path | None = None) -> Path | None:
+    """The folder of results of a project."""
+    if project is None:
+        return None
+    # the model of project files takes its time, which other commands should not spend
+    from tribrach.project import Project
+
+    return Project.load(project).results
+
+
 def _path(hint: Any) -> bool:
     """Does a parameter take files?"""
     return "pathlib.Path" in str(getattr(hint, "__origin__", hint))
@@ -188,7 +207,7 @@ def _path(hint: Any) -> bool:
 def _marked(hint: Any) -> str:
     """How the parameter is marked, "" if it names what is read."""
     found = getattr(hint, "__metadata__", ())
-    return next((mark for mark in (WRITTEN, FOLDER) if mark in found), "")
+    return next((mark for mark in (WRITTEN, FOLDER, RESULTS) if mark in found), "")
 
 
 def _paths(values: Any) -> list[Path]:

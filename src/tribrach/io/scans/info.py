@@ -15,6 +15,7 @@ from pyproj import CRS
 from pyproj.exceptions import CRSError
 
 from tribrach._types import Array
+from tribrach.answers import Matrix, Number, Result, part
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
@@ -22,7 +23,7 @@ from tribrach.io.scans.units import as_filed
 from tribrach.scan.angular_step import angular_step
 from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
-from tribrach.scan.scan import Chunk, Field, Scan
+from tribrach.scan.scan import Chunk, Field, NoReturn, Scan
 from tribrach.units import percent
 
 __all__ = ["Description", "describe"]
@@ -159,29 +160,103 @@ class _Doubles:
         return 1 - len(np.unique(self._kept)) / len(self._kept)
 
 
-@dataclass(frozen=True, eq=False)
-class Description:
-    """A scan in numbers and words."""
+@dataclass(frozen=True)
+class DescribedField(Result):
+    """A field of the points with its range."""
 
-    #: the scan
+    name: str
+    dtype: str
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True)
+class DescribedUnit(Result):
+    """What the coordinates of a file are counted in; everything here is metres but degrees."""
+
+    #: of x, y and z
+    names: tuple[str, ...]
+    #: in one unit of x, y and z; null if x and y are degrees
+    metres: tuple[Number, ...] | None
+    #: who says so
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class Description(
+    Result,
+    without=("scan", "figures", "among", "steep"),
+    also=(
+        "file", "name", "index", "points", "records", "dropped", "no_return", "bounds", "fields",
+        "grid", "pose", "crs", "unit", "origin", "doubled_share", "facts", "sentences",
+    ),
+    keys={
+        "name": "scan",
+        "step": "angular_step",
+        "ranges": "range_quantiles",
+        "coarse": "coordinate_step",
+    },
+):  # fmt: skip
+    """A scan of a file [m, rad]."""
+
     scan: Scan
-    #: figures of its points
+    #: of its points
     figures: Statistics
     #: number of scans in its file
     among: int
-    #: between neighbouring directions (H, V) [rad], None if not known
-    step: tuple[float, float] | None
-    #: 0, 5, 50, 95 and 100 % quantiles of the ranges [m], empty if the origin is not known
-    ranges: tuple[float, ...]
-    #: step [m] that all coordinates are multiples of, None if it is fine
-    coarse: float | None
+    #: between neighbouring directions (H, V), null if not known
+    step: tuple[Number, Number] | None
+    #: 0, 5, 50, 95 and 100 % quantiles of the ranges, empty if the origin is not known
+    ranges: tuple[Number, ...]
+    #: step that all coordinates are multiples of, null if it is fine
+    coarse: Number | None
     #: median range of rays steeper than 45 degrees [m], 0 where there are few
     steep: float = 0.0
+
+    name = part("scan.name", str, "Name of the scan.")
+    index = part("scan.index", int, "Its number in the file.")
+    points = part("figures.points", int, "How many are valid.")
+    records = part("scan.records", int | None, "What the file says that it holds.")
+    dropped = part("figures.dropped", int, "Records that hold no point.")
+    no_return = part("scan.no_return", NoReturn | None, "Beams that came back from nothing.")
+    bounds = part("figures.bounds", Matrix | None, "Smallest and largest coordinates.")
+    grid = part("scan.grid", tuple[int, int] | None, "Rows and columns.")
+    pose = part("scan.pose.matrix", Matrix | None, "World from scanner, 4 x 4.")
+    origin = part(
+        "scan.origin", str, "Whether the scanner is at 0, 0, 0: stated, assumed or unknown."
+    )
+    doubled_share = part("figures.doubled", Number, "Share of points that occurred before.")
+    facts = part("scan.facts", dict[str, str], "What else the file says.")
 
     @property
     def angles(self) -> bool:
         """True if the coordinates are degrees."""
         return self.scan.unit.names[0] == "degree"
+
+    @property
+    def crs(self) -> str | None:
+        """Reference system of the file."""
+        return self.scan.unit.crs or self.scan.crs
+
+    @property
+    def unit(self) -> DescribedUnit:
+        """What the coordinates of the file are counted in."""
+        unit = self.scan.unit
+        metres = None if self.angles else tuple(unit.factors or ())
+        return DescribedUnit(tuple(unit.names), metres, unit.source)
+
+    @property
+    def file(self) -> str:
+        """Path of the file."""
+        return str(self.scan.path)
+
+    @property
+    def fields(self) -> tuple[DescribedField, ...]:
+        """Fields of the points; one that occurred nowhere is zero."""
+        own = self.figures
+        zero = FieldRange(0.0, 0.0) if own.points else FieldRange()
+        found = [(f, own.fields.get(f.name, zero)) for f in self.scan.fields]
+        return tuple(DescribedField(f.name, f.dtype, r.low, r.high) for f, r in found)
 
     @property
     def title(self) -> str:
@@ -246,6 +321,7 @@ class Description:
         said = item.description.strip() or self.scan.facts.get(f"field {item.name}", "")
         return f"{what} ({said})" if said else what
 
+    @property
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
         out = [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.scan.warnings]
@@ -339,46 +415,6 @@ class Description:
             )
         return out
 
-    def to_json(self) -> dict[str, Any]:
-        """The description as numbers, with metres and radians."""
-        scan, figures = self.scan, self.figures
-        return {
-            "file": str(scan.path),
-            "scan": scan.name,
-            "index": scan.index,
-            "points": figures.points,
-            "records": scan.records,
-            "dropped": figures.dropped,
-            "no_return": None
-            if scan.no_return is None
-            else {
-                "zeros": scan.no_return.zeros,
-                "repeated": scan.no_return.repeated,
-                "places": [list(place) for place in scan.no_return.places],
-                "in_shell": scan.no_return.in_shell,
-                "shell": None if scan.no_return.shell is None else list(scan.no_return.shell),
-            },
-            "bounds": None if figures.bounds is None else figures.bounds.tolist(),
-            "fields": [
-                {"name": f.name, "dtype": f.dtype, **_limits(figures, f.name)} for f in scan.fields
-            ],
-            "grid": None if scan.grid is None else list(scan.grid),
-            "pose": None if scan.pose is None else scan.pose.matrix.tolist(),
-            "crs": scan.unit.crs or scan.crs,
-            "unit": {
-                "names": list(scan.unit.names),
-                "metres": None if self.angles else list(scan.unit.factors or ()),
-                "source": scan.unit.source,
-            },
-            "origin": scan.origin,
-            "angular_step": None if self.step is None else list(self.step),
-            "range_quantiles": list(self.ranges),
-            "coordinate_step": self.coarse,
-            "doubled_share": figures.doubled,
-            "facts": dict(scan.facts),
-            "sentences": self.sentences(),
-        }
-
 
 def describe(scan: Scan, among: int = 1) -> Description:
     """Read a scan and describe it without its beams without return, which are told apart."""
@@ -428,16 +464,6 @@ def _of_bounds(stated: Array, bounds: Array) -> list[str]:
     if off <= _BOUNDS:
         return []
     return [f"The bounds in the header differ from the points' by {off:.3f} m."]
-
-
-def _limits(statistics: Statistics, name: str) -> dict[str, float | None]:
-    """Range of a field for JSON; a field that occurred nowhere is zero."""
-    values = statistics.fields.get(name)
-    if values is None:
-        return {"low": 0.0, "high": 0.0} if statistics.points else {"low": None, "high": None}
-    if values.low > values.high:
-        return {"low": None, "high": None}
-    return {"low": values.low, "high": values.high}
 
 
 def _is_identity(scan: Scan) -> bool:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.answers import Form, Instant, Matrix, Number, Result
+from tribrach.answers import Form, Instant, Matrix, Number, Result, plain
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import Difference, Epoch, difference
 from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_series
@@ -22,7 +22,7 @@ from tribrach.errors import InputError, TribrachError
 from tribrach.geodesy.site import FlatSite
 from tribrach.instruments.precision import Precision
 from tribrach.instruments.reduction import Means, TelescopeReadings, reduce
-from tribrach.io.epoch_files import epoch_data, epoch_of_data
+from tribrach.io.epoch_files import epoch_file, epoch_of_data
 from tribrach.io.json_file import read_json
 from tribrach.io.readings_through_time import TimedReadings
 from tribrach.job.epochs import epoch_of
@@ -301,7 +301,7 @@ def monitor(
     left = [cycle for key, cycle in known.items() if key not in set(keys)]
     every = sorted([*left, *cycles], key=lambda cycle: cycle.start)
     reused = sum(key in known for key in keys) + len(left)
-    kept = epoch_data(zero, FlatSite(), "baseline of a series")
+    kept = plain(epoch_file(zero, FlatSite(), "baseline of a series"))
     return Series(settings, kept, factor, tuple(every), wander, dict(seen), reused)
 
 

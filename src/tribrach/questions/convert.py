@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Progress
@@ -18,9 +19,11 @@ from tribrach.io.clouds.formats import WRITERS, create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.units import as_filed, unit_of_crs
+from tribrach.report.answer import Answer
 from tribrach.scan.scan import Field, Lattice, Scan
+from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["Written", "as_copc", "convert_scans"]
+__all__ = ["Written", "as_copc", "convert", "convert_scans"]
 
 #: step of coordinates of clouds that come without one [m], and steps across their extent at least
 _FINEST, _MANY = 1e-4, 1e5
@@ -41,6 +44,29 @@ class Written(NamedTuple):
     points: int
     #: what its steps cost, without the final stop; "" if nothing
     cost: str = ""
+
+
+@command(json=None, html=None, scans=True)
+def convert(
+    source: Annotated[Path, typer.Argument(help="A file of scans.")],
+    destination: Annotated[
+        Path, typer.Argument(help="File to write: .las, .laz, .copc.laz, .ply or .e57."), WRITTEN
+    ],
+    placed: Annotated[bool, typer.Option(help="Apply the poses that the source has.")] = False,
+    step_mm: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-3, max=10, help="Coordinate step of LAS, LAZ and E57; that of the source."
+        ),
+    ] = None,
+    *,
+    progress: Progress,
+) -> Answer:
+    """Write scans in another format, every field kept."""
+    scans, step = read_scans(source), None if step_mm is None else step_mm / 1e3
+    made = convert_scans(scans, destination, placed=placed, step=step, progress=progress)
+    lines = [f"{p}: {points} points" + (f"; {cost}" if cost else "") for p, points, cost in made]
+    return Answer("Scans in another format", "", None, made, terminal=lines)
 
 
 def convert_scans(
