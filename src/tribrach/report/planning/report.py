@@ -16,7 +16,7 @@ from tribrach.planning.prediction import Figures
 from tribrach.report.build import build
 from tribrach.report.figures import Picture
 from tribrach.report.names import some_of
-from tribrach.report.numbers import Style, number, numbers, three_digits
+from tribrach.report.numbers import Style, number, numbers
 from tribrach.report.page import FrontPage
 from tribrach.report.planning.page import PlanPage, gain_map
 from tribrach.report.planning.sights import sights_of
@@ -29,6 +29,7 @@ from tribrach.report.planning.tables import (
 )
 from tribrach.report.schema.base import heading
 from tribrach.report.schema.plan import SCHEMA, PlanDocument
+from tribrach.sentences import Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.job.plan.steps import DesignResult
@@ -94,7 +95,12 @@ def _requirement(plan: DesignResult) -> str:
     assert plan.required is not None
     verdict = "is reached" if plan.reached else "is not reached"
     enough = " without any proposal" if plan.reached and not plan.proposals else ""
-    return f"The requirement of {shown(plan.criterion.kind, plan.required)} {verdict}{enough}"
+    return Sentence(
+        "The requirement of {shown} {verdict}{enough}",
+        shown=shown(plan.criterion.kind, plan.required),
+        verdict=verdict,
+        enough=enough,
+    )
 
 
 def _sentences(plan: DesignResult) -> list[str]:
@@ -108,40 +114,60 @@ def _sentences(plan: DesignResult) -> list[str]:
     ]
     if plan.before is not None and plan.proposals:
         out.append(
-            f"The {words} goes from {shown(kind, plan.before.value(kind))} to {shown(kind, value)} "
-            f"with {len(plan.proposals)} proposals."
+            Sentence(
+                "The {words} goes from {shown} to {shown2} with {plan} proposals.",
+                words=words,
+                shown=shown(kind, plan.before.value(kind)),
+                shown2=shown(kind, value),
+                plan=len(plan.proposals),
+            )
         )
     else:
-        out.append(f"The {words} is {shown(kind, value)}.")
+        out.append(Sentence("The {words} is {shown}.", words=words, shown=shown(kind, value)))
         if plan.single:
             out.append("No place that was looked at makes it better.")
     if plan.required is not None:
-        out.append(f"{_requirement(plan)}.")
+        out.append(Sentence("{requirement}.", requirement=_requirement(plan)))
     out += lever_arm_sentences(plan.lever_arm)
     if plan.lever_arm is None:
         out.append(
-            f"Of the points that are judged, {after.names[int(np.argmax(after.sigma))]} is worst, "
-            f"with {three_digits(after.sigma.max() * 1e3)} mm in its worst direction; this depends "
-            "on the datum."
+            Sentence(
+                "Of the points that are judged, {after} is worst, with {after2:mmg3} in its "
+                "worst direction; this depends on the datum.",
+                after=after.names[int(np.argmax(after.sigma))],
+                after2=after.sigma.max(),
+            )
         )
         out.append(
-            "Between two epochs measured like this its displacement of "
-            f"{three_digits(1e3 * plan.detectable)} mm would be found with 80 % (test at "
-            "5 %), in the direction in which that is hardest."
+            Sentence(
+                "Between two epochs measured like this its displacement of {detectable:mmg3} would "
+                "be found with 80 % (test at 5 %), in the direction in which that is hardest.",
+                detectable=plan.detectable,
+            )
         )
     out += [
-        f"The weakest observation is {after.redundancy_at} with a redundancy of "
-        f"{after.redundancy:.2f}.",
+        Sentence(
+            "The weakest observation is {after.redundancy_at} with a redundancy of "
+            "{after.redundancy:2}.",
+            after=after,
+        ),
     ]
     if after.undetected_at:
         out.append(
-            f"An error that stays undetected moves a point by up to "
-            f"{shown('undetected', after.undetected)}: {after.undetected_at} (test at 0.1 %, power "
-            "80 %)."
+            Sentence(
+                "An error that stays undetected moves a point by up to {undetected}: {at} (test at "
+                "{alpha:%g}, power 80 %).",
+                undetected=shown("undetected", after.undetected),
+                at=after.undetected_at,
+                alpha=0.001,
+            )
         )
     if after.correlation_at:
         out.append(
-            f"{after.correlation_at} have the largest correlation, {after.correlation:.3f}"
+            Sentence(
+                "{after.correlation_at} have the largest correlation, {after.correlation:3}",
+                after=after,
+            )
             + ("; they can hardly be told apart." if after.correlation > 0.95 else ".")
         )
     return out + _of_proposals(plan) + _of_weights(plan) + _of_calibration(plan) + _of_datums(plan)
@@ -151,20 +177,35 @@ def _of_proposals(plan: DesignResult) -> list[str]:
     kind = plan.criterion.kind
     out = []
     for p in plan.proposals:
-        place = ", ".join(
-            f"{axis} {round(x, 2) + 0.0:.2f}" for axis, x in zip("ENU", p.place, strict=True)
+        place = joined(
+            ", ",
+            (
+                Sentence("{axis} {x:2}", axis=axis, x=round(x, 2) + 0.0)
+                for axis, x in zip("ENU", p.place, strict=True)
+            ),
         )
         gain = (
             ": nothing is determined without it"
             if math.isnan(p.before)
-            else f": {shown(kind, p.before)} becomes {shown(kind, p.after)}"
+            else Sentence(
+                ": {shown} becomes {shown2}",
+                shown=shown(kind, p.before),
+                shown2=shown(kind, p.after),
+            )
         )
-        out.append(f"Add {p.sort} {p.name} at {place} m{gain}.")
+        out.append(
+            Sentence("Add {p.sort} {p.name} at {place} m{gain}.", p=p, place=place, gain=gain)
+        )
     if plan.relocations:
         r = plan.relocations[0]
         out.append(
-            f"The best single move is {r.name} to {r.to}: {shown(kind, r.before)} becomes "
-            f"{shown(kind, r.after)}{' at the points that do not move' * (not plan.lever_arm)}."
+            Sentence(
+                "The best single move is {r.name} to {r.to}: {shown} becomes {shown2}{at}.",
+                r=r,
+                shown=shown(kind, r.before),
+                shown2=shown(kind, r.after),
+                at=" at the points that do not move" * (not plan.lever_arm),
+            )
         )
     spare = [s for s in plan.spares if _spared(plan, s.before, s.after)]
     if plan.spares:
@@ -191,21 +232,38 @@ def _of_weights(plan: DesignResult) -> list[str]:
             if min(plan.sets.sets.values()) == 1:
                 many.append("one elsewhere")
             value = shown(kind, plan.sets.value)
-            out.append(f"With {some_of(many, len(many))} the requirement is reached ({value}).")
+            out.append(
+                Sentence(
+                    "With {sets} the requirement is reached ({value}).",
+                    sets=some_of(many, len(many)),
+                    value=value,
+                )
+            )
         elif not plan.sets.reached:
             out.append(
-                f"More sets do not reach the requirement: at best {shown(kind, plan.sets.value)}."
+                Sentence(
+                    "More sets do not reach the requirement: at best {value}.",
+                    value=shown(kind, plan.sets.value),
+                )
             )
     for p in plan.precisions:
         group = p.group.replace("_", " ")
         if math.isnan(p.factor):
             out.append(
-                f"However precise the {group} readings, they alone leave {shown(kind, p.limit)}."
+                Sentence(
+                    "However precise the {group} readings, they alone leave {limit}.",
+                    group=group,
+                    limit=shown(kind, p.limit),
+                )
             )
         elif p.factor < 1:
             out.append(
-                f"The requirement is reached if the {group} readings are "
-                f"{1 / p.factor:.2f} times as precise."
+                Sentence(
+                    "The requirement is reached if the {group} readings are {times:2} times as "
+                    "precise.",
+                    group=group,
+                    times=1 / p.factor,
+                )
             )
     return out
 
@@ -228,14 +286,23 @@ def _of_calibration(plan: DesignResult) -> list[str]:
         out.append("Calibrations gain most from two faces; the plan has one.")
     if np.degrees(v.min()) > _STEEP[0] or np.degrees(v.max()) < _STEEP[1]:
         out.append(
-            f"For a calibration targets should be steep, at zenith angles below {_STEEP[0]}° and "
-            f"above {_STEEP[1]}°; the plan has {np.degrees(v.min()):.0f}° to "
-            f"{np.degrees(v.max()):.0f}°."
+            Sentence(
+                "For a calibration targets should be steep, at zenith angles below {steep[0]}° "
+                "and above {steep[1]}°; the plan has {v:°0} to {v2:°0}.",
+                steep=_STEEP,
+                v=v.min(),
+                v2=v.max(),
+            )
         )
     if r.max() < _SPREAD * r.min():
         out.append(
-            f"For a calibration ranges should differ by a factor of {_SPREAD}; the plan has "
-            f"{r.min():.1f} to {r.max():.1f} m."
+            Sentence(
+                "For a calibration ranges should differ by a factor of {spread}; the plan has "
+                "{r:m1~} to {r2:m1}.",
+                spread=_SPREAD,
+                r=r.min(),
+                r2=r.max(),
+            )
         )
     return out
 
@@ -248,15 +315,20 @@ def _of_datums(plan: DesignResult) -> list[str]:
     same = max(distances) - min(distances) <= 1e-4 * max(distances)
     if same:
         return [
-            f"The datums that were compared give the same sigma of every distance (the largest "
-            f"{three_digits(max(distances) * 1e3)} mm): they differ in the sigmas of coordinates "
-            "only, which "
-            "are not to be compared between datums."
+            Sentence(
+                "The datums that were compared give the same sigma of every distance (the "
+                "largest {distances:mmg3}): they differ in the sigmas of coordinates only, "
+                "which are not to be compared between datums.",
+                distances=max(distances),
+            )
         ]
     return [
-        f"Control adds to the network itself: the largest sigma of a distance is "
-        f"{three_digits(min(distances) * 1e3)} to {three_digits(max(distances) * 1e3)} mm, by "
-        "datum."
+        Sentence(
+            "Control adds to the network itself: the largest sigma of a distance is "
+            "{distances:mmg3~} to {distances2:mmg3}, by datum.",
+            distances=min(distances),
+            distances2=max(distances),
+        )
     ]
 
 

@@ -20,6 +20,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.sentences import Sentence, joined
 from tribrach.units import format_angle
 
 if TYPE_CHECKING:
@@ -89,15 +90,29 @@ def lever_arm_sentences(forecast: LeverArmForecast | None) -> list[str]:
         return []
     out = []
     for words, covariance in _rows(forecast)[1:]:
-        size = ", ".join(
-            f"{axis} {1e3 * s:.2g} mm"
-            for axis, s in zip("xyz", np.sqrt(np.diag(covariance)), strict=True)
+        size = joined(
+            ", ",
+            (
+                Sentence("{axis} {s:mmg2}", axis=axis, s=s)
+                for axis, s in zip("xyz", np.sqrt(np.diag(covariance)), strict=True)
+            ),
         )
-        out.append(f"Lever arm {forecast.name} {words}: sigma {size}.")
+        out.append(
+            Sentence(
+                "Lever arm {forecast.name} {words}: sigma {size}.",
+                forecast=forecast,
+                words=words,
+                size=size,
+            )
+        )
     if forecast.gaps[1] > _GAP:
         out.append(
-            f"The targets leave {np.degrees(forecast.gaps[1]):.0f} degrees of the horizon free: "
-            "the scanner's place is extrapolated from them. Targets on the other side serve most."
+            Sentence(
+                "The targets leave {forecast.gaps[1]:degrees0} of the horizon free: the "
+                "scanner's place is extrapolated from them. Targets on the other side serve "
+                "most.",
+                forecast=forecast,
+            )
         )
     return out
 
@@ -153,7 +168,8 @@ def shown(kind: CriterionKind, value: float) -> str:
         return "not determined"
     if math.isinf(value):
         return "unlimited"
-    return f"{three_digits(value * 1e3)} mm" if kind in ("sigma", "undetected") else f"{value:.3f}"
+    spec = "mmg3" if kind in ("sigma", "undetected") else "3"
+    return Sentence(f"{{value:{spec}}}", value=value)
 
 
 def _shown_cell(kind: CriterionKind, value: float) -> Cell:
@@ -323,7 +339,7 @@ def _precisions(plan: DesignResult, style: Style) -> ReportTable:
     def shown_as(p: Any, value: float) -> str:
         if p.unit not in ("m", "rad"):
             return three_digits(value)
-        return f"{three_digits(value * style.scale(p.unit))} {style.small_unit(p.unit)}"
+        return Sentence(f"{{value:{style.small_unit(p.unit)}g3}}", value=value)
 
     def sigma(p: Any) -> str:
         return shown_as(p, p.sigma)
