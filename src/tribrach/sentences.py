@@ -6,7 +6,8 @@ it for the same in its own notation, so that nobody reads numbers out of finishe
 
 A field of a template is ``{name}`` for words and counts, or ``{name:unit digits}``: ``{s:mm2}`` is
 a length in millimetres with two digits, ``{a:arcsec1}``, ``{a:°0}``, ``{share:%1}``, ``{k:ppm0}``,
-``{t:2}`` a plain number, ``{x:g3}`` one with three digits that count. ``~`` behind it leaves the
+``{t:2}`` a plain number, ``{x:g3}`` one with three digits that count, ``{x:g}`` with as many as it
+has, six at most. ``~`` behind it leaves the
 unit out, for the first of two figures: ``{v:mm2~} ± {s:mm2}``. ``,`` groups thousands, ``+`` always
 shows the sign. ``{share:%}`` has the digits that tell it from nothing and from all
 (:func:`tribrach.units.percent`).
@@ -71,6 +72,8 @@ class Notation:
 
     def cell(self, text: str) -> str:
         """The text of a number, with a decimal point, in this notation; what is none stays."""
+        if isinstance(text, Sentence):
+            return text.written(self)
         if self.decimal == "." and not self.thousands:
             return text
         found = _CELL.fullmatch(text)
@@ -199,7 +202,9 @@ def _text(value: float, before: str, how: str, digits: str) -> str:
         value, how, digits = float(f"{value:.{digits}g}"), "", "0"
     if not digits and not how:
         return f"{int(value) if value == int(value) else value:{before}}"
-    return f"{value:{before}.{digits}{'g' if how else 'f'}}"
+    text = f"{value:{before}{digits and '.' + digits}{'g' if how else 'f'}}"
+    # nobody reads 4.13e+03 in a sentence
+    return f"{float(text):{before}.0f}" if "e+" in text else text
 
 
 def _filled(template: str, values: Mapping[str, Any], notation: Notation) -> str:

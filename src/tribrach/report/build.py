@@ -28,6 +28,7 @@ from tribrach.report.names import spoken
 from tribrach.report.numbers import number
 from tribrach.report.summary import datum_statement, sigma_origin, summary
 from tribrach.report.warnings import ReportWarning, Severity, in_order
+from tribrach.sentences import Sentence, joined
 from tribrach.units import format_angle
 
 __all__ = ["build"]
@@ -99,7 +100,7 @@ def _facts(
         lines.append(("Files", "; ".join(files[:8]) + more))
     for fact in adjustment.network.facts:
         if isinstance(fact, ListReading):
-            lines.append((f"How {fact.file} was read", "; ".join(fact.sentences)))
+            lines.append((f"How {fact.file} was read", joined("; ", fact.sentences)))
         elif isinstance(fact, AssumedSigmas):
             lines.append((f"Sigmas of {fact.file}", fact.sentence))
     return tuple(lines)
@@ -112,21 +113,30 @@ def _reference(adjustment: Adjustment) -> str:
         latitude, longitude = (
             format_angle(value, "dms", 3) for value in (site.latitude, site.longitude)
         )
-        place = (
-            f"local East-North-Up at latitude {latitude}, longitude {longitude}, "
-            f"ellipsoidal height {site.ellipsoidal_height:.3f} m"
+        place = Sentence(
+            "local East-North-Up at latitude {latitude}, longitude {longitude}, "
+            "ellipsoidal height {site.ellipsoidal_height:m3}",
+            latitude=latitude,
+            longitude=longitude,
+            site=site,
         )
     else:
         place = "plane East-North-Up, parallel verticals"
         if isinstance(site, FlatSite) and site.curvature_radius:
-            place += f", Earth radius {site.curvature_radius / 1000:.1f} km for zenith angles"
-    return "; ".join(text for text in (reference.crs, _epoch(reference), place) if text)
+            place += Sentence(
+                ", Earth radius {site.curvature_radius:km1} for zenith angles", site=site
+            )
+    return joined("; ", (text for text in (reference.crs, _epoch(reference), place) if text))
 
 
 def _epoch(reference: Reference) -> str:
     """Frame and epoch in words, "" where there are none."""
-    when = "" if reference.epoch is None else f"epoch {reference.epoch:.2f}"
-    return ", ".join(text for text in (reference.frame, when) if text)
+    when = (
+        ""
+        if reference.epoch is None
+        else Sentence("epoch {reference.epoch:2}", reference=reference)
+    )
+    return joined(", ", (text for text in (reference.frame, when) if text))
 
 
 def _components(components: VarianceComponents | None) -> tuple[ComponentRow, ...]:

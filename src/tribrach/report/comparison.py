@@ -19,8 +19,8 @@ from tribrach.report.names import numbered
 from tribrach.report.numbers import Style, counted
 from tribrach.report.tables import ReportTable, Spec, build_table
 from tribrach.report.views import SIZE, views_in_words, views_of
-from tribrach.sentences import written
-from tribrach.units import span
+from tribrach.sentences import Sentence, written
+from tribrach.units import MM, span
 
 __all__ = [
     "PREDICTED",
@@ -193,7 +193,7 @@ def _pitch(of: str, *, wide: bool = False) -> Spec:
     return column(
         f"pitch {of}",
         f"{path}.across",
-        lambda across, site: f"{1e3 * across:.1f}×{1e3 * up(site):.1f}",
+        lambda across, site: Sentence("{across:mm1~}×{up:mm1~}", across=across, up=up(site)),
         unit="mm",
         wide=wide,
     )
@@ -322,8 +322,8 @@ def _ratios(sites: Sequence[SiteResult]) -> Picture | None:
     chart.line([0.0, end], [0.0, end])
     named = [s.name for s in sites if s.prediction is not None and s.prediction.enough]
     words = [
-        f"{name}: predicted {p:.2f} mm, observed {o:.2f} mm"
-        for name, p, o in zip(named, predicted, observed, strict=True)
+        Sentence("{name}: predicted {p.sigma:mm2}, observed {p.observed:mm2}", name=name, p=p)
+        for name, p in zip(named, known, strict=True)
     ]
     chart.points(predicted, observed, words)
     caption = "Along the normal, single points of both clouds; the band is 10 % to both sides."
@@ -350,7 +350,11 @@ def _map(sites: Sequence[SiteResult]) -> Picture | None:
         panels.append([panel])
     scale = colour_bar(0.0, top, "nearest-neighbour distance [mm]", SIZE[0])
     words = views_in_words(views)
-    caption = f"{words}; a sample of {len(rows):,} points, colours up to the 98 % quantile."
+    caption = Sentence(
+        "{words}; a sample of {rows:,} points, colours up to the 98 % quantile.",
+        words=words,
+        rows=len(rows),
+    )
     drawing = beside(panels, "Distances", scale)
     return Picture("distances", "Distances", drawing, caption, wide=True)
 
@@ -369,13 +373,23 @@ def _histogram(sites: Sequence[SiteResult], limit: float) -> Picture | None:
     chart = Chart((0.0, end), (0.0, 1.05 * float(counts.max())), labels, HALF)
     for low, high, count in zip(1e3 * edges[:-1], 1e3 * edges[1:], counts, strict=True):
         if count and low < end:
-            words = f"{low:.2f} to {high:.2f} mm: {count:,} points"
+            words = Sentence(
+                "{low:mm2~} to {high:mm2}: {count:,} points",
+                low=low * MM,
+                high=high * MM,
+                count=count,
+            )
             chart.bar(low, min(high, end), 0.0, float(count), "s0", words)
     known = [(one.floor.mean, one.n) for one in results if one.floor is not None]
     if known:
         mean = 1e3 * float(np.average([m for m, _ in known], weights=[n for _, n in known]))
-        words = f"mean floor {mean:.1f} mm"
+        words = Sentence("mean floor {mean:mm1}", mean=mean * MM)
         chart.line([mean, mean], [0.0, 1.02 * counts.max()], "ink", dashed=True, words=words)
-    floor = f" Dashed: the mean floor, {mean:.1f} mm." if known else ""
-    caption = f"All sites; {counts.sum():,} distances within {1e3 * limit:g} mm.{floor}"
+    floor = Sentence(" Dashed: the mean floor, {mean:mm1}.", mean=mean * MM) if known else ""
+    caption = Sentence(
+        "All sites; {count:,} distances within {limit:mmg}.{floor}",
+        count=int(counts.sum()),
+        limit=limit,
+        floor=floor,
+    )
     return Picture("histogram-distances", title, beside([[chart]], title), caption)

@@ -23,6 +23,7 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.columns import ColumnSet
 from tribrach.report.numbers import Style
 from tribrach.report.tables import ReportTable
+from tribrach.sentences import Sentence
 
 __all__ = [
     "CheckVerdict",
@@ -423,7 +424,7 @@ class Head:
     @property
     def percent(self) -> str:
         """The confidence of ellipses and intervals in words."""
-        return f"{100 * self.settings.confidence:g} %"
+        return Sentence("{confidence:%g}", confidence=self.settings.confidence)
 
     @property
     def columns(self) -> ColumnSet:

@@ -25,7 +25,7 @@ from tribrach.report.findings import Finding, words
 from tribrach.report.names import some_of
 from tribrach.report.numbers import counted
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
-from tribrach.sentences import Sentence, capital
+from tribrach.sentences import Sentence, capital, joined, written
 from tribrach.units import format_angle, percent
 
 __all__ = [
@@ -152,15 +152,14 @@ def direction_words(vector: Sequence[float], axes: Sequence[int], angle: Angle =
     parts = []
     if 0 in by and 1 in by:
         azimuth = float(np.arctan2(by[0], by[1]) % (2 * np.pi))
-        unit = "gon" if angle == "gon" else "°"
-        text = format_angle(azimuth, angle, 0)
-        length = 1e3 * float(np.hypot(by[0], by[1]))
-        parts.append(f"{length:.1f} mm towards {text}{' ' if angle == 'gon' else ''}{unit}")
+        template = "{length:mm1} towards {azimuth:" + ("gon0}" if angle == "gon" else "°0}")
+        parts.append(Sentence(template, length=float(np.hypot(by[0], by[1])), azimuth=azimuth))
     if 2 in by:
-        size = f"{1e3 * abs(by[2]):.1f}"
-        way = "in height" if float(size) == 0 else "down" if by[2] < 0 else "up"
-        parts.append(f"{size} mm {way}")
-    return ", ".join(parts)
+        way = "down" if by[2] < 0 else "up"
+        if float(written(abs(by[2]), "mm1~")) == 0:
+            way = "in height"
+        parts.append(Sentence("{size:mm1} {way}", size=abs(by[2]), way=way))
+    return joined(", ", parts)
 
 
 def epochs_findings(compared: ComparedEpochs, angle: Angle = "gon") -> list[Finding]:
@@ -317,17 +316,16 @@ def _still(c: Comparison) -> Iterator[Finding]:
     """Points whose test passed, and what it would have seen."""
     every = [d for d in c.displacements if d.answer == "not moved"]
     still = sorted(every, key=lambda d: not d.reference)
-    power = f"{100 * c.settings.power:g} %"
     if len(still) > _NAMED:
         sizes = np.array([d.detectable for d in still])
         yield Finding.of(
             "still",
             "{n} points show no displacement: {low:mm1~} to {high:mm1} would have been needed to "
-            "see one with {power}.",
+            "see one with {power:%g}.",
             n=len(still),
             low=sizes.min(),
             high=sizes.max(),
-            power=power,
+            power=c.settings.power,
         )
         return
     others = _moved_references(c)
@@ -338,8 +336,9 @@ def _still(c: Comparison) -> Iterator[Finding]:
         yield Finding.of(
             "not_moved",
             f"{{d.name}} shows no displacement {test}: {_needed(d)} would have been needed to see "
-            f"one with {power}.",
+            "one with {power:%g}.",
             d=d,
+            power=c.settings.power,
         )
 
 
@@ -347,7 +346,7 @@ def _needed(d: Displacement) -> str:
     """The template of what would have been seen."""
     if not np.isfinite(d.detectable):
         return "more than this network can tell"
-    if f"{1e3 * d.easiest:.1f}" == f"{1e3 * d.detectable:.1f}":
+    if written(d.easiest, "mm1") == written(d.detectable, "mm1"):
         return "{d.detectable:mm1}"
     return "{d.easiest:mm1~} to {d.detectable:mm1}, by its direction,"
 
@@ -391,7 +390,7 @@ def _remarks(c: Comparison) -> Iterator[Finding]:
 def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[ReportTable]:
     """One row for each point."""
     c, factor = compared.comparison, _factor(compared.comparison)
-    axes, level = c.difference.axes, f"{100 * c.settings.confidence:g} %"
+    axes, level = c.difference.axes, written(c.settings.confidence, "%g")
 
     def azimuth(d: Displacement) -> str:
         return format_angle(float(np.arctan2(d.vector[0], d.vector[1]) % (2 * np.pi)), angle, 0)
@@ -423,10 +422,13 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
         column("detectable", "detectable", "mm2"),
     ]
     one, two = c.difference.labels
-    note = (
-        f"{two} minus {one}. Test: dᵀC⁻¹d in the datum of the stable points. Reference points "
-        "are tested together, object points each. Detectable: the displacement that is found with "
-        f"{100 * c.settings.power:g} % in the direction in which that is hardest."
+    note = Sentence(
+        "{two} minus {one}. Test: dᵀC⁻¹d in the datum of the stable points. Reference points are "
+        "tested together, object points each. Detectable: the displacement that is found with "
+        "{power:%g} in the direction in which that is hardest.",
+        two=two,
+        one=one,
+        power=c.settings.power,
     )
     return [
         build_table(
@@ -458,9 +460,10 @@ def epochs_pictures(compared: ComparedEpochs) -> list[Picture]:
     drawing = displacement_drawing(c, _factor(c))
     if drawing is None:
         return []
-    caption = (
-        f"Triangles are reference points. Red moved, amber cannot be told, grey shows no "
-        f"displacement. Ellipses hold with {100 * c.settings.confidence:g} %."
+    caption = Sentence(
+        "Triangles are reference points. Red moved, amber cannot be told, grey shows no "
+        "displacement. Ellipses hold with {confidence:%g}.",
+        confidence=c.settings.confidence,
     )
     return [Picture("displacement-map", "Map of the displacements", drawing, caption, wide=True)]
 

@@ -16,7 +16,6 @@ from tribrach.report.names import some_of, spoken
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.sentences import Sentence, capital, joined
-from tribrach.units import percent
 
 __all__ = ["Letterhead", "front_page", "letterhead"]
 
@@ -134,9 +133,12 @@ def _fit(content: Report) -> str:
     if after is None:
         return "There is no redundancy: nothing was measured a second time."
     ratio = after / summary.sigma0 if summary.sigma0 else after
-    return (
-        f"σ₀ is {after:.3f} where {summary.sigma0:g} was expected, with redundancy {summary.dof}: "
-        f"the observations fit {_times(ratio)}."
+    return Sentence(
+        "σ₀ is {after:3} where {summary.sigma0:g} was expected, with redundancy "
+        "{summary.dof}: the observations fit {times}.",
+        after=after,
+        summary=summary,
+        times=_times(ratio),
     )
 
 
@@ -145,7 +147,7 @@ def _times(ratio: float) -> str:
     if 0.95 <= ratio <= 1.05:
         return "as well as the given sigmas say"
     side = "worse" if ratio > 1 else "better"
-    return f"{percent(abs(ratio - 1))} {side} than the given sigmas say"
+    return Sentence("{ratio:%} {side} than the given sigmas say", ratio=abs(ratio - 1), side=side)
 
 
 def _worst(content: Report) -> str:
@@ -164,7 +166,7 @@ def _worst(content: Report) -> str:
                     axis=axis,
                 )
             )
-    return _begun(", ".join(parts) + f" ({content.origin}).") if parts else ""
+    return _begun(joined(", ", parts) + f" ({content.origin}).") if parts else ""
 
 
 def _begun(text: str) -> str:
@@ -197,20 +199,24 @@ def _checks(content: Report) -> str:
     words = joined(
         ", ",
         (
-            Sentence("{value:2} mm in {axis}", value=value, axis=axis)
+            Sentence("{value:mm2} in {axis}", value=value, axis=axis)
             for value, axis in zip(rms, _AXES, strict=True)
             if value
         ),
     )
     told = f"{agree} of {len(judged)} agree with the network" if judged else "none can be judged"
-    return f"{told}; root mean square of the differences {words}." if words else f"{told}."
+    return (
+        Sentence("{told}; root mean square of the differences {words}.", told=told, words=words)
+        if words
+        else f"{told}."
+    )
 
 
 def _rms(checks: list[Control], k: int) -> float | None:
-    """Root mean square of the differences along an axis [mm]."""
+    """Root mean square of the differences along an axis [m]."""
     values = [c.difference[k] for c in checks]
     known = [v for v in values if v is not None]
-    return 1e3 * float(np.sqrt(np.mean(np.square(known)))) if known else None
+    return float(np.sqrt(np.mean(np.square(known)))) if known else None
 
 
 def _clouds(content: Report) -> str:
@@ -226,7 +232,7 @@ def _clouds(content: Report) -> str:
         "{counted} with {total:,} points", counted=counted(len(summaries), "cloud"), total=total
     )
     if not known:
-        return f"{words}, without sigmas."
+        return Sentence("{words}, without sigmas.", words=words)
     worst, product = max(known, key=lambda one: one[0])
     name = ", ".join(spoken(scan) for scan in product.scans[:2])
     return Sentence(

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from tribrach._types import Array
 from tribrach.report.content import Ellipse, Head
 from tribrach.report.labels import Label, place_labels
+from tribrach.sentences import Sentence
 
 __all__ = [
     "Arrow",
@@ -111,9 +112,16 @@ class MapDrawing:
         what = "ellipses and arrows" if self.arrows else "ellipses"
         factor = self.exaggeration
         enlarged = (
-            f"enlarged {factor:,.0f} ×" if factor >= 1 else f"reduced to 1 : {1 / factor:,.0f}"
+            Sentence("enlarged {factor:0,} ×", factor=factor)
+            if factor >= 1
+            else Sentence("reduced to 1 : {factor:0,}", factor=1 / factor)
         )
-        return f"{length_words(self.ellipse_bar_metres)} for {what} ({enlarged})"
+        return Sentence(
+            "{length} for {what} ({enlarged})",
+            length=length_words(self.ellipse_bar_metres),
+            what=what,
+            enlarged=enlarged,
+        )
 
 
 def round_down(value: float) -> float:
@@ -126,8 +134,8 @@ def length_words(metres: float) -> str:
     """A length in the unit that suits its size."""
     for factor, unit in ((1000.0, "km"), (1.0, "m"), (0.001, "mm")):
         if metres >= factor * 0.999:
-            return f"{metres / factor:g} {unit}"
-    return f"{metres * 1e6:g} µm"
+            return Sentence(f"{{metres:{unit}g}}", metres=metres)
+    return Sentence("{size:g} µm", size=metres * 1e6)
 
 
 def network_map(content: Head) -> MapDrawing | None:
@@ -222,7 +230,7 @@ def _drawn(symbols: list[Symbol], ellipses: list[Ellipse | None], size: float) -
             round(e.major * size, 2),
             round(e.minor * size, 2),
             round(math.degrees(e.azimuth) - 90, 2),
-            f"{s.name}: {e.major * 1e3:.2f} x {e.minor * 1e3:.2f} mm",
+            Sentence("{s.name}: {e.major:mm2~} x {e.minor:mm2}", s=s, e=e),
         )
         for s, e in zip(symbols, ellipses, strict=True)
         if e is not None
@@ -240,7 +248,12 @@ def _arrows(content: Head, where: dict[str, tuple[float, float]], size: float) -
             and east is not None
             and north is not None
         ):
-            words = f"{c.name}: adjusted - given E {east * 1e3:.1f} mm, N {north * 1e3:.1f} mm"
+            words = Sentence(
+                "{c.name}: adjusted - given E {east:mm1}, N {north:mm1}",
+                c=c,
+                east=east,
+                north=north,
+            )
             out.append(Arrow(*where[c.name], round(east * size, 2), round(-north * size, 2), words))
     return tuple(out)
 
@@ -266,8 +279,10 @@ def _suspects(content: Head, where: dict[str, tuple[float, float]]) -> tuple[Dra
         ends = o.start, o.end
         if ends in out or o.start not in where or o.end not in where:
             continue
-        size = "" if math.isnan(o.w) else f", w {o.w:.1f}"
-        words = f"{o.kind.replace('_', ' ')} {o.start} to {o.end}{size}"
+        size = "" if math.isnan(o.w) else Sentence(", w {o.w:1}", o=o)
+        words = Sentence(
+            "{kind} {o.start} to {o.end}{size}", kind=o.kind.replace("_", " "), o=o, size=size
+        )
         out[ends] = DrawnSuspect(*where[o.start], *where[o.end], ends, words)
         if len(out) == _MOST_SUSPECTS:
             break

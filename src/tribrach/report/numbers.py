@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.report.tables import Cell, number_cell
+from tribrach.sentences import Sentence
 from tribrach.units import SEC, UNITS, format_angle
 
 __all__ = [
@@ -124,6 +125,14 @@ class Style:
         if scaled and abs(scaled) < 0.5 * 10.0 ** (1 - digits):
             digits = digits + 1
         return _fixed(scaled, digits) if abs(scaled) < 1e7 else f"{scaled:.3g}"
+
+    def said(self, value: float, unit: str, digits: int = 2) -> Sentence:
+        """A quantity as :meth:`small` has it, in a sentence."""
+        size = abs(value * self.scale(unit))
+        if size and size < 0.5 * 10.0 ** (1 - digits):
+            digits = digits + 1
+        form = f"{digits}" if size < 1e7 else "g3"
+        return Sentence(f"{{value:{self.small_unit(unit)}{form}}}", value=value + 0.0)
 
     def small_unit(self, unit: str) -> str:
         """Unit of :meth:`small`."""

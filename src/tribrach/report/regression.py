@@ -132,7 +132,7 @@ def regression_tables(regression: Regression, units: Mapping[str, str]) -> list[
         column("Taken", lambda row: "taken" if row[1] else ""),
     ]
     terms = [(fit, term) for fit, _ in fits for term in fit.terms]
-    level = f"{100 * regression.confidence:g} %"
+    level = Sentence("{regression.confidence:%g}", regression=regression)
     of_terms = [
         column("Quantity", lambda row: row[0].y),
         column("Model", lambda row: row[0].model),
@@ -147,7 +147,11 @@ def regression_tables(regression: Regression, units: Mapping[str, str]) -> list[
         ),
         column("p", lambda row: row[1].p, lambda p, _: chance(p)),
     ]
-    note = f"Units: {units_of(regression, units)}. Coefficients significant at {level} are green."
+    note = Sentence(
+        "Units: {units_of}. Coefficients significant at {level} are green.",
+        units_of=units_of(regression, units),
+        level=level,
+    )
     alike = "Causes that go together"
     of_causes = [
         column("Cause", "a"),
@@ -205,9 +209,16 @@ def _panel(
         grid = np.linspace(a.min(), a.max(), 61)
         for fit, colour in ((relation.line, "s0"), (relation.quadratic, "s1")):
             curve = np.polynomial.polynomial.polyval(grid, fit.values)
-            words = f"{fit.model}, R² {fit.r2:.3f}"
+            words = Sentence("{fit.model}, R² {fit.r2:3}", fit=fit)
             chart.line(grid, curve.tolist(), colour, dashed=fit is not relation.taken, words=words)
-        chart.points(a, b, [f"{x} {u:.4g}, {y} {v:.4g}" for u, v in zip(a, b, strict=True)])
+        chart.points(
+            a,
+            b,
+            [
+                Sentence("{x} {u:g4}, {y} {v:g4}", x=x, u=u, y=y, v=v)
+                for u, v in zip(a, b, strict=True)
+            ],
+        )
     return chart
 
 
@@ -224,7 +235,10 @@ def _physical(values: Values, units: Mapping[str, str], regression: Regression) 
         labels = named, f"model of {named}"
         chart = Chart(axis, axis, labels, (430.0, 330.0), f"R² {fit.r2:.3f}")
         chart.line(ends, ends)
-        words = [f"given {u:.4g}, model {v:.4g}" for u, v in zip(given, fit.fitted, strict=True)]
+        words = [
+            Sentence("given {u:g4}, model {v:g4}", u=u, v=v)
+            for u, v in zip(given, fit.fitted, strict=True)
+        ]
         chart.points(given, fit.fitted, words)
         panels.append(chart)
     caption = "What a + b D + c / cos I makes of each row against what the row says."

@@ -16,7 +16,7 @@ from tribrach.report.content import (
     Summary,
 )
 from tribrach.report.numbers import number
-from tribrach.sentences import capital
+from tribrach.sentences import Sentence, capital, joined
 
 __all__ = ["datum_statement", "sigma_origin", "summary"]
 
@@ -28,16 +28,21 @@ def sigma_origin(
     own = ""
     if components is not None:
         factors = [component.sigma_factor for component in components.components]
-        own = (
-            f" Those of the observations are as given times {min(factors):.3g} to "
-            f"{max(factors):.3g}, the factors of their variance components."
+        own = Sentence(
+            " Those of the observations are as given times {least:g3} to {most:g3}, "
+            "the factors of their variance components.",
+            least=min(factors),
+            most=max(factors),
         )
     if adjustment.scaled(posterior=posterior):
         scale = float(np.sqrt(adjustment.posterior_factor))
-        return (
-            "Standard deviations and covariances of unknowns are a posteriori: those of the "
-            f"observations times {scale:.4f}, the ratio of sigma0 a posteriori to a priori "
-            f"(redundancy {adjustment.dof}).{own}"
+        return Sentence(
+            "Standard deviations and covariances of unknowns are a posteriori: those of "
+            "the observations times {scale:4}, the ratio of sigma0 a posteriori to a "
+            "priori (redundancy {adjustment.dof}).{own}",
+            scale=scale,
+            adjustment=adjustment,
+            own=own,
         )
     words = "Standard deviations and covariances are a priori: " + (
         "they follow from those of the observations." + own
@@ -47,8 +52,10 @@ def sigma_origin(
     if not posterior:
         return words
     if adjustment.dof > 0:
-        return f"{words} All residuals are zero: there is no sigma0 to estimate from them."
-    return f"{words} There is no redundancy to estimate sigma0 from."
+        return Sentence(
+            "{words} All residuals are zero: there is no sigma0 to estimate from them.", words=words
+        )
+    return Sentence("{words} There is no redundancy to estimate sigma0 from.", words=words)
 
 
 def datum_statement(adjustment: Adjustment) -> DatumStatement:
@@ -63,7 +70,7 @@ def summary(adjustment: Adjustment, quality: Quality, posterior: bool) -> Summar
     test = quality.global_test
     verdict = GlobalVerdict(
         test.vtpv, number(test.lower), number(test.upper), test.alpha, test.passed,
-        " ".join(filter(None, [_capital(test.sentence()), adjustment.network.edits_sentence])),
+        joined(" ", filter(None, [_capital(test.sentence()), adjustment.network.edits_sentence])),
     )  # fmt: skip
     return Summary(
         kinds=_kinds(adjustment, quality),

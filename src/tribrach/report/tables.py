@@ -12,6 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from tribrach.sentences import Sentence
+
 __all__ = [
     "ROW_LIMIT",
     "Cell",
@@ -215,7 +217,7 @@ def number_cell(value: float | None, text: str, mark: str = "", unit: str = "") 
     """A cell of a number, sorted by its value; empty if there is none, and zero without a sign."""
     if value is None or math.isnan(value):
         return Cell("", None, mark)
-    return Cell(_ZERO.sub(r"\1", text), value, mark, unit)
+    return Cell(text if isinstance(text, Sentence) else _ZERO.sub(r"\1", text), value, mark, unit)
 
 
 def build_table(

@@ -10,6 +10,7 @@ from tribrach.report.characters import visible
 from tribrach.report.content import Report
 from tribrach.report.notation import PLAIN, ReportNotation, notation_of
 from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
+from tribrach.sentences import Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.epochs.comparison import Comparison
@@ -68,14 +69,16 @@ def _moved(comparison: Comparison) -> str:
     from tribrach.report.epochs import moved_sentence
 
     sure = all(one.answer == "not moved" for one in comparison.displacements)
-    return moved_sentence(comparison) if sure else f"! {moved_sentence(comparison)}"
+    return moved_sentence(comparison) if sure else "! " + moved_sentence(comparison)
 
 
 def _sigma0(content: Report) -> str:
     summary = content.summary
     after = summary.sigma0_posterior
-    words = "not estimated (no redundancy)" if after is None else f"{after:.4f}"
-    return f"sigma0 a priori {summary.sigma0:g}, a posteriori {words}"
+    words = "not estimated (no redundancy)" if after is None else Sentence("{after:4}", after=after)
+    return Sentence(
+        "sigma0 a priori {summary.sigma0:g}, a posteriori {words}", summary=summary, words=words
+    )
 
 
 def _head(content: Report) -> str:
@@ -93,7 +96,11 @@ def _facts(content: Report) -> list[str]:
         f"{summary.n_off}",
         f"unknowns {summary.n_unknowns}, constraints {summary.n_constraints}, datum defect "
         f"{summary.defect}, redundancy {summary.dof}, iterations {summary.iterations}",
-        f"weighted sum of squares {summary.vtpv:.6g}; {_sigma0(content)}",
+        Sentence(
+            "weighted sum of squares {summary.vtpv:g6}; {sigma0}",
+            summary=summary,
+            sigma0=_sigma0(content),
+        ),
         summary.test.sentence,
     ]
 
@@ -126,7 +133,7 @@ def table_text(table: ReportTable, notation: ReportNotation = PLAIN, *, titled: 
     title = [table.title, "-" * len(table.title)] if titled else []
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
     marks = f"Marks: {', '.join(legend)}." if legend else ""
-    note = notation.words(" ".join(filter(None, [table.note, marks, table.cut])))
+    note = notation.words(joined(" ", filter(None, [table.note, marks, table.cut])))
     return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table, notation)])
 
 

@@ -29,6 +29,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.sentences import Sentence
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -147,8 +148,14 @@ def adjustment_warnings(head: Head) -> tuple[ReportWarning, ...]:
     """What the reader should know of the adjustment before any number, and do about it."""
     seen = _Seen.of(head)
     test = seen.quality.global_test
-    failed = [] if test.passed is not False else [f"{test.sentence()}; {_BY_KIND}"]
-    unchecked = [f"{test.sentence()}; observe more"] if test.passed is None else []
+    failed = (
+        []
+        if test.passed is not False
+        else [Sentence("{test}; {cure}", test=test.sentence(), cure=_BY_KIND)]
+    )
+    unchecked = (
+        [Sentence("{test}; observe more", test=test.sentence())] if test.passed is None else []
+    )
     return (
         *warned(Severity.INPUT, head.adjustment.warnings),
         *warned(Severity.WEAK, unchecked),
@@ -232,9 +239,15 @@ def _suspects(seen: _Seen, snooped: bool) -> list[str]:
     active, held_out = (_rejected(seen.observations, state) for state in ("active", "check"))
     if active and chance.act:
         out.append(
-            f"suspicious observations take part: {_named(active)} ({_counted(seen)}, and the "
-            f"worst would be by chance in fewer than {percent:g} of 100 networks like this): look "
-            f"into the field notes{'' if snooped else _SNOOP}"
+            Sentence(
+                "suspicious observations take part: {named} ({counted}, and the worst would be "
+                "by chance in fewer than {percent:g} of 100 networks like this): look into the "
+                "field notes{snooped}",
+                named=_named(active),
+                counted=_counted(seen),
+                percent=percent,
+                snooped="" if snooped else _SNOOP,
+            )
         )
     if held_out:
         out.append(
@@ -248,10 +261,17 @@ def _counted(seen: _Seen) -> str:
     """How many tests are beyond their limits, and how many would be by chance."""
     chance = seen.quality.chance
     verb = "is" if chance.beyond == 1 else "are"
-    expected = f"{chance.expected:.1f}" if chance.expected < 10 else f"{chance.expected:.0f}"
-    return (
-        f"{chance.beyond} of {chance.tests} tests {verb} beyond the limit, {expected} would be by "
-        "chance"
+    expected = (
+        Sentence("{chance.expected:1}", chance=chance)
+        if chance.expected < 10
+        else Sentence("{chance.expected:0}", chance=chance)
+    )
+    return Sentence(
+        "{chance.beyond} of {chance.tests} tests {verb} beyond the limit, {expected} "
+        "would be by chance",
+        chance=chance,
+        verb=verb,
+        expected=expected,
     )
 
 
@@ -261,8 +281,12 @@ def _by_chance(seen: _Seen) -> list[str]:
     if not active or seen.quality.chance.act:
         return []
     return [
-        f"{_counted(seen)}; the worst is no larger than chance makes it in a network of this size: "
-        f"nothing is to be done about {_named(active)}"
+        Sentence(
+            "{counted}; the worst is no larger than chance makes it in a network of this "
+            "size: nothing is to be done about {named}",
+            counted=_counted(seen),
+            named=_named(active),
+        )
     ]
 
 
@@ -289,15 +313,27 @@ def _disagreement(seen: _Seen, head: Head) -> list[_Disagreement]:
         names = ", ".join(list(verdicts)[:12])
         plural = "s" if len(verdicts) > 1 else ""
         verb = "do" if plural else "does"
-        count = (
-            f"{len(verdicts)} of {len(judged)} where {alpha * len(judged):.1f} would be by chance"
+        count = Sentence(
+            "{verdicts} of {judged} where {expected:1} would be by chance",
+            verdicts=len(verdicts),
+            judged=len(judged),
+            expected=alpha * len(judged),
         )
         least = min(v.significance for v in verdicts.values())
         act = least < sidak(alpha, len(judged))
         tail = cure if act else "no more than chance makes in so many tests, nothing is to be done"
         out.append(
             _Disagreement(
-                f"{noun}{plural} {names} {verb} not agree with the network ({count}): {tail}", act
+                Sentence(
+                    "{noun}{plural} {names} {verb} not agree with the network ({count}): {tail}",
+                    noun=noun,
+                    plural=plural,
+                    names=names,
+                    verb=verb,
+                    count=count,
+                    tail=tail,
+                ),
+                act,
             )
         )
     return out
@@ -331,8 +367,16 @@ def _uncontrolled(head: Head) -> list[str]:
     if poor:
         verb, it = ("has", "it") if len(poor) == 1 else ("have", "them")
         out.append(
-            f"{len(poor)} of {total} values {verb} a redundancy number below {POOR:g}, so an error "
-            f"in {it} hardly shows: {_named(poor)}: observe these points again from elsewhere"
+            Sentence(
+                "{count} of {total} values {verb} a redundancy number below {poor:g}, so an "
+                "error in {it} hardly shows: {named}: observe these points again from elsewhere",
+                count=len(poor),
+                total=total,
+                verb=verb,
+                poor=POOR,
+                it=it,
+                named=_named(poor),
+            )
         )
     return out
 

@@ -28,6 +28,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, f
 
 if TYPE_CHECKING:
@@ -172,12 +173,14 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 def _table(head: Head) -> ReportTable:
     """Control and check points against the network."""
-    limit = 100 * (1 - head.settings.alpha)
-    note = (
-        "Difference: adjusted minus given; its sigma is what the difference should have "
-        "if given coordinates and network are right. The test is the squared difference in "
-        f"that metric against {'F' if head.scaled else 'chi-square'} at {limit:g} %. Check points "
-        "take no part."
+    limit = 1 - head.settings.alpha
+    note = Sentence(
+        "Difference: adjusted minus given; its sigma is what the difference should "
+        "have if given coordinates and network are right. The test is the squared "
+        "difference in that metric against {law} at {limit:%g}. Check points take no "
+        "part.",
+        law="F" if head.scaled else "chi-square",
+        limit=limit,
     )
     if all(c.use == "held" for c in head.control):
         note = "Held coordinates are taken as free of errors: nothing of them is tested."

@@ -11,7 +11,6 @@ from tribrach._types import Array
 from tribrach.report.charts import PALETTE, Chart, beside, legend
 from tribrach.report.columns import ColumnSet
 from tribrach.report.figures import Picture
-from tribrach.report.notation import ReportNotation
 from tribrach.report.tables import (
     ColumnHead,
     ReportTable,
@@ -20,8 +19,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
-from tribrach.sentences import Sentence
-from tribrach.units import percent
+from tribrach.sentences import Notation, Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.job.budget import BudgetRow
@@ -102,13 +100,15 @@ def _chart(station: str, rows: Sequence[BudgetRow], columns: ColumnSet) -> Pictu
     entries = [(f"s{k % PALETTE}", name) for k, name in enumerate(names)]
     width = sum(panel.width for panel in panels)
     drawing = beside([panels], f"Error budget of {station}", legend(entries, width))
-    caption = f"Variances add up, so the bars do. {_largest(rows, classes, known)}"
+    caption = Sentence(
+        "Variances add up, so the bars do. {largest}", largest=_largest(rows, classes, known)
+    )
     return Picture(f"budget-{station}", f"Error budget of {station}", drawing, caption, wide=True)
 
 
 def _class(region: str, columns: ColumnSet) -> str:
     """A class of range and incidence with angles in the unit of the report."""
-    return ReportNotation(angle=columns.style.angle).words(region)
+    return Notation(angle=columns.style.angle).words(region)
 
 
 def _stack(
@@ -175,9 +175,14 @@ def _largest(rows: Sequence[BudgetRow], classes: Sequence[str], known: bool) -> 
         return ""
     order = np.argsort(values)[::-1][:3]
     words = [
-        f"{row.parts[k].name} {percent(values[k] / total)}"
+        Sentence("{part} {share:%}", part=row.parts[k].name, share=values[k] / total)
         for k in order
         if values[k] >= 0.005 * total
     ]
     where = "along the normal" if known else "in all directions"
-    return f"Largest parts {where} at {classes[at]}: {', '.join(words)}."
+    return Sentence(
+        "Largest parts {where} at {classes}: {words}.",
+        where=where,
+        classes=classes[at],
+        words=joined(", ", words),
+    )

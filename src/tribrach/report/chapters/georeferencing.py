@@ -24,7 +24,7 @@ from tribrach.report.numbers import Style
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_cell
 from tribrach.report.warnings import ReportWarning, Severity, warned
-from tribrach.sentences import capital
+from tribrach.sentences import Sentence, capital, joined
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -158,7 +158,13 @@ def _rests_on(
     ]  # fmt: skip
     out = []
     if parts:
-        out.append(f"the place of the site rests on {', '.join(parts)}; {_system(project)}")
+        out.append(
+            Sentence(
+                "the place of the site rests on {parts}; {system}",
+                parts=", ".join(parts),
+                system=_system(project),
+            )
+        )
     if held:
         out.append("held points count as free of errors: theirs are in none of these numbers")
     if gnss and not common:
@@ -189,15 +195,19 @@ def _system(project: Project) -> str:
     if site.geoid_grid is not None:
         heights = f"heights through the geoid grid {site.geoid_grid}"
     elif site.geoid_height_m:
-        heights = f"heights with one geoid height of {site.geoid_height_m:g} m"
+        heights = Sentence("heights with one geoid height of {site.geoid_height_m:mg}", site=site)
     name = site.crs or "geocentric and local coordinates on GRS80"
-    return f"{name}, {heights}, converted point by point"
+    return Sentence("{name}, {heights}, converted point by point", name=name, heights=heights)
 
 
 def _mm(values: Array) -> str:
     """Three sigmas in words."""
-    return ", ".join(
-        f"{1e3 * v:.2f} mm in {axis}" for v, axis in zip(values, ("E", "N", "U"), strict=True)
+    return joined(
+        ", ",
+        (
+            Sentence("{v:mm2} in {axis}", v=v, axis=axis)
+            for v, axis in zip(values, ("E", "N", "U"), strict=True)
+        ),
     )
 
 
@@ -206,9 +216,13 @@ def _words(
 ) -> list[str]:
     """Absolute and relative in words."""
     a, b = accuracy.worst_names
-    relative = (
-        f"relative: two places of the site are known to each other to {_mm(accuracy.pair)} (median "
-        f"of all pairs), at worst {_mm(accuracy.worst)} ({a} and {b})"
+    relative = Sentence(
+        "relative: two places of the site are known to each other to {median} (median of "
+        "all pairs), at worst {worst} ({a} and {b})",
+        median=_mm(accuracy.pair),
+        worst=_mm(accuracy.worst),
+        a=a,
+        b=b,
     )
     if free:
         return [
@@ -216,25 +230,35 @@ def _words(
             "of its own",
             relative,
         ]
-    out = [f"absolute: the site as a whole is known to {_mm(accuracy.shift)}"]
+    out = [Sentence("absolute: the site as a whole is known to {mm}", mm=_mm(accuracy.shift))]
     for session in common:
         out.append(
-            f"of that, {_mm(session.sigma)} is the {session.name}, the same for its "
-            f"{session.count} positions: no measurement on the site makes it smaller"
+            Sentence(
+                "of that, {mm} is the {session.name}, the same for its {session.count} "
+                "positions: no measurement on the site makes it smaller",
+                mm=_mm(session.sigma),
+                session=session,
+            )
         )
-    edge = 1e3 * accuracy.turn * accuracy.radius
+    edge = accuracy.turn * accuracy.radius
     out.append(
-        f"as a whole the site may be turned by {_turn(accuracy.turn[2], style)} in azimuth, "
-        f"{edge[2]:.2f} mm at its edge, {accuracy.radius:.0f} m away, and tilted by "
-        f"{_turn(float(np.hypot(*accuracy.turn[:2])), style)}, {np.hypot(*edge[:2]):.2f} mm in "
-        "height there"
+        Sentence(
+            "as a whole the site may be turned by {turn} in azimuth, {edge:mm2} at its "
+            "edge, {accuracy.radius:m0} away, and tilted by {tilt}, {rise:mm2} in height "
+            "there",
+            turn=_turn(accuracy.turn[2], style),
+            edge=edge[2],
+            accuracy=accuracy,
+            tilt=_turn(float(np.hypot(*accuracy.turn[:2])), style),
+            rise=np.hypot(*edge[:2]),
+        )
     )
     return [*out, relative]
 
 
 def _turn(angle: float, style: Style) -> str:
     """A small angle in the unit of the report."""
-    return f"{style.scale('rad') * angle:.3g} {style.small_unit('rad')}"
+    return Sentence(f"{{angle:{style.small_unit('rad')}g3}}", angle=angle)
 
 
 def _checked(check: CheckPointsPart | None) -> str:
@@ -245,7 +269,9 @@ def _checked(check: CheckPointsPart | None) -> str:
         )
     n, rmse = check.points, check.rmse
     points = "one check point differs" if n == 1 else f"{n} check points differ"
-    return f"independent of that, {points} by {_mm(rmse)} (root mean square)"
+    return Sentence(
+        "independent of that, {points} by {mm} (root mean square)", points=points, mm=_mm(rmse)
+    )
 
 
 def _rows(accuracy: SiteAccuracy, common: list[CommonShift], free: bool) -> list[_Row]:

@@ -41,7 +41,6 @@ from tribrach.report.tables import (
 )
 from tribrach.report.warnings import Severity, warned
 from tribrach.sentences import Sentence, capital
-from tribrach.units import percent
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -197,10 +196,21 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
     )
     origin = " and ".join(dict.fromkeys(b.factor_source for b in rows))
     out = [
-        f"{counted(len(sessions), 'session')} gave {counted(len(rows), 'independent baseline')}, "
-        f"computed by RTKLIB ({', '.join(dict.fromkeys(b.engine for b in rows))}); ambiguities of "
-        f"{solved} are fixed, in {percent(fixed / epochs)} of {epochs} epochs.",
-        f"Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
+        Sentence(
+            "{sessions} gave {rows}, computed by RTKLIB ({dict}); ambiguities of {solved} "
+            "are fixed, in {fixed:%} of {epochs} epochs.",
+            sessions=counted(len(sessions), "session"),
+            rows=counted(len(rows), "independent baseline"),
+            dict=", ".join(dict.fromkeys(b.engine for b in rows)),
+            solved=solved,
+            fixed=fixed / epochs,
+            epochs=epochs,
+        ),
+        Sentence(
+            "Formal standard deviations of the engine are multiplied by {spread} ({origin}).",
+            spread=spread,
+            origin=origin,
+        ),
     ]
     out += [
         Sentence(
@@ -274,7 +284,15 @@ def _loop_sentences(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> li
             path=_path(baselines, steepest),
         )
     verb = "fails" if failing in (0, 1) else "fail"
-    out = [f"{words}; {failing or 'none'} of {len(loops)} {verb} the test at 5 %."]
+    out = [
+        Sentence(
+            "{words}; {failing} of {loops} {verb} the test at 5 %.",
+            words=words,
+            failing=failing or "none",
+            loops=len(loops),
+            verb=verb,
+        )
+    ]
     dof = sum(loop.dof for loop in basis)
     if dof >= 3:
         factor = float(np.sqrt(sum(loop.statistic for loop in basis) / dof))

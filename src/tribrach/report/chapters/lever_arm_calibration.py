@@ -15,6 +15,7 @@ from tribrach.report.content import Head
 from tribrach.report.subject import Subject
 from tribrach.report.tables import build_table
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.sentences import Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -65,9 +66,10 @@ def _chapter(
     for k, axis in enumerate("xyz"):
         specs.append(columns.mm(axis, component("values", k)))
         specs.append(columns.mm(f"σ {axis}", component("sigmas", k)))
-    note = (
+    note = Sentence(
         "From the origin of the scanner to the antenna or prism, in the scanner frame. "
-        f"{head.sigma_origin}"
+        "{head.sigma_origin}",
+        head=head,
     )
     sentences = [sentence for arm in arms for sentence in _sentences(arm)]
     return Chapter(
@@ -83,12 +85,24 @@ def _chapter(
 
 def _sentences(arm: EstimatedLeverArm) -> list[str]:
     """What a surveyor should know of a lever arm."""
-    size = ", ".join(
-        f"{axis} {1e3 * v:.1f} mm (held)" if s == 0 else f"{axis} {1e3 * v:.1f} ± {1e3 * s:.1f} mm"
-        for axis, v, s in zip("xyz", arm.vector, arm.sigma, strict=True)
+    size = joined(
+        ", ",
+        (
+            Sentence("{axis} {v:mm1} (held)", axis=axis, v=v)
+            if s == 0
+            else Sentence("{axis} {v:mm1~} ± {s:mm1}", axis=axis, v=v, s=s)
+            for axis, v, s in zip("xyz", arm.vector, arm.sigma, strict=True)
+        ),
     )
     carriers = f"{len(arm.stations)} station{'s' if len(arm.stations) > 1 else ''}"
-    out = [f"Lever arm {arm.name}, carried by {carriers}: {size}."]
+    out = [
+        Sentence(
+            "Lever arm {arm.name}, carried by {carriers}: {size}.",
+            arm=arm,
+            carriers=carriers,
+            size=size,
+        )
+    ]
     odd = [
         axis
         for axis, v, s in zip("xy", arm.vector, arm.sigma, strict=False)
@@ -100,19 +114,29 @@ def _sentences(arm: EstimatedLeverArm) -> list[str]:
             "over the scanner's axis."
         )
     if arm.gap is not None and arm.gap > _GAP:
-        open_deg = np.degrees(arm.gap)
         out.append(
-            f"The targets that determine lever arm {arm.name} leave {open_deg:.0f} degrees of the "
-            "horizon free: the scanner's place is extrapolated from them; with targets all around "
-            "z and the component across the view become two to three times better."
+            Sentence(
+                "The targets that determine lever arm {arm.name} leave {gap:degrees0} of "
+                "the horizon free: the scanner's place is extrapolated from them; with targets "
+                "all around z and the component across the view become two to three times "
+                "better.",
+                arm=arm,
+                gap=arm.gap,
+            )
         )
     if arm.free is not None:
         vector, covariance = arm.free.vector, arm.free.covariance
         change, sigma = vector - arm.vector, np.sqrt(np.diag(covariance))
         worst = int(np.argmax(np.abs(change)))
         out.append(
-            f"Without levelling lever arm {arm.name} changes by {1e3 * change[worst]:+.1f} mm in "
-            f"{'xyz'[worst]} (sigma there {1e3 * sigma[worst]:.1f} mm)."
+            Sentence(
+                "Without levelling lever arm {arm.name} changes by {change:mm+1} in {xyz} "
+                "(sigma there {sigma:mm1}).",
+                arm=arm,
+                change=change[worst],
+                xyz="xyz"[worst],
+                sigma=sigma[worst],
+            )
         )
     return out
 

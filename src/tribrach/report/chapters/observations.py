@@ -28,6 +28,7 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.sentences import Sentence, written
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -78,22 +79,31 @@ def _observation_table(head: Head) -> ReportTable:
     columns = head.columns
     quality = head.quality
     judged = (
-        f"Suspicious is what lies beyond the limit {quality.critical:.2f} of τ, or beyond that of "
-        "its block, with sigma0 a posteriori; w, MDB and effect are a priori. "
+        Sentence(
+            "Suspicious is what lies beyond the limit {quality.critical:2} of τ, or beyond "
+            "that of its block, with sigma0 a posteriori; w, MDB and effect are a priori. ",
+            quality=quality,
+        )
         if quality.posterior
-        else f"Suspicious is what lies beyond the limit {quality.critical:.2f} of w, or beyond "
-        "that of its block. "
+        else Sentence(
+            "Suspicious is what lies beyond the limit {quality.critical:2} of w, or beyond "
+            "that of its block. ",
+            quality=quality,
+        )
     )
     sigmas = (
         "Sigmas of observations are those after the estimate of variance components."
         if head.components
         else "Sigmas of observations are as given."
     )
-    note = (
-        "Residual v = adjusted - observed. r: redundancy number. w: test value (for check values "
-        "the residual over its predicted sigma). τ: the same with sigma0 a posteriori. MDB: the "
-        "smallest error that would be found; effect: the largest shift of a position if it is "
-        f"not. Block: test of the whole vector or target against its limit. {judged}{sigmas}"
+    note = Sentence(
+        "Residual v = adjusted - observed. r: redundancy number. w: test value (for "
+        "check values the residual over its predicted sigma). τ: the same with sigma0 "
+        "a posteriori. MDB: the smallest error that would be found; effect: the "
+        "largest shift of a position if it is not. Block: test of the whole vector or "
+        "target against its limit. {judged}{sigmas}",
+        judged=judged,
+        sigmas=sigmas,
     )
     specs: list[Spec] = [
         columns.plain("#", "number", 0, wide=True),
@@ -133,9 +143,19 @@ def _advice(head: Head) -> tuple[str, ...]:
         return ("No observation is tested: nothing is measured a second time.",)
     verb = "is" if chance.beyond == 1 else "are"
     found = (
-        f"{chance.beyond} of {chance.tests} tests {verb} beyond the limit of {quality.critical:.2f}"
+        Sentence(
+            "{chance.beyond} of {chance.tests} tests {verb} beyond the limit of "
+            "{quality.critical:2}",
+            chance=chance,
+            verb=verb,
+            quality=quality,
+        )
         if chance.beyond
-        else f"None of {chance.tests} tests is beyond the limit of {quality.critical:.2f}"
+        else Sentence(
+            "None of {chance.tests} tests is beyond the limit of {quality.critical:2}",
+            chance=chance,
+            quality=quality,
+        )
     )
     blocks = int(quality.blocks.rejected.sum())
     if blocks:
@@ -143,13 +163,18 @@ def _advice(head: Head) -> tuple[str, ...]:
         verb = "is" if blocks == 1 else "are"
         own = "a whole vector or target, which has its own limit"
         found += f" for a value; {blocks} of these {verb} of {own}"
-    expected = f"{found}; {chance.expected:.1f} would be by chance."
+    expected = Sentence(
+        "{found}; {chance.expected:1} would be by chance.", found=found, chance=chance
+    )
     if chance.act:
         percent = 100 * quality.global_test.alpha
         return (
             expected,
-            f"The worst is more than chance: fewer than {percent:g} of 100 clean networks of this "
-            "size have one like it. Look it up before you sign.",
+            Sentence(
+                "The worst is more than chance: fewer than {percent:g} of 100 clean networks "
+                "of this size have one like it. Look it up before you sign.",
+                percent=percent,
+            ),
         )
     return (expected,)
 
@@ -251,14 +276,13 @@ def _block(o: ObservationRow) -> Cell:
     if math.isnan(o.block_test) or math.isnan(o.block_limit):
         return Cell("")
     bad = o.block_test > o.block_limit
-    text = f"{o.block_test:.1f} / {o.block_limit:.1f}"
-    if bad and text.split(" / ")[0] == text.split(" / ")[1]:
-        text = f"{o.block_test:.2f} / {o.block_limit:.2f}"
+    digits = 2 if bad and written(o.block_test, "1") == written(o.block_limit, "1") else 1
+    text = Sentence(f"{{o.block_test:{digits}}} / {{o.block_limit:{digits}}}", o=o)
     return number_cell(o.block_test, text, "bad" if bad else "")
 
 
 def _state(o: ObservationRow) -> str:
-    return f"{o.state}: {o.reason}" if o.reason else o.state
+    return Sentence("{o.state}: {o.reason}", o=o) if o.reason else o.state
 
 
 def _row_state(o: ObservationRow) -> str:

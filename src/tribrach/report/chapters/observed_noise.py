@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from tribrach.job.stated_noise import BAND, NeighbourNoise, NoiseOfClass, StatedNoise
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import column
@@ -14,6 +12,7 @@ from tribrach.report.content import Head
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ReportTable, build_table
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.sentences import Sentence
 from tribrach.units import span
 
 if TYPE_CHECKING:
@@ -22,17 +21,19 @@ if TYPE_CHECKING:
 
 __all__ = ["SUBJECT"]
 
-_NOTE = (
-    "Along the beam, on small planar patches of smooth surfaces; what the beam sweeps over a "
-    "slanted surface is in both figures. Stated is what the points of clouds have: the noise of "
-    "ranges over the cosine of the incidence only where [cloud] has incidence = true. Both "
-    "figures are roots of mean squares, with the points weighted alike by the inverse of the "
-    "variance that is stated for each; the factor is observed over stated. Its limits hold for "
-    "all rows of an instrument together in 95 of 100 jobs, by chi-square with the degrees of "
-    "freedom that the scatter from patch to patch leaves. A factor of "
-    f"{BAND[0]:.2f} to {BAND[1]:.2f} is as stated, where its limits do not lie beyond that "
-    "altogether; only limits that do contradict what is stated. Roughness that even these "
-    "surfaces have counts as noise."
+_NOTE = Sentence(
+    "Along the beam, on small planar patches of smooth surfaces; what the beam "
+    "sweeps over a slanted surface is in both figures. Stated is what the points "
+    "of clouds have: the noise of ranges over the cosine of the incidence only "
+    "where [cloud] has incidence = true. Both figures are roots of mean squares, "
+    "with the points weighted alike by the inverse of the variance that is stated "
+    "for each; the factor is observed over stated. Its limits hold for all rows of "
+    "an instrument together in 95 of 100 jobs, by chi-square with the degrees of "
+    "freedom that the scatter from patch to patch leaves. A factor of {band[0]:2} "
+    "to {band[1]:2} is as stated, where its limits do not lie beyond that "
+    "altogether; only limits that do contradict what is stated. Roughness that "
+    "even these surfaces have counts as noise.",
+    band=BAND,
 )
 
 
@@ -64,19 +65,28 @@ def _sentences(found: StatedNoise) -> list[str]:
         "undecided": f"that is too little to say that {basis} is wrong",
     }[verdict]
     out = [
-        f"Noise of the {found.instrument} along the beam, on {found.smooth} smooth planar patches "
-        f"of {_counted(found.scans)}: {_figures(found, found.whole)}: {said}."
+        Sentence(
+            "Noise of the {found.instrument} along the beam, on {found.smooth} smooth "
+            "planar patches of {counted}: {figures}: {said}.",
+            found=found,
+            counted=_counted(found.scans),
+            figures=_figures(found, found.whole),
+            said=said,
+        )
     ]
     worst = found.farthest
     if worst is not None:
         by, one = worst
-        out.append(f"{_departs(found, by, one)}.")
+        out.append(Sentence("{departs}.", departs=_departs(found, by, one)))
     if (better := _with_incidence(found)) is not None:
         out.append(f"{better}.")
     if found.law is not None and not found.lawful and (verdict != "as stated" or worst):
         out.append(
-            f"What these scans show of {found.instrument} is a law of intensity: "
-            f"{found.law.words}; tribrach noise writes it as an instrument file."
+            Sentence(
+                "What these scans show of {found.instrument} is a law of intensity: "
+                "{found.law.words}; tribrach noise writes it as an instrument file.",
+                found=found,
+            )
         )
     if found.neighbours is not None:
         out.append(_neighbours(found.instrument, found.neighbours))
@@ -89,9 +99,16 @@ def _neighbours(instrument: str, seen: NeighbourNoise) -> str:
         "The project does not state what they share: a mean counts points whose beams overlap as "
         "one."
         if seen.stated is None
-        else f"The project states that they share {seen.stated:.2f} of the variance."
+        else Sentence(
+            "The project states that they share {seen.stated:2} of the variance.", seen=seen
+        )
     )
-    return f"Neighbouring points in scans of the {instrument}: {seen.words}. {stated}"
+    return Sentence(
+        "Neighbouring points in scans of the {instrument}: {seen.words}. {stated}",
+        instrument=instrument,
+        seen=seen,
+        stated=stated,
+    )
 
 
 def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
@@ -108,7 +125,10 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
             "tribrach noise writes what the scans show as an instrument file"
         )
         figures = _figures(found, found.whole)
-        yield from warned(Severity.WEAK, [f"{text}{figures}; {cure}"])
+        yield from warned(
+            Severity.WEAK,
+            [Sentence("{text}{figures}; {cure}", text=text, figures=figures, cure=cure)],
+        )
     elif verdict == "less than stated":
         text = (
             f"{_basis(found)} states too much noise of single points, so that sigmas of clouds "
@@ -126,19 +146,23 @@ def _with_incidence(found: StatedNoise) -> str | None:
         return None
     if found.verdict(slanted) != "as stated":
         return None
-    return (
-        "with incidence = true in [cloud] the noise of ranges grows with the incidence, and "
-        f"{_figures(found, slanted)}"
+    return Sentence(
+        "with incidence = true in [cloud] the noise of ranges grows with the "
+        "incidence, and {figures}",
+        figures=_figures(found, slanted),
     )
 
 
 def _departs(found: StatedNoise, by: By, one: NoiseClass) -> str:
     """Where the scans contradict most, without the stop."""
     more = "more" if one.factor > 1 else "less"
-    return (
-        f"The noise of {found.instrument} departs most from what is stated {_where(by, one)}, "
-        f"where it is {more}: "
-        f"{_figures(found, one)}"
+    return Sentence(
+        "The noise of {found.instrument} departs most from what is stated {where}, "
+        "where it is {more}: {figures}",
+        found=found,
+        where=_where(by, one),
+        more=more,
+        figures=_figures(found, one),
     )
 
 
@@ -150,28 +174,32 @@ def _basis(found: StatedNoise) -> str:
 def _figures(found: StatedNoise, one: NoiseClass) -> str:
     """Observed, stated, factor and its limits."""
     ends = found.interval(one)
-    limits = "" if ends is None else f", {ends[0]:.2f} to {ends[1]:.2f} at 95 %"
-    return (
-        f"{1e3 * one.weighted_observed:.2f} mm observed, {1e3 * one.weighted:.2f} mm stated "
-        f"(factor {one.factor:.2f}{limits})"
+    limits = "" if ends is None else Sentence(", {ends[0]:2} to {ends[1]:2} at 95 %", ends=ends)
+    return Sentence(
+        "{one.weighted_observed:mm2} observed, {one.weighted:mm2} stated (factor "
+        "{one.factor:2}{limits})",
+        one=one,
+        limits=limits,
     )
 
 
 def _where(by: By, one: NoiseClass) -> str:
     """A class within a sentence."""
     return {
-        "intensity": f"at intensities {_limits(by, one.low, one.high)}",
-        "range": f"at ranges of {_limits(by, one.low, one.high)}",
-        "incidence": f"at incidence angles of {_limits(by, one.low, one.high)}",
+        "intensity": Sentence("at intensities {limits}", limits=_limits(by, one.low, one.high)),
+        "range": Sentence("at ranges of {limits}", limits=_limits(by, one.low, one.high)),
+        "incidence": Sentence(
+            "at incidence angles of {limits}", limits=_limits(by, one.low, one.high)
+        ),
     }[by]
 
 
 def _limits(by: By, low: float, high: float) -> str:
     """The limits of a class with their unit."""
     if by == "incidence":
-        return f"{np.degrees(low):.0f} to {np.degrees(high):.0f}°"
+        return Sentence("{low:°0~} to {high:°0}", low=low, high=high)
     if by == "range":
-        return f"{low:.1f} to {high:.1f} m"
+        return Sentence("{low:m1~} to {high:m1}", low=low, high=high)
     return span(low, high)
 
 
@@ -201,7 +229,7 @@ def _points(row: NoiseOfClass) -> str:
     """A class as the table has it."""
     if row.by == "all" or row.low is None or row.high is None:
         return "all points"
-    return f"{row.by} {_limits(row.by, row.low, row.high)}"
+    return Sentence("{row.by} {limits}", row=row, limits=_limits(row.by, row.low, row.high))
 
 
 SUBJECT = Subject("observed_noise", _chapters, list[StatedNoise])

@@ -31,8 +31,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import Severity, warned
-from tribrach.sentences import capital
-from tribrach.units import percent
+from tribrach.sentences import Sentence, capital
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -126,8 +125,15 @@ def _verdict(pair_edges: Sequence[Edge]) -> list[str]:
         return [f"{shared}; none of them is controlled by other observations"]
     contradict = "contradicts" if len(bad) < 2 else "contradict"
     return [
-        f"{shared}; others control {len(tested)} of them, of which {len(bad) or 'none'} "
-        f"{contradict} the network (tests at {100 * ALPHA:g} %)"
+        Sentence(
+            "{shared}; others control {tested} of them, of which {bad} {contradict} the "
+            "network (tests at {alpha:%g})",
+            shared=shared,
+            tested=len(tested),
+            bad=len(bad) or "none",
+            contradict=contradict,
+            alpha=ALPHA,
+        )
     ]
 
 
@@ -135,10 +141,15 @@ def _outliers(pair_edges: Sequence[Edge], style: Style) -> list[str]:
     """Pairs that the network contradicts, the worst first, and a station that all of them share."""
     bad = sorted((e for e in pair_edges if e.outlying), key=lambda e: -(e.ratio or 0.0))
     sentences = [
-        f"{e.first} and {e.second} by {kind_named(e.kind).facts.common_to_stations}: their own "
-        f"relative pose differs from the network by {_size(e.shift, e.turn, style)}, expected "
-        f"{_size(e.shift_sigma, e.turn_sigma, style)} (test {e.statistic:.1f} against "
-        f"{e.limit:.1f})"
+        Sentence(
+            "{e.first} and {e.second} by {kind_named}: their own relative pose differs "
+            "from the network by {size}, expected {expected} (test {e.statistic:1} against "
+            "{e.limit:1})",
+            e=e,
+            kind_named=kind_named(e.kind).facts.common_to_stations,
+            size=_size(e.shift, e.turn, style),
+            expected=_size(e.shift_sigma, e.turn_sigma, style),
+        )
         for e in bad[:10]
     ]
     if len(bad) > 2:
@@ -151,14 +162,18 @@ def _outliers(pair_edges: Sequence[Edge], style: Style) -> list[str]:
 
 def _size(shift: float, turn: float, style: Style) -> str:
     """A relative pose in words."""
-    return f"{1e3 * shift:.1f} mm and {style.small(turn, 'rad', 1)} {style.small_unit('rad')}"
+    return Sentence("{shift:mm1} and {turn}", shift=shift, turn=style.said(turn, "rad", 1))
 
 
 def _contradictions(seen: dict[frozenset[str], Agreement]) -> list[str]:
     """Pairs whose surfaces stand in each other's open space."""
     return [
-        f"{percent(s.conflict)} of the surfaces that {' and '.join(sorted(pair))} should both "
-        "see stand where the other looks through: moving things, or a wrong pose"
+        Sentence(
+            "{s.conflict:%} of the surfaces that {pair} should both see stand where the "
+            "other looks through: moving things, or a wrong pose",
+            s=s,
+            pair=" and ".join(sorted(pair)),
+        )
         for pair, s in seen.items()
         if s.agree > 100 and s.conflict > _CONFLICT
     ]
@@ -182,14 +197,17 @@ def _table(pairs: Sequence[_Pair], columns: ColumnSet) -> ReportTable:
         columns.plain("limit", "edge.limit"),
         (ColumnHead("verdict", numeric=False), _judged),
     ]
-    note = (
-        "Each pair by its own observations against the network: the differences of the relative "
-        "pose (of the second station, along the directions that the pair holds) and what they "
-        "should be from the covariances. The test is the squared difference in that metric against "
-        f"chi-square at {100 * (1 - ALPHA):g} %. Overlap: share of the points of both scans on "
-        "surfaces that both see. The residual RMS is the root mean square of all "
-        "adjusted lengths of the pair, none left out by a limit, and not an accuracy. "
-        f"Of each kind no more than {MOST} pairs, those with most in common."
+    note = Sentence(
+        "Each pair by its own observations against the network: the differences of the "
+        "relative pose (of the second station, along the directions that the pair "
+        "holds) and what they should be from the covariances. The test is the squared "
+        "difference in that metric against chi-square at {level:%g}. Overlap: share of "
+        "the points of both scans on surfaces that both see. The residual RMS is the "
+        "root mean square of all adjusted lengths of the pair, none left out by a "
+        "limit, and not an accuracy. Of each kind no more than {most} pairs, those "
+        "with most in common.",
+        level=1 - ALPHA,
+        most=MOST,
     )
     rows = sorted(pairs, key=lambda p: -(p.edge.ratio or 0.0))
     return build_table("edges", "Pairs of stations", note, rows, specs, _state)
@@ -254,7 +272,11 @@ def _line(chart: Chart, group: Sequence[Edge], ends: np.ndarray[Any, Any]) -> No
     worst = max((e.ratio for e in group if e.ratio is not None), default=None)
     colour = "faint" if worst is None else "good" if worst <= 1 else "bad"
     words = f"{group[0].first} and {group[0].second}: "
-    words += "not controlled" if worst is None else f"worst test {worst:.2f} times its limit"
+    words += (
+        "not controlled"
+        if worst is None
+        else Sentence("worst test {worst:2} times its limit", worst=worst)
+    )
     dashed = max(e.held for e in group) != 6
     chart.line(ends[:, 0], ends[:, 1], colour, dashed=dashed, words=words)
 

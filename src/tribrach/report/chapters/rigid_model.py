@@ -20,6 +20,7 @@ from tribrach.report.content import Head
 from tribrach.report.subject import Subject
 from tribrach.report.tables import Spec, build_table
 from tribrach.report.warnings import Severity, warned
+from tribrach.sentences import Sentence
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -112,19 +113,32 @@ def _rms(rows: Sequence[_Row], use: str, path: str) -> float | None:
 
 def _sentences(model: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) -> tuple[str, ...]:
     fit, n = model.fit, sum(row.use == "control" for row in rows)
-    sigma0 = "without redundancy" if fit.sigma0 is None else f"sigma0 {fit.sigma0:.2f}"
-    residual = 1e3 * (_rms(rows, "control", "rigid") or 0.0)
+    sigma0 = (
+        "without redundancy" if fit.sigma0 is None else Sentence("sigma0 {fit.sigma0:2}", fit=fit)
+    )
+    residual = _rms(rows, "control", "rigid") or 0.0
     out = [
-        f"The stations as one rigid body are placed by {n} places with {fit.model.count} "
-        f"parameters: {sigma0} with redundancy {fit.dof}, residuals of {residual:.1f} mm a "
-        "coordinate (root mean square of all, none left out by a limit; a fit, no accuracy).",
+        Sentence(
+            "The stations as one rigid body are placed by {n} places with "
+            "{fit.model.count} parameters: {sigma0} with redundancy {fit.dof}, residuals "
+            "of {residual:mm1} a coordinate (root mean square of all, none left out by a "
+            "limit; a fit, no accuracy).",
+            n=n,
+            fit=fit,
+            sigma0=sigma0,
+            residual=residual,
+        ),
     ]
     rigid, adjusted = _rms(rows, "check", "rigid"), _rms(rows, "check", "adjusted")
     if rigid is not None and adjusted is not None:
         out.append(
-            f"Check places differ by {1e3 * rigid:.1f} mm a coordinate from the rigid model and by "
-            f"{1e3 * adjusted:.1f} mm from the adjustment of everything (root mean squares of all "
-            "check places, none left out by a limit)."
+            Sentence(
+                "Check places differ by {rigid:mm1} a coordinate from the rigid model and by "
+                "{adjusted:mm1} from the adjustment of everything (root mean squares of all "
+                "check places, none left out by a limit).",
+                rigid=rigid,
+                adjusted=adjusted,
+            )
         )
     names = model.model.layout.names["pose"]
     state, layout = adjustment.state, adjustment.layout
@@ -134,8 +148,12 @@ def _sentences(model: RigidModel, rows: Sequence[_Row], adjustment: Adjustment) 
     size = np.linalg.norm(shift, axis=1)
     worst = int(np.argmax(size))
     out.append(
-        f"The two solutions differ most at {names[worst]}, by {1e3 * size[worst]:.1f} mm: so much "
-        "the model bends there; clouds are placed by the adjustment."
+        Sentence(
+            "The two solutions differ most at {names}, by {size:mm1}: so much the model "
+            "bends there; clouds are placed by the adjustment.",
+            names=names[worst],
+            size=size[worst],
+        )
     )
     return tuple(out)
 

@@ -40,6 +40,8 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import ReportWarning, Severity, warned
+from tribrach.sentences import Sentence, joined
+from tribrach.units import MM
 
 if TYPE_CHECKING:
     from tribrach.cloud.placement import Placement
@@ -272,7 +274,7 @@ def _target(scan: str, number: int, d: Detection, name: str) -> FoundTarget:
         points=d.points,
         rms=d.rms,
         coverage=d.coverage,
-        remark="; ".join(d.sentences),
+        remark=joined("; ", d.sentences),
     )
 
 
@@ -329,8 +331,12 @@ def _panoramas(placed: PlacedScans, head: Head) -> list[Picture]:
                 headings.get(f.station),
                 head.settings.angle,
             ),
-            f"{f.points:,} points; {counted(len(f.detections), 'target')} found, "
-            f"{counted(len(f.rejected), 'candidate')} rejected.",
+            Sentence(
+                "{f.points:,} points; {detections} found, {rejected} rejected.",
+                f=f,
+                detections=counted(len(f.detections), "target"),
+                rejected=counted(len(f.rejected), "candidate"),
+            ),
             wide=True,
         )
         for f in placed.findings
@@ -371,7 +377,12 @@ def _histogram(counts: Array, sigma: Array) -> Chart:
     labels = ("3D sigma [mm]", "points" if log else "points of the sample")
     bars = Chart(ends, (0.0, highest), labels, (540.0, 340.0), log="x" if log else "")
     for left, right, number in zip(edges, edges[1:], numbers.tolist(), strict=False):
-        words = f"{left:.2f} to {right:.2f} mm: {number:,} points"
+        words = Sentence(
+            "{left:mm2~} to {right:mm2}: {number:,} points",
+            left=left * MM,
+            right=right * MM,
+            number=number,
+        )
         bars.bar(float(left), float(right), 0.0, float(number), "s0", words)
     return bars
 
@@ -401,9 +412,12 @@ def _maps(products: Sequence[Product], frame: OutputFrame) -> list[Picture]:
     bars = _histogram(counts, sigma)
     counted_are = "all of them" if _told_apart(counts) else "the sample"
     total = sum(p.summary.points for p in products)
-    caption = (
-        f"Predicted uncertainty of {total:,} points: a sample of {len(sample):,} in plan, colours "
-        f"up to the 98 % quantile; {counted_are} in the histogram."
+    caption = Sentence(
+        "Predicted uncertainty of {total:,} points: a sample of {sample:,} in plan, "
+        "colours up to the 98 % quantile; {counted_are} in the histogram.",
+        total=total,
+        sample=len(sample),
+        counted_are=counted_are,
     )
     scale = colour_bar(bottom, top, "3D sigma [mm]", 620.0)
     drawing = beside([[plan, bars]], "Uncertainty of points", scale)
@@ -422,14 +436,19 @@ def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
     single = float(np.spacing(np.float32(max(np.abs(low).max(), np.abs(high).max()))))
     stored = "coordinates are those of the sources to the last bit"
     if coarsest is not None:
-        stored = (
-            f"coordinates are stored in steps of {1e3 * coarsest:g} mm or finer "
-            f"(rounding {1e3 * coarsest / np.sqrt(12):.2g} mm)"
+        stored = Sentence(
+            "coordinates are stored in steps of {coarsest:mmg} or finer (rounding {rounding:mmg2})",
+            coarsest=coarsest,
+            rounding=coarsest / np.sqrt(12),
         )
-    left = f"{1e3 * single:.0f}" if single > 0.01 else f"{1e3 * single:.2g}"
+    spec = "mm0" if single > 0.01 else "mmg2"
     sentences = [
-        f"Precision budget: {stored}; a program that reads them as 32-bit "
-        f"floats without a shift would round them to {left} mm."
+        Sentence(
+            "Precision budget: {stored}; a program that reads them as 32-bit floats "
+            f"without a shift would round them to {{left:{spec}}}.",
+            stored=stored,
+            left=single,
+        )
     ]
     extent = float(np.linalg.norm((high - low)[:2]))
     rigid = any(p.path.suffix == ".e57" for p in products)
@@ -437,15 +456,24 @@ def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
         middle = (low + high) / 2
         scale = grid_scale(frame.crs, middle)
         sentences.append(
-            f"In {frame.crs} lengths differ from those on the ground by {1e6 * scale:+.1f} ppm, "
-            f"{1e3 * scale * extent:+.1f} mm over the {extent:.0f} m of the clouds"
+            Sentence(
+                "In {frame.crs} lengths differ from those on the ground by {scale:ppm+1}, "
+                "{change:mm+1} over the {extent:m0} of the clouds",
+                frame=frame,
+                scale=scale,
+                change=scale * extent,
+                extent=extent,
+            )
             + ("." if rigid else _CONVERTED)
         )
     elif frame.kind == "work":
         sag = (extent / 2) ** 2 / (2 * _EARTH)
         sentences.append(
-            f"Heights are along the vertical of the work frame; the Earth falls away by "
-            f"{1e3 * sag:.2g} mm at the edge of the clouds."
+            Sentence(
+                "Heights are along the vertical of the work frame; the Earth falls away by "
+                "{sag:mmg2} at the edge of the clouds.",
+                sag=sag,
+            )
         )
     return sentences
 
