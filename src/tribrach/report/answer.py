@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from tribrach.answers import Form
-from tribrach.errors import InputError
+from tribrach.errors import TribrachError
 from tribrach.io.outputs import Content
 from tribrach.report.content import Report
 from tribrach.report.figures import Picture
@@ -50,7 +50,7 @@ class Answer:
     #: what a terminal shows: text as it is, findings, tables
     terminal: Sequence[str | Finding | ReportTable] = ()
     #: why it may not be used as it is: raised once it was shown
-    failure: InputError | None = None
+    failure: TribrachError | None = None
     #: true if then no file is written
     refuses: bool = False
     #: files that were written before; with these all files are named at the end
@@ -74,7 +74,11 @@ class Answer:
             notation=self.notation,
         )
 
-    def json(self) -> str:
+    def text(self) -> Content:
+        """The whole of it as plain text; a question that has one says how."""
+        raise NotImplementedError
+
+    def json(self) -> Content:
         """The figures as JSON text."""
         assert self.form is not None
         return self.form.text(self.result, **self.words)

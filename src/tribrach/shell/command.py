@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import wraps
+from operator import methodcaller
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
-from rich.console import Console
 from typer.models import ArgumentInfo, ParameterInfo
 
 from tribrach.io.outputs import Content, write_texts
@@ -30,7 +30,6 @@ from tribrach.shell.flow import (
     shown,
     working,
 )
-from tribrach.shell.printing import printed
 
 __all__ = ["FOLDER", "WRITTEN", "command", "deliver"]
 
@@ -43,14 +42,18 @@ _WIDE = 118
 
 
 def command(
-    *, json: str | None = "Write it as JSON.", html: str | None = "Write a page."
+    *,
+    json: str | None = "Write it as JSON.",
+    html: str | None = "Write a page.",
+    text: str | None = None,
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Make a command of the function that answers a question.
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
     answer brings in ``files``. Of a parameter with a function among its marks the function says
     which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
-    who does it, which brings the options ``--workers`` and ``--scheduler``.
+    who does it, which brings the options ``--workers`` and ``--scheduler``; ``overwrite`` is for
+    work that writes files itself.
     """
 
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
@@ -73,6 +76,8 @@ def command(
             options["json_file"] = (_file("--json", json), None)
         if html is not None:
             options["html_file"] = (_file("--html", html), None)
+        if text is not None:
+            options["text_file"] = (_file("--text", text), None)
         if engine:
             options |= {"workers": (Workers, None), "scheduler": (Scheduler, None)}
         options |= {"overwrite": (Overwrite, False), "quiet": (Quiet, False)}
@@ -83,14 +88,15 @@ def command(
 
         def _answer(given: dict[str, Any]) -> None:
             quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
-            outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
+            outputs = {form: given.pop(f"{form}_file", None) for form in _FORMS}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
             inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
-            files |= {_OPTIONS[render]: _paths([path]) for render, path in outputs.items()}
+            files |= {f"--{form}": _paths([path]) for form, path in outputs.items()}
             place = given[folder[0]] if folder else None
             claim(inputs, files, place, overwrite=overwrite)
+            given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
                 if progress:
                     given["progress"] = stack.enter_context(shown(quiet))
@@ -116,24 +122,24 @@ def command(
 
 
 #: parameters, behind a star, that a command gives itself
-_GIVEN = ("progress", "engine")
+_GIVEN = ("progress", "engine", "overwrite")
 #: options that render the answer
-_RENDERED: dict[str, Callable[[Answer], Content]] = {
-    "json_file": Answer.json,
-    "html_file": Answer.page,
+_FORMS: dict[str, Callable[[Answer], Content]] = {
+    "json": methodcaller("json"),
+    "html": methodcaller("page"),
+    "text": methodcaller("text"),
 }
-_OPTIONS: dict[Callable[[Answer], Content], str] = {Answer.json: "--json", Answer.page: "--html"}
 
 
 def deliver(
     answer: Answer,
-    outputs: Mapping[Callable[[Answer], Content], Path | None],
+    outputs: Mapping[str, Path | None],
     *,
     quiet: bool = False,
 ) -> None:
     """Write an answer in the forms that were asked for, all together, and show it."""
     if not answer.refuses:
-        texts = {path: render(answer) for render, path in outputs.items() if path is not None}
+        texts = {path: _FORMS[form](answer) for form, path in outputs.items() if path is not None}
         written = write_texts(texts | dict(answer.files))
         if answer.written is not None:
             paths = [Finding(str(path)) for path in (*answer.written, *written)]
@@ -146,15 +152,21 @@ def deliver(
 
 def _show(answer: Answer) -> None:
     """Print what a terminal shows."""
-    console = Console()
     for part in answer.terminal:
+        if isinstance(part, str):
+            say(part)
+            continue
+        # loaded for tables and findings alone
+        from rich.console import Console
+
+        from tribrach.shell.printing import printed
+
+        console = Console()
         if isinstance(part, ReportTable):
             fitting = part if console.width >= _WIDE else part.narrow()
             console.print(printed(fitting, console.width))
-        elif isinstance(part, Finding):
-            console.print(visible(part.line()), markup=False)
         else:
-            say(part)
+            console.print(visible(part.line()), markup=False)
 
 
 def _option(name: str, hint: Any) -> str:
