@@ -14,17 +14,7 @@ from tribrach.project import Project
 from tribrach.report.answer import Answer
 from tribrach.report.network_answer import NetworkAnswer
 from tribrach.shell.command import FOLDER, command
-from tribrach.shell.settings import (
-    Angle,
-    Confidence,
-    DatumWords,
-    Posterior,
-    Robust,
-    Snoop,
-    Vce,
-    given,
-    with_options,
-)
+from tribrach.shell.settings import Adjusting
 from tribrach.tasks.engine import Engine
 
 __all__ = ["run"]
@@ -51,18 +41,12 @@ def _project_file(path: Path) -> Path:
 @command(json=None, html=None)
 def run(
     project: Annotated[Path, typer.Argument(help="The project file (TOML)."), _project_file],
+    *,
     out: Annotated[Path | None, typer.Option(help="Folder of the results."), FOLDER] = None,
-    datum: DatumWords = None,
-    snoop: Snoop = None,
-    robust: Robust = None,
-    vce: Vce = None,
-    confidence: Confidence = None,
-    posterior: Posterior = None,
-    angle: Angle = None,
+    adjusting: Adjusting,
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Check the project as check-project does.")
     ] = False,
-    *,
     engine: Engine,
     progress: Progress,
     overwrite: bool,
@@ -71,20 +55,12 @@ def run(
 
     What the project says is done; an option that is given takes its place.
     """
-    options = given(
-        snoop=snoop,
-        robust=robust,
-        vce=vce,
-        posterior=posterior,
-        confidence=confidence,
-        angle=angle,
-    )
     if dry_run:
         from tribrach.cli.check_project import answer_of
         from tribrach.job.check_project import check_project
 
         return answer_of(check_project(project))
-    job = with_options(Project.load(project), options, datum)
+    job = adjusting.of_project(Project.load(project))
     folder = job.results if out is None else out
     content = pipeline.run(job, folder, progress, overwrite=overwrite, engine=engine)
     return NetworkAnswer.of(content, folder=folder)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from functools import wraps
 from operator import methodcaller
 from pathlib import Path
@@ -51,9 +51,9 @@ def command(
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
     answer brings in ``files``. Of a parameter with a function among its marks the function says
-    which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
-    who does it, which brings the options ``--workers`` and ``--scheduler``; ``overwrite`` is for
-    work that writes files itself.
+    which files are meant. The fields of a parameter that is a dataclass are options. A parameter
+    ``progress`` is told what is being done; ``engine`` is who does it, which brings the options
+    ``--workers`` and ``--scheduler``; ``overwrite`` is for work that writes files itself.
     """
 
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
@@ -63,7 +63,11 @@ def command(
             n for n in _GIVEN if n in own and own[n].kind is inspect.Parameter.KEYWORD_ONLY
         }
         progress, engine = "progress" in by_itself, "engine" in by_itself
-        options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
+        bundles = {n: hints[n] for n in own if is_dataclass(hints[n]) and n not in by_itself}
+        options: dict[str, Any] = {}
+        for n, p in own.items():
+            if n not in by_itself:
+                options |= _options_of(hints[n]) if n in bundles else {n: (hints[n], p.default)}
         marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
         read, written, folder = ([n for n in marks if marks[n] == m] for m in ("", WRITTEN, FOLDER))
         meant = {
@@ -91,6 +95,8 @@ def command(
             outputs = {form: given.pop(f"{form}_file", None) for form in _FORMS}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
+            for name, bundle in bundles.items():
+                given[name] = bundle(**{f.name: given.pop(f.name) for f in fields(bundle)})
             inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
             files |= {f"--{form}": _paths([path]) for form, path in outputs.items()}
@@ -176,6 +182,12 @@ def _option(name: str, hint: Any) -> str:
         return ""
     names = [name for mark in about for name in mark.param_decls or ()]
     return next(iter(names), "--" + name.replace("_", "-"))
+
+
+def _options_of(bundle: Any) -> dict[str, Any]:
+    """Options that are the fields of a dataclass, with their defaults."""
+    hints = get_type_hints(bundle, include_extras=True)
+    return {f.name: (hints[f.name], f.default) for f in fields(bundle)}
 
 
 def _file(name: str, help: str) -> Any:

@@ -17,16 +17,7 @@ from tribrach.io.survey.formats import read_files
 from tribrach.network.observed_part import observed_part
 from tribrach.report.network_answer import NetworkAnswer
 from tribrach.shell.command import WRITTEN, command
-from tribrach.shell.settings import (
-    Angle,
-    Confidence,
-    DatumWords,
-    Posterior,
-    Robust,
-    Snoop,
-    Vce,
-    given,
-)
+from tribrach.shell.settings import Adjusting
 from tribrach.solution import AdjustmentSettings, adjust_network
 
 if TYPE_CHECKING:
@@ -46,13 +37,7 @@ def adjust(
             "DynAdjust, Comp3D or RiSCAN PRO; or a project."
         ),
     ],
-    datum: DatumWords = None,
-    snoop: Snoop = None,
-    robust: Robust = None,
-    vce: Vce = None,
-    confidence: Confidence = None,
-    posterior: Posterior = None,
-    angle: Angle = None,
+    adjusting: Adjusting,
     epoch_file: Annotated[
         Path | None,
         typer.Option("--epoch", help="Write an epoch: coordinates, joint covariance."),
@@ -65,30 +50,18 @@ def adjust(
 
     What a project says is done; an option that is given takes its place.
     """
-    options = given(
-        snoop=snoop,
-        robust=robust,
-        vce=vce,
-        posterior=posterior,
-        confidence=confidence,
-        angle=angle,
-    )
-    other = None
-    if datum is not None:
-        from tribrach.project import parse_datum
-
-        other = parse_datum(datum)
+    other = adjusting.other_datum
     project = project_of(files)
     if project is not None:
         from tribrach.job.opened import open_job
         from tribrach.questions.adjust.adjusted import adjust_job
 
-        settings = replace(AdjustmentSettings.of(project), **options)
+        settings = replace(AdjustmentSettings.of(project), **adjusting.given)
         content = adjust_job(open_job(project, progress), settings, other)
     else:
         network = observed_part(read_files(files)).network()
         network = network if other is None else network.with_datum(other)
-        content = adjust_network(network, AdjustmentSettings(**options))
+        content = adjust_network(network, AdjustmentSettings(**adjusting.given))
     if epoch_file is None:
         return NetworkAnswer.of(content)
     from tribrach.questions.epochs.from_files import epoch_text
