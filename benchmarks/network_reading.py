@@ -19,8 +19,8 @@ from benchmarks.network_files import write_grid
 from tribrach.io.survey.formats import read_files
 from tribrach.network.network import Network
 from tribrach.network.observed_part import observed_part
-from tribrach.pipeline import AdjustmentSettings, adjust_network
 from tribrach.report import json_result
+from tribrach.solution import AdjustmentSettings, adjust_network
 
 
 def network_of(path: Path) -> Network:

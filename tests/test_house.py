@@ -138,3 +138,8 @@ def test_the_classes_of_the_map_stand_where_it_says(trees: Trees) -> None:
             node.name for node in trees[SOURCE / place].body if isinstance(node, ast.ClassDef)
         ]
         assert name in classes, (name, place)
+
+
+def test_the_pipeline_is_a_page() -> None:
+    """A verb a line: what a verb does is in its own module."""
+    assert len((SOURCE / "pipeline.py").read_text().splitlines()) <= 80

@@ -15,8 +15,8 @@ from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.network.adjustment import Options
 from tribrach.network.network import Datum
-from tribrach.pipeline import AdjustmentSettings, adjust_network
 from tribrach.report import json_result
+from tribrach.solution import AdjustmentSettings, adjust_network
 
 SIGHTS = (
     "from,to,horizontal_distance_m,sigma_horizontal_distance_mm\n"

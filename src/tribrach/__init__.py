@@ -38,8 +38,9 @@ if TYPE_CHECKING:
     from tribrach.network.network import Datum, Network
     from tribrach.network.quality import assess
     from tribrach.network.survey import Survey
-    from tribrach.pipeline import adjust, run
+    from tribrach.pipeline import run
     from tribrach.project import Project
+    from tribrach.questions.adjust.adjusted import adjust
     from tribrach.report.content import Report
     from tribrach.transformation.fit import fit_transformation
 
@@ -76,7 +77,7 @@ _HOMES = {
     "Report": "report.content",
     "SharedPart": "cloud.shared_part",
     "Survey": "network.survey",
-    "adjust": "pipeline",
+    "adjust": "questions.adjust.adjusted",
     "area_of": "cloud.quantities",
     "assess": "network.quality",
     "cloud_points": "job.cloud_file",

@@ -1,7 +1,7 @@
 """A network adjusted, cleaned, weighed and assessed, and the report of it: what needs no job.
 
 Files of networks are adjusted with this alone; what reads scans, baselines and projects is loaded
-by :mod:`tribrach.pipeline`.
+by :mod:`tribrach.questions.adjust.adjusted` and :mod:`tribrach.pipeline`.
 """
 
 from __future__ import annotations

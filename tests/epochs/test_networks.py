@@ -9,7 +9,6 @@ from typer.testing import CliRunner
 
 from tribrach.cli.commands import app
 from tribrach.epochs.comparison import Settings
-from tribrach.epochs_from_files import compare_epoch_files, epoch_from_files
 from tribrach.errors import InputError
 from tribrach.io.epoch_files import read_epoch
 from tribrach.job.epochs import EpochSettings, compare_epochs, epoch_of, shared_covariance
@@ -19,6 +18,7 @@ from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinate
 from tribrach.observations.levelling import HeightDifferences
+from tribrach.questions.epochs.from_files import compare_epoch_files, epoch_from_files
 
 GAMA = Path(__file__).parents[3] / "shared/data/networks/gama/deformation"
 HEIGHTS = {"A": 10.0, "B": 11.2, "C": 12.9, "D": 9.4, "P": 10.7}

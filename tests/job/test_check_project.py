@@ -14,7 +14,7 @@ from tribrach.errors import InputError, RankDefect
 from tribrach.job.check_project import ProjectCheck, check_project
 from tribrach.job.opened import open_job
 from tribrach.job.plausibility import after_doubts
-from tribrach.pipeline import adjust_job
+from tribrach.questions.adjust.adjusted import adjust_job
 
 RUN = CliRunner()
 

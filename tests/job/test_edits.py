@@ -15,7 +15,7 @@ from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
-from tribrach.pipeline import adjust_job
+from tribrach.questions.adjust.adjusted import adjust_job
 from tribrach.report import html, json_result, text
 
 RUN = CliRunner()

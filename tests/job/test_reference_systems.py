@@ -17,8 +17,10 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.opened import open_job
-from tribrach.pipeline import AdjustmentSettings, adjust_job, run
+from tribrach.pipeline import run
 from tribrach.project import Project
+from tribrach.questions.adjust.adjusted import adjust_job
+from tribrach.solution import AdjustmentSettings
 
 #: 37.87 N, 32.5 E on the ellipsoid [degrees, m], the middle of the site
 LATITUDE, LONGITUDE, HEIGHT = 37.87, 32.5, 1020.0

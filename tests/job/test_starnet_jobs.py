@@ -6,11 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribrach import pipeline
 from tribrach.errors import InputError
 from tribrach.job.opened import open_job
+from tribrach.questions.adjust.adjusted import adjust_job
 from tribrach.questions.plan.design import plan_project
 from tribrach.report import json_result
+from tribrach.solution import AdjustmentSettings
 
 SETTINGS = """
 [Adjustment]
@@ -52,8 +53,8 @@ def test_the_grid_of_the_file_is_that_of_the_job(folder):
     (folder / "job.dat").write_text(POINTS + sights + "B A-P 36-52-12 5\n")
     opened = job(folder, '[[observations]]\nfile = "job.dat"\n')
     assert opened.frame.grid.crs == "EPSG:26919"
-    settings = pipeline.AdjustmentSettings.of(opened.project)
-    document = json.loads(json_result.dumps(pipeline.adjust_job(opened, settings)))
+    settings = AdjustmentSettings.of(opened.project)
+    document = json.loads(json_result.dumps(adjust_job(opened, settings)))
     assert document["reference"]["crs"] == "EPSG:26919"
     place = document["points"]["P"]
     np.testing.assert_allclose(place["projected"], [682150, 5090200, 50], atol=0.15)

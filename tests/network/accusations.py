@@ -37,8 +37,8 @@ from tribrach.observations.gnss import GnssBaselines
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
-from tribrach.pipeline import AdjustmentSettings, SolvedNetwork, solve
 from tribrach.simulate.twins import TWINS, build
+from tribrach.solution import AdjustmentSettings, SolvedNetwork, solve
 from tribrach.units import SEC
 
 DATA = Path(__file__).resolve().parents[3] / "shared" / "data"

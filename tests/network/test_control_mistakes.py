@@ -12,8 +12,8 @@ from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinates
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
-from tribrach.pipeline import AdjustmentSettings, adjust_network
 from tribrach.simulate.surveying import observe
+from tribrach.solution import AdjustmentSettings, adjust_network
 from tribrach.units import SEC
 
 CONTROL = tuple(f"P{k}" for k in range(7))

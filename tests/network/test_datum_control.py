@@ -13,7 +13,7 @@ from tribrach.network.network import Datum, Network
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.levelling import HeightDifferences
-from tribrach.pipeline import AdjustmentSettings, adjust_network
+from tribrach.solution import AdjustmentSettings, adjust_network
 
 
 def kept(role: str, *names: str, heights: tuple[str, ...] = (), seed: int = 1) -> Network:

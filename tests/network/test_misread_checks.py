@@ -9,7 +9,7 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.misread_checks import misread_checks
 from tribrach.network.survey import Survey
 from tribrach.observations.gnss import GnssPositions
-from tribrach.pipeline import AdjustmentSettings, adjust_network
+from tribrach.solution import AdjustmentSettings, adjust_network
 
 TRUTH = {"C1": (512.3, 148.9, 33.4), "C2": (431.7, 260.2, 35.1), "C3": (380.4, 95.6, 31.8)}
 

@@ -18,8 +18,8 @@ from tribrach.network.blunders.suspects import find_suspects
 from tribrach.network.network import Network
 from tribrach.network.reliability import weigh
 from tribrach.network.survey import Survey
-from tribrach.pipeline import AdjustmentSettings, adjust_network
 from tribrach.simulate.twin import Twin
+from tribrach.solution import AdjustmentSettings, adjust_network
 
 NAME = slice(8, 24)
 

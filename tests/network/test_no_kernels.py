@@ -10,7 +10,7 @@ from benchmarks.network_files import write_grid
 def test_a_network_of_400_points_loads_no_compiler(tmp_path: Path) -> None:
     write_grid(20, tmp_path / "grid.gkf")
     code = (
-        "import sys; from tribrach.pipeline import adjust\n"
+        "import sys; from tribrach import adjust\n"
         "a = adjust(sys.argv[1]); a.points['P7'].sigma\n"
         "assert a.layout.size > 1500\n"
         "print('numba' in sys.modules)"

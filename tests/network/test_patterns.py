@@ -12,7 +12,7 @@ from tribrach.network.blunders.mistakes import mistakes
 from tribrach.network.survey import Survey
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
-from tribrach.pipeline import AdjustmentSettings, solve
+from tribrach.solution import AdjustmentSettings, solve
 from tribrach.units import SEC
 
 SETUPS, SETS = 12, 6

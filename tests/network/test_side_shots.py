@@ -5,13 +5,13 @@ import json
 import numpy as np
 import pytest
 
-from tribrach import pipeline
 from tribrach.io.survey.formats import read
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
 from tribrach.network.observed_part import observed_part
 from tribrach.network.side_shots import SideShots, compute
 from tribrach.report import json_result, text
+from tribrach.solution import AdjustmentSettings, adjust_network
 
 PROJECT = """
 [Adjustment]
@@ -79,7 +79,7 @@ def test_what_cannot_be_computed_is_told(tmp_path):
 def test_the_report_has_them(tmp_path):
     folder = tmp_path / "behind"
     adjustment = adjusted(folder, "SS P-A-Q 97-12-13 55.123 88-10-20\n", 1)
-    content = pipeline.adjust_network(adjustment.network, pipeline.AdjustmentSettings())
+    content = adjust_network(adjustment.network, AdjustmentSettings())
     assert "1 point is computed by side shots" in text.render(content)
     (row,) = json.loads(json_result.dumps(content))["side_shots"]
     assert row["name"] == "Q"

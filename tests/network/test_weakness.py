@@ -13,8 +13,8 @@ from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Options, adjust
 from tribrach.network.survey import Survey
 from tribrach.network.weakness import weak_places, weakness_sentences
-from tribrach.pipeline import AdjustmentSettings, solve
 from tribrach.project import Project
+from tribrach.solution import AdjustmentSettings, solve
 from tribrach.units import SEC
 
 

@@ -7,8 +7,8 @@ import pytest
 from tribrach.errors import InputError
 from tribrach.job.opened import open_job
 from tribrach.network.facts import AssumedSigmas, ListReading, facts_of
-from tribrach.pipeline import adjust_job
 from tribrach.project import Project
+from tribrach.questions.adjust.adjusted import adjust_job
 
 LEVELS = "from,to,height_difference_m,sigma_mm\nA,B,1.0,1\nB,C,1.0,1\nA,C,2.001,1\n"
 

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from tribrach import pipeline
 from tribrach.job.opened import open_job
+from tribrach.questions.adjust.adjusted import adjust_job
 from tribrach.report.content import Report
+from tribrach.solution import AdjustmentSettings
 
 
 def adjusted(folder: Path, sigma_mm: float, site: str = "") -> Report:
@@ -24,7 +25,7 @@ def adjusted(folder: Path, sigma_mm: float, site: str = "") -> Report:
         '[[observations]]\nfile = "distances.csv"\n'
     )
     job = open_job(folder / "job.toml")
-    return pipeline.adjust_job(job, pipeline.AdjustmentSettings.of(job.project))
+    return adjust_job(job, AdjustmentSettings.of(job.project))
 
 
 @pytest.mark.parametrize(("sigma_mm", "grave"), [(0.5, True), (10.0, False)])

@@ -15,11 +15,11 @@ from pydantic_core import to_json
 from tests.report.cases import levelling, mean_of_two, scanner_content
 from tribrach.job.opened import open_job
 from tribrach.network.observation_rows import observation_rows
-from tribrach.pipeline import AdjustmentSettings, report, solve
 from tribrach.project import Project
 from tribrach.report import json_result
 from tribrach.report.content import Report
 from tribrach.simulate.twins import build
+from tribrach.solution import AdjustmentSettings, report, solve
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

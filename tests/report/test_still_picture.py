@@ -12,6 +12,7 @@ from PIL import Image
 
 from tests.workbench.twins import write
 from tribrach import pipeline
+from tribrach.questions.run.folder import write as write_results
 from tribrach.report.content import Report
 from tribrach.report.still_picture import _View, still_picture
 
@@ -86,7 +87,7 @@ def test_points_beside_the_clouds_are_in_the_picture_and_far_ones_do_not_shrink_
 
 def test_the_page_names_the_command(report: Callable[[str], Report], tmp_path: Path) -> None:
     content = report("work")
-    pipeline.write(content, tmp_path)
+    write_results(content, tmp_path)
     page = (tmp_path / "report.html").read_text()
     assert 'id="still"' in page
     assert "tribrach view ." in page

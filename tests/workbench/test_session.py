@@ -23,8 +23,9 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import restart
 from tribrach.network.removal import what_if
 from tribrach.observations.base import Use
-from tribrach.pipeline import adjust_job, run
+from tribrach.pipeline import run
 from tribrach.project.edits import edits_text
+from tribrach.questions.adjust.adjusted import adjust_job
 from tribrach.report import json_result, text
 from tribrach.workbench import session as session_module
 from tribrach.workbench.scene import decided_targets

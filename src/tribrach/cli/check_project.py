@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from tribrach.errors import TribrachError
 from tribrach.job.check_project import ProjectCheck
 from tribrach.job.check_project import check_project as look_at
-from tribrach.shell.flow import fail, guarded, say
+from tribrach.report.answer import Answer
+from tribrach.shell.command import deliver
+from tribrach.shell.flow import guarded
 
-__all__ = ["check_project", "tell"]
+__all__ = ["answer_of", "check_project"]
 
 
 def check_project(
@@ -19,26 +23,28 @@ def check_project(
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print mistakes alone.")] = False,
 ) -> None:
     """Read a project and all its files, and list every mistake at once; nothing is run."""
-
-    def work() -> None:
-        tell(look_at(project), quiet)
-
-    guarded(work)
+    guarded(lambda: deliver(answer_of(look_at(project)), {}, quiet=quiet))
 
 
-def tell(check: ProjectCheck, quiet: bool) -> None:
-    """Print what was found; mistakes end the command with 2."""
-    if not quiet:
-        _list("Read as follows:", check.readings)
-        _list("Doubtful:", [f"{sentence}?" for sentence in check.doubts])
-        if check.good:
-            end = "; look at what is doubtful" if check.doubts else ""
-            say(f"{check.path}: {check.contents}; nothing would stop a run{end}.")
-    if not check.good:
+def answer_of(check: ProjectCheck) -> Answer:
+    """What was found in words; mistakes end the command with 2."""
+    terminal = [
+        *_listed("Read as follows:", check.readings),
+        *_listed("Doubtful:", [f"{sentence}?" for sentence in check.doubts]),
+    ]
+    failure = None
+    if check.good:
+        end = "; look at what is doubtful" if check.doubts else ""
+        terminal.append(f"{check.path}: {check.contents}; nothing would stop a run{end}.")
+    else:
         count = f"{len(check.mistakes)} mistake{'s' * (len(check.mistakes) > 1)}"
-        fail("\n".join([f"{check.path}: {count}:", *(f"  - {error}" for error in check.mistakes)]))
+        lines = [f"{check.path}: {count}:", *(f"  - {error}" for error in check.mistakes)]
+        failure = TribrachError("\n".join(lines))
+    title = check.path.name
+    return Answer("Check of a project", title, None, check, terminal=terminal, failure=failure)
 
 
-def _list(title: str, sentences: tuple[str, ...] | list[str]) -> None:
+def _listed(title: str, sentences: Sequence[str]) -> Iterator[str]:
+    """One text with a line for each sentence, if there are any."""
     if sentences:
-        say("\n".join([title, *(f"  - {text}" for text in sentences)]))
+        yield "\n".join([title, *(f"  - {text}" for text in sentences)])

@@ -36,7 +36,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Simulate a survey of two facades, run it, and compare everything with the truth.",
     ),
     "adjust": (
-        "cli.network",
+        "questions.adjust.command",
         "Adjust a network from files of any known format, or a project without scans.",
     ),
     "export": (
@@ -85,7 +85,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Compare two clouds, on test sites or as a whole, with the sampling floor beside.",
     ),
     "epochs": (
-        "cli.epochs",
+        "questions.epochs.command",
         "Say what has moved between epochs: which points, how far, how sure.",
     ),
     "series": (

@@ -9,8 +9,9 @@ import typer
 
 from tribrach import demo as demonstration
 from tribrach import pipeline
-from tribrach.cli.network import finish
 from tribrach.project import Project
+from tribrach.report.network_answer import NetworkAnswer
+from tribrach.shell.command import deliver
 from tribrach.shell.flow import Overwrite, Quiet, guarded, say, shown
 
 __all__ = ["demo"]
@@ -34,6 +35,6 @@ def demo(
                 demonstration.write_project(out, points, progress, overwrite=overwrite)
             )
             content = pipeline.run(job, progress=progress, overwrite=overwrite)
-        finish(content, quiet, job.results)
+        deliver(NetworkAnswer.of(content, folder=job.results), {}, quiet=quiet)
 
     guarded(work)

@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 
 import typer
 
-from tribrach.cli.network import project_of
 from tribrach.errors import InputError
 from tribrach.io.outputs import write_texts
 from tribrach.io.survey.exported import export as exported
@@ -15,6 +14,7 @@ from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
 from tribrach.network.network import Network
 from tribrach.network.observed_part import observed_part
+from tribrach.questions.adjust.command import project_of
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["export"]

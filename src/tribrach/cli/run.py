@@ -8,74 +8,19 @@ from typing import Annotated
 import typer
 
 from tribrach import pipeline
-from tribrach.cli.network import finish
+from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.project import Project
-from tribrach.shell.flow import Overwrite, Quiet, Scheduler, Workers, guarded, shown, working
-from tribrach.shell.settings import (
-    Angle,
-    Confidence,
-    DatumWords,
-    Posterior,
-    Robust,
-    Snoop,
-    Vce,
-    given,
-    with_options,
-)
+from tribrach.report.answer import Answer
+from tribrach.report.network_answer import NetworkAnswer
+from tribrach.shell.command import FOLDER, command
+from tribrach.shell.settings import Adjusting
+from tribrach.tasks.engine import Engine
 
 __all__ = ["run"]
 
 
-def run(
-    project: Annotated[Path, typer.Argument(help="The project file (TOML).")],
-    out: Annotated[Path | None, typer.Option(help="Folder of the results.")] = None,
-    datum: DatumWords = None,
-    snoop: Snoop = None,
-    robust: Robust = None,
-    vce: Vce = None,
-    confidence: Confidence = None,
-    posterior: Posterior = None,
-    angle: Angle = None,
-    workers: Workers = None,
-    scheduler: Scheduler = None,
-    overwrite: Overwrite = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Check the project as check-project does.")
-    ] = False,
-    quiet: Quiet = False,
-) -> None:
-    """Run a project: adjust, check, report.
-
-    What the project says is done; an option that is given takes its place.
-    """
-    options = given(
-        snoop=snoop,
-        robust=robust,
-        vce=vce,
-        posterior=posterior,
-        confidence=confidence,
-        angle=angle,
-    )
-
-    def work() -> None:
-        _refuse_no_project(project)
-        if dry_run:
-            from tribrach.cli.check_project import tell
-            from tribrach.job.check_project import check_project
-
-            tell(check_project(project), quiet)
-            return
-        with shown(quiet) as progress, working(workers, scheduler) as engine:
-            job = with_options(Project.load(project), options, datum)
-            folder = job.results if out is None else out
-            content = pipeline.run(job, folder, progress, overwrite=overwrite, engine=engine)
-        finish(content, quiet, folder)
-
-    guarded(work)
-
-
-def _refuse_no_project(path: Path) -> None:
+def _project_file(path: Path) -> Path:
     """Point to ``init`` where a folder, a scan or a list is given instead of a project."""
     if path.is_dir():
         projects = sorted(one.name for one in path.glob("*.toml"))
@@ -90,3 +35,32 @@ def _refuse_no_project(path: Path) -> None:
             file=path,
             cure=f"tribrach init {folder} writes one for the folder of this file",
         )
+    return path
+
+
+@command(json=None, html=None)
+def run(
+    project: Annotated[Path, typer.Argument(help="The project file (TOML)."), _project_file],
+    *,
+    out: Annotated[Path | None, typer.Option(help="Folder of the results."), FOLDER] = None,
+    adjusting: Adjusting,
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Check the project as check-project does.")
+    ] = False,
+    engine: Engine,
+    progress: Progress,
+    overwrite: bool,
+) -> Answer:
+    """Run a project: adjust, check, report.
+
+    What the project says is done; an option that is given takes its place.
+    """
+    if dry_run:
+        from tribrach.cli.check_project import answer_of
+        from tribrach.job.check_project import check_project
+
+        return answer_of(check_project(project))
+    job = adjusting.of_project(Project.load(project))
+    folder = job.results if out is None else out
+    content = pipeline.run(job, folder, progress, overwrite=overwrite, engine=engine)
+    return NetworkAnswer.of(content, folder=folder)

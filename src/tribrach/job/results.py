@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -44,3 +44,9 @@ class JobResults:
     def lever_arms(self) -> Sequence[EstimatedLeverArm]:
         """Lever arms that were estimated."""
         return () if self.antennas is None else self.antennas.lever_arms
+
+    def of_scans(
+        self, registered: Registered, placed: PlacedScans, comparisons: Sequence[StationComparison]
+    ) -> JobResults:
+        """The same with what was made of the scans."""
+        return replace(self, registered=registered, placed=placed, comparisons=comparisons)

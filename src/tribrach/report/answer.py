@@ -75,7 +75,7 @@ class Answer:
             notation=self.notation,
         )
 
-    def text(self, without: Sequence[str] = ()) -> str:
+    def text(self, without: Sequence[str] = ()) -> Content:
         """The whole of it as text to print, but for some tables."""
         say, rule = self.notation.words, "=" * WIDTH
         blocks = [f"{self.title}\n{rule}"]
@@ -86,7 +86,7 @@ class Answer:
         blocks += [table_text(table, self.notation) for table in tables if table.rows]
         return "\n\n".join(blocks) + "\n"
 
-    def json(self) -> str:
+    def json(self) -> Content:
         """The figures as JSON text."""
         assert self.form is not None
         return self.form.text(self.result, **self.words)

@@ -9,12 +9,13 @@ import datetime
 import re
 from functools import cache
 from importlib.metadata import version
-from typing import Any
-
-from jinja2 import Environment, PackageLoader, StrictUndefined
+from typing import TYPE_CHECKING, Any
 
 from tribrach.report.characters import visible
 from tribrach.report.notation import PLAIN
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 __all__ = ["PRINTED", "render_page"]
 
@@ -35,7 +36,9 @@ _TO = "\N{NO-BREAK SPACE}\N{RIGHTWARDS ARROW} "
 
 @cache
 def _environment() -> Environment:
-    """The one environment of the package."""
+    """The one environment of the package; it is loaded with the first page."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
     environment = Environment(
         loader=PackageLoader("tribrach.report", "templates"),
         autoescape=True,

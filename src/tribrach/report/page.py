@@ -12,7 +12,6 @@ from tribrach.report.content import Report
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
-from tribrach.report.map import network_map
 from tribrach.report.notation import PLAIN, ReportNotation
 from tribrach.report.tables import ReportTable
 
@@ -48,6 +47,12 @@ def page(
     notation: ReportNotation = PLAIN,
 ) -> str:
     """HTML text that needs nothing but a browser; everything put into it is escaped."""
+    network_plan = None
+    if network is not None:
+        # trees of scipy are loaded for pages with a map alone
+        from tribrach.report.map import network_map
+
+        network_plan = network_map(network)
     told = [one if isinstance(one, Finding) else Finding(one) for one in findings]
     return render_page(
         "page.html.j2",
@@ -58,7 +63,7 @@ def page(
         ),
         front=front,
         findings=[one for one in told if one.words not in (front.sentence, f"{front.verdict}.")],
-        map=None if network is None else network_map(network),
+        map=network_plan,
         percent="" if network is None else network.percent,
         posterior=False,
         pictures=list(pictures),

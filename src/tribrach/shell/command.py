@@ -5,13 +5,13 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from functools import wraps
+from operator import methodcaller
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
-from rich.console import Console
 from typer.models import ArgumentInfo, ParameterInfo
 
 from tribrach.io.outputs import Content, write_texts
@@ -31,7 +31,6 @@ from tribrach.shell.flow import (
     shown,
     working,
 )
-from tribrach.shell.printing import printed
 from tribrach.shell.reading import READING
 
 __all__ = ["FOLDER", "RESULTS", "WRITTEN", "command", "deliver"]
@@ -58,9 +57,10 @@ def command(
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
     answer brings in ``files``. Of a parameter with a function among its marks the function says
-    which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
-    who does it, which brings the options ``--workers`` and ``--scheduler``. A command that reads
-    ``scans`` has the options that say how they are read.
+    which files are meant. The fields of a parameter that is a dataclass are options. A parameter
+    ``progress`` is told what is being done; ``engine`` is who does it, which brings the options
+    ``--workers`` and ``--scheduler``; ``overwrite`` is for work that writes files itself. A command
+    that reads ``scans`` has the options that say how they are read.
     """
 
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
@@ -70,7 +70,11 @@ def command(
             n for n in _GIVEN if n in own and own[n].kind is inspect.Parameter.KEYWORD_ONLY
         }
         progress, engine = "progress" in by_itself, "engine" in by_itself
-        options = {n: (hints[n], p.default) for n, p in own.items() if n not in by_itself}
+        bundles = {n: hints[n] for n in own if is_dataclass(hints[n]) and n not in by_itself}
+        options: dict[str, Any] = {}
+        for n, p in own.items():
+            if n not in by_itself:
+                options |= _options_of(hints[n]) if n in bundles else {n: (hints[n], p.default)}
         marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
         read, written, folder, project = (
             [name for name in marks if marks[name] == mark]
@@ -99,15 +103,18 @@ def command(
 
         def _answer(given: dict[str, Any]) -> None:
             silent, overwrite = given.pop("quiet", False), given.pop("overwrite")
-            outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
+            outputs = {form: given.pop(f"{form}_file", None) for form in _FORMS}
             told = {name: given.pop(name) for name in READING} if scans else {}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
+            for name, bundle in bundles.items():
+                given[name] = bundle(**{f.name: given.pop(f.name) for f in fields(bundle)})
             inputs = _paths(given[name] for name in dict.fromkeys((*read, *project, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
-            files |= {_OPTIONS[render]: _paths([path]) for render, path in outputs.items()}
+            files |= {f"--{form}": _paths([path]) for form, path in outputs.items()}
             place = given[folder[0]] if folder else _results(*(given[name] for name in project))
             claim(inputs, files, place, overwrite=overwrite)
+            given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
                 stack.enter_context(as_told(**told))
                 if progress:
@@ -134,25 +141,24 @@ def command(
 
 
 #: parameters, behind a star, that a command gives itself
-_GIVEN = ("progress", "engine")
+_GIVEN = ("progress", "engine", "overwrite")
 #: options that render the answer
-_RENDERED: dict[str, Callable[[Answer], Content]] = {
-    "json_file": Answer.json,
-    "html_file": Answer.page,
-    "text_file": Answer.text,
+_FORMS: dict[str, Callable[[Answer], Content]] = {
+    "json": methodcaller("json"),
+    "html": methodcaller("page"),
+    "text": methodcaller("text"),
 }
-_OPTIONS = {render: f"--{name.removesuffix('_file')}" for name, render in _RENDERED.items()}
 
 
 def deliver(
     answer: Answer,
-    outputs: Mapping[Callable[[Answer], Content], Path | None],
+    outputs: Mapping[str, Path | None],
     *,
     quiet: bool = False,
 ) -> None:
     """Write an answer in the forms that were asked for, all together, and show it."""
     if not answer.refuses:
-        texts = {path: render(answer) for render, path in outputs.items() if path is not None}
+        texts = {path: _FORMS[form](answer) for form, path in outputs.items() if path is not None}
         written = write_texts(texts | dict(answer.files))
         if answer.written is not None:
             paths = [Finding(str(path)) for path in (*answer.written, *written)]
@@ -165,15 +171,21 @@ def deliver(
 
 def _show(answer: Answer) -> None:
     """Print what a terminal shows."""
-    console = Console()
     for part in answer.terminal:
+        if isinstance(part, str):
+            say(part)
+            continue
+        # loaded for tables and findings alone
+        from rich.console import Console
+
+        from tribrach.shell.printing import printed
+
+        console = Console()
         if isinstance(part, ReportTable):
             fitting = part if console.width >= _WIDE else part.narrow()
             console.print(printed(fitting, console.width))
-        elif isinstance(part, Finding):
-            console.print(visible(part.line()), markup=False)
         else:
-            say(part)
+            console.print(visible(part.line()), markup=False)
 
 
 def _option(name: str, hint: Any) -> str:
@@ -183,6 +195,12 @@ def _option(name: str, hint: Any) -> str:
         return ""
     names = [name for mark in about for name in mark.param_decls or ()]
     return next(iter(names), "--" + name.replace("_", "-"))
+
+
+def _options_of(bundle: Any) -> dict[str, Any]:
+    """Options that are the fields of a dataclass, with their defaults."""
+    hints = get_type_hints(bundle, include_extras=True)
+    return {f.name: (hints[f.name], f.default) for f in fields(bundle)}
 
 
 def _file(name: str, help: str) -> Any:

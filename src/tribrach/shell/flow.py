@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -186,5 +186,16 @@ def shown(quiet: bool) -> Iterator[Progress]:
     if quiet:
         yield silent
         return
-    with in_terminal() if sys.stderr.isatty() else in_lines() as progress:
-        yield progress
+    if not sys.stderr.isatty():
+        with in_lines() as progress:
+            yield progress
+        return
+    with ExitStack() as stack:
+        display: list[Progress] = []
+
+        def told(what: str, done: int, total: int | None) -> None:
+            """Open the display, which takes a while to load, when there is something to tell."""
+            display[:] = display or [stack.enter_context(in_terminal())]
+            display[0](what, done, total)
+
+        yield told

@@ -8,7 +8,7 @@ from math import isfinite
 from pathlib import Path
 
 from tribrach.answers import Form, Result, Vector
-from tribrach.io.outputs import write_texts
+from tribrach.io.outputs import Content, write_texts
 from tribrach.job.find_targets import Findings
 from tribrach.job.grouping import file_name
 from tribrach.job.state import FOUND
@@ -79,7 +79,7 @@ def _lines(finding: Findings) -> list[str]:
 def write_found(findings: Sequence[Findings], folder: Path) -> list[Path]:
     """Write what was found in scans, also where nothing comes of it."""
     place = folder / FOLDER
-    files: dict[Path, str | bytes] = {place / LIST: answer_of(findings).json()}
+    files: dict[Path, Content] = {place / LIST: answer_of(findings).json()}
     for number, finding in enumerate(findings, start=1):
         if finding.panorama is not None:
             name = f"{number}-{file_name(finding.scan)}.png"

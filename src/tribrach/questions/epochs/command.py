@@ -11,10 +11,10 @@ import typer
 
 from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
-from tribrach.epochs_from_files import compare_epoch_files
 from tribrach.errors import InputError, UnknownName
 from tribrach.job.epochs import EpochSettings
 from tribrach.questions.epochs.chapters import answer_of
+from tribrach.questions.epochs.from_files import compare_epoch_files
 from tribrach.report.answer import Answer
 from tribrach.report.epochs import epochs_svg
 from tribrach.shell.command import WRITTEN, command

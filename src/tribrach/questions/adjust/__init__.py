@@ -1,0 +1,1 @@
+"""What are the coordinates of a network, and how sure are they?"""

@@ -1,0 +1,1 @@
+"""What a run of a project leaves in its folder."""
