@@ -12,8 +12,7 @@ from tribrach.job.steps import Standing, compare, find, georeference, name_and_t
 from tribrach.progress import watched
 from tribrach.project import Project
 from tribrach.questions.adjust.adjusted import left_by, solved
-from tribrach.questions.run.folder import refuse_reports, write
-from tribrach.questions.targets.left_findings import leaving, renew_findings
+from tribrach.questions.run.folder import leaving, refuse_reports, renew_findings, write
 from tribrach.report.content import Report
 from tribrach.report.summary import sigma_origin
 from tribrach.solution import AdjustmentSettings, report

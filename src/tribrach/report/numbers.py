@@ -20,9 +20,7 @@ from tribrach.units import SEC, UNITS, format_angle
 
 __all__ = [
     "Style",
-    "arcsec_cell",
     "chance",
-    "count_cell",
     "counted",
     "fixed_cell",
     "matrices",
@@ -175,16 +173,6 @@ def mm_cell(value: float | None, digits: int = 2) -> Cell:
     return number_cell(value, "" if value is None else _fixed(1e3 * value, digits))
 
 
-def arcsec_cell(value: float, digits: int = 1) -> Cell:
-    """A small angle [rad] as a cell in arc seconds, which sorts by radians."""
-    return number_cell(value, _fixed(value / SEC, digits))
-
-
 def percent_cell(share: float | None, digits: int = 1) -> Cell:
     """A share as a cell in per cent."""
     return number_cell(share, "" if share is None else f"{100 * share:.{digits}f}")
-
-
-def count_cell(value: float | None, mark: str = "") -> Cell:
-    """A count as a cell."""
-    return number_cell(value, "" if value is None else f"{value:.0f}", mark)

@@ -1,20 +1,30 @@
-"""What a run leaves in its folder: the report in three forms, and what its job brings besides."""
+"""What a run leaves in its folder: the report in three forms and what its job brings besides, or
+targets, candidates and panoramas where it stops.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tribrach.errors import InputError, NothingFound, TribrachError
 from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import Content, write_texts
 from tribrach.job.antenna_lever_arms import lever_arm_files
+from tribrach.job.nothing_found import search_sentences
+from tribrach.job.opened import Job
+from tribrach.job.steps import FoundInScans, scans_to_tell_of
 from tribrach.questions.epochs.from_files import EPOCH, epoch_text
+from tribrach.questions.targets.chapters import FOLDER, LIST, write_found
 from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
 from tribrach.report.workbench_parts import workbench_texts
 
-__all__ = ["refuse_reports", "write"]
+__all__ = ["leaving", "refuse_reports", "renew_findings", "write"]
 
+#: scans without targets whose searches are told where a run stops
+_BARE = 6
 #: what every run leaves, by name
 _REPORTS: dict[str, Callable[[Report], Content]] = {
     "report.html": html.render,
@@ -39,3 +49,35 @@ def write(content: Report, folder: Path) -> list[Path]:
     if job.project is not None and job.project.output.epoch:
         files[folder / EPOCH] = epoch_text(content.adjustment, job.project.title)
     return write_texts(files | {folder / name: make(content) for name, make in _REPORTS.items()})
+
+
+@contextmanager
+def leaving(job: Job, found: FoundInScans | None, folder: Path) -> Iterator[None]:
+    """A block in which stations are tied and adjusted; if it fails, what was found is written."""
+    try:
+        yield
+    except TribrachError as error:
+        if found is not None and found.findings:
+            _leave_found(error, job, found, folder)
+        raise
+
+
+def _leave_found(error: TribrachError, job: Job, found: FoundInScans, folder: Path) -> None:
+    """Write what was found in scans before a run stopped; the error says where it is."""
+    if not isinstance(error, NothingFound):
+        for finding in scans_to_tell_of(error, job, found)[:_BARE]:
+            for sentence in search_sentences(finding, found.wanted):
+                error.add_note(f"  - {sentence}")
+    try:
+        write_found(found.findings, folder)
+    except InputError as refused:
+        error.add_note(f"Targets and candidates could not be written: {refused}")
+        return
+    error.add_note(f"Targets, candidates and panoramas of the scans are in {folder / FOLDER}.")
+
+
+def renew_findings(found: FoundInScans | None, folder: Path) -> None:
+    """Bring up to date what an earlier run left that stopped; files of others stay."""
+    if found is not None and (folder / FOLDER / LIST).exists():
+        with suppress(InputError):
+            write_found(found.findings, folder)
