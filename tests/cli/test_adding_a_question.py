@@ -1,4 +1,4 @@
-"""The figure and the command that docs/extending.md adds: two files each, and nothing else."""
+"""The figure, command and chapter that docs/extending.md adds: two files each, nothing else."""
 
 import json
 import re
@@ -12,20 +12,21 @@ import pytest
 
 from tests.cli.test_check_cli import SIGMAS, THREE, polar_table
 from tests.instruments.field_surveys import readings
+from tests.way_of_a_direction import traverse
 
 ROOT = Path(__file__).resolve().parents[2]
 SECTION = (ROOT / "docs" / "extending.md").read_text().split("## Adding a question\n")[1]
-FIGURE, COMMAND = re.findall(r"```diff\n(.*?)```", SECTION, re.DOTALL)[:2]
+FIGURE, COMMAND, CHAPTER = re.findall(r"```diff\n(.*?)```", SECTION, re.DOTALL)[:3]
 
 
 @pytest.fixture(scope="module")
 def changed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The package with both changes, and a table of readings."""
+    """The package with all changes, and a table of readings."""
     folder = tmp_path_factory.mktemp("changed")
     shutil.copytree(
         ROOT / "src", folder / "src", ignore=shutil.ignore_patterns("__pycache__", "static")
     )
-    for text in (FIGURE, COMMAND):
+    for text in (FIGURE, COMMAND, CHAPTER):
         subprocess.run(["git", "apply", "-"], cwd=folder, input=text, text=True, check=True)
     (folder / "t.csv").write_text(polar_table(readings(np.random.default_rng(3), series=THREE)))
     return folder
@@ -57,3 +58,12 @@ def test_a_command_is_two_files(changed: Path) -> None:
     assert [one["station"] for one in stations] == ["inside", "outside"]
     assert f"{stations[1]['longest']:.2f}" in out
     assert "ranges" in tribrach(changed, "--help")
+
+
+def test_a_chapter_is_two_files(changed: Path) -> None:
+    assert len(re.findall(r"^\+\+\+ ", CHAPTER, re.MULTILINE)) == 2
+    files = [path.name for path in traverse(changed)]
+    tribrach(changed, "adjust", *files, "--json", "a.json", "--html", "a.html", "-q")
+    longest = json.loads((changed / "a.json").read_text())["longest_sights"]
+    assert longest[0]["length"] == max(one["length"] for one in longest)
+    assert "Longest sights" in (changed / "a.html").read_text()
