@@ -9,12 +9,12 @@ from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 
 from tribrach import questions
 from tribrach.answers import Form, described
+from tribrach.io.epoch_files import FORM as EPOCH
 from tribrach.report import json_result
 from tribrach.report.schema.base import Document, DocumentPart
-from tribrach.report.schema.epochs import EpochDocument
 from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.scans import ScansDocument
-from tribrach.report.schema.workbench import WorkbenchDocument
+from tribrach.report.workbench_parts import FORM as WORKBENCH
 from tribrach.workbench.schema import FORM as SCENE
 
 FOLDER = Path(__file__).parent / "schema"
@@ -24,11 +24,11 @@ def documents() -> dict[str, type[Document] | Form]:
     """The model of each document by the command that writes it."""
     found: dict[str, type[Document] | Form] = {
         "result": json_result.form(),
-        "epoch": EpochDocument,
+        "epoch": EPOCH,
         "info": ScansDocument,
         "plan": PlanDocument,
         "scene": SCENE,
-        "workbench": WorkbenchDocument,
+        "workbench": WORKBENCH,
     }
     with described():
         describe()

@@ -27,7 +27,7 @@ from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.io.epoch_files import epoch_data
+from tribrach.io.epoch_files import EpochDocument
 from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.plan.steps import DesignResult
@@ -319,7 +319,7 @@ def _series_page(name: Naming) -> str:
         for k, at in enumerate(points)
     ]
     cycles.append(Cycle("x", 1.8e9, 1, name(5)))
-    kept = epoch_data(zero, FlatSite(), "zero")
+    kept = EpochDocument.of(zero, FlatSite(), "zero")
     found = Series(SeriesSettings(tuple(names)), kept, 2.0, tuple(cycles))
     return series_answer(found, name(6)).page()
 

@@ -24,7 +24,7 @@ CHAPTER = Chapter(
     (f"the largest closure is 3 mm {EVIL}",),
     (Picture("map", "Map", Drawing(10.0, 10.0, (), "a map"), "where"),),
     (TABLE,),
-    GnssPart(frame="ITRF2014", epoch=2010.0, baselines=[], loops=[]),
+    GnssPart(frame="ITRF2014", epoch=2010.0, baselines=(), loops=()),
 )
 
 

@@ -22,7 +22,7 @@ from tribrach.comparison.results import SiteResult
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.geodesy.site import FlatSite
-from tribrach.io.epoch_files import epoch_data
+from tribrach.io.epoch_files import EpochDocument
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.questions.check.chapters import answer_of
 from tribrach.questions.compare.motions import CloudMotions, MovedPart, Verdict
@@ -236,7 +236,7 @@ def series_front(cycles: Sequence[Cycle]) -> tuple[str, str, str]:
     """Of four references without points through time."""
     names = ("A", "B", "C", "D")
     zero = Epoch("zero", names, np.zeros((4, 3)), 1e-6 * np.eye(12))
-    kept = epoch_data(zero, FlatSite(), "zero")
+    kept = EpochDocument.of(zero, FlatSite(), "zero")
     found = Series(SeriesSettings(names), kept, 1.0, tuple(cycles))
     return front(series_answer(found, "yard").page())
 

@@ -8,13 +8,13 @@ to :data:`TOLERANCE`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Matrix, Result, Vector
 from tribrach.kernels import in_threads, njit
 
 __all__ = ["LocalMap", "StoredMap"]
@@ -68,17 +68,28 @@ class LocalMap:
 
 
 @dataclass(frozen=True)
-class StoredMap:
-    """A smooth change of coordinates over a box, in numbers that need nothing else to be used."""
+class StoredMap(Result):
+    """A change of coordinates over a box, as cubic polynomials that need nothing else.
+
+    A mapped point is ``origin`` and the sum of ``cubic`` times the products of powers of the
+    coordinates, which go from -1 to 1 over the box; exponents (i, j, k) with i + j + k of 3 at
+    most, k fastest, then j.
+    """
 
     #: (3,), corners of the box in which it holds [m]
-    low: Array
-    high: Array
+    low: Vector
+    high: Vector
     #: (3,), mapped middle [m]
-    origin: Array
-    #: (20, 3), coefficients by the products of powers of the coordinates, from -1 to 1 over the
-    #: box
-    cubic: Array
+    origin: Vector
+    #: (20, 3), coefficients
+    cubic: Matrix
+
+    def __post_init__(self) -> None:
+        """Refuse what is no map."""
+        shapes = [a.shape for a in (self.low, self.high, self.origin)]
+        known = shapes == [(3,)] * 3 and self.cubic.shape == (len(_POWERS), 3)
+        if not known or not (self.low < self.high).all():
+            raise ValueError("this is no map")
 
     @classmethod
     def over(
@@ -116,21 +127,6 @@ class StoredMap:
         u, _, vt = np.linalg.svd(np.stack(columns, axis=2))
         turned: Array = u @ vt
         return turned
-
-    def to_facts(self) -> dict[str, Any]:
-        """As plain numbers."""
-        parts = {"low": self.low, "high": self.high, "origin": self.origin, "cubic": self.cubic}
-        return {name: values.tolist() for name, values in parts.items()}
-
-    @classmethod
-    def from_facts(cls, facts: Mapping[str, Any]) -> StoredMap:
-        """The same again."""
-        low, high, origin = (np.array(facts[k], dtype=float) for k in ("low", "high", "origin"))
-        cubic = np.array(facts["cubic"], dtype=float)
-        shapes = [a.shape for a in (low, high, origin)]
-        if shapes != [(3,)] * 3 or cubic.shape != (len(_POWERS), 3) or not (low < high).all():
-            raise ValueError("this is no map")
-        return cls(low, high, origin, cubic)
 
 
 def _fitted(exact: Callable[[Array], Array], low: Array, high: Array) -> tuple[Array, Array, float]:

@@ -16,6 +16,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from tribrach._types import Array, Index
+from tribrach.answers import Matrix, Result, Vector
 from tribrach.statistics import chi2
 
 __all__ = ["BaselineLoop", "close_loops", "minimal_loops", "triangles"]
@@ -30,7 +31,7 @@ MOST_TRIANGLES = 2_000
 
 
 @dataclass(frozen=True)
-class BaselineLoop:
+class BaselineLoop(Result, also=("size", "ppm", "passes"), without=("points", "walk")):
     """A closed loop of baselines."""
 
     #: indices of the points in the order they are walked
@@ -38,9 +39,9 @@ class BaselineLoop:
     #: baselines with their directions, +1 or -1
     walk: Walk
     #: (3,), sum of the vectors [m]
-    closure: Array
+    closure: Vector
     #: (3, 3), of the closure [m^2]
-    covariance: Array
+    covariance: Matrix
     #: of all sides [m]
     length: float
     #: ``w^T C_w^-1 w``

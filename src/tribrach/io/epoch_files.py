@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Form, Matrix, Number, Result
 from tribrach.epochs.differences import MOTIONS, Epoch
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
@@ -29,10 +30,7 @@ from tribrach.io.survey.gama.element import Element
 from tribrach.io.survey.gama.reader import ADJUSTED
 from tribrach.units import too_large
 
-__all__ = ["KIND", "SCHEMA", "StoredEpoch", "epoch_data", "epoch_of_data", "read_epoch"]
-
-KIND = "epoch"
-SCHEMA = 1
+__all__ = ["FORM", "EpochDocument", "StoredEpoch", "read_epoch"]
 
 #: coordinates of an epoch; their covariance has 200 MB
 _MOST = 5000
@@ -50,28 +48,71 @@ class StoredEpoch:
     sentences: tuple[str, ...] = ()
 
 
-def epoch_data(epoch: Epoch, site: Any, datum: str) -> dict[str, Any]:
-    """An epoch as data for JSON; the covariance as rows of its lower triangle."""
-    place = None
-    if isinstance(site, EllipsoidSite):
-        place = {
-            "latitude": site.latitude,
-            "longitude": site.longitude,
-            "ellipsoidal_height": site.ellipsoidal_height,
-            "ellipsoid": list(site.ellipsoid),
-        }
-    return {
-        "kind": KIND,
-        "label": epoch.label,
-        "datum": datum,
-        "site": place,
-        "names": list(epoch.names),
-        "xyz": [[float(v) if np.isfinite(v) else None for v in row] for row in epoch.xyz],
-        "covariance": [row[: k + 1].tolist() for k, row in enumerate(epoch.covariance)],
-        "motions": list(epoch.motions),
-        "dof": epoch.dof,
-        "variance_factor": epoch.factor if np.isfinite(epoch.factor) else None,
-    }
+@dataclass(frozen=True)
+class EpochSite(Result):
+    """Where the frame of an epoch lies [rad, m]."""
+
+    latitude: float
+    longitude: float
+    ellipsoidal_height: float
+    #: semi-major axis and flattening
+    ellipsoid: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class EpochDocument(Result):
+    """What ``tribrach adjust --epoch`` writes, for ``tribrach epochs``."""
+
+    kind: Literal["epoch"]
+    label: str
+    datum: str
+    site: EpochSite | None
+    names: tuple[str, ...]
+    #: E, N, U [m]; null where the network has no such coordinate
+    xyz: Matrix
+    #: of all coordinates, a priori: rows of the lower triangle [m^2]
+    covariance: list[list[float]]
+    #: motions of the whole that the observations leave open
+    motions: tuple[str, ...]
+    dof: int
+    variance_factor: Number
+
+    @classmethod
+    def of(cls, epoch: Epoch, site: object, datum: str) -> EpochDocument:
+        """An epoch as it is written."""
+        place = None
+        if isinstance(site, EllipsoidSite):
+            origin = site.latitude, site.longitude, site.ellipsoidal_height
+            place = EpochSite(*origin, site.ellipsoid)
+        lower = [row[: k + 1].tolist() for k, row in enumerate(epoch.covariance)]
+        return cls(
+            "epoch", epoch.label, datum, place, epoch.names, epoch.xyz, lower, epoch.motions,
+            epoch.dof, epoch.factor,
+        )  # fmt: skip
+
+    @property
+    def epoch(self) -> Epoch:
+        """The epoch again; a ValueError if this is none."""
+        n = len(self.names)
+        if 3 * n > _MOST or len(set(self.names)) != n or not n:
+            raise ValueError("names")
+        rows = self.covariance
+        if len(rows) != 3 * n or any(len(row) != k + 1 for k, row in enumerate(rows)):
+            raise ValueError("covariance")
+        matrix = np.zeros((3 * n, 3 * n))
+        for k, row in enumerate(rows):
+            matrix[k, : k + 1] = matrix[: k + 1, k] = row
+        if self.xyz.shape != (n, 3) or too_large(matrix) or too_large(np.nan_to_num(self.xyz)):
+            raise ValueError("numbers")
+        if any(m not in MOTIONS for m in self.motions):
+            raise ValueError("motions")
+        factor = self.variance_factor
+        return Epoch(
+            self.label, self.names, self.xyz, matrix, self.motions, max(self.dof, 0), factor
+        )
+
+
+FORM = Form("epoch", EpochDocument, 1, quick=True)
 
 
 def read_epoch(files: Sequence[Path]) -> StoredEpoch | None:
@@ -114,50 +155,14 @@ def _of_json(path: Path) -> StoredEpoch:
                 cure="give the project or the survey files themselves, or the epoch file that "
                 "tribrach adjust --epoch writes, or a run with output.epoch = true",
             )
-        if data["kind"] != KIND or data["schema"] != SCHEMA:
+        if data["kind"] != "epoch" or data["schema"] != FORM.schema:
             raise InputError("this is no epoch of this version", file=path, cure=cure)
-        epoch = epoch_of_data(data)
-        place = data["site"]
-        site: EllipsoidSite | FlatSite = FlatSite()
-        if place is not None:
-            a, flattening = (float(v) for v in place["ellipsoid"])
-            site = EllipsoidSite(
-                float(place["latitude"]),
-                float(place["longitude"]),
-                float(place["ellipsoidal_height"]),
-                (a, flattening),
-            )
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        document = FORM.read(data)
+        epoch, place = document.epoch, document.site
+    except (ValueError, TypeError, KeyError) as error:
         raise InputError("this is no epoch", file=path, cure=cure) from error
     _proper(epoch.covariance, path)
-    return StoredEpoch(epoch, site)
-
-
-def epoch_of_data(data: Any) -> Epoch:
-    """The epoch that :func:`epoch_data` described."""
-    names = tuple(str(n) for n in data["names"])
-    n = len(names)
-    if 3 * n > _MOST or len(set(names)) != n or not n:
-        raise ValueError("names")
-    xyz = np.array(data["xyz"], dtype=object)
-    if xyz.shape != (n, 3):
-        raise ValueError("xyz")
-    values = np.array([[np.nan if v is None else float(v) for v in row] for row in xyz])
-    matrix = np.zeros((3 * n, 3 * n))
-    rows = data["covariance"]
-    if len(rows) != 3 * n or any(len(row) != k + 1 for k, row in enumerate(rows)):
-        raise ValueError("covariance")
-    for k, row in enumerate(rows):
-        matrix[k, : k + 1] = matrix[: k + 1, k] = row
-    if too_large(matrix) or too_large(values[np.isfinite(values)]):
-        raise ValueError("numbers")
-    motions = tuple(str(m) for m in data["motions"])
-    if any(m not in MOTIONS for m in motions):
-        raise ValueError("motions")
-    factor = data["variance_factor"]
-    label, dof = str(data["label"]), int(data["dof"])
-    factor = float("nan") if factor is None else float(factor)
-    return Epoch(label, names, values, matrix, motions, max(dof, 0), factor)
+    return StoredEpoch(epoch, FlatSite() if place is None else EllipsoidSite(**vars(place)))
 
 
 def _of_sinex(path: Path) -> StoredEpoch:

@@ -8,14 +8,16 @@ anywhere.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Form, Matrix, Result, Vector
 from tribrach.geodesy.local_map import StoredMap
-from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geometry.rectangle import held_rectangle
 from tribrach.io.arrays import joint_covariance_bytes
@@ -24,14 +26,12 @@ from tribrach.job.grouping import file_name
 from tribrach.job.shared import joint_with_points
 from tribrach.job.state import PICTURES
 from tribrach.report.content import Report
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.workbench import SCHEMA, WorkbenchDocument
 
 if TYPE_CHECKING:
     from tribrach.job.steps import PlacedScans
     from tribrach.job.tie import Registered
 
-__all__ = ["JOINT", "PARTS", "frame_part", "workbench_texts"]
+__all__ = ["JOINT", "PARTS", "WorkbenchDocument", "workbench_texts"]
 
 #: the file and the matrix in a folder of results
 PARTS, JOINT = "workbench.json", "workbench_covariance.npy"
@@ -45,35 +45,98 @@ _RADIUS = 6378137.0
 _MOST = 2_000_000
 
 
+@dataclass(frozen=True)
+class StoredFrame(Result):
+    """The frame of the clouds and its way to others."""
+
+    kind: FrameKind
+    crs: str | None
+    epoch: float | None
+    #: short names of the coordinates
+    axes: tuple[str, str, str]
+    #: 3 x 3, axes of the coordinates to east, north, up
+    upright: Matrix
+    #: of the frames, as a person reads them: work, projected, geodetic, ecef
+    names: dict[str, str]
+    #: from the work frame; null where they are the same
+    from_work: StoredMap | None
+    #: to the other frames; latitude and longitude are times ``radius``
+    maps: dict[str, StoredMap]
+    #: [m]
+    radius: float
+
+
+@dataclass(frozen=True)
+class SeenPlane(Result):
+    """Where a plane was seen, in the work frame [m]."""
+
+    centre: Vector
+    #: radius about the centre that holds it
+    extent: float
+    #: unit vectors along the sides of the rectangle that holds it, and half its widths along them;
+    #: results of earlier versions have none
+    axes: Matrix | None = None
+    half: Vector | None = None
+
+
+@dataclass(frozen=True)
+class JointRows(Result):
+    """Rows of ``workbench_covariance.npy``: of the points, three each, along the clouds' axes.
+
+    Its columns are the rows of ``poses_covariance.npy`` of the clouds, then those of the points.
+    """
+
+    points: tuple[str, ...]
+    file: str
+    #: rows of the joint covariance of the poses
+    shared: int
+
+
+@dataclass(frozen=True)
+class WorkbenchDocument(Result):
+    """What ``tribrach run`` leaves for ``tribrach view`` beside ``result.json``."""
+
+    date: str
+    confidence: float
+    angle: Literal["gon", "deg"]
+    #: null where no clouds were placed
+    frame: StoredFrame | None
+    planes: dict[str, SeenPlane]
+    #: by scan and number the picture of a target; rejected candidates have numbers below zero
+    pictures: dict[str, dict[str, str]]
+    #: covariance (6 x 6) of a station by what it comes from, along the clouds' axes
+    shares: dict[str, dict[str, Matrix]]
+    joint: JointRows | None
+
+
+FORM = Form("workbench", WorkbenchDocument, 1, quick=True)
+
+
 def workbench_texts(content: Report, folder: Path) -> dict[Path, str | bytes]:
     """Contents of the files by their paths."""
     placed, registered = content.job.placed, content.job.registered
-    files: dict[Path, str | bytes] = {}
-    data = heading(SCHEMA) | {
-        "tribrach": content.version,
-        "date": content.date,
-        "confidence": content.settings.confidence,
-        "angle": content.settings.angle,
-        "frame": None if placed is None else frame_part(placed.frame, _box(content, placed)),
-        "planes": {} if registered is None else _planes(content, registered),
-        "pictures": {},
-        "shares": {},
-        "joint": None,
-    }
-    if placed is not None:
-        data["pictures"], pictures = _pictures(placed)
-        files |= {folder / PICTURES / name: picture for name, picture in pictures.items()}
-        data["shares"] = _shares(content, placed)
-        joint = _joint(content, placed)
-        if joint is not None:
-            points, matrix, shared = joint
-            data["joint"] = {"points": points, "file": JOINT, "shared": shared}
-            files[folder / JOINT] = joint_covariance_bytes(matrix)
-    files[folder / PARTS] = document_text(WorkbenchDocument.model_validate(data))
-    return files
+    names, files = ({}, {}) if placed is None else _pictures(placed)
+    texts: dict[Path, str | bytes] = {folder / PICTURES / name: f for name, f in files.items()}
+    joint = None if placed is None else _joint(content, placed)
+    rows = None
+    if joint is not None:
+        points, matrix, shared = joint
+        rows = JointRows(tuple(points), JOINT, shared)
+        texts[folder / JOINT] = joint_covariance_bytes(matrix)
+    document = WorkbenchDocument(
+        content.date,
+        content.settings.confidence,
+        content.settings.angle,
+        None if placed is None else stored_frame(placed.frame, _box(content, placed)),
+        {} if registered is None else _planes(content, registered),
+        names,
+        {} if placed is None else _shares(content, placed),
+        rows,
+    )
+    return {**texts, folder / PARTS: FORM.text(document)}
 
 
-def frame_part(frame: OutputFrame, box: tuple[Array, Array]) -> dict[str, Any]:
+def stored_frame(frame: OutputFrame, box: tuple[Array, Array]) -> StoredFrame:
     """The frame of clouds, what turns it upright, and maps to the frames that the site knows.
 
     Parameters
@@ -106,17 +169,17 @@ def frame_part(frame: OutputFrame, box: tuple[Array, Array]) -> dict[str, Any]:
             maps["ecef"] = lambda x: site.to_ecef(to_work(x))
     fitted = {name: StoredMap.over(exact, *reach, _TOLERANCE) for name, exact in maps.items()}
     back = None if frame.kind == "work" else StoredMap.over(frame.from_work, *box, _TOLERANCE)
-    return {
-        "kind": frame.kind,
-        "crs": frame.crs,
-        "epoch": frame.epoch,
-        "axes": frame.axes,
-        "upright": upright.tolist(),
-        "names": _names(frame),
-        "from_work": None if back is None else back.to_facts(),
-        "maps": {name: m.to_facts() for name, m in fitted.items() if m is not None},
-        "radius": _RADIUS,
-    }
+    return StoredFrame(
+        frame.kind,
+        frame.crs,
+        frame.epoch,
+        frame.axes,
+        upright,
+        _names(frame),
+        back,
+        {name: m for name, m in fitted.items() if m is not None},
+        _RADIUS,
+    )
 
 
 def _to_work(frame: OutputFrame) -> Callable[[Array], Array]:
@@ -156,7 +219,7 @@ def _box(content: Report, placed: PlacedScans) -> tuple[Array, Array]:
     return low - margin, high + margin
 
 
-def _planes(content: Report, registered: Registered) -> dict[str, Any]:
+def _planes(content: Report, registered: Registered) -> dict[str, SeenPlane]:
     """Where planes of the network were seen: rectangles that hold the cells of their patches.
 
     A cell is a twentieth of a patch wide, so that an edge is known to half of that.
@@ -167,7 +230,7 @@ def _planes(content: Report, registered: Registered) -> dict[str, Any]:
     adjustment = content.adjustment
     layout, state = adjustment.layout, adjustment.state
     sets = {s.name: s.planes for s in registered.stations}
-    out: dict[str, Any] = {}
+    out: dict[str, SeenPlane] = {}
     for surface in range(len(ties.normal)):
         name = f"plane {surface + 1}"
         if name not in layout.names["plane"]:
@@ -183,12 +246,7 @@ def _planes(content: Report, registered: Registered) -> dict[str, Any]:
         if places:
             normal = state.plane_n[layout.index("plane", name)]
             centre, axes, half = held_rectangle(normal, np.concatenate(places))
-            out[name] = {
-                "centre": centre.tolist(),
-                "extent": float(np.hypot(*half)),
-                "axes": axes.tolist(),
-                "half": half.tolist(),
-            }
+            out[name] = SeenPlane(centre, float(np.hypot(*half)), axes, half)
     return out
 
 
@@ -204,15 +262,15 @@ def _pictures(placed: PlacedScans) -> tuple[dict[str, dict[str, str]], dict[str,
     return names, files
 
 
-def _shares(content: Report, placed: PlacedScans) -> dict[str, dict[str, Any]]:
+def _shares(content: Report, placed: PlacedScans) -> dict[str, dict[str, Array]]:
     """Parts of the covariance of each station, along the axes of the clouds."""
-    out: dict[str, dict[str, Any]] = {}
+    out: dict[str, dict[str, Array]] = {}
     for where in placed.placements.values():
         if where.station in out:
             continue
         turn = np.kron(np.eye(2), placed.frame.rotation(where.pose.translation))
         shares = station_shares(content.adjustment, where, content.variance_factor)
-        out[where.station] = {n: (turn @ c @ turn.T).tolist() for n, c in shares.items()}
+        out[where.station] = {n: turn @ c @ turn.T for n, c in shares.items()}
     return out
 
 

@@ -83,8 +83,8 @@ def _budget(sources: PointSources, picked: Picked) -> PointBudget:
     if sources.shared is not None and picked.scan.scan in sources.shared.scans:
         placement = sources.shared.scans[picked.scan.scan]
     local = ((picked.point.xyz - placement.pose.translation) @ placement.pose.rotation)[None]
-    told = sources.beside.further.get("shares", {}).get(placement.station)
-    shares = None if told is None else {name: np.array(share) for name, share in told.items()}
+    further = sources.beside.further
+    shares = None if further is None else further.shares.get(placement.station)
     light = None if picked.light is None else np.array([picked.light])
     normals = _normal(local[0], picked.cosine)[None]
     try:

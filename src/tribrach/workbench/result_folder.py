@@ -16,22 +16,18 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.geodesy.local_map import StoredMap
 from tribrach.geodesy.site import enu_rotation
 from tribrach.io.json_file import read_json
 from tribrach.io.result_file import RESULT, read_result_file
 from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.job.state import PICTURES
-from tribrach.report.schema.workbench import WorkbenchDocument
-from tribrach.report.workbench_parts import PARTS
+from tribrach.report.workbench_parts import FORM, PARTS, SeenPlane, StoredFrame, WorkbenchDocument
 from tribrach.workbench.frame import SceneFrame
 
 __all__ = ["CLOUDS", "RESULT", "ResultFolder", "read_result"]
 
 #: name in a folder of results
 CLOUDS = "clouds"
-#: layouts of what lies beside a result that are read
-_BESIDE = (1,)
 
 
 def read_result(folder: Path) -> dict[str, Any]:
@@ -49,17 +45,17 @@ class ResultFolder:
     frame: SceneFrame = field(default_factory=SceneFrame)
     #: poses of the scans with what their points share
     pose_file: PoseFile | None = None
-    #: content of ``workbench.json``, empty where a run left none
-    further: Mapping[str, Any] = field(default_factory=dict)
+    #: content of ``workbench.json``, None where a run left none
+    further: WorkbenchDocument | None = None
 
     @classmethod
     def beside(cls, folder: Path) -> ResultFolder:
         """Read what lies beside the result of a folder."""
         path = folder / PARTS
-        further = _further(path) if path.is_file() else {}
+        further = _further(path) if path.is_file() else None
         beside = folder / CLOUDS / POSES
         poses = read_poses(beside) if beside.is_file() else None
-        frame = _frame(further.get("frame"), beside, poses, path)
+        frame = _frame(None if further is None else further.frame, beside, poses, path)
         return cls(folder, frame, poses, further)
 
     @property
@@ -72,37 +68,39 @@ class ResultFolder:
     @property
     def angle(self) -> Literal["gon", "deg"]:
         """How angles are written."""
-        return "deg" if self.further.get("angle") == "deg" else "gon"
+        return "gon" if self.further is None else self.further.angle
 
     def confidence(self, result: Mapping[str, Any]) -> float:
         """Probability of ellipsoids: one less the error probability of the global test."""
-        told = self.further.get("confidence")
-        if told is not None:
-            return float(told)
+        if self.further is not None:
+            return self.further.confidence
         return round(1.0 - float(result["sigma0"]["global_test"]["alpha"]), 12)
 
     @property
     def names(self) -> Mapping[str, str]:
         """Names of frames as a person reads them."""
-        given = (self.further.get("frame") or {}).get("names", {})
+        frame = None if self.further is None else self.further.frame
         own = {
             "work": "Work frame E, N, U",
             "projected": "Grid easting, northing, height",
             "geodetic": "Latitude, longitude, ellipsoidal height",
             "ecef": "Geocentric X, Y, Z",
         }
-        return {**own, **given}
+        return own if frame is None else {**own, **frame.names}
 
     @property
-    def planes(self) -> Mapping[str, Mapping[str, Any]]:
-        """Centre and extent of planes in the work frame, by name."""
-        planes: Mapping[str, Mapping[str, Any]] = self.further.get("planes", {})
-        return planes
+    def planes(self) -> Mapping[str, SeenPlane]:
+        """Where planes were seen in the work frame, by name."""
+        return {} if self.further is None else self.further.planes
+
+    @property
+    def _pictures(self) -> Mapping[str, Mapping[str, str]]:
+        """Names of pictures by scan and number of the target."""
+        return {} if self.further is None else self.further.pictures
 
     def picture(self, scan: str, number: int) -> str | None:
         """Where the picture of a target is; rejected candidates have numbers below zero."""
-        pictures = self.further.get("pictures", {}).get(scan, {})
-        name = pictures.get(str(number))
+        name = self._pictures.get(scan, {}).get(str(number))
         return None if name is None else f"pictures/{name}"
 
     def picture_file(self, name: str) -> Path | None:
@@ -113,32 +111,32 @@ class ResultFolder:
     @cached_property
     def picture_names(self) -> frozenset[str]:
         """Files of pictures that the run listed, those that are names and lead nowhere else."""
-        pictures = self.further.get("pictures", {})
-        files = {str(file) for of_scan in pictures.values() for file in of_scan.values()}
+        files = {file for of_scan in self._pictures.values() for file in of_scan.values()}
         return frozenset(f for f in files if Path(f).name == f and f not in ("", ".", ".."))
 
     @property
     def sigmas_of(self) -> str:
         """Of which run the sigmas in the clouds are."""
-        when = self.further.get("date")
-        return f"sigmas of points: run of {when}" if when else "sigmas of points: of the last run"
+        when = "of the last run" if self.further is None else f"run of {self.further.date}"
+        return f"sigmas of points: {when}"
 
 
-def _further(path: Path) -> Mapping[str, Any]:
+def _further(path: Path) -> WorkbenchDocument:
     """What a run left for the workbench."""
     cure = "run the project again"
     try:
         data = read_json(path)
-        if isinstance(data, dict) and data.get("schema") not in _BESIDE:
+        if isinstance(data, dict) and data.get("schema") != FORM.schema:
             raise InputError(f"the layout {data.get('schema')} is not known", file=path, cure=cure)
-        return WorkbenchDocument.model_validate(data).model_dump(by_alias=True)
-    except ValueError as error:
+        found: WorkbenchDocument = FORM.read(data)
+    except (ValueError, AttributeError) as error:
         first = str(error).splitlines()[0]
         raise InputError(f"this file is damaged ({first})", file=path, cure=cure) from error
+    return found
 
 
 def _frame(
-    told: Mapping[str, Any] | None, beside: Path, poses: PoseFile | None, path: Path
+    told: StoredFrame | None, beside: Path, poses: PoseFile | None, path: Path
 ) -> SceneFrame:
     """The frame of the clouds, as the run stored it or as the poses name it."""
     stations: dict[str, tuple[Array, Array]] = {}
@@ -155,17 +153,8 @@ def _frame(
                 raise ValueError(f"a frame {kind!r}")
             upright = _upright(kind, stations)
             return SceneFrame(kind, crs, axes, upright, stations)
-        back = told["from_work"]
-        return SceneFrame(
-            told["kind"],
-            told["crs"],
-            tuple(told["axes"]),
-            np.array(told["upright"], dtype=float),
-            stations,
-            None if back is None else StoredMap.from_facts(back),
-            {name: StoredMap.from_facts(facts) for name, facts in told["maps"].items()},
-            float(told["radius"]),
-        )
+        maps = told.from_work, told.maps, told.radius
+        return SceneFrame(told.kind, told.crs, told.axes, told.upright, stations, *maps)
     except (ValueError, KeyError, TypeError) as error:
         file = path if told is not None else beside
         raise InputError(

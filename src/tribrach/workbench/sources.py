@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -84,11 +84,11 @@ class PointSources:
     @cached_property
     def joint(self) -> tuple[list[str], Array] | None:
         """Points of the run, and their rows (3p, q + 3p) of the joint covariance; None without."""
-        told: Mapping[str, Any] | None = self.beside.further.get("joint")
+        told = None if self.beside.further is None else self.beside.further.joint
         if told is None or self.beside.folder is None or self.shared is None:
             return None
-        names, q = list(told["points"]), len(self.shared.covariance)
-        if told["shared"] != q:
+        names, q = list(told.points), len(self.shared.covariance)
+        if told.shared != q:
             return None
         path = self.beside.folder / JOINT
         return names, read_covariance_rows(path, 3 * len(names), q + 3 * len(names))

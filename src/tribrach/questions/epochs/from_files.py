@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from tribrach.errors import InputError
-from tribrach.io.epoch_files import SCHEMA, epoch_data, read_epoch
+from tribrach.io.epoch_files import FORM, EpochDocument, read_epoch
 from tribrach.io.survey.formats import read
 from tribrach.job.epochs import (
     ComparedEpochs,
@@ -29,8 +29,6 @@ from tribrach.network.observed_part import observed_part
 from tribrach.network.roles import datum_sentence
 from tribrach.project import Project
 from tribrach.project.sections import OutputSection
-from tribrach.report.schema.base import document_text, heading
-from tribrach.report.schema.epochs import EpochDocument
 from tribrach.solution import AdjustmentSettings, solve
 
 __all__ = ["EPOCH", "against_earlier", "compare_epoch_files", "epoch_from_files", "epoch_text"]
@@ -125,8 +123,7 @@ def _label(file: Path) -> str:
 def epoch_text(adjustment: Adjustment, label: str) -> str:
     """The epoch file of an adjusted network, for later comparisons."""
     found = epoch_of(adjustment, label)
-    data = heading(SCHEMA) | epoch_data(found.epoch, found.site, datum_sentence(adjustment))
-    return document_text(EpochDocument.model_validate(data))
+    return FORM.text(EpochDocument.of(found.epoch, found.site, datum_sentence(adjustment)))
 
 
 def against_earlier(project: Project, adjustment: Adjustment) -> tuple[ComparedEpochs, ...]:

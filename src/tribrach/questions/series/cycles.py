@@ -19,7 +19,7 @@ from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_series
 from tribrach.epochs.wander import learned_wander, shared_factor, with_wander
 from tribrach.errors import InputError, TribrachError
 from tribrach.geodesy.site import FlatSite
-from tribrach.io.epoch_files import epoch_data, epoch_of_data
+from tribrach.io.epoch_files import EpochDocument
 from tribrach.io.json_file import read_json
 from tribrach.io.readings_through_time import TimedReadings
 from tribrach.job.epochs import epoch_of
@@ -137,7 +137,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
 
     settings: SeriesSettings
     #: as an epoch file
-    baseline: dict[str, Any]
+    baseline: EpochDocument
     #: what variances are multiplied by, from the scatter that most reference points share
     factor: float
     #: also those that could not be solved
@@ -160,7 +160,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     @cached_property
     def zero(self) -> Epoch:
         """The baseline."""
-        return epoch_of_data(self.baseline)
+        return self.baseline.epoch
 
     @cached_property
     def solved(self) -> list[Cycle]:
@@ -278,7 +278,7 @@ def monitor(
     left = [cycle for key, cycle in known.items() if key not in set(keys)]
     every = sorted([*left, *cycles], key=lambda cycle: cycle.start)
     reused = sum(key in known for key in keys) + len(left)
-    kept = epoch_data(zero, FlatSite(), "baseline of a series")
+    kept = EpochDocument.of(zero, FlatSite(), "baseline of a series")
     return Series(settings, kept, factor, tuple(every), wander, reused)
 
 

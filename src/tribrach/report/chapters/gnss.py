@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.gnss.attempts import Attempt
 from tribrach.gnss.baseline import Baseline
+from tribrach.gnss.loops import BaselineLoop
 from tribrach.gnss.orbits import calendar
 from tribrach.gnss.pieces import UNSEEN
 from tribrach.gnss.sessions import SessionResult
@@ -29,7 +31,6 @@ from tribrach.report.charts import PALETTE, Chart, Drawing, beside, legend
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
 from tribrach.report.numbers import counted, fixed_cell, mm_cell
-from tribrach.report.schema.base import DocumentPart, Matrix, Number
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -43,7 +44,6 @@ from tribrach.sentences import Sentence, capital
 from tribrach.units import percent
 
 if TYPE_CHECKING:
-    from tribrach.gnss.loops import BaselineLoop
     from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "gnss_chapter"]
@@ -53,20 +53,12 @@ MOST_SESSIONS = 8
 _TITLE = "GNSS baselines"
 
 
-class LoopPart(DocumentPart):
+@dataclass(frozen=True)
+class NamedLoop(BaselineLoop, keys={"names": "points"}):
     """A loop of baselines and its closure along E, N, U [m]."""
 
-    points: list[str]
-    closure: list[float]
-    covariance: Matrix
-    length: float
-    size: float
-    ppm: float
-    statistic: float
-    dof: int
-    limit: float
-    passes: bool
-    independent: bool
+    #: in the order in which they are walked
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,13 +78,14 @@ class SessionBaseline(Baseline, also=("from_", "to")):
         return self.names[1]
 
 
-class GnssPart(DocumentPart):
+@dataclass(frozen=True)
+class GnssPart(Result):
     """Baselines that were computed, and all loops."""
 
     frame: str | None
-    epoch: Number
-    baselines: list[SessionBaseline]
-    loops: list[LoopPart]
+    epoch: float | None
+    baselines: tuple[SessionBaseline, ...]
+    loops: tuple[NamedLoop, ...]
 
 
 @dataclass(frozen=True)
@@ -479,28 +472,10 @@ def _data(
     sessions: Sequence[SessionResult],
     reference: Reference,
 ) -> GnssPart:
-    data = {
-        "frame": reference.frame,
-        "epoch": reference.epoch,
-        "baselines": [SessionBaseline(**vars(b), session=s.name) for s, b in _all(sessions)],
-        "loops": [
-            {
-                "points": [baselines.names[k] for k in loop.points],
-                "closure": loop.closure.tolist(),
-                "covariance": loop.covariance.tolist(),
-                "length": loop.length,
-                "size": loop.size,
-                "ppm": loop.ppm,
-                "statistic": loop.statistic,
-                "dof": loop.dof,
-                "limit": loop.limit,
-                "passes": loop.passes,
-                "independent": loop.independent,
-            }
-            for loop in loops
-        ],
-    }
-    return GnssPart.model_validate(data)
+    of_sessions = tuple(SessionBaseline(**vars(b), session=s.name) for s, b in _all(sessions))
+    names = [tuple(baselines.names[k] for k in loop.points) for loop in loops]
+    named = [NamedLoop(**vars(loop), names=n) for loop, n in zip(loops, names, strict=True)]
+    return GnssPart(reference.frame, reference.epoch, of_sessions, tuple(named))
 
 
 SUBJECT = Subject("gnss", _chapters, GnssPart)
