@@ -567,8 +567,7 @@ class _CellPlanes:
 
     def _sum(self, values: Array) -> Array:
         """Sums (cells,) of values (n,) of the points."""
-        out: Array = np.bincount(self._number, values, minlength=len(self._use))
-        return out
+        return np.bincount(self._number, values, minlength=len(self._use)).astype(float)
 
     def excess(self, noise: Array, weight: Array) -> Array:
         """What scatter has beyond the noise (n,) [m^2] of the points, never below zero in sum."""

@@ -185,4 +185,4 @@ def _blocks(days: Array, sigma: Array) -> Array:
     number = np.arange(n) // size
     out = np.zeros((int(number[-1]) + 1, n))
     out[number, np.arange(n)] = 1 / sigma**2
-    return out / out.sum(axis=1, keepdims=True)
+    return np.asarray(out / out.sum(axis=1, keepdims=True))

@@ -113,7 +113,7 @@ def _reference(adjustment: Adjustment) -> str:
         latitude, longitude = (
             format_angle(value, "dms", 3) for value in (site.latitude, site.longitude)
         )
-        place = Sentence(
+        place: str = Sentence(
             "local East-North-Up at latitude {latitude}, longitude {longitude}, "
             "ellipsoidal height {site.ellipsoidal_height:m3}",
             latitude=latitude,

@@ -235,7 +235,8 @@ _SNOOP = ", or let snooping decide (--snoop, or snoop = true in the project)"
 
 def _suspects(seen: _Seen, snooped: bool) -> list[str]:
     """Suspicious observations that are more than chance, those held out apart."""
-    out, chance, percent = [], seen.quality.chance, 100 * seen.quality.global_test.alpha
+    out: list[str] = []
+    chance, percent = seen.quality.chance, 100 * seen.quality.global_test.alpha
     active, held_out = (_rejected(seen.observations, state) for state in ("active", "check"))
     if active and chance.act:
         out.append(

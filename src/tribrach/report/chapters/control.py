@@ -174,7 +174,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 def _table(head: Head) -> ReportTable:
     """Control and check points against the network."""
     limit = 1 - head.settings.alpha
-    note = Sentence(
+    note: str = Sentence(
         "Difference: adjusted minus given; its sigma is what the difference should "
         "have if given coordinates and network are right. The test is the squared "
         "difference in that metric against {law} at {limit:%g}. Check points take no "

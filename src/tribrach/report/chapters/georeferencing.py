@@ -156,7 +156,7 @@ def _rests_on(
             (weighted, "weighted control point"), (held, "held point"),
         ) if n
     ]  # fmt: skip
-    out = []
+    out: list[str] = []
     if parts:
         out.append(
             Sentence(

@@ -195,7 +195,7 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
         else Sentence("{factors[0]:2} to {factors2:2}", factors=factors, factors2=factors[-1])
     )
     origin = " and ".join(dict.fromkeys(b.factor_source for b in rows))
-    out = [
+    out: list[str] = [
         Sentence(
             "{sessions} gave {rows}, computed by RTKLIB ({dict}); ambiguities of {solved} "
             "are fixed, in {fixed:%} of {epochs} epochs.",
@@ -284,7 +284,7 @@ def _loop_sentences(baselines: BaselineSet, loops: Sequence[BaselineLoop]) -> li
             path=_path(baselines, steepest),
         )
     verb = "fails" if failing in (0, 1) else "fail"
-    out = [
+    out: list[str] = [
         Sentence(
             "{words}; {failing} of {loops} {verb} the test at 5 %.",
             words=words,

@@ -95,7 +95,7 @@ def _sentences(arm: EstimatedLeverArm) -> list[str]:
         ),
     )
     carriers = f"{len(arm.stations)} station{'s' if len(arm.stations) > 1 else ''}"
-    out = [
+    out: list[str] = [
         Sentence(
             "Lever arm {arm.name}, carried by {carriers}: {size}.",
             arm=arm,

@@ -64,7 +64,7 @@ def _sentences(found: StatedNoise) -> list[str]:
         "less than stated": f"{basis} states too much noise",
         "undecided": f"that is too little to say that {basis} is wrong",
     }[verdict]
-    out = [
+    out: list[str] = [
         Sentence(
             "Noise of the {found.instrument} along the beam, on {found.smooth} smooth "
             "planar patches of {counted}: {figures}: {said}.",

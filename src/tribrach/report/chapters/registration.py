@@ -140,7 +140,7 @@ def _verdict(pair_edges: Sequence[Edge]) -> list[str]:
 def _outliers(pair_edges: Sequence[Edge], style: Style) -> list[str]:
     """Pairs that the network contradicts, the worst first, and a station that all of them share."""
     bad = sorted((e for e in pair_edges if e.outlying), key=lambda e: -(e.ratio or 0.0))
-    sentences = [
+    sentences: list[str] = [
         Sentence(
             "{e.first} and {e.second} by {kind_named}: their own relative pose differs "
             "from the network by {size}, expected {expected} (test {e.statistic:1} against "

@@ -442,7 +442,7 @@ def _precision(products: Sequence[Product], frame: OutputFrame) -> list[str]:
             rounding=coarsest / np.sqrt(12),
         )
     spec = "mm0" if single > 0.01 else "mmg2"
-    sentences = [
+    sentences: list[str] = [
         Sentence(
             "Precision budget: {stored}; a program that reads them as 32-bit floats "
             f"without a shift would round them to {{left:{spec}}}.",

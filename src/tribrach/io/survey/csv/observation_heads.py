@@ -149,7 +149,8 @@ def observation_heads(
     if not {"from", "to"} <= every or not measured:
         return None
     level = "height_difference" in every and not every & {"direction", "zenith", "angle"}
-    names, said, open_, metres, left = list(known), [], [], [], []
+    names, said, open_, metres = list(known), [], [], []
+    left: list[str] = []
     unknown: list[str] = []
     have = {_bare(name) for name in known if name}
     for k, (title, meaning, (_, unit)) in enumerate(zip(titles, meanings, parts, strict=True)):
