@@ -23,7 +23,7 @@ from tribrach.report.answer import Answer
 from tribrach.scan.scan import Field, Lattice, Scan
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["Written", "as_copc", "convert", "convert_scans"]
+__all__ = ["WrittenCloud", "as_copc", "convert", "convert_scans"]
 
 #: step of coordinates of clouds that come without one [m], and steps across their extent at least
 _FINEST, _MANY = 1e-4, 1e5
@@ -36,7 +36,7 @@ _REACH = 2**31 - 2
 _NORMALS = ("normal_x", "normal_y", "normal_z")
 
 
-class Written(NamedTuple):
+class WrittenCloud(NamedTuple):
     """A file that was written."""
 
     path: Path
@@ -76,7 +76,7 @@ def convert_scans(
     placed: bool,
     step: float | None,
     progress: Callable[[str, int, int | None], None],
-) -> list[Written]:
+) -> list[WrittenCloud]:
     """Write each scan; several into files with the scan's number before the suffix.
 
     placed : carry points by the pose of the scan, formats with a pose of their own keep it
@@ -128,7 +128,7 @@ def _convert(
     progress: Callable[[str, int, int | None], None],
     *,
     metric: bool = False,
-) -> Written:
+) -> WrittenCloud:
     """Write one scan; ``metric`` carries it into metres, as E57 is by its standard."""
     keeps_pose = path.suffix.lower() == ".e57"
     if placed and scan.pose is None:
@@ -159,7 +159,7 @@ def _convert(
             writer.write(pose @ chunk.xyz if moved else chunk.xyz, _turned(values, pose))
             done += len(chunk)
             progress(scan.name, done, scan.records)
-    return Written(path, done, "" if path.suffix.lower() == ".ply" else cost)
+    return WrittenCloud(path, done, "" if path.suffix.lower() == ".ply" else cost)
 
 
 @dataclass
