@@ -12,7 +12,6 @@ from tribrach.answers import Form, described
 from tribrach.io.epoch_files import FORM as EPOCH
 from tribrach.report import json_result
 from tribrach.report.schema.base import Document, DocumentPart
-from tribrach.report.schema.plan import PlanDocument
 from tribrach.report.schema.scans import ScansDocument
 from tribrach.report.workbench_parts import FORM as WORKBENCH
 from tribrach.workbench.schema import FORM as SCENE
@@ -26,7 +25,6 @@ def documents() -> dict[str, type[Document] | Form]:
         "result": json_result.form(),
         "epoch": EPOCH,
         "info": ScansDocument,
-        "plan": PlanDocument,
         "scene": SCENE,
         "workbench": WORKBENCH,
     }

@@ -20,7 +20,6 @@ from dataclasses import MISSING, dataclass, fields, is_dataclass
 from datetime import UTC, datetime
 from functools import cache, cached_property
 from importlib.metadata import version
-from operator import attrgetter
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_type_hints
 
 import numpy as np
@@ -222,12 +221,14 @@ class Result:
 def part(path: str, kind: Any, words: str) -> Any:
     """A property that is an attribute of a field: ``part("fitted.spread", Number, "...")``.
 
-    It is None where the field is.
+    It is None where something on the way is.
     """
-    field, _, _ = path.partition(".")
+    names = path.split(".")
 
     def get(self: Any) -> Any:
-        return None if getattr(self, field) is None else attrgetter(path)(self)
+        for name in names:
+            self = None if self is None else getattr(self, name)
+        return self
 
     get.__annotations__["return"], get.__doc__ = kind, words
     return property(get)

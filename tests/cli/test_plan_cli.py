@@ -11,9 +11,8 @@ from typer.testing import CliRunner
 from tests.job.plan_jobs import laboratory, load
 from tribrach.cli import app
 from tribrach.job.opened import open_job
-from tribrach.job.plan.steps import plan_project
-from tribrach.report.planning.page import plan_page, plan_text
-from tribrach.report.planning.report import plan_report
+from tribrach.questions.plan.chapters import answer_of
+from tribrach.questions.plan.design import plan_project
 
 RUN = CliRunner()
 
@@ -62,8 +61,8 @@ def test_angles_of_a_plan_have_one_unit(
     project = load(tmp_path, "sigma_mm = 0.5\n", targets=13)
     output = project.output.model_copy(update={"angle": angle, "decimal": ","})
     project = project.model_copy(update={"output": output})
-    plan = plan_report(plan_project(open_job(project)))
-    for written in (plan_page(plan).split("<body")[1], plan_text(plan)):
+    plan = answer_of(plan_project(open_job(project)), project)
+    for written in (plan.page().split("<body")[1], plan.text()):
         words = written.split("<script>")[0]
         assert "azimuth" in words
         assert "zenith angles below" in words

@@ -11,8 +11,8 @@ from tribrach.epochs.design import detectable_displacement, sigma_for_displaceme
 from tribrach.epochs.differences import Epoch, Space, difference
 from tribrach.errors import InputError
 from tribrach.job.opened import open_job
-from tribrach.job.plan.steps import plan_project
-from tribrach.report.planning.report import plan_report
+from tribrach.questions.plan.chapters import answer_of
+from tribrach.questions.plan.design import plan_project
 
 
 @pytest.mark.parametrize(("axes", "factor"), [(1, 3.962), (2, 4.390), (3, 4.670)])
@@ -41,8 +41,8 @@ def test_a_plan_for_a_displacement(tmp_path: Path) -> None:
     plan = plan_project(job)
     assert plan.required == pytest.approx(2e-3 / 4.670, rel=1e-3)
     assert plan.reached == (plan.detectable <= 2e-3)
-    words = " ".join(plan_report(plan).sentences)
-    assert "would be found with 80 %" in words
+    (found,) = [one for one in answer_of(plan).findings if one.key == "detectable"]
+    assert found.values["plan.detectable"] == plan.detectable
 
 
 @pytest.mark.parametrize(("space", "axes"), [("heights", 1), ("plan", 2), ("3D", 3)])

@@ -17,9 +17,9 @@ from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import skew
 from tribrach.job.opened import open_job
-from tribrach.job.plan.steps import DesignResult, plan_project
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
+from tribrach.questions.plan.design import DesignResult, plan_project
 from tribrach.simulate.surveying import observe
 from tribrach.units import SEC
 
@@ -191,8 +191,8 @@ def test_the_first_proposal_is_the_best_of_all(tmp_path: Path) -> None:
     # the window opens to the north: help comes from the south
     assert proposed.place[1] < -9
     gaps = forecast(plan).gaps
-    assert np.degrees(gaps[0]) == pytest.approx(360 - 40 * 10 / 11, abs=1e-6)
-    assert np.degrees(gaps[1]) < 200
+    assert np.degrees(gaps.before) == pytest.approx(360 - 40 * 10 / 11, abs=1e-6)
+    assert np.degrees(gaps.plan) < 200
 
 
 def test_targets_at_places_of_a_file(tmp_path: Path) -> None:

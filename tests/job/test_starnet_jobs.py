@@ -8,8 +8,8 @@ import pytest
 
 from tribrach.errors import InputError
 from tribrach.job.opened import open_job
-from tribrach.job.plan.steps import plan_project
 from tribrach.questions.adjust.adjusted import adjust_job
+from tribrach.questions.plan.design import plan_project
 from tribrach.report import json_result
 from tribrach.solution import AdjustmentSettings
 

@@ -124,7 +124,7 @@ def test_redundancies_of_correlated_values_add_up():
     assert (share > -1e-9).all()
     assert (share < 1 + 1e-9).all()
     criterion = Criterion("redundancy")
-    found = figures(adjustment, criterion).redundancy
+    found = figures(adjustment, criterion).value("redundancy")
     assert found == pytest.approx(share.min())
     assert prospect_for(adjustment, criterion).value() == pytest.approx(found)
 

@@ -30,7 +30,6 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.epoch_files import EpochDocument
 from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
-from tribrach.job.plan.steps import DesignResult
 from tribrach.job.station_comparison import StationComparison
 from tribrach.network.adjustment import adjust
 from tribrach.network.quality import assess
@@ -49,6 +48,9 @@ from tribrach.questions.complete.completeness import assess_completeness
 from tribrach.questions.epochs.chapters import answer_of as epochs_answer
 from tribrach.questions.noise.chapters import answer_of as noise_answer
 from tribrach.questions.noise.estimate import NoiseEstimate, ScanPatches
+from tribrach.questions.plan.chapters import answer_of as plan_answer
+from tribrach.questions.plan.chapters import gain_map
+from tribrach.questions.plan.design import DesignResult
 from tribrach.questions.register.chapters import answer_of as register_answer
 from tribrach.questions.register.registration import RegisteredFiles
 from tribrach.questions.regress.chapters import answer_of as regression_answer
@@ -66,8 +68,6 @@ from tribrach.report.charts import Chart, beside, legend
 from tribrach.report.content import Report
 from tribrach.report.epochs import epochs_svg
 from tribrach.report.figures import Picture
-from tribrach.report.planning.page import gain_map, plan_page
-from tribrach.report.planning.report import plan_report
 from tribrach.report.tables import ColumnHead, build_table, text_cell
 from tribrach.report.warnings import Severity, warned
 from tribrach.scan.noise_law import fit_noise
@@ -229,9 +229,9 @@ def _plan(name: Naming) -> str:
     )
     places = np.random.default_rng(2).uniform(0, 9, (5, 3))
     gain = gain_map(places, places[:, 0], [name(31)], places[:1], places[1:2], "mm")
-    content = plan_report(plan)
+    answer = plan_answer(plan)
     gain = replace(gain, title=name(32), caption=name(33))
-    return plan_page(replace(content, pictures=(*content.pictures, gain)))
+    return replace(answer, pictures=(*answer.pictures, gain)).page()
 
 
 def _registration(name: Naming) -> str:
@@ -338,7 +338,7 @@ PAGES = {
     "questions.check": _check,
     "questions.calibrate": _calibration,
     "questions.regress": _regression,
-    "planning.page.plan_page": _plan,
+    "questions.plan": _plan,
     "questions.register": _registration,
     "questions.noise": _noise,
     "questions.epochs": _epochs_page,

@@ -294,9 +294,7 @@ def test_completeness_says_whether_the_required_sigma_is_reached() -> None:
     assert words.count("is required (3D, of the best station") == 1
 
 
-@pytest.mark.parametrize(
-    "which", ["questions.calibrate", "planning.page.plan_page", "questions.series"]
-)
+@pytest.mark.parametrize("which", ["questions.calibrate", "questions.plan", "questions.series"])
 def test_what_is_signed_has_its_datum(which: str) -> None:
     (section,) = parser.document_fromstring(PAGES[which](harmless)).xpath("//div[@class='sign']")
     words = " ".join(section.text_content().split())

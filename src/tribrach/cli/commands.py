@@ -52,7 +52,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Work on a project in the browser: switch observations off, see at once what moves.",
     ),
     "plan": (
-        "cli.plan",
+        "questions.plan.command",
         "Predict precision and reliability, and propose targets, stations and sets.",
     ),
     "baseline": ("questions.baseline.command", "Compute a static baseline from RINEX files."),
@@ -105,10 +105,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Say what differs between two results: what moved, sigmas, states of observations, edits.",
     ),
     "info": (
-        "cli.scans",
+        "questions.info",
         "Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.",
     ),
-    "convert": ("cli.scans", "Write scans in another format, every field kept."),
+    "convert": ("questions.convert", "Write scans in another format, every field kept."),
     "simulate": (
         "cli.simulate",
         "Simulate a whole survey job: scans, observations, project file and its truth.",

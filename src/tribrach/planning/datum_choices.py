@@ -10,10 +10,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
+from math import nan
 
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Number, Result
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Datum, Network
@@ -26,23 +28,19 @@ _MOST = 40
 
 
 @dataclass(frozen=True)
-class DatumChoice:
-    """A datum and its figures."""
+class DatumChoice(Result):
+    """The plan in another datum [m]."""
 
-    #: the datum in words
-    words: str
-    #: the datum itself
-    datum: Datum
+    #: in words
+    datum: str
     #: largest sigma in any direction of the named positions [m], of this datum only
-    sigma: float
+    sigma: Number = nan
     #: root of the mean of their variances [m], of this datum only
-    mean: float
+    mean: Number = nan
     #: largest sigma of a distance between them [m]
-    distance: float
+    distance: Number = nan
     #: the smallest redundancy
-    redundancy: float
-    #: redundancy of the network
-    dof: int
+    redundancy: Number = nan
     #: why it is no datum of this network, else empty
     refused: str = ""
 
@@ -99,25 +97,13 @@ def _choice(words: str, network: Network, criterion: Criterion) -> DatumChoice:
         predicted = figures(adjustment, replace(criterion, parameters=()))
     except (AdjustmentError, InputError) as error:
         why = error.headline if isinstance(error, AdjustmentError) else error.what
-        nothing = float("nan")
-        return DatumChoice(
-            words=words,
-            datum=network.datum,
-            sigma=nothing,
-            mean=nothing,
-            distance=nothing,
-            redundancy=nothing,
-            dof=0,
-            refused=why,
-        )
+        return DatumChoice(words, refused=why)
     _, columns = position_columns(adjustment.layout, criterion.names)
     blocks = adjustment.cofactor.blocks(adjustment.reduced[columns])
     return DatumChoice(
-        words=words,
-        datum=network.datum,
-        sigma=float(predicted.sigma.max(initial=0.0)),
-        mean=float(np.sqrt(np.einsum("nii->n", blocks).mean())),
-        distance=float(distance_sigmas(adjustment, criterion.names).max(initial=0.0)),
-        redundancy=predicted.redundancy,
-        dof=adjustment.dof,
+        words,
+        predicted.value("sigma"),
+        float(np.sqrt(np.einsum("nii->n", blocks).mean())),
+        float(distance_sigmas(adjustment, criterion.names).max(initial=0.0)),
+        predicted.value("redundancy"),
     )

@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tribrach._types import Array, Index
+from tribrach.answers import Number, Result
 from tribrach.errors import InputError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum, Network
@@ -28,6 +29,7 @@ __all__ = [
     "CRITERIA",
     "Criterion",
     "CriterionKind",
+    "Extreme",
     "Figures",
     "criterion_value",
     "figures",
@@ -79,34 +81,42 @@ class Criterion:
 
 
 @dataclass(frozen=True)
-class Figures:
-    """The criteria of one design, a priori."""
+class Extreme(Result):
+    """The worst figure of a kind, and where."""
 
-    #: the p positions that count
-    names: tuple[str, ...]
-    #: (p,), largest standard deviation in any direction of each position [m], in the network's
-    #: datum
-    sigma: Array
-    #: the smallest, see :func:`redundancy_rows`
-    redundancy: float
-    #: where these three occur, in words
-    redundancy_at: str
-    #: largest displacement of a named position by an error that stays undetected [m], infinite
-    #: where an uncontrolled value reaches one
-    undetected: float
-    undetected_at: str
-    #: the largest, NaN without parameters
-    correlation: float
-    correlation_at: str
+    value: Number
+    #: in words
+    at: str
+
+
+@dataclass(frozen=True)
+class Figures(Result):
+    """What a design is predicted to give, a priori [m, 1]."""
+
+    #: largest in any direction of each position that counts [m], in the network's datum
+    sigma: dict[str, Number]
+    #: the smallest of the observed values
+    redundancy: Extreme
+    #: largest displacement of a position that counts by an error that stays undetected [m]; null
+    #: where an uncontrolled value moves one
+    undetected: Extreme
+    #: the largest of the parameters, null without any
+    correlation: Extreme
+
+    @property
+    def worst(self) -> Extreme:
+        """The largest sigma."""
+        at = max(self.sigma, key=self.sigma.__getitem__, default="")
+        return Extreme(self.sigma.get(at, 0.0), at)
+
+    def of(self, kind: CriterionKind) -> Extreme:
+        """The criterion itself, and where."""
+        found: Extreme = self.worst if kind == "sigma" else getattr(self, kind)
+        return found
 
     def value(self, kind: CriterionKind) -> float:
         """The criterion itself."""
-        return {
-            "sigma": float(self.sigma.max(initial=0.0)),
-            "redundancy": self.redundancy,
-            "undetected": self.undetected,
-            "correlation": self.correlation,
-        }[kind]
+        return self.of(kind).value
 
 
 def with_predicted_values(network: Network, state: State | None = None) -> Network:
@@ -237,16 +247,13 @@ def figures(adjustment: Adjustment, criterion: Criterion) -> Figures:
     _, share = redundancy_rows(system)
     weakest = int(np.argmin(share)) if len(share) else -1
     undetected, row, where = _undetected(adjustment, columns, criterion.delta0)
-    correlation, pair = _correlation(adjustment, criterion)
+    least = float(share[weakest]) if weakest >= 0 else float("nan")
+    reached = f"{_row_words(adjustment, row)} at {names[where]}" if row >= 0 else ""
     return Figures(
-        names=names,
-        sigma=largest_sigma(covariances),
-        redundancy=float(share[weakest]) if weakest >= 0 else float("nan"),
-        redundancy_at=_row_words(adjustment, weakest),
-        undetected=undetected,
-        undetected_at=f"{_row_words(adjustment, row)} at {names[where]}" if row >= 0 else "",
-        correlation=correlation,
-        correlation_at=pair,
+        sigma=dict(zip(names, largest_sigma(covariances).tolist(), strict=True)),
+        redundancy=Extreme(least, _row_words(adjustment, weakest)),
+        undetected=Extreme(undetected, reached),
+        correlation=Extreme(*_correlation(adjustment, criterion)),
     )
 
 

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.answers import Number, Result
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations, Use
@@ -46,14 +47,15 @@ _FINEST, _COARSEST = 1e-3, 1e3
 
 
 @dataclass(frozen=True)
-class SetsByStation:
-    """Sets by station that reach a requirement."""
+class SetsByStation(Result, without=("start", "steps")):
+    """Repetitions by station that the requirement takes."""
 
     #: how many, in the order of the stations
-    sets: Mapping[str, int]
-    #: the criterion with one set each, and with these
+    sets: dict[str, int]
+    #: the criterion with one set each
     start: float
-    value: float
+    #: the criterion with these sets
+    value: Number
     #: is it what is required?
     reached: bool
     #: station and criterion of every set that was added
@@ -61,7 +63,7 @@ class SetsByStation:
 
 
 @dataclass(frozen=True)
-class RequiredPrecision:
+class RequiredPrecision(Result, without=("unit",), keys={"limit": "perfect"}):
     """How precise one group of readings must be to reach a requirement, the others as they are."""
 
     #: kind and component
@@ -70,11 +72,11 @@ class RequiredPrecision:
     unit: str
     #: of the first reading now [m, rad]
     sigma: float
-    #: what all its sigmas may be multiplied with, NaN where no precision of this group reaches the
+    #: what all its sigmas may be multiplied with, null where no precision of this group reaches the
     #: requirement
-    factor: float
+    factor: Number
     #: the criterion with a perfect group
-    limit: float
+    limit: Number
 
 
 def scaled(network: Network, factor: Callable[[Observations], Array]) -> Network:

@@ -20,6 +20,7 @@ from tribrach.report.findings import Finding
 from tribrach.report.notation import PLAIN, ReportNotation
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import ReportTable
+from tribrach.report.text import WIDTH, table_text, wrapped
 
 __all__ = ["Answer"]
 
@@ -75,8 +76,19 @@ class Answer:
         )
 
     def text(self) -> Content:
-        """The whole of it as plain text; a question that has one says how."""
-        raise NotImplementedError
+        """The whole of it as plain text."""
+        return self.printed()
+
+    def printed(self, without: Sequence[str] = ()) -> str:
+        """The same, but for some tables."""
+        say, rule = self.notation.words, "=" * WIDTH
+        blocks = [f"{self.title}\n{rule}"]
+        for sign, warns in (("-", False), ("!", True)):
+            told = [f"{sign} {say(one.words)}" for one in self.findings if one.warns == warns]
+            blocks += ["\n".join(map(wrapped, told))] if told else []
+        tables = (table for table in (*self.first, *self.tables) if table.name not in without)
+        blocks += [table_text(table, self.notation) for table in tables if table.rows]
+        return "\n\n".join(blocks) + "\n"
 
     def json(self) -> Content:
         """The figures as JSON text."""

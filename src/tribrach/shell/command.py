@@ -46,6 +46,7 @@ def command(
     json: str | None = "Write it as JSON.",
     html: str | None = "Write a page.",
     text: str | None = None,
+    quiet: bool = True,
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Make a command of the function that answers a question.
 
@@ -76,22 +77,21 @@ def command(
             for mark in getattr(hint, "__metadata__", ())
             if inspect.isfunction(mark)
         }
-        if json is not None:
-            options["json_file"] = (_file("--json", json), None)
-        if html is not None:
-            options["html_file"] = (_file("--html", html), None)
-        if text is not None:
-            options["text_file"] = (_file("--text", text), None)
+        for form, help in (("json", json), ("html", html), ("text", text)):
+            if help is not None:
+                options[f"{form}_file"] = (_file(f"--{form}", help), None)
         if engine:
             options |= {"workers": (Workers, None), "scheduler": (Scheduler, None)}
-        options |= {"overwrite": (Overwrite, False), "quiet": (Quiet, False)}
+        options |= {"overwrite": (Overwrite, False)}
+        if quiet:
+            options |= {"quiet": (Quiet, False)}
 
         @wraps(work)
         def run(**given: Any) -> None:
             guarded(lambda: _answer(given))
 
         def _answer(given: dict[str, Any]) -> None:
-            quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
+            silent, overwrite = given.pop("quiet", False), given.pop("overwrite")
             outputs = {form: given.pop(f"{form}_file", None) for form in _FORMS}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
@@ -105,14 +105,14 @@ def command(
             given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
                 if progress:
-                    given["progress"] = stack.enter_context(shown(quiet))
+                    given["progress"] = stack.enter_context(shown(silent))
                 if crew is not None:
                     given["engine"] = stack.enter_context(working(*crew))
                 answer = work(**given)
             claimed = {path for several in files.values() for path in several}
             if further := [path for path in answer.files if path not in claimed]:
                 claim(inputs, files | {"(beside a result)": further}, overwrite=overwrite)
-            deliver(answer, outputs, quiet=quiet)
+            deliver(answer, outputs, quiet=silent)
 
         kind = inspect.Parameter.KEYWORD_ONLY
         run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]

@@ -8,12 +8,12 @@ import pytest
 
 from tribrach.io.survey.formats import format_of, read
 from tribrach.job.opened import open_job
-from tribrach.job.plan.steps import plan_project
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
 from tribrach.network.observed_part import observed_part
 from tribrach.network.roles import datum_sentence
 from tribrach.network.side_shots import SideShots, compute
+from tribrach.questions.plan.design import plan_project
 
 pytestmark = pytest.mark.data
 

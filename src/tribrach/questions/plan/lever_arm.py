@@ -16,13 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
-from tribrach.job.plan.scans import ScannerPlace
+from tribrach.answers import Matrix, Result
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import Antennas, GnssPositions
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.project.plan import LeverArmPlan
+from tribrach.questions.plan.scans import ScannerPlace
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
@@ -40,19 +41,25 @@ _AZIMUTHS, _LENGTHS, _HEIGHTS = 24, 3, 3
 
 
 @dataclass(frozen=True)
-class LeverArmForecast:
-    """What a plan makes of a lever arm.
+class HorizonGaps(Result):
+    """Widest parts of the horizon without targets [rad], without and with the proposals."""
 
-    prior, before, after (3, 3) [m^2] : covariance as it is known, with the targets of the plan,
-    with the proposed ones as well; before is None where stations were proposed; gaps : widest
-    parts of the horizon without targets [rad] without and with the proposals.
-    """
+    before: float
+    plan: float
+
+
+@dataclass(frozen=True)
+class LeverArmForecast(Result, keys={"after": "plan", "gaps": "horizon_without_targets"}):
+    """Covariances (3, 3) of a lever arm [m^2]."""
 
     name: str
-    prior: Array
-    before: Array | None
-    after: Array
-    gaps: tuple[float, float]
+    #: as it is known
+    prior: Matrix
+    #: with the targets of the plan; null where stations were proposed
+    before: Matrix | None
+    #: with the proposed ones as well
+    after: Matrix
+    gaps: HorizonGaps
 
 
 class PlannedLeverArm:
@@ -158,7 +165,7 @@ def forecast(
         prior,
         None if before is None else _covariance(before, arm.name),
         _covariance(after, arm.name),
-        (_gap(start, arm.stations), _gap(after, arm.stations)),
+        HorizonGaps(_gap(start, arm.stations), _gap(after, arm.stations)),
     )
 
 

@@ -9,40 +9,80 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Matrix, Number, Result, Vector
 from tribrach.epochs.design import detectable_displacement
 from tribrach.job.opened import Job
-from tribrach.job.plan.lever_arm import LeverArmForecast, forecast
-from tribrach.job.plan.survey import PlanSurvey, plan_of
-from tribrach.job.plan.work import DesignProposal, PlanWork, Relocation, Spare, axes_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Network
+from tribrach.network.roles import datum_names
 from tribrach.network.survey import Survey
 from tribrach.planning.datum_choices import DatumChoice, compare_datums
 from tribrach.planning.prediction import Criterion, Figures, figures
 from tribrach.planning.weights import RequiredPrecision, SetsByStation
-from tribrach.project import Project
+from tribrach.questions.plan.lever_arm import LeverArmForecast, forecast
+from tribrach.questions.plan.sights import PlannedSight, sights_of
+from tribrach.questions.plan.survey import PlanSurvey, plan_of
+from tribrach.questions.plan.work import DesignProposal, PlanWork, Relocation, Spare, axes_of
 
 __all__ = ["DesignResult", "plan_project"]
 
 
 @dataclass(frozen=True)
-class DesignResult:
-    """Everything that planning found.
+class PlannedDatum(Result):
+    """What fixes the frame."""
 
-    network, adjustment : of the plan with its proposals; before, after : figures without and with
-    them; single : criterion with each candidate alone, by name, of the first search; places : of
-    these (3,) [m]; judged_at : positions that moves and spares are about, which stay where they
-    are; judged : how many designs were looked at; lever_arm : where the plan is about one;
-    project : which says how it is written; None: as pages without one.
-    """
+    kind: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Requirement(Result):
+    """What the design is judged by."""
+
+    kind: str
+    points: tuple[str, ...]
+    required: Number | None
+    reached: bool | None
+
+
+@dataclass(frozen=True)
+class PlannedPlace(Result):
+    """A place of the plan."""
+
+    xyz: Vector
+    covariance: Matrix
+    new: bool
+
+
+@dataclass(frozen=True)
+class DesignResult(
+    Result,
+    without=("criterion", "required", "network", "adjustment", "single", "places", "judged_at"),
+    also=("requirement", "datum", "points", "stations", "parameters", "sights"),
+    keys={
+        "requirement": "criterion",
+        "after": "plan",
+        "relocations": "moves",
+        "spares": "without",
+        "precisions": "precision",
+        "judged": "designs_judged",
+    },
+):
+    """What planning found."""
 
     title: str
     criterion: Criterion
     required: float | None
+    #: of the plan with its proposals
     network: Network
     adjustment: Adjustment
+    #: without and with the proposals
     before: Figures | None
     after: Figures
     proposals: tuple[DesignProposal, ...] = ()
@@ -51,19 +91,20 @@ class DesignResult:
     datums: tuple[DatumChoice, ...] = ()
     sets: SetsByStation | None = None
     precisions: tuple[RequiredPrecision, ...] = ()
+    #: criterion with each candidate of the first search alone, by name, and their places (3,) [m]
     single: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, Array] = field(default_factory=dict)
+    #: positions that moves and spares are about, which stay where they are
     judged_at: tuple[str, ...] = ()
     judged: int = 0
     warnings: tuple[str, ...] = ()
+    #: where the plan is about one
     lever_arm: LeverArmForecast | None = None
-    project: Project | None = None
 
     @property
     def detectable(self) -> float:
         """Displacement of the worst point that two epochs measured like this find [m]."""
-        sigma = float(self.after.sigma.max(initial=0.0))
-        return detectable_displacement(sigma, axes_of(self.adjustment))
+        return detectable_displacement(self.after.worst.value, axes_of(self.adjustment))
 
     @property
     def reached(self) -> bool | None:
@@ -74,6 +115,47 @@ class DesignResult:
         if self.criterion.kind == "redundancy":
             return value >= self.required
         return value <= self.required * (1 + 1e-9)
+
+    @property
+    def requirement(self) -> Requirement:
+        """What the design is judged by."""
+        judged = self.criterion
+        return Requirement(judged.kind, judged.names, self.required, self.reached)
+
+    @property
+    def datum(self) -> PlannedDatum:
+        """What fixes the frame."""
+        kind = "free" if self.adjustment.defect else self.adjustment.network.datum.kind
+        return PlannedDatum(kind, datum_names(self.adjustment))
+
+    @property
+    def points(self) -> dict[str, PlannedPlace]:
+        """Targets and points."""
+        return self._standing("point")
+
+    @property
+    def stations(self) -> dict[str, PlannedPlace]:
+        """Scanner stations."""
+        return self._standing("pose")
+
+    def _standing(self, family: Literal["point", "pose"]) -> dict[str, PlannedPlace]:
+        a = self.adjustment
+        new = {p.name for p in self.proposals}
+        xyz = a.state.points if family == "point" else a.state.pose_t
+        of_all = zip(a.layout.names[family], xyz, a.family_covariances(family), strict=True)
+        return {name: PlannedPlace(x, c[:3, :3], name in new) for name, x, c in of_all}
+
+    @property
+    def parameters(self) -> dict[str, Number]:
+        """Sigmas of the scalars."""
+        a = self.adjustment
+        names = a.layout.names["scalar"]
+        return {name: float(np.sqrt(a.covariance(name)[0, 0])) for name in names}
+
+    @cached_property
+    def sights(self) -> tuple[PlannedSight, ...]:
+        """From one place to another."""
+        return sights_of(self.adjustment)
 
 
 def plan_project(
@@ -125,5 +207,4 @@ def plan_project(
         work.judged,
         (*adjustment.warnings, *work.warnings),
         None if survey.arm is None else forecast(job, survey.arm, first, adjustment),
-        job.project,
     )

@@ -11,10 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tribrach._types import Array, Progress
+from tribrach.answers import Number, Result, Vector
 from tribrach.errors import InputError, NoStartValues, RankDefect
-from tribrach.job.plan.lever_arm import PLANNED
-from tribrach.job.plan.scans import ScannerPlace
-from tribrach.job.plan.survey import PlanSurvey, named, read_places
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.assembly import Assembly
 from tribrach.network.network import Network
@@ -30,41 +28,44 @@ from tribrach.planning.weights import (
     needed_precision,
     needed_sets,
 )
+from tribrach.questions.plan.lever_arm import PLANNED
+from tribrach.questions.plan.scans import ScannerPlace
+from tribrach.questions.plan.survey import PlanSurvey, named, read_places
 from tribrach.simulate.sight_lines import surface_places
 
 __all__ = ["DesignProposal", "PlanWork", "Relocation", "Spare"]
 
 
 @dataclass(frozen=True)
-class DesignProposal:
-    """A target or station that the plan should have, with the criterion before and after it."""
+class DesignProposal(Result, keys={"sort": "add", "place": "xyz"}):
+    """A target or station to add, with the criterion before and after it."""
 
     sort: str
     name: str
-    place: Array
-    before: float
-    after: float
+    place: Vector
+    before: Number
+    after: Number
 
 
 @dataclass(frozen=True)
-class Relocation:
+class Relocation(Result, keys={"place": "xyz"}):
     """A target that would stand better elsewhere, with the criterion before and after."""
 
     name: str
     to: str
-    place: Array
-    before: float
-    after: float
+    place: Vector
+    before: Number
+    after: Number
 
 
 @dataclass(frozen=True)
-class Spare:
-    """A target or station, the criterion with and without it; NaN where the plan needs it."""
+class Spare(Result):
+    """A target or station, the criterion with and without it; null where the plan needs it."""
 
     sort: str
     name: str
-    before: float
-    after: float
+    before: Number
+    after: Number
 
 
 def axes_of(adjustment: Adjustment) -> int:

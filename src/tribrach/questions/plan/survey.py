@@ -20,8 +20,6 @@ from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.planned import read_planned
 from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.starnet import reader as starnet
-from tribrach.job.plan.lever_arm import PlannedLeverArm
-from tribrach.job.plan.scans import PlannedScans, ScannerPlace
 from tribrach.job.survey_files import starnet_plan
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
@@ -30,6 +28,8 @@ from tribrach.observations.declaration import Role
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations
 from tribrach.project.plan import PlanSection
+from tribrach.questions.plan.lever_arm import PlannedLeverArm
+from tribrach.questions.plan.scans import PlannedScans, ScannerPlace
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job

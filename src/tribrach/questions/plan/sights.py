@@ -7,16 +7,17 @@ from math import isnan
 
 import numpy as np
 
+from tribrach.answers import Result
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.observation_rows import ObservationRow
+from tribrach.network.observation_rows import ObservationRow, observation_rows
+from tribrach.network.quality import assess
 from tribrach.observations.registry import kind_named
-from tribrach.report.content import Report
 
 __all__ = ["PlannedSight", "sights_of"]
 
 
 @dataclass(frozen=True)
-class PlannedSight:
+class PlannedSight(Result, keys={"start": "from", "end": "to"}):
     """Everything observed from one place to another."""
 
     start: str
@@ -29,18 +30,18 @@ class PlannedSight:
     zenith: float
     #: how many are observed
     values: int
-    #: the smallest of them, None where nothing controls one
+    #: the smallest of them, null where nothing controls one
     redundancy: float | None
     #: the largest displacement [m] by an undetected error in one of them
     undetected: float | None
 
 
-def sights_of(content: Report, adjustment: Adjustment) -> tuple[PlannedSight, ...]:
+def sights_of(adjustment: Adjustment) -> tuple[PlannedSight, ...]:
     """Sights between positions of a predicted network, in the order of its observations."""
     layout, positions = adjustment.layout, adjustment.state.positions
     known = set(layout.names["point"]) | set(layout.names["pose"])
     groups: dict[tuple[str, str], list[ObservationRow]] = {}
-    for row in content.observations:
+    for row in observation_rows(adjustment, assess(adjustment)):
         if row.state == "active" and row.start in known and row.end in known:
             groups.setdefault((row.start, row.end), []).append(row)
     out = []
