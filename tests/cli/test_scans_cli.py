@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from tests.targets.prints import alone
-from tribrach.cli import app, scans
+from tribrach.cli import app
 from tribrach.cli import simulate as simulations
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
@@ -143,7 +143,7 @@ class TestConvert:
         def interrupted(*arguments: object, **options: object) -> None:
             raise KeyboardInterrupt
 
-        monkeypatch.setattr(scans, "convert_scans", interrupted)
+        monkeypatch.setattr("tribrach.questions.convert.convert_scans", interrupted)
         ptx(tmp_path / "a.ptx")
         result = invoke("convert", tmp_path / "a.ptx", tmp_path / "b.laz")
         assert result.exit_code == 130

@@ -159,7 +159,7 @@ def test_info_reads_the_facts_back(clouds: dict[str, Path], kind: str) -> None:
     assert set(ADDED) <= set(scan.names)
     assert "incidence angle [deg]" in rows["field incidence"]
     assert "32648" in rows["CRS"]
-    assert not any("uncertainty" in sentence for sentence in found.sentences())
+    assert not any("uncertainty" in sentence for sentence in found.sentences)
 
 
 def test_facts_that_are_none_are_no_harm(tmp_path: Path) -> None:
@@ -174,4 +174,4 @@ def test_facts_that_are_none_are_no_harm(tmp_path: Path) -> None:
     with create(path, CloudHeader("a", (Field("intensity", "float32"),))) as writer:
         writer.write(np.random.default_rng(1).uniform(500, 510, (100, 3)), {})
     (scan,) = read_scans(path)
-    assert any("no uncertainty" in sentence for sentence in describe(scan).sentences())
+    assert any("no uncertainty" in sentence for sentence in describe(scan).sentences)

@@ -12,7 +12,7 @@ from tests.io.scans.scan_files import whole
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.convert import convert_scans
+from tribrach.questions.convert import convert_scans
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 POSE = Pose(

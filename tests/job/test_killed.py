@@ -17,7 +17,7 @@ from tribrach.cli import app
 from tribrach.io.keeping import MANIFEST, STATE_FOLDER
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.twins import write_twin
-from tribrach.job.convert import convert_scans
+from tribrach.questions.convert import convert_scans
 from tribrach.simulate.twins import build
 
 COMMAND = [sys.executable, "-c", "from tribrach.cli import main; main()", "run"]

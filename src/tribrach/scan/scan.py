@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.answers import Result
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
@@ -75,7 +76,7 @@ class Chunk:
 
 
 @dataclass(frozen=True)
-class NoReturn:
+class NoReturn(Result, without=("at_scanner", "total")):
     """What a file has for beams that came back from nothing, in its coordinates.
 
     :func:`tribrach.scan.no_return.screened` finds it.
@@ -87,7 +88,7 @@ class NoReturn:
     REPEATED: ClassVar[int] = 2
     SHELL: ClassVar[int] = 3
 
-    #: smallest and largest range of a shell about the scanner [m], None without one
+    #: smallest and largest range of a shell about the scanner [m], null without one
     shell: tuple[float, float] | None = None
     #: places x, y, z [m] that many points share
     places: tuple[tuple[float, float, float], ...] = ()

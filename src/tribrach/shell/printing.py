@@ -20,10 +20,11 @@ def printed(table: ReportTable, width: int) -> Printed:
 
     Heads carry their units, numbers stand to the right, brackets are kept as text. Where a table
     needs more characters than a line has, heads are folded and then blanks left out; numbers are
-    never cut, since a cut number is another number.
+    never cut, since a cut number is another number. Of a table without heads words are folded.
     """
+    heads = any(column.head or column.unit for column in table.columns)
     widths = [_natural(table, k) for k in range(len(table.columns))]
-    if _total(widths, 1) > width:
+    if heads and _total(widths, 1) > width:
         widths = [_least(table, k) for k in range(len(table.columns))]
         # what is left goes to the words that need it most
         missing = [_natural(table, k) - least for k, least in enumerate(widths)]
@@ -31,12 +32,18 @@ def printed(table: ReportTable, width: int) -> Printed:
         if any(words):
             k = words.index(max(words))
             widths[k] += max(0, min(words[k], width - _total(widths, 1)))
-    padding = 0 if _total(widths, 1) > width else 1
-    out = Printed(title=escape(visible(table.title)), title_justify="left", padding=(0, padding))
+    padding = 0 if heads and _total(widths, 1) > width else 1
+    out = Printed(
+        title=escape(visible(table.title)),
+        title_justify="left",
+        padding=(0, padding),
+        show_header=heads,
+    )
     for column, characters in zip(table.columns, widths, strict=True):
         head = f"{column.head}\n{column.unit}" if column.unit else column.head
         justify: JustifyMethod = "right" if column.numeric else "left"
-        out.add_column(head, justify=justify, width=characters, overflow="fold")
+        own = characters if heads else None
+        out.add_column(head, justify=justify, width=own, overflow="fold")
     for row in table.rows:
         out.add_row(*(escape(visible(cell.words)) for cell in row.cells))
     return out

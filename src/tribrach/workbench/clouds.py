@@ -21,10 +21,10 @@ from tribrach.errors import InputError
 from tribrach.io.clouds.copc_head import CopcHead, is_copc, read_copc_head
 from tribrach.io.keeping import STATE_FOLDER, keeping
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.convert import as_copc
 from tribrach.job.each import Item, each
 from tribrach.job.poses import PoseFile
 from tribrach.job.state import Remembered
+from tribrach.questions.convert import as_copc
 from tribrach.workbench.further import cloud_stem
 from tribrach.workbench.result_folder import CLOUDS
 from tribrach.workbench.schema import SceneAttribute, SceneCloud

@@ -38,7 +38,7 @@ def described(
 def test_a_clean_scan_says_nothing_wrong(tmp_path: Path) -> None:
     xyz = sphere()
     found = described(tmp_path, xyz)
-    assert found.sentences() == []
+    assert found.sentences == []
     assert found.title == "a.xyz"
     assert found.step == pytest.approx((5e-3, 5e-3), rel=0.02)
     assert found.ranges == pytest.approx(
@@ -54,7 +54,7 @@ def test_a_clean_scan_says_nothing_wrong(tmp_path: Path) -> None:
 
 
 def one(found: Description, words: str) -> None:
-    assert len([s for s in found.sentences() if words in s]) == 1, found.sentences()
+    assert len([s for s in found.sentences if words in s]) == 1, found.sentences
 
 
 def test_what_is_wrong_with_coordinates(tmp_path: Path) -> None:
@@ -63,7 +63,7 @@ def test_what_is_wrong_with_coordinates(tmp_path: Path) -> None:
     one(described(tmp_path, far), "at 4000007 m they resolve 2.5e+02 mm")
     one(described(tmp_path, far), "Where the scanner stood")
     one(described(tmp_path, xyz.round(2)), "multiples of 10 mm")
-    assert described(tmp_path, xyz.round(4)).sentences() == []
+    assert described(tmp_path, xyz.round(4)).sentences == []
     beams = "7 of 24007 points (0.029 %) are beams without return"
     one(described(tmp_path, np.vstack([xyz, np.zeros((7, 3))])), beams)
     one(described(tmp_path, np.vstack([xyz, xyz[:6000]])), "20 % of the points are there more")
@@ -77,11 +77,11 @@ def test_coordinates_that_are_no_metres(tmp_path: Path, factor: float, words: st
     """Tenths of a millimetre, or garbage: said without overflowing, in every format of lines."""
     xyz = factor * sphere(20, 30, 0.05)
     found = described(tmp_path, xyz)
-    (said,) = [s for s in found.sentences() if s.endswith("are the coordinates metres?")]
+    (said,) = [s for s in found.sentences if s.endswith("are the coordinates metres?")]
     assert words in said
     text = header(20, 30) + "\n" + "".join(f"{x!r} {y!r} {z!r} 0.5\n" for x, y, z in xyz.tolist())
     (scan,) = read_scans(written(tmp_path, "a.ptx", text.encode()))
-    assert any("are the coordinates metres?" in s for s in describe(scan).sentences())
+    assert any("are the coordinates metres?" in s for s in describe(scan).sentences)
 
 
 def test_what_is_wrong_with_values(tmp_path: Path) -> None:
@@ -99,8 +99,8 @@ def test_poses(tmp_path: Path) -> None:
     text = lines(header(3, 2, np.eye(3), np.zeros(3)), xyz, header(3, 2), xyz)
     first, second = read_scans(written(tmp_path, "a.ptx", text))
     one(describe(first, among=2), "The pose is the identity although the file has 2 scans")
-    assert describe(first).sentences() == []
-    assert describe(second, among=2).sentences() == []
+    assert describe(first).sentences == []
+    assert describe(second, among=2).sentences == []
     assert dict(describe(second).rows())["pose"].startswith("590123.4560 2331000.2500 12.5000 m")
     mirror = replace(second, pose=Pose(np.diag([1.0, 1, -1]), np.zeros(3)))
     one(describe(mirror), "The pose mirrors")
@@ -111,14 +111,14 @@ def test_headers_that_lie_and_empty_scans(tmp_path: Path) -> None:
     with create(path, CloudHeader("a", (Field("intensity", "float32"),), crs="EPSG:32648")) as w:
         w.write(sphere(), {"intensity": np.arange(24_000, dtype=np.float32)})
     (scan,) = read_scans(path)
-    assert describe(scan).sentences() == []
+    assert describe(scan).sentences == []
     assert dict(describe(scan).rows())["CRS"] == "WGS 84 / UTM zone 48N (EPSG:32648)"
     assert scan.bounds is not None
     lying = replace(scan, bounds=scan.bounds + np.array([[0], [0.5]]))
     one(describe(lying), "differ from the points' by 0.500 m")
     with create(tmp_path / "b.las", CloudHeader("b")) as w:
         w.write(np.zeros((0, 3)), {})
-    assert describe(read_scans(tmp_path / "b.las")[0]).sentences() == ["The scan has no points."]
+    assert describe(read_scans(tmp_path / "b.las")[0]).sentences == ["The scan has no points."]
 
 
 @pytest.mark.parametrize(
@@ -140,7 +140,7 @@ def test_bounds_that_are_no_numbers(tmp_path: Path, value: float, share: int, wo
     (scan,) = read_scans(path)
     found = describe(scan)
     one(found, words)
-    assert not [s for s in found.sentences() if "nan" in s or "differ" in s]
+    assert not [s for s in found.sentences if "nan" in s or "differ" in s]
     assert json.loads(json.dumps(found.to_json(), allow_nan=False)) == found.to_json()
     result = CliRunner().invoke(app, ["info", str(path)])
     assert result.exit_code == 0

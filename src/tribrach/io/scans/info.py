@@ -15,13 +15,14 @@ from pyproj import CRS
 from pyproj.exceptions import CRSError
 
 from tribrach._types import Array
+from tribrach.answers import Matrix, Number, Result, part
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
 from tribrach.scan.angular_step import angular_step
 from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
-from tribrach.scan.scan import Chunk, Field, Scan
+from tribrach.scan.scan import Chunk, Field, NoReturn, Scan
 from tribrach.units import percent
 
 __all__ = ["Description", "describe"]
@@ -153,22 +154,73 @@ class _Doubles:
         return 1 - len(np.unique(self._kept)) / len(self._kept)
 
 
-@dataclass(frozen=True, eq=False)
-class Description:
-    """A scan in numbers and words."""
+@dataclass(frozen=True)
+class DescribedField(Result):
+    """A field of the points with its range."""
 
-    #: the scan
+    name: str
+    dtype: str
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True, eq=False)
+class Description(
+    Result,
+    without=("scan", "figures", "among"),
+    also=(
+        "file", "name", "index", "points", "records", "dropped", "no_return", "bounds", "fields",
+        "grid", "pose", "crs", "origin", "doubled_share", "facts", "sentences",
+    ),
+    keys={
+        "name": "scan",
+        "step": "angular_step",
+        "ranges": "range_quantiles",
+        "coarse": "coordinate_step",
+    },
+):  # fmt: skip
+    """A scan of a file [m, rad]."""
+
     scan: Scan
-    #: figures of its points
+    #: of its points
     figures: Statistics
     #: number of scans in its file
     among: int
-    #: between neighbouring directions (H, V) [rad], None if not known
-    step: tuple[float, float] | None
-    #: 0, 5, 50, 95 and 100 % quantiles of the ranges [m], empty if the origin is not known
-    ranges: tuple[float, ...]
-    #: step [m] that all coordinates are multiples of, None if it is fine
-    coarse: float | None
+    #: between neighbouring directions (H, V), null if not known
+    step: tuple[Number, Number] | None
+    #: 0, 5, 50, 95 and 100 % quantiles of the ranges, empty if the origin is not known
+    ranges: tuple[Number, ...]
+    #: step that all coordinates are multiples of, null if it is fine
+    coarse: Number | None
+
+    name = part("scan.name", str, "Name of the scan.")
+    index = part("scan.index", int, "Its number in the file.")
+    points = part("figures.points", int, "How many are valid.")
+    records = part("scan.records", int | None, "What the file says that it holds.")
+    dropped = part("figures.dropped", int, "Records that hold no point.")
+    no_return = part("scan.no_return", NoReturn | None, "Beams that came back from nothing.")
+    bounds = part("figures.bounds", Matrix | None, "Smallest and largest coordinates.")
+    grid = part("scan.grid", tuple[int, int] | None, "Rows and columns.")
+    pose = part("scan.pose.matrix", Matrix | None, "World from scanner, 4 x 4.")
+    crs = part("scan.crs", str | None, "Reference system.")
+    origin = part(
+        "scan.origin", str, "Whether the scanner is at 0, 0, 0: stated, assumed or unknown."
+    )
+    doubled_share = part("figures.doubled", Number, "Share of points that occurred before.")
+    facts = part("scan.facts", dict[str, str], "What else the file says.")
+
+    @property
+    def file(self) -> str:
+        """Path of the file."""
+        return str(self.scan.path)
+
+    @property
+    def fields(self) -> tuple[DescribedField, ...]:
+        """Fields of the points; one that occurred nowhere is zero."""
+        own = self.figures
+        zero = FieldRange(0.0, 0.0) if own.points else FieldRange()
+        found = [(f, own.fields.get(f.name, zero)) for f in self.scan.fields]
+        return tuple(DescribedField(f.name, f.dtype, r.low, r.high) for f, r in found)
 
     @property
     def title(self) -> str:
@@ -220,6 +272,7 @@ class Description:
         said = item.description.strip() or self.scan.facts.get(f"field {item.name}", "")
         return f"{what} ({said})" if said else what
 
+    @property
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
         out = [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.scan.warnings]
@@ -292,41 +345,6 @@ class Description:
             )
         return out
 
-    def to_json(self) -> dict[str, Any]:
-        """The description as numbers, with metres and radians."""
-        scan, figures = self.scan, self.figures
-        return {
-            "file": str(scan.path),
-            "scan": scan.name,
-            "index": scan.index,
-            "points": figures.points,
-            "records": scan.records,
-            "dropped": figures.dropped,
-            "no_return": None
-            if scan.no_return is None
-            else {
-                "zeros": scan.no_return.zeros,
-                "repeated": scan.no_return.repeated,
-                "places": [list(place) for place in scan.no_return.places],
-                "in_shell": scan.no_return.in_shell,
-                "shell": None if scan.no_return.shell is None else list(scan.no_return.shell),
-            },
-            "bounds": None if figures.bounds is None else figures.bounds.tolist(),
-            "fields": [
-                {"name": f.name, "dtype": f.dtype, **_limits(figures, f.name)} for f in scan.fields
-            ],
-            "grid": None if scan.grid is None else list(scan.grid),
-            "pose": None if scan.pose is None else scan.pose.matrix.tolist(),
-            "crs": scan.crs,
-            "origin": scan.origin,
-            "angular_step": None if self.step is None else list(self.step),
-            "range_quantiles": list(self.ranges),
-            "coordinate_step": self.coarse,
-            "doubled_share": figures.doubled,
-            "facts": dict(scan.facts),
-            "sentences": self.sentences(),
-        }
-
 
 def describe(scan: Scan, among: int = 1) -> Description:
     """Read a scan and describe it without its beams without return, which are told apart."""
@@ -364,16 +382,6 @@ def _of_bounds(stated: Array, bounds: Array) -> list[str]:
     if off <= _BOUNDS:
         return []
     return [f"The bounds in the header differ from the points' by {off:.3f} m."]
-
-
-def _limits(statistics: Statistics, name: str) -> dict[str, float | None]:
-    """Range of a field for JSON; a field that occurred nowhere is zero."""
-    values = statistics.fields.get(name)
-    if values is None:
-        return {"low": 0.0, "high": 0.0} if statistics.points else {"low": None, "high": None}
-    if values.low > values.high:
-        return {"low": None, "high": None}
-    return {"low": values.low, "high": values.high}
 
 
 def _is_identity(scan: Scan) -> bool:

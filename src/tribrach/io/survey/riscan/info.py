@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from tribrach.answers import Matrix, Number, Result, Vector, part
 from tribrach.errors import InputError
 from tribrach.io.survey.riscan.links import linked_stations
 from tribrach.io.survey.riscan.reader import is_geocentric, read
@@ -17,15 +17,110 @@ __all__ = ["ProjectDescription", "describe_project"]
 
 
 @dataclass(frozen=True, eq=False)
-class ProjectDescription:
-    """What a project holds."""
+class DescribedPosition(
+    Result,
+    without=("position", "control"),
+    also=(
+        "name",
+        "registered",
+        "sop",
+        "reflectors",
+        "active",
+        "of_control",
+        "gnss",
+        "gnss_accuracy",
+    ),
+):
+    """A scan position of a project of RiSCAN PRO [m]."""
 
-    #: the file
+    position: ScanPosition
+    #: names of control points
+    control: frozenset[str]
+
+    name = part("position.name", str, "Of the position.")
+    registered = part("position.registered", bool, "The program had determined the SOP.")
+    sop = part("position.sop", Matrix | None, "Project from scanner, 4 x 4.")
+
+    @property
+    def reflectors(self) -> int:
+        """How many were seen."""
+        return len(self.position.targets)
+
+    @property
+    def active(self) -> int:
+        """How many of them take part."""
+        return sum(target.active for target in self.position.targets)
+
+    @property
+    def of_control(self) -> int:
+        """Reflectors that are control points."""
+        return sum(target.name in self.control for target in self.position.targets)
+
+    @property
+    def gnss(self) -> Vector | None:
+        """Position by the scanner's own receiver."""
+        return None if self.position.position is None else self.position.position.vector
+
+    @property
+    def gnss_accuracy(self) -> Number | None:
+        """As it is stated, null if it is not."""
+        return None if self.position.position is None else self.position.position.accuracy
+
+    @property
+    def words(self) -> str:
+        """All of it in a line."""
+        registered = "registered" if self.registered and self.sop is not None else "not registered"
+        parts = [registered, f"{self.reflectors} reflectors, {self.active} active"]
+        if self.of_control:
+            parts.append(f"{self.of_control} of them control")
+        receiver = self.position.position
+        if receiver is not None:
+            stated = np.isfinite(receiver.accuracy)
+            sigma = f" of {receiver.accuracy:.2f} m" if stated else ""
+            off = "" if receiver.enabled else ", switched off"
+            parts.append(f"GNSS position{sigma}{off}")
+        return "; ".join(parts)
+
+
+@dataclass(frozen=True, eq=False)
+class ProjectDescription(
+    Result,
+    without=("path", "project", "warnings"),
+    also=("file", "name", "crs", "pop", "control", "tie_points", "positions", "sentences"),
+    null=("crs",),
+):
+    """A project of RiSCAN PRO [m]."""
+
     path: Path
     #: its records; reflectors have the names of what they are linked to
     project: RiscanProject
     #: what reading it says, one sentence each
     warnings: tuple[str, ...]
+
+    name = part("project.name", str, "Of the project.")
+    crs = part("project.crs", str, "Reference system.")
+    pop = part("project.pop", Matrix | None, "Global from project, 4 x 4.")
+
+    @property
+    def file(self) -> str:
+        """Path of the file."""
+        return str(self.path)
+
+    @property
+    def control(self) -> int:
+        """How many control points."""
+        return len(self.project.glcs)
+
+    @property
+    def tie_points(self) -> int:
+        """How many tie points."""
+        return len(self.project.prcs)
+
+    @property
+    def positions(self) -> tuple[DescribedPosition, ...]:
+        """Scan positions."""
+        control = frozenset(point.name for point in self.project.glcs)
+        return tuple(DescribedPosition(station, control) for station in self.project.stations)
 
     @property
     def title(self) -> str:
@@ -49,69 +144,12 @@ class ProjectDescription:
             ("control (GLCS)", f"{len(project.glcs)} points, {used} active"),
             ("tie points (PRCS)", f"{len(project.prcs)}"),
         ]
-        return rows + [
-            (f"position {station.name}", self._position_words(station))
-            for station in project.stations
-        ]
+        return rows + [(f"position {station.name}", station.words) for station in self.positions]
 
-    def _position_words(self, station: ScanPosition) -> str:
-        active = sum(target.active for target in station.targets)
-        parts = [
-            "registered" if station.registered and station.sop is not None else "not registered",
-            f"{len(station.targets)} reflectors, {active} active",
-        ]
-        control = self._of_control(station)
-        if control:
-            parts.append(f"{control} of them control")
-        if station.position is not None:
-            accuracy = station.position.accuracy
-            sigma = f" of {accuracy:.2f} m" if np.isfinite(accuracy) else ""
-            off = "" if station.position.enabled else ", switched off"
-            parts.append(f"GNSS position{sigma}{off}")
-        return "; ".join(parts)
-
-    def _of_control(self, station: ScanPosition) -> int:
-        """How many reflectors of a position are control points."""
-        names = {point.name for point in self.project.glcs}
-        return sum(target.name in names for target in station.targets)
-
+    @property
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
         return [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.warnings]
-
-    def to_json(self) -> dict[str, Any]:
-        """The description as numbers, with metres."""
-        project = self.project
-        return {
-            "file": str(self.path),
-            "name": project.name,
-            "crs": project.crs or None,
-            "pop": None if project.pop is None else project.pop.tolist(),
-            "control": len(project.glcs),
-            "tie_points": len(project.prcs),
-            "positions": [
-                {
-                    "name": station.name,
-                    "registered": station.registered,
-                    "sop": None if station.sop is None else station.sop.tolist(),
-                    "reflectors": len(station.targets),
-                    "active": sum(target.active for target in station.targets),
-                    "of_control": self._of_control(station),
-                    "gnss": None if station.position is None else station.position.vector.tolist(),
-                    "gnss_accuracy": _accuracy(station),
-                }
-                for station in project.stations
-            ],
-            "sentences": self.sentences(),
-        }
-
-
-def _accuracy(station: ScanPosition) -> float | None:
-    """Stated accuracy of a GNSS position [m], None if there is none."""
-    position = station.position
-    if position is None or not np.isfinite(position.accuracy):
-        return None
-    return position.accuracy
 
 
 def describe_project(path: Path) -> ProjectDescription:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
 from tribrach._types import Progress
@@ -16,13 +17,35 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import WRITERS, create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
+from tribrach.report.answer import Answer
 from tribrach.scan.scan import Scan
+from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["as_copc", "convert_scans"]
+__all__ = ["as_copc", "convert", "convert_scans"]
 
 #: step of coordinates of clouds that come without one [m]
 _FINEST = 1e-4
 _NORMALS = ("normal_x", "normal_y", "normal_z")
+
+
+@command(json=None, html=None)
+def convert(
+    source: Annotated[Path, typer.Argument(help="A file of scans.")],
+    destination: Annotated[
+        Path, typer.Argument(help="File to write: .las, .laz, .copc.laz, .ply or .e57."), WRITTEN
+    ],
+    placed: Annotated[bool, typer.Option(help="Apply the poses that the source has.")] = False,
+    step_mm: Annotated[
+        float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
+    ] = 0.1,
+    *,
+    progress: Progress,
+) -> Answer:
+    """Write scans in another format, every field kept."""
+    scans, step = read_scans(source), step_mm / 1e3
+    made = convert_scans(scans, destination, placed=placed, step=step, progress=progress)
+    lines = [f"{path}: {points} points" for path, points in made]
+    return Answer("Scans in another format", "", None, made, terminal=lines)
 
 
 def convert_scans(
