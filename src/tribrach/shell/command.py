@@ -31,12 +31,14 @@ from tribrach.shell.flow import (
     working,
 )
 
-__all__ = ["FOLDER", "WRITTEN", "command", "deliver"]
+__all__ = ["FOLDER", "RESULTS", "WRITTEN", "command", "deliver"]
 
 #: marks the parameter of a command that names a file which the command writes
 WRITTEN = "written"
 #: marks the one that names the folder of results
 FOLDER = "folder"
+#: marks the one that names a project in whose folder of results something is kept
+RESULTS = "results"
 #: terminals with as many columns show all columns of the tables
 _WIDE = 118
 
@@ -70,7 +72,10 @@ def command(
             if n not in by_itself:
                 options |= _options_of(hints[n]) if n in bundles else {n: (hints[n], p.default)}
         marks = {n: _marked(hint) for n, (hint, _) in options.items() if _path(hint)}
-        read, written, folder = ([n for n in marks if marks[n] == m] for m in ("", WRITTEN, FOLDER))
+        read, written, folder, project = (
+            [name for name in marks if marks[name] == mark]
+            for mark in ("", WRITTEN, FOLDER, RESULTS)
+        )
         meant = {
             name: mark
             for name, (hint, _) in options.items()
@@ -97,10 +102,10 @@ def command(
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
             for name, bundle in bundles.items():
                 given[name] = bundle(**{f.name: given.pop(f.name) for f in fields(bundle)})
-            inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
+            inputs = _paths(given[name] for name in dict.fromkeys((*read, *project, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
             files |= {f"--{form}": _paths([path]) for form, path in outputs.items()}
-            place = given[folder[0]] if folder else None
+            place = given[folder[0]] if folder else _results(*(given[name] for name in project))
             claim(inputs, files, place, overwrite=overwrite)
             given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
@@ -194,6 +199,16 @@ def _file(name: str, help: str) -> Any:
     return Annotated[Path | None, typer.Option(name, help=help)]
 
 
+def _results(project: Path | None = None) -> Path | None:
+    """The folder of results of a project."""
+    if project is None:
+        return None
+    # the model of project files takes its time, which other commands should not spend
+    from tribrach.project import Project
+
+    return Project.load(project).results
+
+
 def _path(hint: Any) -> bool:
     """Does a parameter take files?"""
     return "pathlib.Path" in str(getattr(hint, "__origin__", hint))
@@ -202,7 +217,7 @@ def _path(hint: Any) -> bool:
 def _marked(hint: Any) -> str:
     """How the parameter is marked, "" if it names what is read."""
     found = getattr(hint, "__metadata__", ())
-    return next((mark for mark in (WRITTEN, FOLDER) if mark in found), "")
+    return next((mark for mark in (WRITTEN, FOLDER, RESULTS) if mark in found), "")
 
 
 def _paths(values: Any) -> list[Path]:
