@@ -21,7 +21,7 @@ from tribrach.observations.declaration import Category
 from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, going, prospect_for
 from tribrach.planning.prediction import Criterion, fixed_datum, predict, with_parameters
-from tribrach.planning.search import Search, best_moves, propose
+from tribrach.planning.search import Pick, best_moves, propose
 from tribrach.planning.weights import (
     RequiredPrecision,
     SetsByStation,
@@ -140,7 +140,15 @@ class PlanWork:
         """Places where stations could be and are not."""
         if self.plan.station_places is None:
             return {}
-        path = self.survey.project.folder / self.plan.station_places
+        return {
+            name: ScannerPlace(xyz, np.eye(3))
+            for name, xyz in self._places_of(self.plan.station_places).items()
+            if name not in self.stations
+        }
+
+    def _places_of(self, file: str) -> dict[str, Array]:
+        """The places of a file, which are none of the project."""
+        path = self.survey.project.folder / file
         places = read_places(path, self.survey.context)
         for name in places:
             if name in self.survey.points or name in self.survey.stations:
@@ -149,11 +157,7 @@ class PlanWork:
                     file=path,
                     cure="give the place another name",
                 )
-        return {
-            name: ScannerPlace(xyz, np.eye(3))
-            for name, xyz in places.items()
-            if name not in self.stations
-        }
+        return places
 
     def _target_places(self) -> dict[str, Array]:
         """Places where targets could be and are not."""
@@ -164,16 +168,7 @@ class PlanWork:
     def _all_target_places(self) -> dict[str, Array]:
         survey = self.survey
         if self.plan.target_places is not None:
-            path = survey.project.folder / self.plan.target_places
-            places = read_places(path, survey.context)
-            for name in places:
-                if name in survey.points or name in survey.stations:
-                    raise InputError(
-                        f"{name} is a point or station of the project already",
-                        file=path,
-                        cure="give the place another name",
-                    )
-            return places
+            return self._places_of(self.plan.target_places)
         scene = survey.scans.scene
         stations = survey.stations | self.stations
         if scene is None or self.plan.spacing_m is None:
@@ -194,33 +189,34 @@ class PlanWork:
     def add_stations(self, count: int) -> None:
         """Propose up to so many stations."""
         places = self._station_places() if count > 0 else {}
-        search = self._search({}, places, count, "stations")
-        for pick, name in self._picked(search, list(places)):
-            self.stations[name] = places[name]
-            place = places[name].position
-            self.proposals.append(DesignProposal("station", name, place, pick[0], pick[1]))
+        for pick in self._search({}, places, count, "stations"):
+            name = list(places)[pick.number]
+            self.stations[name] = place = places[name]
+            found = DesignProposal("station", name, place.position, pick.before, pick.after)
+            self.proposals.append(found)
 
     def add_targets(self, count: int) -> None:
         """Propose up to so many targets."""
         places = self._target_places() if count > 0 else {}
-        search = self._search(places, {}, count, "targets")
-        for pick, name in self._picked(search, list(places)):
-            self.targets[name] = places[name]
-            self.proposals.append(DesignProposal("target", name, places[name], pick[0], pick[1]))
+        for pick in self._search(places, {}, count, "targets"):
+            name = list(places)[pick.number]
+            self.targets[name] = place = places[name]
+            self.proposals.append(DesignProposal("target", name, place, pick.before, pick.after))
 
     def _search(
         self, targets: dict[str, Array], stations: dict[str, ScannerPlace], count: int, what: str
-    ) -> Search | None:
+    ) -> Sequence[Pick]:
+        """The places that serve most."""
         names = [*targets, *stations]
         if not names:
-            return None
+            return ()
         self.looked_at |= targets | {name: place.position for name, place in stations.items()}
         self.progress(f"{len(names)} places of {what}", 0, None)
         base = self.prediction()
         further = self.survey.candidates(targets, stations, base.network)
         if further is None:
             self.warnings.append(f"no place of {what} is seen, or sees anything")
-            return None
+            return ()
         now = prospect_for(base, self.criterion, [further])
         parts = coming(base, now, further, {name: k for k, name in enumerate(names)})
         search = propose(now, parts, count, self.plan.required(axes_of(base)))
@@ -234,14 +230,7 @@ class PlanWork:
                 for k, v in zip(search.number, search.single, strict=False)
                 if np.isfinite(v)
             }
-        return search
-
-    def _picked(
-        self, search: Search | None, names: list[str]
-    ) -> list[tuple[tuple[float, float], str]]:
-        if search is None:
-            return []
-        return [((p.before, p.after), names[p.number]) for p in search.picks]
+        return search.picks
 
     def _movable(self) -> list[str]:
         """Targets that only scanners see, which nothing holds where they are."""
