@@ -195,7 +195,7 @@ def scaled(value: Any, spec: str) -> Any:
 
 def _text(value: float, before: str, how: str, digits: str) -> str:
     """Digits of a number, from a million on with a power of ten; ``before`` them a sign."""
-    if how and 10 ** int(digits) - 0.5 <= abs(value) < 1e6:
+    if how and digits and 10 ** int(digits) - 0.5 <= abs(value) < 1e6:
         value, how, digits = float(f"{value:.{digits}g}"), "", "0"
     if not digits and not how:
         return f"{int(value) if value == int(value) else value:{before}}"
