@@ -114,8 +114,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Simulate a whole survey job: scans, observations, project file and its truth.",
     ),
 }
-
-
 #: headings in the list of commands, in its order; what is under none of them is a tool
 GROUPS: dict[str, tuple[str, ...]] = {
     "A job from its files to its results": ("init", "check-project", "run", "demo"),

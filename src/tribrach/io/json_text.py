@@ -1,4 +1,4 @@
-"""The one place where JSON is written that is no document of ``report/schema``.
+"""The one place where JSON is written that is no document of a form.
 
 JSON has no word for NaN and infinities; Python writes them all the same, and half of all readers
 then refuse the whole file. Here what is no number is null, as in the documents, or, in what the

@@ -178,23 +178,13 @@ def _station_sigmas(world: Array, where: Placement) -> Array:
 
 #: limits of the regions: ranges [m], incidence angles [degrees]
 RANGES = (0.0, 10.0, 20.0, 30.0, 50.0, 100.0, np.inf)
-
-
 _INCIDENCES = (0.0, 30.0, 45.0, 60.0, 90.0)
-
-
 #: where classes of intensity end, as shares of the points
 _QUARTERS = (0.25, 0.5, 0.75)
-
-
 #: what a common scale of the ranges and refraction have done to the pose of a station
 COMMON_ERRORS = "scale and refraction"
-
-
 #: shares of a covariance that are rounding
 _NEGLIGIBLE = 1e-6
-
-
 #: regions with fewer sampled points are not worth a row
 _FEW = 20
 

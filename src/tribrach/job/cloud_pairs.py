@@ -41,8 +41,6 @@ __all__ = ["CloudPairs", "cloud_pairs", "contradicted", "observable"]
 
 #: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
 _SLACK = np.repeat([0.05, 5e-3], 3)
-
-
 _LEVEL = 1e-6
 
 

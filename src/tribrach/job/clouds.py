@@ -117,12 +117,8 @@ def _same(one: Path, other: Path) -> bool:
 
 
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
-
-
 #: of all three together
 _SIGMA = "sigma"
-
-
 #: fields of points of LAS that mean nothing elsewhere
 _OF_LAS = frozenset(
     (
@@ -139,18 +135,10 @@ _OF_LAS = frozenset(
         "point_source_id",
     )
 )
-
-
 _CORRELATIONS = ("correlation_xy", "correlation_xz", "correlation_yz")
-
-
 _NORMALS = ("normal_x", "normal_y", "normal_z")
-
-
 #: rigid poses that miss the projection by less are not worth a sentence [m]
 _NEGLIGIBLE = 1e-4
-
-
 #: a smaller share of points beyond the law of their noise is not worth a sentence
 _WORTH_SAYING = 0.01
 

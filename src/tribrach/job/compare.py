@@ -35,16 +35,10 @@ Method = Literal["c2c", "m3c2", "both"]
 
 #: takes the number of a site and its distances
 Distances = Callable[[int, M3C2EP], None]
-
-
 #: distances beyond are no differences of one surface [m]
 LIMIT = 0.2
-
-
 #: cylinders are this wide over the root of the area per point: 28 points, more than twenty
 _CYLINDER = 6.0
-
-
 #: neighbourhoods for normals over the width of cylinders, and over the roughness (Lague 2013)
 _WIDER, _ROUGH = 2.0, 25.0
 

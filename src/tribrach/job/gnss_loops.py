@@ -27,12 +27,8 @@ __all__ = ["BaselineSet", "baselines_of", "epoch_sentences", "loops_of"]
 
 #: no plate turns faster [rad/year]: 2.4 milliarcseconds, the Pacific (Altamimi et al. 2017)
 FASTEST_TURN = 1.2e-8
-
-
 #: turns of baselines below this are not worth a word [m]
 NOTICEABLE = 1e-4
-
-
 _YEAR = 365.25 * 86400
 
 

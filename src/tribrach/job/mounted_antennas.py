@@ -23,8 +23,6 @@ __all__ = ["mounted_antennas", "raised_antennas"]
 
 #: a lever arm that is known no better than this tells no targets apart [m]
 _VAGUE = 0.05
-
-
 #: heights of antennas on scanners above this are worth a question [m]
 _RAISED = 0.005
 

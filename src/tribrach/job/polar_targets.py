@@ -21,8 +21,6 @@ __all__ = ["Sighted", "observe_readings"]
 
 #: detections with the names of their targets, in the order of the observations
 Sighted = Sequence[tuple[str, Detection]]
-
-
 #: detections of one target in several scans lie nearer than this [m]
 _SAME = 0.02
 

@@ -60,23 +60,13 @@ __all__ = [
 
 #: the fact of a cloud of one scan that says by which pose it was placed
 PLACED = "world from scanner"
-
-
 #: poses are one where they differ by no more than the digits of that fact
 _TURNED, _APART = 1e-7, 1e-4
-
-
 #: with more stations the joint covariance is left out: it would have more than 46 MB
 MOST_STATIONS = 400
-
-
 #: more parameters and common errors than any job has
 _MOST_EFFECTS = 4000
-
-
 _ELEMENTS = [f"m{i}{j}" for i in range(4) for j in range(4)]
-
-
 _UNKNOWNS = ("tx", "ty", "tz", "rx", "ry", "rz")
 
 

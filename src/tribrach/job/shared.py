@@ -29,8 +29,6 @@ __all__ = ["joint_with_points", "shared_part"]
 
 #: no columns
 _NONE = np.zeros(0, dtype=np.int64)
-
-
 #: an unknown of the network by its column, a parameter of a file, a common error
 _Row = tuple[str, int | str]
 

@@ -51,8 +51,6 @@ _LEVEL = 0.95
 #: patches and records of all scans of an instrument that are looked at, and of one scan at least
 _PATCHES, _RECORDS = 10_000, 2_000_000
 _LEAST_PATCHES, _LEAST_RECORDS, _MOST_RECORDS = 200, 100_000, 500_000
-
-
 #: who states the noise of an instrument
 _BASIS: Mapping[Origin, str] = {
     "project": "the project ([instruments.{}])",

@@ -147,8 +147,6 @@ def bookkeeping(truth: Mapping[str, Any], named: Named) -> list[Bookkeeping]:
 
 #: share of jobs whose errors, if as stated, keep within the limits of one kind of test
 LEVEL = 0.99
-
-
 #: the stated covariance of points is right if their mean squared normalised error is within
 BAND = (0.95, 1.05)
 

@@ -58,13 +58,14 @@ def info(
     for other in refused[1:]:
         # the first error ends the command, and says the further ones
         refused[0].add_note(str(other))
+    everything: list[Description | ProjectDescription] = [*projects, *described]
     return Answer(
         "Files of scans",
         "",
         None,
         DescribedFiles(tuple(described), tuple(projects)),
         FORM,
-        terminal=[part for one in (*projects, *described) for part in _shown(one)],
+        terminal=[part for one in everything for part in _shown(one)],
         failure=refused[0] if refused else None,
     )
 

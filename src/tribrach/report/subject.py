@@ -24,7 +24,7 @@ class Subject:
     #: makes its chapters from the head of the report and from what the job left besides the
     #: adjustment; none where the job has nothing to say
     chapters: Callable[[Head, JobResults], Iterable[Chapter]]
-    #: what the JSON result holds under the key: a document part, or a list or dictionary of parts;
+    #: what the JSON result holds under the key: a result, or a list or dictionary of results;
     #: None if its chapters have no data
     model: Any = None
     #: true if there may be several chapters: their data are a list in the JSON result

@@ -87,8 +87,6 @@ class Row:
 
 #: a column: its head, and how it makes a cell of an item
 Spec = tuple[ColumnHead, Callable[[Any], Cell]]
-
-
 #: a number as cells have it: sign, digits with what groups them, fraction, percent
 _NUMBER = re.compile(r"(?:< )?[-+]?\d[\d,]*(?:\.(\d+))?(?: %)?")
 

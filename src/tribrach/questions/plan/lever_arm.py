@@ -34,8 +34,6 @@ __all__ = ["PLANNED", "LeverArmForecast", "PlannedLeverArm", "forecast"]
 
 #: group of the planned positions
 PLANNED = "planned GNSS"
-
-
 #: steps of the places that are proposed where nothing else says any
 _AZIMUTHS, _LENGTHS, _HEIGHTS = 24, 3, 3
 

@@ -24,8 +24,6 @@ _NOTE = (
     "maker likes: compare them with the sheet of the instrument at hand, and with a field check. "
     "Defaults stand where the maker publishes nothing. Units are those of sheets and project files."
 )
-
-
 #: ends of keys with the units that they name, the longest first
 _UNITS = {
     "_mm_per_sqrt_km": "mm per √km",

@@ -25,8 +25,6 @@ _NAME = "lever_arm_calibration"
 
 #: targets that leave a wider part of the horizon free than this are not all around [rad]
 _GAP = np.radians(180.0)
-
-
 #: a component is not zero from here on (99 %)
 _SIGNIFICANT = 2.58
 

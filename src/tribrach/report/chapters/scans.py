@@ -55,8 +55,6 @@ __all__ = ["SUBJECT", "FoundTarget", "Rejection", "WrittenCloud"]
 Triple = tuple[float, float, float]
 
 _CONVERTED = "; every point was converted by itself, so that nothing of it is lost."
-
-
 #: radius of the Earth for the size of its curvature [m]
 _EARTH = 6371000.0
 #: comparisons with the truth that are named where they are not as stated
@@ -342,8 +340,6 @@ def _panoramas(placed: PlacedScans, head: Head) -> list[Picture]:
 
 #: points of the plan of sigmas
 _MOST_DRAWN = 60_000
-
-
 #: classes of the counts that make a histogram; of fewer the sample is counted anew
 _FEW_CLASSES = 6
 
