@@ -75,8 +75,12 @@ class Answer:
             notation=self.notation,
         )
 
-    def text(self, without: Sequence[str] = ()) -> Content:
-        """The whole of it as text to print, but for some tables."""
+    def text(self) -> Content:
+        """The whole of it as plain text."""
+        return self.printed()
+
+    def printed(self, without: Sequence[str] = ()) -> str:
+        """The same, but for some tables."""
         say, rule = self.notation.words, "=" * WIDTH
         blocks = [f"{self.title}\n{rule}"]
         for sign, warns in (("-", False), ("!", True)):

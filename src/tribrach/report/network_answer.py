@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,7 +54,7 @@ class NetworkAnswer(Answer):
 
         return page(self.result)
 
-    def text(self, without: Sequence[str] = ()) -> Content:
+    def text(self) -> Content:
         """The whole report as plain text."""
         return render(self.result)
 

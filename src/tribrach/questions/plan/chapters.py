@@ -68,7 +68,7 @@ def answer_of(plan: DesignResult, project: Project | None = None) -> Answer:
         network=content,
         notation=notation_of(content),
     )
-    return replace(answer, terminal=[str(answer.text(without=("sights",)))])
+    return replace(answer, terminal=[answer.printed(without=("sights",))])
 
 
 def _front(plan: DesignResult) -> FrontPage:
