@@ -194,7 +194,7 @@ class Session:
         job = open_job(project, progress)
         found = None
         if project.scans:
-            with keeping(project.inputs(), project.results):
+            with keeping(project.inputs(), project.results, command="run"):
                 found = find(job, project.results, progress)
         return cls(job, found, _user() if author is None else author)
 
