@@ -61,8 +61,22 @@ _DONE = (
     "CURVREF",
     "END",
 )
-#: options that would change results
-_REFUSED = ("ALIAS", "LINK", "GRID", "MEASURED", "PRISM", "ELEVATION", "VRED", "MAPSCALE")
+_IN_GRID = (
+    "the job is one in a grid and would become a local one without it: give the project file of "
+    'the job, or write a Tribrach project with kind = "projected" and crs in [site]'
+)
+#: options that would change results: what they do, and where that is stated instead
+_REFUSED = {
+    "ALIAS": "it gives points a second name: write one name for each point in the data",
+    "LINK": "it makes names one point: write one name for the point in the data",
+    "GRID": f"it says which of distances, directions and coordinates are in the grid; {_IN_GRID}",
+    "MEASURED": f"it says which observations are as measured and not in the grid; {_IN_GRID}",
+    "CRS": f"it names the coordinate system; {_IN_GRID}",
+    "PRISM": "it adds a constant to distances: correct the distances in the data",
+    "ELEVATION": "it gives heights to points without: write them with the points, as C or E lines",
+    "VRED": "it reduces distances to a height: give them as measured, with zenith angles",
+    "MAPSCALE": f"it scales distances into the grid; {_IN_GRID}",
+}
 
 
 @dataclass
@@ -268,7 +282,10 @@ class InlineOptions:
     def _curvref(self, line: DataLine) -> None:
         word = line.words[0].upper() if line.words else "ON"
         if word == "OFF":
-            raise line.error("curvature and refraction are always computed", "leave the line out")
+            raise line.error(
+                "curvature and refraction are always computed",
+                "leave the line out, and zenith angles are reduced for both",
+            )
         if word != "ON":
             self.refraction = _number(line, 0, 0.0)
 
@@ -328,7 +345,10 @@ class InlineOptions:
                 _number(line, 2, 0.0) * self.length_unit,
             )
         elif what != "NETWORK":
-            raise line.error(f".GPS {what} is not done", "leave the line out")
+            raise line.error(
+                f".GPS {what} is not done",
+                "without it vectors take part as they are written: edit them if that is not meant",
+            )
 
     def _pair(
         self, line: DataLine, default: tuple[float, float], unit: float
@@ -355,11 +375,14 @@ def option_name(line: DataLine) -> str:
         if found and names is not _REFUSED:
             return found[0]
         if found:
-            raise line.error(f"the option .{found[0]} is not done", "leave the line out")
+            raise line.error(f"the option .{found[0]} is not done", _REFUSED[found[0]])
         longer = [name for name in names if len(name) > 2 and word.startswith(name)]
         if longer and names is not _REFUSED:
             return longer[0]
-    raise line.error(f"the option {line.code} is not known", "leave the line out")
+    raise line.error(
+        f"the option {line.code} is not known",
+        "look up what it changes before you leave the line out: results may differ without it",
+    )
 
 
 def _number(line: DataLine, index: int, default: float) -> float:
