@@ -126,8 +126,8 @@ def _part(
             "observe common points or give coordinates of some of them"
         )
     ties = ", ".join(layout.position_name(i) for i in sorted(shared)[:4])
-    free = network.free[: 3 * layout.count("point")].reshape(-1, 3).any(axis=0)
-    in_plan = not free[2] and not layout.count("pose")
+    heights = network.free[: 3 * layout.count("point")].reshape(-1, 3)[:, 2]
+    in_plan = not heights.any() and not layout.count("pose")
     need = 2 if in_plan else 3
     if len(shared) < need:
         count = f"only {len(shared)} place{'s' if len(shared) != 1 else ''} ({ties})"
