@@ -16,7 +16,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.control_mistakes import WrongCoordinate, wrong_coordinate
 from tribrach.network.blunders.mistakes import Mistakes, first_adjustment, mistakes
 from tribrach.network.blunders.robust import RobustResult, adjust_robust
-from tribrach.network.blunders.snooping import SnoopingLog, snoop
+from tribrach.network.blunders.snooping import SnoopingLog, coverage_after, snoop
 from tribrach.network.datum_control import unchecked_control
 from tribrach.network.misread_checks import misread_checks
 from tribrach.network.network import Network
@@ -152,6 +152,12 @@ class Solving:
             return snoop(self.network, suspects=suspects)
         return self.wrong.snooped(suspects)
 
+    @property
+    def undecided(self) -> list[str]:
+        """Groups of observations of which snooping could not tell the wrong one."""
+        log = self.cleaned[1]
+        return [] if log is None else log.undecided()
+
     @cached_property
     def components(self) -> VarianceComponents | None:
         """Variance components; None if they are not wanted."""
@@ -227,7 +233,13 @@ DIAGNOSES = (
         Severity.BLUNDER,
         lambda s: [] if s.robust is None else s.robust.sentences(),
     ),
-    Diagnosis("confusable", Severity.WEAK, lambda s: confusable(s.apart, s.quality_apart)[:10]),
+    Diagnosis("undecided_blunder", Severity.BLUNDER, lambda s: s.undecided),
+    Diagnosis("snooped", Severity.NOTE, lambda s: coverage_after(s.first, *s.cleaned)),
+    Diagnosis(
+        "confusable",
+        Severity.WEAK,
+        lambda s: [] if s.undecided else confusable(s.apart, s.quality_apart)[:10],
+    ),
     Diagnosis("placement", Severity.NOTE, lambda s: placement_sentences(s.adjustment)),
     Diagnosis("misread_check", Severity.INPUT, lambda s: misread_checks(s.apart)),
     Diagnosis("unchecked_control", Severity.WEAK, lambda s: unchecked_control(s.adjustment)),

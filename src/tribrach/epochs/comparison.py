@@ -38,6 +38,10 @@ __all__ = [
 ]
 
 
+#: variance, in units of that of the other coordinates, of a coordinate that both epochs hold
+_EXACT = 1e-8
+
+
 @dataclass(frozen=True)
 class Settings:
     """How epochs are compared."""
@@ -223,10 +227,18 @@ def compare(
 
 
 def _without_held(difference: Difference) -> tuple[Difference, tuple[str, ...]]:
-    """The differences of points that are not held in both epochs, and the names of those."""
+    """The differences of points that are not held in both epochs, and the names of those.
+
+    A point that is held along one axis alone is compared along the others: what both epochs hold
+    alike cannot differ there, to what coordinates are exact to.
+    """
     width = len(difference.axes)
     variance = np.diag(difference.covariance).reshape(-1, width)
     held = (variance <= 0).min(axis=1)
+    alone = (variance <= 0) & ~held[:, None]
+    if alone.any():
+        exact = np.where(alone, _EXACT * np.median(variance[variance > 0]), 0.0)
+        difference = replace(difference, covariance=difference.covariance + np.diag(exact.ravel()))
     if not held.any():
         return difference, ()
     keep = np.flatnonzero(~held)
@@ -265,6 +277,7 @@ def _form(difference: Difference, points: Collection[int]) -> Congruence:
         difference.covariance[np.ix_(rows, rows)],
         difference.basis[rows],
         len(difference.axes),
+        [difference.names[k] for k in chosen],
     )
 
 
@@ -407,7 +420,9 @@ def _settled(
         elif not found.resolved:
             said = "cannot tell"
         else:
-            said = "not moved"
+            # none is larger than what passed the test of all of them together
+            one = replace(one, limit=found.after.limit)
+            said = "not moved" if one.statistic <= one.limit else "cannot tell"
         rows = slice(i * width, (i + 1) * width)
         value = np.linalg.eigvalsh(form.weights[rows, rows])
         seen = value[0] > 1e-12 * max(value[-1], 1e-300)

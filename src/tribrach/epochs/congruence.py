@@ -98,6 +98,8 @@ class Congruence:
         Motions G of the whole that are no displacement.
     width
         Differences of each point.
+    names
+        Of the points, for what is refused.
 
     Raises
     ------
@@ -109,7 +111,14 @@ class Congruence:
     Method section 12.2.
     """
 
-    def __init__(self, values: Array, covariance: Array, basis: Array, width: int) -> None:
+    def __init__(
+        self,
+        values: Array,
+        covariance: Array,
+        basis: Array,
+        width: int,
+        names: Sequence[str] = (),
+    ) -> None:
         self.width = width
         self.values = values
         scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
@@ -124,7 +133,7 @@ class Congruence:
             raise AdjustmentError(
                 f"the covariance of the differences is singular in {open_} more "
                 f"{'direction' if open_ == 1 else 'directions'} than the motions of the whole",
-                [f"most of it is in point number {worst + 1}"],
+                [f"most of it is in {names[worst] if names else f'point number {worst + 1}'}"],
             )
         weights = (vector / value) @ vector.T / np.outer(size, size)
         self.rank = int(np.linalg.matrix_rank(basis)) if basis.size else 0

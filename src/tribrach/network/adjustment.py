@@ -235,6 +235,7 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
         return _adjusted(network, options or Options())
     except AdjustmentError as error:
         names = network.start.layout.names
+        error.also(defects.left_out(network))
         error.also(hints_among([*names["point"], *names["pose"]], network.warnings))
         raise
 
@@ -325,7 +326,7 @@ class _System:
         self.warnings: tuple[str, ...] = ()
         if weak:
             self.warnings = defects.check_rank(
-                assembly, self.design, self.constraints, self.motions.basis
+                assembly, self.design, self.constraints, self.motions.basis, state
             )
         if cofactor is None:
             raise AdjustmentError("the normal matrix cannot be factored")

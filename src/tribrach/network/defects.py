@@ -11,6 +11,7 @@ to the points is recognised as a similarity motion where it is one.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -24,6 +25,7 @@ from tribrach.network.datum import GENERATORS, OpenMotions, generators, pins_of
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
 from tribrach.network.weakness import weak_place_of
+from tribrach.observations.base import Observations, Use
 from tribrach.observations.sights import HEIGHT_UNKNOWNS
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 from tribrach.sentences import Sentence
@@ -32,6 +34,7 @@ from tribrach.statistics import chi2
 __all__ = [
     "column_length",
     "datum_mask",
+    "left_out",
     "motion_words",
     "not_converged",
     "null_space",
@@ -43,6 +46,9 @@ __all__ = [
 RANK_TOLERANCE = 1e-9
 #: and below this they are worth a warning
 WEAK_TOLERANCE = 1e-6
+#: generic places that are tried where a network is open at its start, and singular values that are
+#: full rank for sure
+_GENERIC, _SURE = 3, 1e-7
 #: a place that no weak combination moves by as much is not the weak part of it [m]
 _FIRM = 0.05
 #: and below this curvature may lead the iteration astray
@@ -116,12 +122,18 @@ def check_datum(
     if assembly.network.datum.kind != "free":
         null, _ = null_space(design, constraints, motions.basis)
         length = column_length(design)
+        # inner constraints would let go what is given in plan
+        cure = (
+            "give the height of any one point, whatever it is: what is given in plan stays held"
+            if moves == GENERATORS[2]
+            else "give more control coordinates, heights, an azimuth or GNSS, or ask for inner "
+            "constraints (datum free)"
+        )
         raise RankDefect(
             "the network is not tied to a frame",
             [
                 f"all points together can still move without any observation noticing: {moves} "
-                f"({d} in all); give more control coordinates, heights, an azimuth or GNSS, or ask "
-                "for inner constraints (datum free)",
+                f"({d} in all); {cure}",
                 *sentences(assembly, null, motions.basis, length),
             ],
         )
@@ -138,9 +150,16 @@ def check_datum(
 
 
 def check_rank(
-    assembly: Assembly, design: sp.csr_array, constraints: sp.csr_array, motions: Array
+    assembly: Assembly,
+    design: sp.csr_array,
+    constraints: sp.csr_array,
+    motions: Array,
+    state: State,
 ) -> tuple[str, ...]:
     """Refuse a network whose unknowns cannot be separated, apart from the known motions.
+
+    A network that is open where it is linearised may be closed anywhere else: then the place is to
+    blame and not the observations.
 
     Parameters
     ----------
@@ -152,9 +171,20 @@ def check_rank(
         Jacobian of the hard constraints.
     motions : array (u, d)
         Open motions that the datum closes.
+    state
+        Where the network is linearised.
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE
+    if zero.any() and not motions.shape[1] and _closed_elsewhere(assembly, state):
+        moved = np.linalg.norm(vectors[:, zero], axis=1) * column_length(design)
+        moved[assembly.free_columns >= 3 * assembly.layout.count("point")] = 0.0
+        where = assembly.layout.describe(int(assembly.free_columns[int(np.argmax(moved))]))[1]
+        raise RankDefect(
+            "the observations fix all unknowns, but not from the coordinates that were found for a "
+            "start",
+            [f"give a rough coordinate of {where}: where it was started, nothing tells it apart"],
+        )
     if zero.any():
         count = int(zero.sum())
         raise RankDefect(
@@ -169,6 +199,35 @@ def check_rank(
         f"{weak_words(assembly, vectors[:, i])}; its sigma depends on the last digits of the data"
         for i in weak
     )
+
+
+def _closed_elsewhere(assembly: Assembly, state: State) -> bool:
+    """True if a network has full rank at generic places of its unknown points."""
+    free = assembly.free_columns
+    points = free < 3 * assembly.layout.count("point")
+    if not points.any():
+        return False
+    given = np.flatnonzero(~np.isin(np.arange(3 * assembly.layout.count("point")), free))
+    coordinates = np.nan_to_num(state.points)
+    held = np.unique(given // 3)
+    around = coordinates[held] if len(held) > 1 else coordinates
+    # medians: a point that started far away must not say how large the network is
+    centre = np.median(around, axis=0)
+    extent = float(np.median(np.abs(around - centre), axis=0).max(initial=1.0))
+    generator = np.random.default_rng(0)
+    for _ in range(_GENERIC):
+        place = centre + extent * generator.standard_normal(coordinates.shape)
+        step = np.zeros(assembly.layout.size)
+        step[free[points]] = (place - coordinates).ravel()[free[points]]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            moved = state.retract(step)
+            design, (constraints, _) = assembly.design(moved), assembly.constraints(moved)
+        if not np.isfinite(design.data).all():
+            continue
+        _, values = _spectrum(design, constraints, np.zeros((len(free), 0)))
+        if (values > _SURE).all():
+            return True
+    return False
 
 
 def null_space(
@@ -489,21 +548,45 @@ def _only_points(assembly: Assembly, points: list[str], body: str) -> str:
     ties = _ties(assembly, points[0])
     if not ties:
         return f"point {points[0]} is observed by nothing; observe it or leave it out"
-    return (
-        f"{body} cannot be determined: the point is observed only by {_join(ties, 4)}; add a "
-        "distance, a direction or a height that sees the open component"
+    off = _ties(assembly, points[0], Use.OFF)
+    cure = (
+        f"{_join(off, 2)} {'is' if len(off) == 1 else 'are'} there and take no part: see why below"
+        if off
+        else "add a distance, a direction or a height that sees the open component"
     )
+    return f"{body} cannot be determined: the point is observed only by {_join(ties, 4)}; {cure}"
 
 
-def _ties(assembly: Assembly, name: str) -> list[str]:
-    """The active observations that touch a name, in words."""
+def _ties(assembly: Assembly, name: str, use: Use = Use.ACTIVE) -> list[str]:
+    """The observations of a use that touch a name, in words."""
     network = assembly.network
-    out = []
-    for o, items in zip(network.observations, assembly.active, strict=True):
-        for i, ends in enumerate(o.ends(assembly.layout)):
-            if name in ends and i in items:
-                out.append(network.describe(o, i, network.start))
-    return out
+    return [
+        network.describe(o, i, network.start)
+        for o in network.observations
+        for i, ends in enumerate(o.ends(assembly.layout))
+        if name in ends and o.use[i] == use
+    ]
+
+
+def left_out(network: Network) -> list[str]:
+    """What takes no part in a network, and why, for whoever reads that it cannot be adjusted."""
+    groups: dict[str, list[tuple[Observations, int]]] = {}
+    for o in network.observations:
+        for i in np.flatnonzero(o.use == Use.OFF):
+            if o.reason[i]:
+                groups.setdefault(str(o.reason[i]), []).append((o, int(i)))
+    return [
+        f"{_counted(found)} {'takes' if len(found) == 1 else 'take'} no part: {reason} "
+        f"({network.describe(*found[0], network.start)}"
+        f"{f' and {len(found) - 1} more' if len(found) > 1 else ''})"
+        for reason, found in groups.items()
+    ]
+
+
+def _counted(found: Sequence[tuple[Observations, int]]) -> str:
+    """Observations by kind: ``4 slope distances and 4 zenith angles``."""
+    counts = Counter(o.facts.title for o, _ in found)
+    return _join([f"{n} {title}{'s' if n > 1 else ''}" for title, n in counts.items()])
 
 
 def unit_columns(matrix: Array) -> Array:

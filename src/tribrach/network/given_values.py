@@ -1,7 +1,8 @@
 """Given values of a network, and what they have to do with its unknowns.
 
 Two networks that use the same given values (control with one list of coordinates) share what these
-are wrong by. With l_s what both were given, and x the unknowns of either,
+are wrong by. Coordinates that either measured for itself are no control and are never shared,
+however their digits fall. With l_s what both were given, and x the unknowns of either,
 
     cov(x_1, x_2) = cov(x_1, l_s) C_s^-1 cov(l_s, x_2),      cov(x, l) = Q A^T P C
 
@@ -10,12 +11,14 @@ which is exact to first order if nothing else is common to both (method section 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tribrach._types import Array, Index
+from tribrach.network.network import is_given
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import Role
 
@@ -31,11 +34,17 @@ _DIGITS = 9
 def given_rows(
     adjustment: Adjustment, roles: Collection[Role] = (Role.GIVEN, Role.PRIOR)
 ) -> dict[str, int]:
-    """Rows of given values by what they are: kind, ends, component and value."""
+    """Rows of given values by what they are: kind, ends, component and value.
+
+    Observed coordinates that are not control are measurements, and none of them.
+    """
     network, rows = adjustment.network, adjustment.rows
     out: dict[str, int] = {}
     for table, o in enumerate(network.observations):
-        if type(o).facts.role not in roles or not (o.use == Use.ACTIVE).any():
+        facts = type(o).facts
+        if facts.role not in roles or not (o.use == Use.ACTIVE).any():
+            continue
+        if facts.listed_as_control and not is_given(type(o), o.group):
             continue
         for row in np.flatnonzero(rows.table == table).tolist():
             item, part = int(rows.item[row]), int(rows.row[row])
@@ -84,6 +93,9 @@ def common_values(
 ) -> tuple[Index, Index]:
     """Which given values two results share: of one name and value, with one covariance.
 
+    Points are shared whose every component is alike, and only if half of what both were given is:
+    lists that agree in a few numbers are different lists.
+
     Parameters
     ----------
     first, second
@@ -100,13 +112,31 @@ def common_values(
     pairs = [(k, there[key]) for k, key in enumerate(first) if key in there]
     # the same value with another sigma is not one and the same information
     pairs = [(i, j) for i, j in pairs if np.isclose(one[i, i], two[j, j], rtol=1e-6, atol=0)]
-    found = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    found = np.array(_of_one_list(first, second, pairs), dtype=np.int64).reshape(-1, 2)
     i, j = found.T
     a, b = one[np.ix_(i, i)], two[np.ix_(j, j)]
     scale = np.sqrt(np.outer(np.diag(a), np.diag(a)))
     if not (np.abs(a - b) <= 1e-6 * scale).all():
         return i[:0], j[:0]
     return i, j
+
+
+def _of_one_list(
+    first: Sequence[str], second: Sequence[str], pairs: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Pairs of alike values whose points are alike as a whole, in lists that agree."""
+    values = [Counter(map(_owner, keys)) for keys in (first, second)]
+    alike = Counter(_owner(first[i]) for i, _ in pairs)
+    whole = {name for name, n in alike.items() if n == values[0][name] == values[1][name]}
+    if 2 * len(whole) < len(values[0].keys() & values[1].keys()):
+        return []
+    return [(i, j) for i, j in pairs if _owner(first[i]) in whole]
+
+
+def _owner(key: str) -> str:
+    """The point or parameter that a key of :func:`given_rows` belongs to."""
+    words = key.split(" ")
+    return words[1].partition(":")[2] if len(words) > 1 else key
 
 
 def through_given(first: Array, second: Array, covariance: Array) -> Array:

@@ -49,12 +49,33 @@ def used_axes(adjustment: SolvedSystem) -> NDArray[np.bool_]:
     return out
 
 
-def held_names(adjustment: SolvedSystem) -> tuple[str, ...]:
-    """Points that have a coordinate held at a given value."""
+def held_axes(adjustment: SolvedSystem) -> dict[str, NDArray[np.bool_]]:
+    """Which of E, N, U (3,) are held at given values, of points that have any such coordinate."""
     layout = adjustment.layout
     held = ~adjustment.network.free[: 3 * layout.count("point")].reshape(-1, 3)
     held &= used_axes(adjustment)
-    return tuple(np.array(layout.names["point"], dtype=object)[held.any(axis=1)])
+    names = layout.names["point"]
+    return {names[k]: held[k] for k in np.flatnonzero(held.any(axis=1))}
+
+
+def held_names(adjustment: SolvedSystem) -> tuple[str, ...]:
+    """Points that have a coordinate held at a given value."""
+    return tuple(held_axes(adjustment))
+
+
+def _held_words(adjustment: SolvedSystem) -> list[str]:
+    """Points that are held without error, by the axes that are."""
+    used = used_axes(adjustment)
+    groups: dict[tuple[bool, ...], list[str]] = {}
+    for name, axes in held_axes(adjustment).items():
+        groups.setdefault(tuple(axes.tolist()), []).append(name)
+    out = []
+    alone = {(True, True, False): " in plan alone", (False, False, True): " in height alone"}
+    for held, names in groups.items():
+        which = " in " + ", ".join(axis for axis, known in zip("ENU", held, strict=True) if known)
+        words = "" if (np.array(held) == used).all() else alone.get(held, which)
+        out.append(f"{_listed(tuple(names))} held without error{words}")
+    return out
 
 
 def given_coordinates(adjustment: SolvedSystem) -> list[Observations]:
@@ -88,7 +109,13 @@ def weighted_names(adjustment: SolvedSystem) -> tuple[str, ...]:
 
 def point_roles(adjustment: SolvedSystem) -> dict[str, Role]:
     """By name the points that are control or check; the others are free."""
-    roles: dict[str, Role] = dict.fromkeys(held_names(adjustment), "control")
+    in_plan = used_axes(adjustment)[:2].any()
+    # held in height alone, a point is no control where places in plan are adjusted
+    roles: dict[str, Role] = {
+        name: "control"
+        for name, axes in held_axes(adjustment).items()
+        if axes[:2].any() or not in_plan
+    }
     for o in given_coordinates(adjustment):
         for (name, _), use in zip(o.ends(adjustment.layout), o.use, strict=True):
             if use == Use.ACTIVE:
@@ -155,9 +182,7 @@ def datum_sentence(adjustment: SolvedSystem) -> str:
             "deviations of coordinates hold in this datum only."
         )
     held, weighted = held_names(adjustment), weighted_names(adjustment)
-    parts = []
-    if held:
-        parts.append(f"{_listed(held)} held without error")
+    parts = _held_words(adjustment)
     if weighted:
         parts.append(f"{_listed(weighted)} weighted by given covariances")
     if not parts:

@@ -15,13 +15,14 @@ from itertools import permutations, product
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.errors import InputError
+from tribrach.errors import AdjustmentError, InputError
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
-from tribrach.transformation.models import Model, Transformation, start
+from tribrach.transformation.models import MODELS, Model, Transformation, start
 from tribrach.transformation.testing import (
     CheckResult,
     PointTests,
+    Snooped,
     check_points,
     point_tests,
     snoop_points,
@@ -31,6 +32,8 @@ __all__ = ["Outcome", "axis_sentences", "examine"]
 
 #: so many times better must another order of the axes fit before it is named
 _RATIO = 5.0
+#: share of the points that may be switched off
+_MOST = 1 / 3
 #: points flatter than this share of their extent fit their mirror image as well
 _FLAT = 1e-3
 #: rms [m], permutation, signs, turn that is left [rad], is the last axis upright?
@@ -70,7 +73,11 @@ def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoo
     # exchanged columns make every point suspicious
     if snoop and not odd:
         snooped = snoop_points(fit)
-        fit, steps, removed = snooped.fit, snooped.steps, snooped.removed
+        refusal = _refusal(fit, snooped)
+        if refusal:
+            steps = (refusal,)
+        else:
+            fit, steps, removed = snooped.fit, snooped.steps, snooped.removed
     return Outcome(
         fit=fit,
         tests=point_tests(fit),
@@ -81,6 +88,36 @@ def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoo
         steps=steps,
         removed=removed,
     )
+
+
+def _refusal(fit: TransformationFit, snooped: Snooped) -> str:
+    """Why nothing is switched off: a larger model fits all points, or too many would go."""
+    count, points = len(snooped.removed), fit.points
+    if not count:
+        return ""
+    for model in MODELS:
+        more = model.count - fit.model.count
+        # as many parameters would explain as much as the points that go
+        if model.dimension != points.dimension or not 0 < more < count * points.dimension:
+            continue
+        try:
+            larger = fit_points(points, model)
+        except (InputError, AdjustmentError):
+            continue
+        if larger.dof > 0 and not point_tests(larger).suspicious.any():
+            return (
+                f"no point is switched off: all of them fit with {model.words} "
+                f"(--model {model.count}), which explains as much as {count} wrong "
+                f"point{'s' if count > 1 else ''} would"
+            )
+    used = int(points.used.sum())
+    if count > used * _MOST:
+        return (
+            f"no point is switched off: {count} of {used} would have to go, which is more than a "
+            f"third; {fit.model.words} is not what relates these coordinates, or the lists do not "
+            "belong together"
+        )
+    return ""
 
 
 def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) -> list[str]:

@@ -24,6 +24,7 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.clearing import fits
 from tribrach.network.blunders.common_causes import common_causes
 from tribrach.network.blunders.gross import explain
+from tribrach.network.blunders.rivals import ALIKE
 from tribrach.network.blunders.snooping import (
     SUSPICIOUS,
     SnoopingLog,
@@ -52,8 +53,6 @@ __all__ = ["WrongCoordinate", "wrong_coordinate"]
 
 #: significance of all tests of given coordinates together
 _ALPHA = 0.001
-#: explanations whose logarithms of significance differ by less than this cannot be told apart
-_ALIKE = 3.0
 #: redundancy from which sigma0 without the coordinate is an estimate to test against
 _MANY = 15
 #: factor by which stated sigmas may be too small: beyond it sigma0 is no estimate of them
@@ -220,9 +219,9 @@ def _explanation(adjustment: Adjustment, suspects: list[Suspect]) -> WrongCoordi
         return None
     score = cause.score(unit)
     rivals = _rivals(given, failing, cause, suspects, unit)
-    if any(rival < score - _ALIKE for rival in rivals.values()):
+    if any(rival < score - ALIKE for rival in rivals.values()):
         return None
-    close = sorted((rival, words) for words, rival in rivals.items() if rival < score + _ALIKE)
+    close = sorted((rival, words) for words, rival in rivals.items() if rival < score + ALIKE)
     limit = float(chi2.ppf(1 - level, cause.freedom))
     members = tuple(given.items[k] for k in cause.members)
     one = len(members) == 1
@@ -325,7 +324,7 @@ def _simplest(causes: list[_Cause], unit: float) -> list[_Cause]:
             other
             for other in ranked
             if set(other.members) < set(cause.members)
-            and other.score(unit) < cause.score(unit) + _ALIKE
+            and other.score(unit) < cause.score(unit) + ALIKE
         ]
         if not within:
             out.append(cause)

@@ -47,6 +47,11 @@ class Suspect:
         """The statistic as chi-square of ``freedom`` degrees."""
         return self.statistic if self.block else self.statistic**2
 
+    @property
+    def critical_chi_square(self) -> float:
+        """The limit of ``chi_square``."""
+        return self.critical if self.block else self.critical**2
+
 
 def find_suspects(system: WeightedResiduals, alpha0: float = 0.001) -> list[Suspect]:
     """List every rejected observation, the most improbable first."""

@@ -48,7 +48,7 @@ def missing_ties(network: Network, f: Frame, state: State) -> list[str]:
             sentences.append(f"and {len(lost)} places in all have no start values")
             break
         if len(members) > 3:
-            sentences.append(_part(members, layout, tables, known))
+            sentences.append(_part(network, members, tables, known))
         else:
             sentences += [_place(network, f, int(m), tables, known) for m in members]
     for family, name in state.missing():
@@ -119,12 +119,13 @@ def _figure(members: Index, layout: Layout, tables: Sequence[tuple[str, Index, I
 
 
 def _part(
+    network: Network,
     members: Index,
-    layout: Layout,
     tables: Sequence[tuple[str, Index, Index]],
     known: NDArray[np.bool_],
 ) -> str:
     """A part of more than three places and what ties it to the rest."""
+    layout = network.start.layout
     names = [layout.position_name(int(m)) for m in members if m < len(known)]
     shown = ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
     inside = np.zeros(max(int(members.max()) + 1, len(known)), dtype=bool)
@@ -146,10 +147,31 @@ def _part(
             "observe common points or give coordinates of some of them"
         )
     ties = ", ".join(layout.position_name(i) for i in sorted(shared)[:4])
-    count = f"only {len(shared)} place{'s' if len(shared) != 1 else ''} ({ties})"
+    heights = network.free[: 3 * layout.count("point")].reshape(-1, 3)[:, 2]
+    in_plan = not heights.any() and not layout.count("pose")
+    need = 2 if in_plan else 3
+    if len(shared) < need:
+        count = f"only {len(shared)} place{'s' if len(shared) != 1 else ''} ({ties})"
+        needed = "2 common points" if in_plan else "3 common points (2 if the set-ups are levelled)"
+        return f"{shown} hang together, but share {count} with the rest: {needed} are needed"
+    near = [
+        layout.position_name(node)
+        for node in members.tolist()
+        if node < len(known) and _touches(tables, node, shared)
+    ]
     return (
-        f"{shown} hang together, but share {count} with the rest: 3 common points (2 if the "
-        "set-ups are levelled) are needed"
+        f"{shown} hang together and share {len(shared)} places ({ties}) with the rest, but no "
+        "figure of theirs can be put together from nothing: give a rough coordinate of one of "
+        f"them, first of {' or '.join(near[:3])}"
+    )
+
+
+def _touches(tables: Sequence[tuple[str, Index, Index]], node: int, places: set[int]) -> bool:
+    """True if an observation joins a node to one of some places."""
+    return any(
+        bool(set(end[start == node].tolist()) & places)
+        or bool(set(start[end == node].tolist()) & places)
+        for _, start, end in tables
     )
 
 

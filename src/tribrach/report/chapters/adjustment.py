@@ -8,9 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.blunders.rivals import rivals_of
+from tribrach.network.blunders.snooping import CONTROL_GROUPS
+from tribrach.network.blunders.suspects import find_suspects
 from tribrach.network.observation_rows import ObservationRows, observation_rows
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
+from tribrach.network.reliability import weigh
 from tribrach.network.significance import sidak
 from tribrach.observations.declaration import Role
 from tribrach.observations.registry import kind_named
@@ -160,7 +165,7 @@ def adjustment_warnings(head: Head) -> tuple[ReportWarning, ...]:
         *warned(Severity.INPUT, head.adjustment.warnings),
         *warned(Severity.WEAK, unchecked),
         *warned(Severity.BLUNDER, failed),
-        *warned(Severity.BLUNDER, _suspects(seen, bool(head.snooping))),
+        *warned(Severity.BLUNDER, _suspects(seen, head)),
         *warned(Severity.BLUNDER, constraint_reactions(head.apart).sentences()),
         *warned(Severity.BLUNDER, [f.sentence for f in _disagreement(seen, head) if f.act]),
         *warned(Severity.WEAK, _uncontrolled(head)),
@@ -233,12 +238,21 @@ def _rejected(observations: ObservationRows, state: str) -> ObservationRows:
 _SNOOP = ", or let snooping decide (--snoop, or snoop = true in the project)"
 
 
-def _suspects(seen: _Seen, snooped: bool) -> list[str]:
+def _decidable(adjustment: Adjustment) -> bool:
+    """True if nothing else explains as much as the worst observation does."""
+    suspects = find_suspects(weigh(adjustment))
+    tables = adjustment.network.observations
+    worst = next((s for s in suspects if tables[s.key[0]].group not in CONTROL_GROUPS), None)
+    return worst is not None and not rivals_of(adjustment, worst)
+
+
+def _suspects(seen: _Seen, head: Head) -> list[str]:
     """Suspicious observations that are more than chance, those held out apart."""
     out: list[str] = []
     chance, percent = seen.quality.chance, 100 * seen.quality.global_test.alpha
     active, held_out = (_rejected(seen.observations, state) for state in ("active", "check"))
     if active and chance.act:
+        advised = not head.snooping and _decidable(head.apart)
         out.append(
             Sentence(
                 "suspicious observations take part: {named} ({counted}, and the worst would be "
@@ -247,7 +261,7 @@ def _suspects(seen: _Seen, snooped: bool) -> list[str]:
                 named=_named(active),
                 counted=_counted(seen),
                 percent=percent,
-                snooped="" if snooped else _SNOOP,
+                snooped=_SNOOP if advised else "",
             )
         )
     if held_out:

@@ -98,6 +98,8 @@ class DataReader:
         self._sets = 0
         self._traverse: _Traverse | None = None
         self._vector: Vector | None = None
+        #: the lines of a vector whose first one was refused are no further mistakes
+        self._refused_vector = False
         #: occupied point and backsight of the last traverse or set, for side shots
         self._setup: tuple[str, str] | None = None
 
@@ -701,7 +703,7 @@ class DataReader:
         span = weight if by_turns else weight * unit
         default = self._options.levelling * math.sqrt(max(span, 0.0))
         sigma = self._sigma(rest[2], unit, line) if len(rest) == 3 else SigmaMark.DEFAULT
-        if sigma is SigmaMark.DEFAULT:
+        if sigma is SigmaMark.DEFAULT and self._options.levelling == self.settings.levelling:
             self.records.assumed.add("levelling")
         self.records.levels.append(
             Level(names["at"], names["to"], value, sigma, default, line.source)
@@ -711,6 +713,7 @@ class DataReader:
         """The name of a vector, which is a description."""
 
     def _g1(self, line: DataLine) -> None:
+        self._vector, self._refused_vector = None, True
         names, rest = self._ends(line)
         unit = self._options.length_unit
         if rest and len(rest) != 3:
@@ -729,8 +732,11 @@ class DataReader:
             line.source,
         )
         self.records.vectors.append(self._vector)
+        self._refused_vector = False
 
     def _g2(self, line: DataLine) -> None:
+        if self._refused_vector:
+            return
         vector, numbers = self._of_vector(line)
         unit = self._options.length_unit
         vector.deviations = tuple(n * (unit**2 if vector.covariances else unit) for n in numbers)
@@ -738,6 +744,8 @@ class DataReader:
             raise line.error("a standard error or variance is not above zero")
 
     def _g3(self, line: DataLine) -> None:
+        if self._refused_vector:
+            return
         vector, numbers = self._of_vector(line)
         unit = self._options.length_unit**2 if vector.covariances else 1.0
         vector.couplings = tuple(n * unit for n in numbers)

@@ -65,8 +65,19 @@ _DONE = (
     "MEASURED",
     "END",
 )
-#: options that would change results
-_REFUSED = ("ALIAS", "LINK", "PRISM", "ELEVATION", "VRED", "MAPSCALE")
+_IN_GRID = (
+    "the job is one in a grid and would become a local one without it: give the project file of "
+    'the job, or write a Tribrach project with kind = "projected" and crs in [site]'
+)
+#: options that would change results: what they do, and where that is stated instead
+_REFUSED = {
+    "ALIAS": "it gives points a second name: write one name for each point in the data",
+    "LINK": "it makes names one point: write one name for the point in the data",
+    "PRISM": "it adds a constant to distances: correct the distances in the data",
+    "ELEVATION": "it gives heights to points without: write them with the points, as C or E lines",
+    "VRED": "it reduces distances to a height: give them as measured, with zenith angles",
+    "MAPSCALE": f"it scales distances into the grid; {_IN_GRID}",
+}
 #: what .GRID and .MEASURED may speak of, and which of the two each is if nothing is said
 _ON_GRID = {"BEARINGS": True, "AZIMUTHS": True, "DISTANCES": False, "ANGLES": False,
             "DIRECTIONS": False}  # fmt: skip
@@ -275,7 +286,10 @@ class InlineOptions:
     def _curvref(self, line: DataLine) -> None:
         word = line.words[0].upper() if line.words else "ON"
         if word == "OFF":
-            raise line.error("curvature and refraction are always computed", "leave the line out")
+            raise line.error(
+                "curvature and refraction are always computed",
+                "leave the line out, and zenith angles are reduced for both",
+            )
         if word != "ON":
             self.refraction = _number(line, 0, 0.0)
 
@@ -382,7 +396,10 @@ class InlineOptions:
                 _number(line, 2, 0.0) * self.length_unit,
             )
         elif what != "NETWORK":
-            raise line.error(f".GPS {what} is not done", "leave the line out")
+            raise line.error(
+                f".GPS {what} is not done",
+                "without it vectors take part as they are written: edit them if that is not meant",
+            )
 
     def _pair(
         self, line: DataLine, default: tuple[float, float], unit: float
@@ -409,11 +426,14 @@ def option_name(line: DataLine) -> str:
         if found and names is not _REFUSED:
             return found[0]
         if found:
-            raise line.error(f"the option .{found[0]} is not done", "leave the line out")
+            raise line.error(f"the option .{found[0]} is not done", _REFUSED[found[0]])
         longer = [name for name in names if len(name) > 2 and word.startswith(name)]
         if longer and names is not _REFUSED:
             return longer[0]
-    raise line.error(f"the option {line.code} is not known", "leave the line out")
+    raise line.error(
+        f"the option {line.code} is not known",
+        "look up what it changes before you leave the line out: results may differ without it",
+    )
 
 
 def _number(line: DataLine, index: int, default: float) -> float:

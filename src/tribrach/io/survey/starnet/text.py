@@ -1,9 +1,9 @@
 """Lines of STAR*NET data files, and their words: numbers, angles, bearings, units.
 
 Everything from ``#`` on is a comment, everything from an apostrophe on that follows a blank is a
-description. Codes and options are written in capitals or not. Angles are ``D-M-S`` (seconds and
-minutes may be left out), packed ``D.MMSSss``, or gon; bearings are azimuths or quadrants such as
-``N36-50-17W``.
+description, and so is what two hyphens begin, as some exports write it. Codes and options are
+written in capitals or not. Angles are ``D-M-S`` (seconds and minutes may be left out), packed
+``D.MMSSss``, or gon; bearings are azimuths or quadrants such as ``N36-50-17W``.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ LINEAR_UNITS = {
     "M": 1.0,
 }
 
-_DESCRIPTION = re.compile(r"(?:^|\s)['‘’`]")
+_DESCRIPTION = re.compile(r"(?:^|\s)(?:['‘’`]|--(?![\d.]))")
 _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)(?:-(\d+)(?:-(\d+(?:\.\d*)?))?)?$")
 _PACKED = re.compile(r"([+-]?)(\d*)\.(\d*)$")
 _MARKS = re.compile(r"[!*&]{2,}$")

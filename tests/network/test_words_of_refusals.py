@@ -1,0 +1,138 @@
+"""Networks that cannot be adjusted: what is open, what takes no part, a cure that keeps the job."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tribrach.errors import AdjustmentError
+from tribrach.io.survey.formats import read
+from tribrach.network.adjustment import adjust
+from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
+from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+
+
+def refusal(survey: Survey) -> Sequence[str]:
+    with pytest.raises(AdjustmentError) as caught:
+        adjust(observed_part(survey).network())
+    return caught.value.sentences
+
+
+def fault(shared_data: Path, folder: str, *names: str) -> Survey:
+    there = shared_data / "faults" / "networks2" / folder
+    paths = [there / name for name in names]
+    if not all(path.is_file() for path in paths):
+        pytest.skip(f"{there} is absent")
+    return read(paths)
+
+
+def plan_control(seed: int) -> Survey:
+    """Control in plan, and sights with zenith angles that fix heights but for one."""
+    rng = np.random.default_rng(seed)
+    survey = Survey()
+    place = {name: rng.uniform(-80, 80, 3) * (1, 1, 0.1) for name in "ABCP"}
+    for name, (e, n, _) in place.items():
+        given = name != "P"
+        survey.point(
+            name, (e, n, np.nan) if given else (np.nan,) * 3, free=(not given, not given, True),
+            role="fixed" if given else "free",
+        )  # fmt: skip
+    ends = {"start": ["P"] * 3, "end": list("ABC")}
+    d = np.array([place[b] - place["P"] for b in "ABC"])
+    far, flat = np.linalg.norm(d, axis=1), np.hypot(d[:, 0], d[:, 1])
+    survey.add(Directions, values=np.arctan2(d[:, 0], d[:, 1]), sigma=1e-5, orientation=["P"] * 3,
+               **ends)  # fmt: skip
+    survey.add(ZenithAngles, values=np.arctan2(flat, d[:, 2]), sigma=1e-5, **ends)
+    survey.add(SlopeDistances, values=far, sigma=0.002, **ends)
+    return survey
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_height_that_is_open_lets_the_plan_stay_held(seed: int) -> None:
+    said = " ".join(refusal(plan_control(seed)))
+    assert "the height of any one point" in said
+    assert "datum free" not in said
+    survey = plan_control(seed)
+    survey.points["A"].xyz = (*survey.points["A"].xyz[:2], 0.0)
+    survey.points["A"].free = (False, False, False)
+    assert adjust(observed_part(survey).network()).defect == 0
+
+
+def test_plan_control_of_others(shared_data: Path) -> None:
+    said = " ".join(
+        refusal(fault(shared_data, "16-plan-only-control", "points.csv", "readings.csv"))
+    )
+    assert "the height of any one point" in said
+    assert "datum free" not in said
+
+
+def test_what_takes_no_part_is_listed_with_its_reason(shared_data: Path) -> None:
+    said = refusal(fault(shared_data, "04-slope-off-add-a-distance", "net.gkf"))
+    assert not any("add a distance" in sentence for sentence in said)
+    assert any("the height of ST1 is neither fixed nor adjusted" in sentence for sentence in said)
+
+
+def test_any_refusal_lists_what_is_off() -> None:
+    """Distances switched off by hand, and directions that are too few."""
+    survey = plan_control(0)
+    survey.points["A"].xyz = (*survey.points["A"].xyz[:2], 0.0)
+    survey.points["A"].free = (False, False, False)
+    network = survey.network()
+    for table, o in enumerate(network.observations):
+        for item in range(len(o)):
+            if o.kind != "direction" or item == 0:
+                network = network.switched([(table, item)], Use.OFF, "prism tilted")
+    with pytest.raises(AdjustmentError) as caught:
+        adjust(network)
+    assert any("take no part: prism tilted" in sentence for sentence in caught.value.sentences)
+
+
+@pytest.mark.parametrize("name", ["syn3.gkf", "syn4.gkf", "syn4u.gkf"])
+def test_a_hinge_in_plan_names_points_that_would_start_it(shared_data: Path, name: str) -> None:
+    said = " ".join(refusal(fault(shared_data, "05-plan-hinge-three-points", name)))
+    assert "common points" not in said
+    assert "rough coordinate" in said
+    assert " R" in said.partition("first of")[2]
+
+
+def resected(seed: int) -> Survey:
+    """Directions from five set-ups to known points; one set-up starts far away from all of them."""
+    rng = np.random.default_rng(seed)
+    survey = Survey()
+    known = {f"K{k}": rng.uniform(-100, 100, 2) for k in range(5)}
+    for name, (e, n) in known.items():
+        survey.point(name, (e, n, 0.0), free=(False,) * 3, role="fixed")
+    at = rng.uniform(-40, 40, 2)
+    survey.point("S", (1e9, 2e9, 0.0), free=(True, True, False))
+    d = np.array([xy - at for xy in known.values()])
+    survey.add(
+        Directions, values=np.arctan2(d[:, 0], d[:, 1]) % (2 * np.pi), sigma=1e-5,
+        orientation=["S"] * 5, start=["S"] * 5, end=list(known),
+    )  # fmt: skip
+    return survey
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_bad_start_is_not_said_of_the_observations(seed: int) -> None:
+    """It adjusts, does not converge, or says that the start is to blame: never that it is open."""
+    said = ""
+    try:
+        adjust(resected(seed).network())
+    except AdjustmentError as error:
+        said = str(error)
+    assert "cannot be determined" not in said
+    assert "leave unknowns open" not in said
+
+
+def test_directions_only_of_others(shared_data: Path) -> None:
+    said = refusal(fault(shared_data, "03-directions-only-rank", "net.gkf"))
+    assert any("a rough coordinate of ST1" in sentence for sentence in said)
+    adjustment = adjust(
+        observed_part(fault(shared_data, "03-directions-only-rank", "net_with_start.gkf")).network()
+    )
+    assert adjustment.dof == 31
