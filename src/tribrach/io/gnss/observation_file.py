@@ -127,6 +127,7 @@ def read_observations(path: Path) -> RinexObservations:
         )
     if b"\x00" in data:
         raise _damaged(path, data, data.index(b"\x00"), "a zero byte")
+    data, start = _in_columns(data, lines, start)
     read = _epochs_3 if version >= 3 else _epochs_2
     data, recounted, times, satellites = read(path, data, start, lines)
     if not len(times):
@@ -142,9 +143,9 @@ def read_observations(path: Path) -> RinexObservations:
         data,
         version,
         _first(lines, "MARKER NAME")[:60].strip(),
-        _numbers(path, lines, "APPROX POSITION XYZ"),
+        _position(lines),
         _first(lines, "ANT # / TYPE")[20:40].strip(),
-        np.nan_to_num(_numbers(path, lines, "ANTENNA: DELTA H/E/N")),
+        _antenna_delta(path, data, lines),
         times,
         satellites,
         recounted,
@@ -156,17 +157,69 @@ def _first(lines: list[tuple[str, str]], label: str) -> str:
     return next((text for name, text in lines if name == label), "")
 
 
-def _numbers(path: Path, lines: list[tuple[str, str]], label: str) -> NDArray[np.float64]:
-    """Three numbers of a header line, NaN where there is none."""
-    text = _first(lines, label)
-    words = [text[k : k + 14].strip() for k in (0, 14, 28)]
-    if not any(words):
-        return np.full(3, np.nan)
+_PLACE, _DELTA = "APPROX POSITION XYZ", "ANTENNA: DELTA H/E/N"
+
+
+def _in_columns(data: bytes, lines: list[tuple[str, str]], start: int) -> tuple[bytes, int]:
+    """The text with the numbers of position and antenna in their columns, and where its body is.
+
+    Programs shift them by a column or two; the engine reads them by columns.
+    """
+    head = data[:start]
+    for label in (_PLACE, _DELTA):
+        text = _first(lines, label)
+        values = _three(text)
+        if values is None or _fields(text) == values:
+            continue
+        right = "".join(f"{value:14.4f}" for value in values).ljust(60).encode()
+        old = re.compile(rb"^[^\r\n]{60}(?=" + re.escape(label.encode()) + rb")", re.M)
+        head = old.sub(right, head, count=1)
+    return head + data[start:], len(head)
+
+
+def _fields(text: str) -> list[float] | None:
+    """Three numbers in fields of 14 characters, None where they are no numbers."""
     try:
-        values = np.array([float(word) for word in words])
+        return [float(text[k : k + 14]) for k in (0, 14, 28)]
     except ValueError:
-        raise InputError(f"{label} of the header is no number", file=path) from None
-    return np.full(3, np.nan) if label.startswith("APPROX") and not values.any() else values
+        return None
+
+
+def _three(text: str) -> list[float] | None:
+    """Three numbers between blanks, or in their fields where nothing parts them."""
+    words = text.split()
+    if len(words) == 3:
+        try:
+            return [float(word) for word in words]
+        except ValueError:
+            return None
+    return _fields(text)
+
+
+def _position(lines: list[tuple[str, str]]) -> NDArray[np.float64]:
+    """Position (3,) of the header [m]; NaN without one, and where it cannot be read.
+
+    Nothing needs it where coordinates are given.
+    """
+    values = _three(_first(lines, _PLACE))
+    known = values is not None and any(values) and np.isfinite(values).all()
+    return np.array(values) if known else np.full(3, np.nan)
+
+
+def _antenna_delta(path: Path, data: bytes, lines: list[tuple[str, str]]) -> NDArray[np.float64]:
+    """Height, east and north (3,) of the antenna over the mark [m], zero without them."""
+    text = _first(lines, _DELTA)
+    if not text.strip():
+        return np.zeros(3)
+    values = _three(text)
+    if values is None or not np.isfinite(values).all():
+        raise InputError(
+            f"{_DELTA} of the header is {' '.join(text.split())!r}, not three numbers",
+            file=path,
+            line=_line(data, data.index(_DELTA.encode())),
+            cure="write height, east and north of the antenna in fields of 14 characters",
+        )
+    return np.array(values)
 
 
 def seconds_of(years: list[int], rest: list[tuple[int, int, int, int, float]]) -> list[float]:
