@@ -191,6 +191,9 @@ def _separator(kept: Sequence[str]) -> str:
     for mark in found:
         if _even(kept[at:], mark):
             return mark
+    # a decimal comma in the first row parts nothing
+    if found and len(head.split()) > 2 and len({len(row.split()) for row in kept[at:]}) == 1:
+        return " "
     if found:
         return found[0]
     return " " if len(head.split()) > 1 else ","

@@ -263,9 +263,21 @@ def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
             raise InputError(what, file=path) from error
         if large and len(rows) > 5 and all(map(_POINTS.match, rows[1:])):
             return _of_scans(path)
-        if suffix in (".csv", ".xlsx", ".tsv"):
+        if suffix in (".csv", ".xlsx", ".tsv") or _is_list(rows):
             raise
         raise InputError("text of no format that is known", file=path) from error
+
+
+#: a name and two or more numbers, with whatever stands between them and for decimals
+_LISTED = re.compile(
+    rb"\s*[^\s,;|]+(?:[\s;|]+|,\s*)[+-]?\d+(?:[.,]\d*)?(?:[\s;|]+|,\s*)[+-]?\d+(?:[.,]\d*)?\b"
+)
+
+
+def _is_list(rows: list[bytes]) -> bool:
+    """True if nearly all rows, but perhaps a header, are a name and numbers."""
+    fitting = sum(_LISTED.match(row) is not None for row in rows)
+    return fitting > 1 and fitting >= 0.8 * (len(rows) - 1)
 
 
 def _of_survey(path: Path, format: str, name: str = "") -> FolderFile:

@@ -25,6 +25,7 @@ _BARE = ("DE", "TB", "G0")
 _LINES = 40
 #: share of them that begin as they should; the others are told when the file is read
 _SHARE = 0.75
+_NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d*)?$")
 _LISTING = re.compile(r"^ +Summary of Files Used and Option Settings", re.MULTILINE)
 
 
@@ -36,6 +37,22 @@ def is_listing(text: str) -> bool:
 def is_settings(path: Path) -> bool:
     """Is a file a project file or a listing, and no data?"""
     return path.suffix.lower() in PROJECTS or is_listing(text_of(path))
+
+
+def _is_point_list(text: str) -> bool:
+    """Is a text a list of points that happen to have the names of data types, as A, B and C?
+
+    Every line is a name that no other line has, and two numbers or more.
+    """
+    names = []
+    for line in text.splitlines()[:_LINES]:
+        words = line.split("#", 1)[0].split()
+        if not words:
+            continue
+        if len(words) < 3 or not all(map(_NUMBER.match, words[1:3])):
+            return False
+        names.append(words[0])
+    return len(names) > 1 and len(set(names)) == len(names)
 
 
 def recognised(path: Path) -> bool:
@@ -50,6 +67,8 @@ def recognised(path: Path) -> bool:
         return False
     if is_listing(text):
         return True
+    if _is_point_list(text):
+        return False
     looked = known = numbers = 0
     for number, line in enumerate(text.splitlines(), start=1):
         words = data_line(line, path, "", number)
