@@ -41,9 +41,11 @@ def test_sexagesimal(text: str, degrees: float) -> None:
     assert parse_angle(text, "dms") == pytest.approx(math.radians(degrees), rel=1e-14)
 
 
-@pytest.mark.parametrize("text", ["12-60-00", "12-00-60", "12-30", "12.5", "a-b-c", "", "1-2-3-4"])
+@pytest.mark.parametrize(
+    "text", ["12-61-00", "12-00-60.1", "12-30", "12.5", "a-b-c", "", "1-2-3-4"]
+)
 def test_no_sexagesimal_angle(text: str) -> None:
-    with pytest.raises(ValueError, match=r"is not degrees|has 60 or more"):
+    with pytest.raises(ValueError, match=r"is not degrees|has more than 60"):
         parse_angle(text, "dms")
 
 

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,8 +25,10 @@ __all__ = [
     "SEC",
     "UNITS",
     "beyond_circle",
+    "carried_angles",
     "check_circle",
     "format_angle",
+    "from_dms",
     "parse_angle",
     "percent",
     "span",
@@ -69,6 +74,44 @@ _CIRCLE = 2 * math.pi * (1 + 1e-9)
 _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)[-:°\s]\s*(\d+)[-:'\s]\s*(\d+(?:\.\d*)?)\"?$")
 
 
+#: angles with 60 minutes or seconds in the files that are being read; None where nobody asks
+_CARRIED: ContextVar[list[str] | None] = ContextVar("angles that were carried", default=None)
+
+
+@contextmanager
+def carried_angles() -> Iterator[list[str]]:
+    """A block that gathers the angles with 60 minutes or seconds, as ``35-44-60 as 35-45-00``."""
+    found: list[str] = []
+    token = _CARRIED.set(found)
+    try:
+        yield found
+    finally:
+        _CARRIED.reset(token)
+
+
+def from_dms(degrees: int, minutes: int, seconds: float, text: str) -> float:
+    """An angle [rad] without its sign.
+
+    Programs that round seconds print ``35-44-60`` for ``35-45-00``: 60 minutes or seconds are
+    carried and noted for :func:`carried_angles`. More than 60 are refused.
+
+    Parameters
+    ----------
+    degrees, minutes, seconds
+        Not negative.
+    text
+        The angle as it was written.
+    """
+    if minutes > 60 or seconds > 60:
+        raise ValueError(f"{text!r} has more than 60 minutes or seconds")
+    value = (degrees * 3600 + minutes * 60 + seconds) * SEC
+    carried = _CARRIED.get()
+    if carried is not None and (minutes == 60 or seconds == 60):
+        sign = "-" if text.strip().startswith("-") else ""
+        carried.append(f"{text.strip()} as {sign}{format_angle(value, 'dms', 0)}")
+    return value
+
+
 def too_large(value: ArrayLike) -> bool:
     """True if a number, or one of several, is beyond any measurement; NaN is not."""
     if isinstance(value, float):
@@ -112,9 +155,7 @@ def parse_angle(text: str, unit: str) -> float:
     if match is None:
         raise ValueError(f"{text!r} is not degrees, minutes and seconds")
     sign, degrees, minutes, seconds = match.groups()
-    if int(minutes) >= 60 or float(seconds) >= 60:
-        raise ValueError(f"{text!r} has 60 or more minutes or seconds")
-    value = (int(degrees) * 3600 + int(minutes) * 60 + float(seconds)) * SEC
+    value = from_dms(int(degrees), int(minutes), float(seconds), text)
     return -value if sign == "-" else value
 
 

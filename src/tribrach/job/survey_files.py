@@ -24,7 +24,7 @@ from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.matrix import read_matrix
 from tribrach.io.survey.csv.reader import Context
-from tribrach.io.survey.formats import format_of, read_files
+from tribrach.io.survey.formats import carried_words, format_of, read_files
 from tribrach.io.survey.starnet import reader as starnet
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.gnss_observations import (
@@ -41,7 +41,7 @@ from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 from tribrach.project.model import Project
 from tribrach.project.sections import EpochKeys, ListKeys, ObservationFile, PointFile
-from tribrach.units import MM
+from tribrach.units import MM, carried_angles
 
 __all__ = ["ReadFiles", "read_survey_files", "readable_survey", "starnet_plan"]
 
@@ -172,7 +172,9 @@ class _Reader:
 
     def _entry(self, k: int, entry: ObservationFile) -> None:
         """One entry of observations."""
-        part = self._observations(k, entry)
+        with carried_angles() as carried:
+            part = self._observations(k, entry)
+        part.warnings += carried_words(carried, entry.names[0])
         scanned = scanned_stations(part)
         if entry.instrument is not None:
             self.instruments.learn(scanned, entry.instrument, ("observations", k, "instrument"))

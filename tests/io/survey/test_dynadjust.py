@@ -346,7 +346,7 @@ BAD = {
     "coordinate type": (lambda n: setattr(n.stations[0], "type", "ABC"), "'ABC'"),
     "minutes": (
         lambda n: n.stations.append(Station("E", ["-36.6100", "146.15", "1"], type="LLh")),
-        "below 60",
+        "more than 60",
     ),
     "zone": (
         lambda n: n.stations.append(

@@ -189,7 +189,7 @@ def test_older_types(read):
         (Line("S", ["A", "B"], 1.0, 0.0), "sigma of slope_distance is 0"),
         (Line("S", ["A", "B"], 1.0, -0.01), "sigma of slope_distance is -0.01"),
         (Line("F", ["A", "B"], (1, 2, 3.0), 1.0), "type F (unknown) is not read"),
-        (Line("P", ["A"], "-36.6100", 1.0), "stay below 60"),
+        (Line("P", ["A"], "-36.6100", 1.0), "more than 60 minutes"),
         (Line("A", ["A", "B"], (1, 2, 3.0), 1.0), ""),
         (Line("V", ["A", "B"], (90, 61, 3.0), 1.0), "60"),
     ],

@@ -332,7 +332,7 @@ BAD = {
         "not a finite angle",
     ),
     "no angle": (
-        PLANE + OBS.format('<direction to="P" val="12-60-00" stdev="1"/>'),
+        PLANE + OBS.format('<direction to="P" val="12-61-00" stdev="1"/>'),
         9,
         "is not an angle",
     ),
@@ -342,9 +342,9 @@ BAD = {
         "val of <distance> is -5",
     ),
     "zenith angle below": (
-        PLANE + OBS.format('<z-angle to="P" val="250" stdev="1"/>'),
+        PLANE + OBS.format('<z-angle to="P" val="450" stdev="1"/>'),
         9,
-        "not between 0 and 200 gon",
+        "not between 0 and 400 gon",
     ),
     "to itself": (
         PLANE + OBS.format('<distance to="A" val="5" stdev="1"/>'),
@@ -617,7 +617,7 @@ def test_plain_sights_are_read_as_all_others(tmp_path, hand, monkeypatch):
         ('<direction to="B" val="900" stdev="1"/>', "direction: 900 gon .* more than 2 circles"),
         ('<direction to="B" val="1" stdev="1" odd="1"/>', "<direction> has no attribute odd"),
         ('<direction val="1" stdev="1"/>', "<direction> has no to"),
-        ('<z-angle to="B" val="200" stdev="1"/>', "the zenith angle is not between 0 and 200"),
+        ('<z-angle to="B" val="200" stdev="1"/>', "the zenith angle is not between 0 and 400"),
         ('<s-distance to="B" val="0" stdev="1"/>', "val of <s-distance> is 0"),
         ('<s-distance to="B" val="1e300" stdev="1"/>', "beyond any measurement"),
         ('<s-distance to="B" val="1" stdev="1" to_dh="20000"/>', "height target of .* is 20000 m"),

@@ -111,3 +111,20 @@ def test_the_collection_is_complete(shared_data: Path) -> None:
     # the two epochs of a deformation are answers without the networks that they belong to
     answers = [p for p in folder.glob("*/*.xml") if p.parent.name != "deformation"]
     assert len(NETWORKS) == len(answers)
+
+
+@pytest.mark.data
+@pytest.mark.slow
+def test_a_railway_with_and_without_approximate_coordinates(shared_data: Path) -> None:
+    folder = shared_data / "networks" / "gama" / "railway"
+    if not folder.is_dir():
+        pytest.skip(f"third-party data are not in {folder}")
+    files = ("railway-survey.gkf", "railway-survey-with-aproximate-xy.gkf")
+    first, second = (adjust(gama.read(folder / name).network()) for name in files)
+    assert first.dof == second.dof
+    assert first.posterior_factor == pytest.approx(second.posterior_factor, rel=1e-6)
+    for name, point in first.points.items():
+        known = np.isfinite(point.xyz)
+        np.testing.assert_allclose(
+            point.xyz[known], second.points[name].xyz[known], rtol=0, atol=1e-5
+        )

@@ -187,7 +187,7 @@ def test_corrections_are_said_and_not_applied(tmp_path) -> None:
 @pytest.mark.parametrize(
     ("record", "what"),
     [
-        ("F1 VA 2 0.6100 50 90.0000", "60 or more minutes"),
+        ("F1 VA 2 0.6100 50 90.0000", "more than 60 minutes"),
         ("F1 VA 2 0.0000 -50 90.0000", "the distance is -50 m"),
         ("F1 VA 2 0.0000", "a point and 3 numbers are needed"),
         ("F1 VA 0.0000 50 90.0000", "a point and 3 numbers are needed"),

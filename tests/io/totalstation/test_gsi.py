@@ -155,7 +155,7 @@ def test_a_bad_value_is_left_out_with_its_line(tmp_path):
     raw = read(tmp_path, good, bad)
     assert len(raw.shots) == 1
     assert raw.problems[0].line == 2
-    assert "60 or more minutes" in raw.problems[0].what
+    assert "more than 60 minutes" in raw.problems[0].what
     assert "1 records left out" in raw.summary()
 
 

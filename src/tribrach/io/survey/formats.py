@@ -10,10 +10,12 @@ from typing import Any
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.opened_files import contents
+from tribrach.io.survey.comp3d.text import comp3d_lines
 from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
+from tribrach.units import carried_angles
 
-__all__ = ["FORMATS", "format_of", "read", "read_files"]
+__all__ = ["FORMATS", "carried_words", "format_of", "read", "read_files"]
 
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
@@ -67,13 +69,53 @@ def format_of(path: Path) -> str:
             return shown
         if not contents(path, 4000).strip():
             raise InputError("the file is empty", file=path, cure="copy it again")
+        if suffix in _RAW:
+            raise _other_content(path, _RAW[suffix])
         raise InputError(
             f"the suffix {suffix or 'of the file'} belongs to no known format",
             file=path,
             cure=f"known are {', '.join(sorted(SUFFIXES))}, .xml, data of STAR*NET and raw "
             "files of total stations",
         )
+    rinex = b"RINEX VERSION / TYPE" in contents(path, 400)
+    if suffix in (".obs", ".cor", ".new") and (rinex or not comp3d_lines(path)):
+        shown = _by_content(path)
+        if shown is not None:
+            return shown
+        raise _other_content(path, "Comp3D")
     return SUFFIXES[suffix]
+
+
+#: suffixes that makers give their raw files; the content decides
+_RAW = {
+    ".sdr": "Sokkia SDR",
+    ".gsi": "Leica GSI",
+    ".gre": "Leica GSI",
+    ".m5": "Trimble and Zeiss M5",
+    ".jxl": "Trimble JobXML",
+    ".jobxml": "Trimble JobXML",
+    ".rw5": "Carlson RW5",
+    ".fbk": "Autodesk field books",
+    ".gt6": "Topcon GTS-6",
+    ".gt7": "Topcon GTS-7",
+}
+#: characters of a line that a message shows
+_SHOWN = 40
+
+
+def _other_content(path: Path, format: str) -> InputError:
+    """The refusal of a file whose suffix is that of a format and whose content is not."""
+    lines = contents(path, 4000).decode("latin-1").splitlines()
+    number, line = next(
+        ((k, x.strip()) for k, x in enumerate(lines, start=1) if x.strip()), (1, "")
+    )
+    if "RINEX VERSION / TYPE" in line:
+        what, cure = "this is a RINEX file", "tribrach baseline computes vectors from it"
+    else:
+        start = line if len(line) <= _SHOWN else f"{line[:_SHOWN]}..."
+        what = f"the suffix {path.suffix} is that of {format}, and the file begins with {start!r}"
+        cure = f"give it as {format} writes it, or make a CSV table of it with a header"
+    return InputError(what, file=path, line=number, cure=cure)
 
 
 def _by_content(path: Path) -> str | None:
@@ -145,8 +187,9 @@ def read_files(
         for reader, (name, files) in by_reader.items():
             module = importlib.import_module(f"tribrach.io.{reader}")
             for together in [files] if name in JOINT else [[path] for path in files]:
-                with refused.record():
+                with refused.record(), carried_angles() as carried:
                     surveys.append(_read(module, name, together, apart))
+                    surveys[-1].warnings += carried_words(carried, together[0].name)
     first, *others = surveys
     for other in others:
         if FlatSite() not in (first.site, other.site) and first.site != other.site:
@@ -157,6 +200,18 @@ def read_files(
             )
         first.merge(other)
     return first
+
+
+def carried_words(carried: Sequence[str], name: str) -> list[str]:
+    """That angles of a file have 60 minutes or seconds, and how they are read."""
+    if not carried:
+        return []
+    one = len(carried) == 1
+    return [
+        f"{name}: {len(carried)} angle{' has' if one else 's have'} 60 minutes or seconds, as "
+        f"rounding leaves them, and {'is' if one else 'are'} carried: "
+        f"{', '.join(dict.fromkeys(carried[:3]))}."
+    ]
 
 
 def _read(module: Any, name: str, files: list[Path], labels: Mapping[Path, str]) -> Survey:

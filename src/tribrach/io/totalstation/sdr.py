@@ -53,8 +53,8 @@ class _Layout:
 
 
 def sniff(text: str) -> bool:
-    """True if the first record is a header of SDR."""
-    return re.match(r"[\s\x02]*00NMSDR", text) is not None
+    """True if there is a header of SDR, with whatever a transmission put before it."""
+    return re.search(r"^[\s\x02]*00NMSDR", text, re.MULTILINE) is not None
 
 
 def read(path: Path) -> RawFile:
@@ -71,10 +71,14 @@ def read(path: Path) -> RawFile:
     for line, whole in enumerate(lines, start=1):
         # what follows the end of text is a checksum
         record = whole.split("\x03")[0].strip("\x02\x04\x1a")
+        if reader is None:
+            record = record.lstrip()
         if record.startswith("00NM"):
             reader = _Reader(_header(path, line, record), recorder)
         elif reader is not None and record.strip():
             reader.record(line, record)
+        elif record.strip():
+            recorder.unknown["line before the header 00NM"] += 1
     if reader is None:
         raise InputError("there is no header record 00NM", file=path, cure="give the whole file")
     return recorder.finish()

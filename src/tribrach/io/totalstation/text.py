@@ -9,12 +9,14 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
 from tribrach.io.xml_file import read_bytes
-from tribrach.units import UNITS, check_circle, too_large
+from tribrach.units import UNITS, check_circle, from_dms, too_large
 
 __all__ = ["angle", "head", "number", "packed_dms", "read_lines"]
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)$")
 _BREAK = re.compile(r"\r*\n|\r+")
+#: lines that a transmission leaves in a file, such as <STX>, and what leads to the text of a line
+_MARK = re.compile(r"\W*(?:STX|ETX|SOH|EOT|ACK|NAK|XON|XOFF|CR|LF|SUB)\W*$", re.IGNORECASE)
 #: bytes that text of any instrument may have below the blank: tab, line ends, STX, ETX, EOT, SUB
 _CONTROL = bytes(set(range(32)) - {2, 3, 4, 9, 10, 12, 13, 26})
 
@@ -24,15 +26,22 @@ def read_lines(path: Path) -> list[str]:
     data = read_bytes(path)
     if data.translate(None, _CONTROL) != data:
         raise InputError("the file is not text", file=path, cure="give the file as it was exported")
-    return _BREAK.split(_decoded(data))
+    return _without_marks(_BREAK.split(_decoded(data)))
 
 
 def head(path: Path, size: int = 4000) -> str:
     """Beginning of a file as text, to recognise it; "" if it cannot be read."""
     try:
-        return _decoded(contents(path, size))
+        lines = _without_marks(_BREAK.split(_decoded(contents(path, size))))
     except OSError:
         return ""
+    first = next((k for k, line in enumerate(lines) if line.strip("\x02\x03\x04\x1a \t")), 0)
+    return "\n".join(lines[first:])
+
+
+def _without_marks(lines: list[str]) -> list[str]:
+    """Lines of a file, those that only mark a transmission empty: they say nothing."""
+    return ["" if line and len(line) < 12 and _MARK.match(line) else line for line in lines]
 
 
 def _decoded(data: bytes) -> str:
@@ -68,9 +77,7 @@ def packed_dms(text: str) -> float:
     if len(whole.lstrip("0")) > 3:
         raise ValueError(f"{text[:20]} is no angle")
     minutes, seconds = int(rest[:2]), float(f"{rest[2:4]}.{rest[4:] or '0'}")
-    if minutes >= 60 or seconds >= 60:
-        raise ValueError(f"{text} has 60 or more minutes or seconds")
-    return sign * math.radians(int(whole or 0) + minutes / 60 + seconds / 3600)
+    return sign * from_dms(int(whole or 0), minutes, seconds, text)
 
 
 def angle(text: str, unit: str) -> float:

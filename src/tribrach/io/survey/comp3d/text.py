@@ -6,6 +6,7 @@ kind, relative to the file that names it, backslashes allowed. Files are UTF-8 o
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import isfinite
@@ -16,7 +17,7 @@ from tribrach.io.named_files import named_file
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import too_large
 
-__all__ = ["Problems", "TextLine", "read_lines"]
+__all__ = ["Problems", "TextLine", "comp3d_lines", "read_lines"]
 
 #: how deep files may include each other
 MAX_DEPTH = 5
@@ -115,6 +116,25 @@ def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> It
             problems.refuse(error)
             continue
         yield from read_lines(other, name, problems, depth + 1)
+
+
+#: the largest code of an observation or of a point
+_LARGEST_CODE = 30
+
+
+def comp3d_lines(path: Path) -> bool:
+    """True if a file has a line as Comp3D writes it, with a code and a name, or no line at all."""
+    lines = [text.split("*", 1)[0].split() for text in _text(path, path.name).splitlines()]
+    data = [fields for fields in lines if fields]
+    return not data or any(
+        fields[0].startswith("@")
+        or (
+            len(fields) > 1
+            and re.fullmatch(r"-?\d{1,2}", fields[0]) is not None
+            and abs(int(fields[0])) <= _LARGEST_CODE
+        )
+        for fields in data
+    )
 
 
 def _resolve(line: TextLine, name: str) -> tuple[Path, str]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.units import too_large
+from tribrach.units import from_dms, too_large
 
 __all__ = [
     "ARCSEC",
@@ -260,9 +260,10 @@ def packed_dms(text: str, what: str, place: RecordPlace) -> float:
     if not (degrees or "0").isdigit() or not fraction.isdigit():
         raise place.error(f"{what} is {plain!r}, not degrees.minutesseconds")
     minutes, seconds = int(fraction[:2]), float(f"{fraction[2:4]}.{fraction[4:] or 0}")
-    if minutes >= 60 or seconds >= 60:
+    try:
+        return sign * from_dms(int(degrees or 0), minutes, seconds, plain)
+    except ValueError as error:
         raise place.error(
-            f"{what} is {plain!r}, but minutes and seconds stay below 60",
+            f"{what}: {error}",
             "write angles as degrees.minutesseconds, such as 145.5741 for 145 degrees 57' 41\"",
-        )
-    return sign * (int(degrees or 0) + minutes / 60 + seconds / 3600) * pi / 180
+        ) from None

@@ -185,7 +185,8 @@ class Element:
         try:
             value = parse_angle(text, "dms" if sexagesimal else "gon")
         except ValueError as error:
-            raise self.error(f"{name} of <{self.tag}> is not an angle: {text!r}") from error
+            why = str(error) if sexagesimal else repr(text)
+            raise self.error(f"{name} of <{self.tag}> is not an angle: {why}") from error
         if not math.isfinite(value):
             raise self.error(f"{name} of <{self.tag}> is not a finite angle: {text}")
         return value, SEC if sexagesimal else CC

@@ -317,6 +317,8 @@ class ObservationReader:
         self.off: list[str] = []
         #: sources of the observations that are left out, by the point that is not defined
         self.undefined: dict[str, list[str]] = {}
+        #: sources of the zenith angles of face two, which are taken from the full circle
+        self.face_two: list[str] = []
         #: whether observed coordinates tie the network to a frame
         self.controls = False
 
@@ -403,8 +405,11 @@ class ObservationReader:
             return element.positive("val"), MM
         value, unit = element.angle("val")
         if element.tag == "z-angle":
-            if not 0 < value < np.pi:
-                raise element.error("the zenith angle is not between 0 and 200 gon")
+            if not 0 < value < 2 * np.pi or abs(value - np.pi) < 1e-12:
+                raise element.error("the zenith angle is not between 0 and 400 gon, or is 200 gon")
+            if value > np.pi:
+                self.face_two.append(element.source)
+                return 2 * np.pi - value, -unit
             return value, unit
         # more than a circle is judged where all angles are
         turned = self.hand * value

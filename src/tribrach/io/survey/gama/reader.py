@@ -29,8 +29,11 @@ __all__ = ["GamaFacts", "read"]
 
 #: older files leave the namespace out
 ROOTS = (NAMESPACE + "gama-local", "gama-local")
-#: of a result
-ADJUSTED = ("{http://www.gnu.org/software/gama/gama-local-adjustment}gama-local-adjustment",)
+#: of a result; those of version 1 have no namespace
+ADJUSTED = (
+    "{http://www.gnu.org/software/gama/gama-local-adjustment}gama-local-adjustment",
+    "gama-local-adjustment",
+)
 
 
 #: observations that a sentence names
@@ -112,6 +115,13 @@ class _Reader:
         self.observations.finish(network.refused, network.path)
         self._say_undefined()
         self._say_off()
+        if turned := self.observations.face_two:
+            one = len(turned) == 1
+            self.survey.warnings.append(
+                f"{turned[0]}: {'a zenith angle' if one else f'{len(turned)} zenith angles'} above "
+                f"200 gon {'is a reading' if one else 'are readings'} of face two and "
+                f"{'counts' if one else 'count'} as 400 gon less the reading."
+            )
         self._choose_datum()
 
     def _parameters(self, element: Element) -> None:

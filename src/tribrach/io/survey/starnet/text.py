@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
-from tribrach.units import GON, LARGEST, SEC, UNITS, circle_passed, too_large
+from tribrach.units import GON, LARGEST, UNITS, circle_passed, from_dms, too_large
 
 __all__ = [
     "LINEAR_UNITS",
@@ -142,12 +142,12 @@ def _degrees(word: str, what: str, line: DataLine) -> float:
         parts = int(packed[2] or 0), int(digits[:2]), float(seconds_text)
     if parts[0] > LARGEST:
         raise line.error(f"{what} is {word}, beyond the circle", "check the angle and its unit")
-    if parts[1] >= 60 or parts[2] >= 60:
+    try:
+        value = from_dms(*parts, word)
+    except ValueError as error:
         raise line.error(
-            f"{what} is {word!r}, with 60 or more minutes or seconds",
-            "write degrees-minutes-seconds, or packed as D.MMSSss",
-        )
-    value = (parts[0] * 3600 + parts[1] * 60 + parts[2]) * SEC
+            f"{what}: {error}", "write degrees-minutes-seconds, or packed as D.MMSSss"
+        ) from None
     return -value if sign == "-" else value
 
 
