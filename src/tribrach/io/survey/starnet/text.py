@@ -46,6 +46,7 @@ LINEAR_UNITS = {
 _DESCRIPTION = re.compile(r"(?:^|\s)['‘’`]")
 _SEXAGESIMAL = re.compile(r"([+-]?)(\d+)(?:-(\d+)(?:-(\d+(?:\.\d*)?))?)?$")
 _PACKED = re.compile(r"([+-]?)(\d*)\.(\d*)$")
+_MARKS = re.compile(r"[!*&]{2,}$")
 _QUADRANT = re.compile(r"([NS])(.+)([EW])$", re.IGNORECASE)
 
 
@@ -85,6 +86,9 @@ def data_line(text: str, path: Path, label: str, number: int) -> DataLine | None
     words = text.split()
     if not words:
         return None
+    if any(map(_MARKS.match, words)):
+        # marks of standard errors that run together, as &&* and !!*
+        words = [part for word in words for part in (word if _MARKS.match(word) else (word,))]
     return DataLine(str(path), label, number, words[0].upper(), tuple(words[1:]), path.parent)
 
 
