@@ -29,11 +29,13 @@ from tribrach.io.survey.csv.columns import (
     units_of,
 )
 from tribrach.io.survey.csv.headings import (
+    Heads,
     heads_of,
     looks_headless,
     named_columns,
     refuse_headless,
 )
+from tribrach.io.survey.csv.observation_heads import observation_heads
 from tribrach.units import LARGEST, UNITS, parse_angle
 
 __all__ = ["CsvTable", "read_table"]
@@ -168,7 +170,7 @@ def _headed(rows: ListRows) -> tuple[ListRows, list[str]]:
     said: tuple[str, ...] = ()
     if all(name or empty for name, empty in zip(own, bare, strict=True)):
         heads = own
-    elif (found := heads_of(path, rows.lines[0], titles, own)) is not None:
+    elif found := _of_others(path, rows.lines[0], titles, own):
         heads, said = list(found.names), found.remarks
     elif columns:
         left = [
@@ -182,6 +184,12 @@ def _headed(rows: ListRows) -> tuple[ListRows, list[str]]:
     if len(keep) < len(heads):
         rows = replace(rows, cells=[[row[k] for k in keep] for row in rows.cells])
     return replace(rows, remarks=(*rows.remarks, *said)), [heads[k] for k in keep]
+
+
+def _of_others(path: Path, line: int, titles: Sequence[str], own: Sequence[str]) -> Heads | None:
+    """What heads of other programs mean, of coordinates or of observations."""
+    found = heads_of(path, line, titles, own)
+    return observation_heads(path, line, titles, own) if found is None else found
 
 
 def _is_ours(name: str) -> bool:

@@ -17,16 +17,18 @@ from pathlib import Path
 from tribrach.errors import InputError
 
 __all__ = [
+    "BRACKETS",
     "AxesQuestion",
     "HeadQuestion",
     "Heads",
     "heads_of",
+    "letters",
     "looks_headless",
     "named_columns",
     "refuse_headless",
 ]
 
-#: words over columns by our name of the column, as :func:`_letters` leaves them. German, English,
+#: words over columns by our name of the column, as :func:`letters` leaves them. German, English,
 #: French, Spanish, Italian, Portuguese, Dutch, Czech, Polish
 _WORDS: dict[str, str] = {
     "point": "point punkt punktnummer punktnr punktname punktbezeichnung punktid pktnr pkt pnr nr "
@@ -56,7 +58,8 @@ _UNITS = {
     "km": "km", "ft": "ft", "feet": "ft", "foot": "ft", "usft": "usft", "ftus": "usft",
     "millimeter": "mm", "millimetre": "mm",
 }  # fmt: skip
-_BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
+#: what stands in brackets, as units do
+BRACKETS = re.compile(r"[\[(]([^\[\]()]*)[\])]")
 _LAST = re.compile(r"^(.*?)[\s_/,.-]+(?:in\s+)?([A-Za-z]+)$")
 #: sigmas of these columns
 _AXES = ("easting", "northing", "height")
@@ -107,7 +110,7 @@ class Heads:
     remarks: tuple[str, ...]
 
 
-def _letters(text: str) -> str:
+def letters(text: str) -> str:
     """Small letters and digits of a text, without accents."""
     lower = text.casefold().replace("ł", "l").replace("σ", "sigma").replace("№", "no")
     plain = unicodedata.normalize("NFKD", lower)
@@ -116,11 +119,11 @@ def _letters(text: str) -> str:
 
 def _parts(title: str) -> tuple[str, str | None]:
     """Words and unit of a head, such as ``sE [mm]``."""
-    for found in _BRACKETS.finditer(title):
-        unit = _UNITS.get(_letters(found.group(1)))
+    for found in BRACKETS.finditer(title):
+        unit = _UNITS.get(letters(found.group(1)))
         if unit is not None:
             return title[: found.start()] + title[found.end() :], unit
-    title = _BRACKETS.sub(" ", title)
+    title = BRACKETS.sub(" ", title)
     last = _LAST.match(title.strip())
     if last and last.group(2).lower() in _UNITS:
         return last.group(1), _UNITS[last.group(2).lower()]
@@ -212,11 +215,12 @@ def heads_of(path: Path, line: int, titles: Sequence[str], known: Sequence[str])
     units: set[str] = set()
     left: list[str] = []
     have = {_bare(name) for name in names if name}
+    _refuse_held(path, line, titles)
     for k, title in enumerate(titles):
         if names[k] or not title.strip():
             continue
         words, unit = _parts(title)
-        meaning = _MEANING.get(_letters(words)) or _sigma(words)
+        meaning = _MEANING.get(letters(words)) or _sigma(words)
         if meaning is None or _SAME.get(meaning, meaning) in have:
             left.append(title)
             continue
@@ -255,7 +259,7 @@ def heads_of(path: Path, line: int, titles: Sequence[str], known: Sequence[str])
             line=line,
             cure="give every column its unit, such as E [m]",
         )
-    means = [f"{title} is {name}" for name, title in said.items() if _letters(title) != name]
+    means = [f"{title} is {name}" for name, title in said.items() if letters(title) != name]
     remarks = [f"heads are taken as follows: {', '.join(means)}"] if means else []
     if units:
         remarks.append(f"no unit is given for {', '.join(sorted(units))}: metres are taken")
@@ -276,11 +280,11 @@ def _bare(name: str) -> str:
 
 def _sigma(words: str) -> str | None:
     """Our name of a standard deviation, such as ``sigma_easting`` of ``sE``."""
-    letters = _letters(words)
-    found = _SIGMA.match(letters)
+    plain = letters(words)
+    found = _SIGMA.match(plain)
     if found is None:
         return None
-    axis = _MEANING.get(letters[found.end() :])
+    axis = _MEANING.get(plain[found.end() :])
     if axis in _AXES:
         return f"sigma_{axis}"
     return {"x": "sigma_x", "y": "sigma_y"}.get(axis or "")
@@ -308,16 +312,34 @@ def _refuse_axes(
     )
 
 
+#: heads of columns that say which coordinates of a point are held
+_HELD = re.compile(r"(?:is)?(?:fixed|fix|held|hold|fest|constrained)(?:[enuhxyz]|plan|height)$")
+
+
+def _refuse_held(path: Path, line: int, titles: Sequence[str]) -> None:
+    """Refuse columns that say of each coordinate whether it is held: they must not be left out."""
+    held = [title.strip() for title in titles if _HELD.match(letters(title))]
+    if held:
+        raise InputError(
+            f"column{'' if len(held) == 1 else 's'} {', '.join(held)} say which coordinates are "
+            "held, one by one, which is not read",
+            file=path,
+            line=line,
+            cure="write a column role with the word fixed for points that are held, and leave "
+            "those of their coordinates empty that are not",
+        )
+
+
 def _refuse_misspelt(path: Path, line: int, title: str) -> None:
     """Refuse a head that is nearly one of a standard deviation: it must not be left out."""
-    letters = _letters(_parts(title)[0])
+    plain = letters(_parts(title)[0])
     usual = [
         f"{start}{axis}"
         for start in ("sigma", "std", "stddev")
         for axis in (*_AXES, "e", "n", "u", "h")
     ]
-    near = difflib.get_close_matches(letters, usual, 1, cutoff=0.8) if len(letters) > 4 else []
-    if near or letters.startswith(("sigma", "sigm")):
+    near = difflib.get_close_matches(plain, usual, 1, cutoff=0.8) if len(plain) > 4 else []
+    if near or plain.startswith(("sigma", "sigm")):
         raise InputError(
             f"column {title} is nearly the head of a standard deviation",
             file=path,
