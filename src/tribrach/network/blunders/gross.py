@@ -4,52 +4,55 @@ Every explanation is a network with that slip undone. It is adjusted, and it is 
 corrected network passes its global test, the network as it is fails by far, and no other
 explanation passes as well. Looked at are
 
+* angles that run the other way, all of them, those of a file or of a station, or a single one whose
+  ends are exchanged;
+* given heights that are all equal, as where none was keyed in;
 * circle readings off by 100, 200 or 300 gon, zenith angles of the other face or counted from the
-  horizon;
+  horizon, height differences with their ends exchanged;
 * distances in feet that are taken for metres, and the reverse;
-* names of two targets exchanged at a set-up, or of two given points exchanged.
+* names of two targets exchanged at a set-up, or of two given points exchanged;
+* a whole set-up that contradicts everything else.
 
-The search ends after ten adjustments or two seconds, whichever is more, and then says so (method
-section 3.4).
+Each part of the search ends after ten adjustments or two seconds, whichever is more, and says so
+(method section 3.4).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 from itertools import combinations
-from time import monotonic
 from typing import Any
 
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.errors import TribrachError
-from tribrach.network.adjustment import Adjustment, Options, adjust
-from tribrach.network.blunders.clearing import Cleared, fits, from_adjusted, from_start, loosened
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.blunders.angle_slips import turned_angles
+from tribrach.network.blunders.clearing import Cleared, from_adjusted, from_start, loosened
+from tribrach.network.blunders.equal_heights import equal_heights
+from tribrach.network.blunders.setup_slips import setup_of, wrong_setup
+from tribrach.network.blunders.slip_search import GROSS, LEFT, Slip, SlipSearch
 from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Network, is_given
 from tribrach.network.quality import check_covariances
 from tribrach.network.reliability import weigh
 from tribrach.observations.base import Observations, Use, wrap
 from tribrach.observations.declaration import End, StartTie
+from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.unknowns import State
 from tribrach.sentences import Sentence
 
-__all__ = ["Slip", "SlipSearch", "explain"]
+__all__ = ["explain"]
 
-#: networks that fit worse than this many times their sigmas are looked at
-GROSS = 5.0
-#: share of the variance factor that may be left
-_LEFT = 0.05
-#: adjustments and seconds after which the search may end, and iterations of each attempt
-_RUNS, _SECONDS, _ITERATIONS = 10, 2.0, 30
 #: pairs of names that are tried where nothing points at one
 _MOST_PAIRS = 60
 #: predictions that cannot tell a quarter of the circle are not used [rad]
 _SHARP = 0.05
 #: sigmas within which a corrected reading must be predicted
 _AGREES = 4.0
+#: height differences are at least this many sigmas where their sign is doubted
+_CLEAR = 10.0
 #: an international foot [m]
 _FOOT = 0.3048
 #: names or readings that a sentence lists
@@ -57,86 +60,29 @@ _NAMED = 6
 _RIGHT = np.pi / 2
 
 
-@dataclass(frozen=True)
-class Slip:
-    """One slip that explains a misfit."""
-
-    #: what is wrong, as a clause
-    words: str
-    #: what is done to undo it, as a clause that continues "sigma0 falls ..."
-    undone: str
-    #: variance factor as it is, infinite if the network could not be adjusted
-    before: float
-    #: variance factor with the slip undone
-    after: float
-    #: what to do
-    cure: str
-
-    def sentence(self) -> str:
-        """The finding in one sentence."""
-        if np.isfinite(self.before):
-            fit = Sentence(
-                "sigma0 falls from {before:1} to {after:2}",
-                before=np.sqrt(self.before),
-                after=np.sqrt(self.after),
-            )
-        else:
-            fit = Sentence(
-                "the network can be adjusted, with sigma0 {after:2}", after=np.sqrt(self.after)
-            )
-        return f"{self.words}: {self.undone} {fit}"
-
-
-@dataclass
-class SlipSearch:
-    """Adjusts within a budget."""
-
-    #: adjusts a network
-    adjuster: Callable[[Network], Adjustment] | None = None
-    #: adjustments so far
-    runs: int = 0
-    #: of how many pairs of names the search came to an end before it had tried all, 0 if not
-    given_up: int = 0
-    begun: float = field(default_factory=monotonic)
-
-    @property
-    def over(self) -> bool:
-        """True if both the adjustments and the seconds are used up."""
-        return self.runs >= _RUNS and monotonic() - self.begun >= _SECONDS
-
-    def run(self, network: Network) -> Adjustment:
-        """Adjust, giving up soon: with a slip undone few iterations are needed."""
-        self.runs += 1
-        if self.adjuster is not None:
-            return self.adjuster(network)
-        return adjust(network, options=Options(max_iterations=_ITERATIONS))
-
-    def factor(self, network: Network) -> float | None:
-        """Variance factor of a network that passes its global test, None of any other."""
-        try:
-            trial = self.run(network)
-        except TribrachError:
-            return None
-        return trial.posterior_factor if fits(trial.vtpv, trial.dof) else None
-
-    def sentences(self) -> list[str]:
-        """That the search gave up, if it did."""
-        if not self.given_up:
-            return []
-        return [
-            f"the search for exchanged names gave up after {self.runs} adjustments, with "
-            f"{self.given_up} pairs of names untried: what it tried does not explain the misfit"
-        ]
-
-
 def explain(
     network: Network, adjustment: Adjustment | None = None, search: SlipSearch | None = None
 ) -> Slip | None:
     """Find the one slip without which a network fits."""
     search = search or SlipSearch()
+    if adjustment is None or network is not adjustment.network or search.adjuster is not None:
+        return _explained(network, adjustment, search)
+    # asked for by what accuses coordinates as well
+    slip, done = adjustment.once(explain, lambda: (_explained(network, adjustment, search), search))
+    search.runs, search.earlier, search.given_up = done.runs, done.earlier, done.given_up
+    return slip
+
+
+def _explained(network: Network, adjustment: Adjustment | None, search: SlipSearch) -> Slip | None:
+    """The one slip without which a network fits, sought anew."""
     before = np.inf if adjustment is None else adjustment.posterior_factor
     if not before > GROSS**2:
         return None
+    if found := turned_angles(network, adjustment, before, search):
+        return found
+    if found := equal_heights(network, before, search):
+        return found
+    search.go_on()
     clear = from_start(network, search.run)
     fitting = clear is not None and clear.fits
     if clear is not None and (found := _of_cleared(network, clear, before, search)):
@@ -150,6 +96,10 @@ def explain(
             return found
     if fitting:
         return None
+    search.go_on()
+    if found := wrong_setup(network, before, search):
+        return found
+    search.go_on()
     return _exchange(network, _suspicious(network, adjustment), before, search, None)
 
 
@@ -157,8 +107,10 @@ def _of_cleared(network: Network, clear: Cleared, before: float, search: SlipSea
     """What explains the observations without which a network fits."""
     if not clear.fits:
         return None
-    return _circle(network, clear, before, search) or _exchange(
-        network, _pointed_at(network, clear), before, search, clear
+    return (
+        _circle(network, clear, before, search)
+        or _exchange(network, _pointed_at(network, clear), before, search, clear)
+        or setup_of(network, clear, before)
     )
 
 
@@ -171,7 +123,7 @@ def _circle(network: Network, clear: Cleared, before: float, search: SlipSearch)
     said: dict[tuple[str, str], list[Key]] = {}
     for table in sorted({t for t, _ in clear.wild}):
         o = network.observations[table]
-        if o.rows != 1 or o.facts.start not in (StartTie.RAY, StartTie.ZENITH):
+        if o.rows != 1 or not (_is_reading(o) or isinstance(o, HeightDifferences)):
             continue
         items = np.array(sorted(i for t, i in clear.wild if t == table))
         sigma = np.sqrt(check_covariances(clear.adjustment, o, items)[:, 0, 0])
@@ -205,10 +157,18 @@ def _circle(network: Network, clear: Cleared, before: float, search: SlipSearch)
     )
 
 
+def _is_reading(o: Observations) -> bool:
+    """True for readings of a circle."""
+    return o.facts.start in (StartTie.RAY, StartTie.ZENITH)
+
+
 def _recounted(
     o: Observations, value: float, computed: float, sigma: float
 ) -> tuple[str, float] | None:
     """How a wrong angle [rad] agrees with the computed one, and what it then is."""
+    if isinstance(o, HeightDifferences):
+        clear = abs(value) > _CLEAR * sigma and abs(value + computed) <= _AGREES * sigma
+        return ("fit with their ends exchanged", -value) if clear else None
     if not sigma < _SHARP / _AGREES:
         return None
     if o.facts.start is StartTie.ZENITH:
@@ -240,7 +200,7 @@ def _of_readings(network: Network, state: State, title: str, how: str, keys: lis
     if len(names) == 1:
         return f"the {title} {listed} {how.replace('fit ', 'fits ', 1)}".replace(
             "they are", "it is"
-        )
+        ).replace("their ends", "its ends")
     return f"{len(names)} {_plural(title)} {how}: {listed}"
 
 
@@ -263,7 +223,7 @@ def _feet(network: Network, before: float, search: SlipSearch) -> Slip | None:
             for o, length in zip(network.observations, lengths, strict=True)
         )
         after = search.factor(replace(network, observations=observations))
-        if after is not None and after < _LEFT * before:
+        if after is not None and after < LEFT * before:
             return Slip(
                 words,
                 Sentence("times {factor:4}", factor=factor),
@@ -303,7 +263,7 @@ def _exchange(
             break
         changed = _exchanged(network, pair)
         after = search.factor(changed if state is None else changed.with_start(state))
-        if after is not None and after < _LEFT * before:
+        if after is not None and after < LEFT * before:
             good.append((after, pair))
     names = {frozenset((pair.first, pair.second)) for _, pair in good}
     if len(names) != 1 or (search.given_up and clear is None):

@@ -13,7 +13,8 @@ from tribrach.errors import InputError, NotConverged
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.clearing import fits
 from tribrach.network.blunders.common_causes import common_causes
-from tribrach.network.blunders.gross import SlipSearch, explain
+from tribrach.network.blunders.gross import explain
+from tribrach.network.blunders.slip_search import SlipSearch
 from tribrach.network.network import Network
 
 __all__ = ["Mistakes", "first_adjustment", "mistakes"]

@@ -1,0 +1,123 @@
+"""Given heights that are all one and the same number, as where none was keyed in.
+
+Three or more points whose given heights are all alike are no coincidence in a network that does
+not fit: the heights stand for none. It is said only if the network fits without them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tribrach._types import Index
+from tribrach.network.blunders.robust import with_sigmas
+from tribrach.network.blunders.slip_search import Slip, SlipSearch
+from tribrach.network.network import Network, is_given
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import End
+from tribrach.sentences import Sentence
+
+__all__ = ["equal_heights"]
+
+#: points from which equal heights are looked at, and how near they are alike [m]
+_LEAST, _SAME = 3, 5e-4
+#: factor on the sigmas of heights that must not pull
+_LOOSE = 1e6
+#: names that a sentence lists
+_NAMED = 8
+
+
+def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip | None:
+    """Find given heights that are all alike and without which a network fits.
+
+    Parameters
+    ----------
+    network
+        It does not fit.
+    before
+        Its variance factor, infinite if it could not be adjusted.
+    search
+        Adjusts within its budget.
+    """
+    heights = _given_heights(network)
+    if len(heights) < _LEAST:
+        return None
+    values = np.array(list(heights.values()))
+    value = float(np.median(values))
+    alike = [name for name, height in heights.items() if abs(height - value) < _SAME]
+    if len(alike) < _LEAST or len(alike) < len(heights) - 1:
+        return None
+    # one of them stays, so that the heights have a datum, unless another given height is there
+    keep = alike[:1] if len(alike) == len(heights) else []
+    without, loosened = _without(network, [n for n in alike if n not in keep])
+    after = search.explained(without, before, loosened)
+    if after is None:
+        return None
+    listed = ", ".join(alike[:_NAMED]) + (
+        f" and {len(alike) - _NAMED} more" if len(alike) > _NAMED else ""
+    )
+    return Slip(
+        Sentence(
+            "the given heights of {listed} are all {value:3} m, which stands for none",
+            listed=listed,
+            value=value,
+        ),
+        "without them",
+        before,
+        after,
+        "leave the heights out that are not known, or adjust the plan alone",
+        "equal_heights",
+    )
+
+
+def _heights_of(o: Observations) -> tuple[Index, Index, int] | None:
+    """Items and points (n,) of a table of given heights, and the row of the height."""
+    axes, at = o.coordinate_axes(), o.end_field(End.AT)
+    if not is_given(type(o), o.group) or axes is None or at is None or at.family != "position":
+        return None
+    upward = np.asarray(axes) == 2
+    if upward.ndim == 1:
+        upward = np.broadcast_to(upward, (len(o), len(upward)))
+    rows = np.flatnonzero(upward.any(axis=0))
+    if len(rows) != 1:
+        return None
+    items = np.flatnonzero(upward[:, rows[0]] & (o.use == Use.ACTIVE))
+    return items, np.asarray(getattr(o, at.name))[items], int(rows[0])
+
+
+def _given_heights(network: Network) -> dict[str, float]:
+    """Given heights [m] by the name of the point: held ones, and those with a sigma."""
+    layout = network.start.layout
+    out = {}
+    for k, name in enumerate(layout.names["point"]):
+        height = float(network.start.points[k, 2])
+        if not network.free[3 * k + 2] and np.isfinite(height):
+            out[name] = height
+    for o in network.observations:
+        if (found := _heights_of(o)) is not None:
+            for item, point in zip(found[0], found[1], strict=True):
+                out[layout.position_name(int(point))] = float(o.values[item, found[2]])
+    return out
+
+
+def _without(network: Network, names: list[str]) -> tuple[Network, int]:
+    """The network without the given heights of some points; values that are only loosened."""
+    layout = network.start.layout
+    free, start = network.free.copy(), network.start
+    points = start.points.copy()
+    for name in names:
+        k = layout.index("point", name)
+        if not free[3 * k + 2]:
+            free[3 * k + 2] = True
+            points[k, 2] = np.nan
+    factors = [np.ones(o.values.shape) for o in network.observations]
+    loosened = 0
+    for table, o in enumerate(network.observations):
+        if (found := _heights_of(o)) is not None:
+            items, at, row = found
+            off = items[[layout.position_name(int(p)) in names for p in at]]
+            factors[table][off, row] = _LOOSE
+            loosened += len(off)
+    without = replace(network, free=free, start=replace(start, points=points))
+    return (with_sigmas(without, factors) if loosened else without), loosened

@@ -1,0 +1,212 @@
+"""A whole set-up that contradicts everything else: turned, at another point, or of another job.
+
+Where no single sight explains a misfit, each set-up is taken out with all that it alone places. If
+the rest fits, and fits without no other set-up, the set-up is named, not its sights. Nothing is
+said where too little is left to check anything (method section 3.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from tribrach._types import Index, Mask
+from tribrach.errors import TribrachError
+from tribrach.network.adjustment import Adjustment
+from tribrach.network.blunders.clearing import Cleared
+from tribrach.network.blunders.robust import with_sigmas
+from tribrach.network.blunders.slip_search import Slip, SlipSearch, explains
+from tribrach.network.blunders.suspects import Key
+from tribrach.network.network import Network, is_given
+from tribrach.network.reliability import redundancy_numbers, weigh
+from tribrach.observations.base import Observations, Use
+from tribrach.observations.declaration import End
+
+__all__ = ["setup_of", "wrong_setup"]
+
+#: set-ups that are tried
+_MOST = 30
+#: redundancy that must be left, and its share of all
+_LEAST, _SHARE = 5, 0.2
+#: factor on the sigmas of sights that must not pull
+_LOOSE = 1e6
+#: share of the variance factor of the next best, and of that before, that may be left
+_FAR_LESS = 1e-3
+#: sights that make a set-up
+_SIGHTS = 3
+
+
+@dataclass(frozen=True)
+class _Without:
+    """A network in which the sights of one set-up pull at nothing."""
+
+    network: Network
+    #: of the set-up
+    keys: frozenset[Key]
+    #: the same, and sights of others to points that nothing else places
+    loose: frozenset[Key]
+
+
+def wrong_setup(network: Network, before: float, search: SlipSearch) -> Slip | None:
+    """Find the set-up without which a network fits, if it is the only one.
+
+    Parameters
+    ----------
+    network
+        It does not fit.
+    before
+        Its variance factor, infinite if it could not be adjusted.
+    search
+        Adjusts within its budget.
+    """
+    setups = _setups(network)
+    if not 1 < len(setups) <= _MOST:
+        return None
+    good: list[tuple[float, int, int, _Without]] = []
+    for position in setups:
+        if search.over and not good:
+            return None
+        tried = _without(network, position, setups[position])
+        try:
+            trial = search.run(tried.network)
+        except TribrachError:
+            continue
+        left = _redundancy(trial, tried.loose)
+        if left >= max(_LEAST, _SHARE * trial.dof):
+            good.append((trial.vtpv / left, left, position, tried))
+    if len(good) < 2:
+        return None
+    good.sort(key=lambda one: one[0])
+    (after, left, position, tried), second = good[0], good[1]
+    if explains(after * left, left, before) is not None:
+        if explains(second[0] * second[1], second[1], before) is not None:
+            return None
+    elif after > _FAR_LESS * min(before, second[0]):
+        # sigmas that are too small everywhere hide nothing where all others are far worse
+        return None
+    return _slip(network, position, tried.keys, before, after)
+
+
+def setup_of(network: Network, clear: Cleared, before: float) -> Slip | None:
+    """The set-up that most of the sights without which a network fits belong to, if one does.
+
+    Parameters
+    ----------
+    network
+        It does not fit.
+    clear
+        The network with the sights loosened that do not fit.
+    before
+        Its variance factor, infinite if it could not be adjusted.
+    """
+    if not clear.fits or len(clear.wild) < _SIGHTS:
+        return None
+    for position, keys in _setups(network).items():
+        if clear.wild <= keys and 2 * len(clear.wild) >= len(keys):
+            return _slip(network, position, keys, before, clear.vtpv / clear.dof)
+    return None
+
+
+def _slip(
+    network: Network, position: int, keys: frozenset[Key], before: float, after: float
+) -> Slip:
+    """A set-up as a slip."""
+    name = network.start.layout.position_name(position)
+    return Slip(
+        f"the set-up at {name} contradicts everything else",
+        f"without its {len(keys)} sights",
+        before,
+        after,
+        f"look at the names, the point and the circle of the set-up at {name} before any single "
+        "sight",
+        "setup",
+        keys,
+    )
+
+
+def _ends(o: Observations, points: int) -> Iterator[Index]:
+    """Positions (n,) of each end."""
+    for end in (End.FROM, End.TO, End.AT):
+        field = o.end_field(end)
+        if field is not None and field.family in ("position", "pose", "point"):
+            at = np.asarray(getattr(o, field.name))
+            yield at + (points if field.family == "pose" else 0)
+    foresight = getattr(o, "foresight", None)
+    if foresight is not None:
+        yield np.asarray(foresight)
+
+
+def _setups(network: Network) -> dict[int, frozenset[Key]]:
+    """Sights of each set-up that has several, by the position of the set-up."""
+    points = network.start.layout.count("point")
+    out: dict[int, set[Key]] = {}
+    for table, o in enumerate(network.observations):
+        start = o.end_field(End.FROM)
+        if start is None or not o.angular or is_given(type(o), o.group):
+            continue
+        at = np.asarray(getattr(o, start.name)) + (points if start.family == "pose" else 0)
+        for item in np.flatnonzero(o.use == Use.ACTIVE):
+            out.setdefault(int(at[item]), set()).add((table, int(item)))
+    return {at: frozenset(keys) for at, keys in out.items() if len(keys) >= _SIGHTS}
+
+
+def _without(network: Network, position: int, keys: frozenset[Key]) -> _Without:
+    """The network with a set-up, and what only it places, held and their sights loose."""
+    layout = network.start.layout
+    points = layout.count("point")
+    loose = set(keys)
+    free = network.free.copy()
+    held: set[int] = set()
+    for _ in range(len(layout.names["point"])):
+        alone = _hanging(network, loose, free) - held
+        if not alone:
+            break
+        held |= alone
+        for table, o in enumerate(network.observations):
+            if is_given(type(o), o.group):
+                continue
+            touching = np.zeros(len(o), dtype=bool)
+            for at in _ends(o, points):
+                touching |= np.isin(at, list(alone))
+            loose |= {(table, int(i)) for i in np.flatnonzero(touching & (o.use == Use.ACTIVE))}
+        free[layout.position_columns(np.array(sorted(alone))).ravel()] = False
+    factors = [np.ones(o.values.shape) for o in network.observations]
+    for table, item in loose:
+        factors[table][item] = _LOOSE
+    return _Without(with_sigmas(replace(network, free=free), factors), keys, frozenset(loose))
+
+
+def _hanging(network: Network, loose: set[Key], free: Mask) -> set[int]:
+    """Free points of the plan that fewer than two sights of different ends still place."""
+    layout = network.start.layout
+    points = layout.count("point")
+    others: dict[int, set[int]] = {}
+    for table, o in enumerate(network.observations):
+        keep = (o.use == Use.ACTIVE) & ~np.isin(
+            np.arange(len(o)), [i for t, i in loose if t == table]
+        )
+        ends = list(_ends(o, points))
+        for k, at in enumerate(ends):
+            # two values of one sight, or a given coordinate, place a point as well as two sights
+            apart = 2 if o.rows > 1 or len(ends) == 1 or not o.angular else 1
+            for item in np.flatnonzero(keep):
+                end = int(ends[1 - k][item]) if len(ends) == 2 else -1 - k
+                seen = others.setdefault(int(at[item]), set())
+                seen |= {end} if apart == 1 else {end, -100 - end}
+    out = set()
+    for k in range(points):
+        columns = layout.position_columns(np.array([k])).ravel()[:2]
+        if free[columns].any() and np.isfinite(network.start.points[k, :2]).all():
+            out |= {k} if len(others.get(k, ())) < 2 else set()
+    return out
+
+
+def _redundancy(trial: Adjustment, loose: frozenset[Key]) -> int:
+    """Redundancy of the values that still pull."""
+    rows = trial.rows
+    among = np.array(
+        [(int(t), int(i)) in loose for t, i in zip(rows.table, rows.item, strict=True)], dtype=bool
+    )
+    return round(trial.dof - float(np.nansum(redundancy_numbers(weigh(trial))[among])))
