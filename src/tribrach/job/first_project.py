@@ -47,7 +47,7 @@ _METRES = 2.0
 #: lines that an error lists, and files of one reason that a line names
 _NOTED, _NAMED = 20, 3
 #: formats whose files belong together
-_JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
+_JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
 #: figures that are assumed of instruments nobody names
 _SCANNER = (
     "range_mm = 2.0",

@@ -19,6 +19,7 @@ from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.csv_rows import AS_FOUND, ListForm
 from tribrach.io.gnss.files import vector_reader
 from tribrach.io.gnss.observation_file import header_text
+from tribrach.io.levels import files as levels
 from tribrach.io.opened_files import contents
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.survey.csv.columns import COORDINATES
@@ -241,6 +242,8 @@ def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
         raise InputError("a coordinate system of a GIS", file=path, cure="give it as --crs")
     if vector_reader(path) is not None:
         return _of_survey(path, "gnss")
+    if suffix not in SUFFIXES and levels.recognised(path):
+        return _of_survey(path, "levels", levels.format_name(path))
     if suffix not in SUFFIXES and raw.recognised(path):
         return _of_survey(path, "totalstation", raw.format_of(path))
     if suffix not in SUFFIXES and starnet.recognised(path):

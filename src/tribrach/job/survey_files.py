@@ -19,6 +19,7 @@ from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
 from tribrach.io.csv_rows import ListForm
 from tribrach.io.gnss import files as gnss_files
+from tribrach.io.levels import files as levels
 from tribrach.io.survey import totalstation
 from tribrach.io.survey.csv import tables as csv_tables
 from tribrach.io.survey.csv.file import CsvTable, read_table
@@ -289,6 +290,13 @@ class _Reader:
             return totalstation.read(
                 paths, precision, alone=alone, site=site, known=known, labels=self.labels
             )
+        if set(kinds) == {"levels"}:
+            precision = self.instruments.precision(self.instruments.of_file(k))
+            survey = levels.read(paths, precision, self.labels)
+            levels.leave_to(
+                survey, [n for n, p in self.survey.points.items() if np.isfinite(p.xyz).any()]
+            )
+            return survey
         if set(kinds) == {"gnss"}:
             return self._gnss_files(k, entry, paths)
         if stray := entry.model_fields_set & GNSS_KEYS:

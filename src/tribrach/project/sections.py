@@ -291,7 +291,16 @@ class ObservationFile(EpochKeys, ListKeys, Section):
     files: tuple[str, ...] = ()
     format: (
         Literal[
-            "csv", "gama", "dynaml", "dna", "comp3d", "starnet", "riscan", "totalstation", "gnss"
+            "csv",
+            "gama",
+            "dynaml",
+            "dna",
+            "comp3d",
+            "starnet",
+            "riscan",
+            "totalstation",
+            "levels",
+            "gnss",
         ]
         | None
     ) = None

@@ -7,6 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.opened_files import contents
@@ -26,6 +28,7 @@ FORMATS = {
     "starnet": "survey.starnet.reader",
     "riscan": "survey.riscan.reader",
     "totalstation": "survey.totalstation",
+    "levels": "levels.files",
     "csv": "survey.csv.tables",
     "gnss": "gnss.files",
 }
@@ -48,7 +51,7 @@ SUFFIXES = {
     ".pos": "gnss",
 }
 #: formats whose files belong together and are read in one go
-JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "gnss")
+JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
 
 
 def format_of(path: Path) -> str:
@@ -122,11 +125,14 @@ def _by_content(path: Path) -> str | None:
     """The format of a file whose suffix says nothing: raw files and lists may have any, or none."""
     # loaded here: all these readers take longer to load than most networks to be read
     from tribrach.io.gnss.files import vector_reader
+    from tribrach.io.levels import files as levels
     from tribrach.io.survey.starnet import recognition as starnet
     from tribrach.io.totalstation.formats import recognised
 
     if vector_reader(path) is not None:
         return "gnss"
+    if levels.recognised(path):
+        return "levels"
     if recognised(path):
         return "totalstation"
     return "starnet" if starnet.recognised(path) else None
@@ -190,6 +196,7 @@ def read_files(
                 with refused.record(), carried_angles() as carried:
                     surveys.append(_read(module, name, together, apart))
                     surveys[-1].warnings += carried_words(carried, together[0].name)
+    _leave_heights(surveys)
     first, *others = surveys
     for other in others:
         if FlatSite() not in (first.site, other.site) and first.site != other.site:
@@ -200,6 +207,23 @@ def read_files(
             )
         first.merge(other)
     return first
+
+
+def _leave_heights(surveys: Sequence[Survey]) -> None:
+    """Heights that were keyed into a level give way to those of lists."""
+    from tribrach.io.levels.files import Levelled, leave_to
+
+    levelled = [any(isinstance(f, Levelled) for f in survey.facts) for survey in surveys]
+    known = {
+        name
+        for survey, level in zip(surveys, levelled, strict=True)
+        if not level
+        for name, point in survey.points.items()
+        if np.isfinite(point.xyz).any()
+    }
+    for survey, level in zip(surveys, levelled, strict=True):
+        if level:
+            leave_to(survey, known)
 
 
 def carried_words(carried: Sequence[str], name: str) -> list[str]:
@@ -217,7 +241,7 @@ def carried_words(carried: Sequence[str], name: str) -> list[str]:
 def _read(module: Any, name: str, files: list[Path], labels: Mapping[Path, str]) -> Survey:
     """One survey of files that belong together, by the module of their format."""
     survey: Survey
-    if name in ("gnss", "starnet"):
+    if name in ("gnss", "starnet", "levels"):
         survey = module.read(files, labels=labels)
     elif name in JOINT:
         survey = module.read(files)

@@ -110,6 +110,13 @@ class DataReader:
         with self.refused.record():
             self._close()
 
+    @property
+    def stated(self) -> StarnetSettings:
+        """The settings of the project, with what options say of the whole job."""
+        return replace(
+            self.settings, grid=self._options.settings.grid, crs=self._options.settings.crs
+        )
+
     def finish(self) -> StarnetRecords:
         """The records of everything that was read."""
         self.records.kind = self._options.kind

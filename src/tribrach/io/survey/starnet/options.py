@@ -8,12 +8,13 @@ done is refused.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from tribrach.io.survey.starnet.settings import (
     REFRACTION_PER_UNIT,
     StandardErrors,
     StarnetSettings,
+    grid_of,
 )
 from tribrach.io.survey.starnet.text import LINEAR_UNITS, DataLine, angle_of, number_of
 from tribrach.units import CC, GON, SEC
@@ -59,10 +60,16 @@ _DONE = (
     "CENTERING",
     "COORD",
     "CURVREF",
+    "CRS",
+    "GRID",
+    "MEASURED",
     "END",
 )
 #: options that would change results
-_REFUSED = ("ALIAS", "LINK", "GRID", "MEASURED", "PRISM", "ELEVATION", "VRED", "MAPSCALE")
+_REFUSED = ("ALIAS", "LINK", "PRISM", "ELEVATION", "VRED", "MAPSCALE")
+#: what .GRID and .MEASURED may speak of, and which of the two each is if nothing is said
+_ON_GRID = {"BEARINGS": True, "AZIMUTHS": True, "DISTANCES": False, "ANGLES": False,
+            "DIRECTIONS": False}  # fmt: skip
 
 
 @dataclass
@@ -290,6 +297,53 @@ class InlineOptions:
 
     def _amode(self, line: DataLine) -> None:
         self.directed = _choice(line, 0, ("AUTO", "ANGLE", "DIR")) == "DIR"
+
+    def _crs(self, line: DataLine) -> None:
+        """The grid of the job, which the project states otherwise."""
+        name = " ".join(line.words)
+        if not name:
+            raise line.error(".CRS names no grid", "write its EPSG code, such as .CRS EPSG:32633")
+        crs = grid_of(name)
+        if crs is None:
+            raise line.error(
+                f"the grid {name} is not known here: .CRS makes this a job on that grid",
+                "write its EPSG code in its place, such as .CRS EPSG:32633",
+            )
+        if self.settings.crs not in (None, crs):
+            raise line.error(
+                f".CRS says {name}, and {self.settings.source or 'a line above'} says "
+                f"{self.settings.grid}",
+                "keep one grid",
+            )
+        self.settings = replace(self.settings, grid=name, crs=crs)
+
+    def _grid(self, line: DataLine) -> None:
+        self._meant(line, on_grid=True)
+
+    def _measured(self, line: DataLine) -> None:
+        self._meant(line, on_grid=False)
+
+    def _meant(self, line: DataLine, *, on_grid: bool) -> None:
+        """Whether quantities are measured or of the grid: as usual, or refused."""
+        for word in line.words:
+            name = next((n for n in _ON_GRID if n.startswith(word.upper())), None)
+            if name is None:
+                listed = ", ".join(_ON_GRID)
+                raise line.error(f"{line.code} has no word {word!r}", f"use one of {listed}")
+            if _ON_GRID[name] == on_grid:
+                continue
+            what = "on the grid" if on_grid else "measured on the ground"
+            raise line.error(
+                f"{line.code} says that the {name.lower()} of the lines that follow are {what}, "
+                "which is not done",
+                "bearings are of the grid, distances, angles and directions are measured: convert "
+                "the others before",
+            )
+        if not line.words:
+            raise line.error(
+                f"{line.code} does not say of what it speaks",
+                "name bearings, distances, angles or directions",
+            )
 
     def _end(self, line: DataLine) -> None:
         self.ended = True

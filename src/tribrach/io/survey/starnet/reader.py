@@ -65,7 +65,7 @@ def read(
             reader.read(path, (labels or {}).get(path, path.name))
         records = reader.finish()
         refused.settle()
-        survey = assemble(records, settings, refused, part)
+        survey = assemble(records, reader.stated, refused, part)
     if beside is not None:
         survey.warnings.append(f"The settings are those of {beside.name}, which stands beside.")
     survey.warnings += [f"{settings.source}: {what}." for what in settings.warnings]

@@ -1,0 +1,98 @@
+"""Leica levels in GSI: words 331 to 336 are staff readings, 32 distances, 83 heights.
+
+331 and 335 are the first and second reading to the backsight, 332 and 336 to the foresight, 333 to
+an intermediate point, 330 and 334 readings that belong to no line. A code block (41) with a
+question mark begins a line. Words 571 to 574 repeat what was read.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from tribrach.errors import InputError
+from tribrach.io.levels.readings import LevelFile, LevelLine, StaffReading, check_reading, setups_of
+from tribrach.io.totalstation.gsi import parse_words
+from tribrach.io.totalstation.gsi import sniff as begins_as_gsi
+from tribrach.io.totalstation.text import read_lines
+from tribrach.units import LARGEST
+
+__all__ = ["read", "sniff"]
+
+_READINGS = {"331": "back", "335": "back", "332": "fore", "336": "fore", "333": "side"}
+_CIRCLES = ("21", "22", "31")
+
+
+def sniff(text: str) -> bool:
+    """True if a text has blocks with staff readings and no angles."""
+    if not begins_as_gsi(text):
+        return False
+    found = False
+    for line in text.splitlines():
+        words = {word.index for word in parse_words(line)} if line.strip() else set()
+        if words & set(_CIRCLES):
+            return False
+        found |= bool(words & {*_READINGS, "330", "334"})
+    return found
+
+
+def read(path: Path) -> LevelFile:
+    """Read a file.
+
+    Raises
+    ------
+    InputError
+        Not text, or without a staff reading.
+    """
+    done: list[LevelLine] = []
+    pending: list[StaffReading] = []
+    given: dict[str, tuple[float, int]] = {}
+    problems: list[tuple[int, str]] = []
+    computed: set[str] = set()
+
+    def close() -> None:
+        """End the line."""
+        setups, lost = setups_of(pending)
+        problems.extend((r.line, f"the {r.kind}sight to {r.point} has no other end") for r in lost)
+        if setups:
+            done.append(LevelLine(tuple(setups)))
+        pending.clear()
+
+    for number, line in enumerate(read_lines(path), start=1):
+        if not line.strip("\x02\x03\x04\x1a\t "):
+            continue
+        words = parse_words(line)
+        if words and words[0].index == "41" and words[0].data.strip("0 ").startswith("?"):
+            close()
+        if not words or words[0].index != "11":
+            continue
+        by_index = {word.index: word for word in words}
+        name = words[0].text
+        try:
+            readings = [(kind, by_index[w].value) for w, kind in _READINGS.items() if w in by_index]
+            distance = by_index["32"].value if "32" in by_index else math.nan
+            height = by_index["83"].value if "83" in by_index else math.nan
+        except ValueError as error:
+            problems.append((number, str(error)))
+            continue
+        for kind, value in readings:
+            if math.isnan(value):
+                continue
+            try:
+                pending.append(check_reading(StaffReading(kind, name, value, distance, number)))
+            except ValueError as error:
+                problems.append((number, str(error)))
+                continue
+            if kind != "back":
+                computed.add(name)
+        derived = name in computed or any(w.index.startswith("57") for w in words)
+        if name and not readings and not derived and abs(height) < LARGEST:
+            given.setdefault(name, (height, number))
+    close()
+    if not done:
+        raise InputError(
+            "the file of a level has no set-up with a backsight and a foresight",
+            file=path,
+            cure="give the whole file",
+        )
+    return LevelFile(path, "Leica GSI of a level", tuple(done), given, tuple(problems))
