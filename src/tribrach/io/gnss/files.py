@@ -20,6 +20,7 @@ from tribrach.geodesy.epochs import Motion, Passage, Realisation, carry
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.gnss import ski, tdef
 from tribrach.io.gnss.gvx import read_gvx
+from tribrach.io.gnss.jobxml import has_vectors_only, read_jobxml
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.rtklib_pos import read_rtklib
 from tribrach.io.gnss.sinex import read_sinex
@@ -81,8 +82,8 @@ def read(
     Parameters
     ----------
     paths
-        GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), SKI-ASCII and TDEF by how they
-        begin, else SINEX.
+        GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), SKI-ASCII, TDEF and JobXML by how
+        they begin, else SINEX.
     context
         What the project says about them.
     labels
@@ -110,7 +111,9 @@ def read(
     with RefusalCollector() as refused:
         for path in paths:
             with refused.record():
-                reader = readers.get(path.suffix.lower()) or vector_reader(path) or solution
+                reader = readers.get(path.suffix.lower()) or vector_reader(path)
+                # a job with sights as well is asked for its vectors by name
+                reader = reader or (read_jobxml if "<JOBFile" in head(path) else solution)
                 if settings.stations and reader is not solution:
                     raise InputError(
                         "stations are chosen from SINEX files only",
@@ -127,6 +130,8 @@ def read(
 def vector_reader(path: Path) -> Reader | None:
     """The reader of a text file of vectors that begins like one of these formats, or None."""
     text = head(path)
+    if "<JOBFile" in text:
+        return read_jobxml if has_vectors_only(path) else None
     return next((reader for sniff, reader in _VECTORS if sniff(text)), None)
 
 

@@ -72,6 +72,7 @@ class _Reader:
         #: set-ups and targets that have readings of their own
         self.read: set[tuple[str, str]] = set()
         self.means = 0
+        self.vectors = 0
         self.in_rounds = False
 
     def book(self, book: etree._Element) -> None:
@@ -124,6 +125,8 @@ class _Reader:
             self.recorder.understood["coordinates"] += 1
         if circle is not None:
             self._sight(line, record, circle, name, "deleted in the field" if deleted else "")
+        elif record.find("ECEFDeltas") is not None:
+            self.vectors += 1
         elif not grids:
             self.recorder.unknown[f"PointRecord {method or 'without readings'}"] += 1
 
@@ -163,6 +166,11 @@ class _Reader:
 
     def close(self) -> None:
         """Say what the whole file leaves to be said."""
+        if self.vectors:
+            self.recorder.note(
+                f"{self.vectors} GNSS vectors stand beside the sights and are not used: name the "
+                'file once more in a project, with format = "gnss".'
+            )
         if self.means:
             self.recorder.note(
                 f"{self.means} mean turned angles have no readings beside them; each is taken as "
