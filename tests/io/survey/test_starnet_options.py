@@ -70,7 +70,9 @@ def test_marks_of_coordinates_that_run_together(tmp_path: Path, marks: str) -> N
 
 @pytest.mark.parametrize("marks", ["&&*", "!!*", "&!"])
 def test_marks_of_sights_that_run_together(tmp_path: Path, marks: str) -> None:
-    job = "C A 0 0 0 ! ! !\nC B 0 100 0 ! ! !\nC P 35 35 1 ! ! !\nM A-B-P 45-00-00 50 88-51-00 {m}\n"
+    job = (
+        "C A 0 0 0 ! ! !\nC B 0 100 0 ! ! !\nC P 35 35 1 ! ! !\nM A-B-P 45-00-00 50 88-51-00 {m}\n"
+    )
     job += "D A-P 49.5 0.005\n"
     first, second = (
         read(tmp_path, job.format(m=written)).network() for written in (marks, " ".join(marks))
