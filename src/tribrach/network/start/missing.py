@@ -100,6 +100,24 @@ def _noun(layout: Layout, node: int, *, pose: bool | None = None) -> str:
     return f"{'station' if is_pose else 'point'} {layout.position_name(node)}"
 
 
+def _figure(members: Index, layout: Layout, tables: Sequence[tuple[str, Index, Index]]) -> str:
+    """What would fix a figure of places that nothing else places."""
+    inside = set(members.tolist())
+    kinds = {
+        name: {int(a) for a in start if int(a) in inside}
+        for name, start, _ in tables
+        if any(int(a) in inside for a in start)
+    }
+    stations = set[int]().union(*kinds.values())
+    if len(stations) == 1 and kinds.keys() <= {"angle", "direction"}:
+        where = layout.position_name(stations.pop())
+        return (
+            f"all of them are taken at {where}, which is a station adjustment and no network; give "
+            "coordinates or distances of its targets, or sights from another station"
+        )
+    return "give coordinates of two points, or of one with an azimuth and a distance"
+
+
 def _part(
     members: Index,
     layout: Layout,
@@ -118,7 +136,10 @@ def _part(
             a_, b_ = a[rows], b[rows]
             shared |= set(a_[known[a_] & inside[b_]].tolist())
     if not known.any():
-        return f"{shown} hang together, but their observations do not fix a figure to start from"
+        return (
+            f"{shown} hang together, but their observations do not fix a figure to start from: "
+            f"{_figure(members, layout, tables)}"
+        )
     if not shared:
         return (
             f"{shown} hang together, but no observation ties them to the rest of the network: "
