@@ -238,14 +238,14 @@ class _Writer:
                 file=self.file.path,
                 cure="give the whole file as the level wrote it",
             )
-        starts, ends, values, sigmas, numbers = (list(c) for c in zip(*self.rows, strict=True))
+        starts, ends, values, sigmas, lines = (list(c) for c in zip(*self.rows, strict=True))
         self.survey.add(
             HeightDifferences,
             values=values,
             sigma=sigmas,
             start=starts,
             end=ends,
-            source=[f"{self.label}:{n}" for n in numbers],
+            source=[f"{self.label}:{n}" for n in lines],
         )
 
     def _sigma(self, length: float) -> float:

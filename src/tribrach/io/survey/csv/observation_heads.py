@@ -149,7 +149,10 @@ def observation_heads(
     if not {"from", "to"} <= every or not measured:
         return None
     level = "height_difference" in every and not every & {"direction", "zenith", "angle"}
-    names, said, open_, metres = list(known), [], [], []
+    names = list(known)
+    said: list[str] = []
+    open_: list[tuple[str, str]] = []
+    metres: list[str] = []
     left: list[str] = []
     unknown: list[str] = []
     have = {_bare(name) for name in known if name}
