@@ -64,7 +64,7 @@ def hold(scan: Scan, limit: int = LIMIT, *, stored: bool = False) -> HeldScan:
     if scan.certain_points > limit:
         raise _too_many(scan, limit)
     rows = _Rows(scan.records)
-    for chunk in scan.stored() if stored else scan.chunks():
+    for chunk in scan.measured() if stored else scan.chunks():
         if rows.total + len(chunk) > limit:
             raise _too_many(scan, limit)
         rows.add(chunk)
@@ -98,7 +98,11 @@ class HeldScan(Scan):
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points as the file has them, from memory if they are held so."""
-        return self._kept(size, start) if self.raw else self.file.stored(size, start)
+        return self._kept(size, start) if self.raw else self.file.measured(size, start)
+
+    def measured(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """Read the points as the file has them; what is held is metres."""
+        return self.stored(size, start)
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points, from memory unless a block of them is not to be found there."""
@@ -112,7 +116,9 @@ class HeldScan(Scan):
             last = len(self.points.xyz)
             bounds = ((k, min(k + size, last), 0) for k in range(start, last, size))
         else:
-            yield from self.file.stored(size, start) if self.raw else self.file.chunks(size, start)
+            yield from (
+                self.file.measured(size, start) if self.raw else self.file.chunks(size, start)
+            )
             return
         named = {name: getattr(self.points, name) for name in _FIELDS}
         known = {name: values for name, values in named.items() if values is not None}

@@ -87,7 +87,7 @@ def find_no_return(scan: Scan) -> NoReturn:
     origin = np.array(scan.scanner)
     known = scan.origin != "unknown"
     ranges, some, total = np.zeros(_CLASSES, dtype=np.int64), _Some(), 0
-    for chunk in scan.stored():
+    for chunk in scan.measured():
         total += len(chunk)
         some.add(chunk.xyz)
         if known:
@@ -113,7 +113,7 @@ def _confirmed(
     found = NoReturn(places=places, shell=shell, at_scanner=at_scanner)
     origin = np.array(scan.scanner)
     counts, members = np.zeros(3, dtype=np.int64), []
-    for chunk in scan.stored():
+    for chunk in scan.measured():
         marks = found.marks(chunk.xyz, origin)
         counts += np.bincount(marks, minlength=4)[1:]
         members.append(chunk.xyz[marks == NoReturn.SHELL] - origin)

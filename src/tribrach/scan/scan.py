@@ -1,7 +1,8 @@
 """A scan of a file, whatever its format: points in chunks, fields, pose, origin.
 
 Points are in the scanner frame (right-handed, origin at the instrument's centre, z along its
-standing axis), float64 metres. Other values keep the names below whatever their file calls them.
+standing axis), float64 metres whatever the file counts in (``Scan.unit``). Other values keep the
+names below whatever their file calls them.
 
 | field | type | unit |
 |---|---|---|
@@ -27,9 +28,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
+from tribrach.scan.length_unit import METRES, LengthUnit
 from tribrach.units import percent
 
 __all__ = ["CHUNK", "Chunk", "Field", "NoReturn", "Origin", "Scan"]
@@ -160,11 +163,11 @@ class NoReturn:
 class Scan(ABC):
     """One scan of a file; nothing but its header is in memory.
 
-    A reader derives its own class and gives the points as they are stored. What the project knows
-    better than the file stands in the last four fields and is done to the points as they are
-    read, in this order: beams without return are left out, the place of the scanner is taken off,
-    the points of the other face are left out, the calibration of the scanner is applied (see
-    :mod:`tribrach.scan.prepared`).
+    A reader derives its own class and gives the points as they are stored, in the unit of the file.
+    They become metres first. What the project knows better than the file stands in the last four
+    fields and is done to the points as they are read, in this order: beams without return are left
+    out, the place of the scanner is taken off, the points of the other face are left out, the
+    calibration of the scanner is applied (see :mod:`tribrach.scan.prepared`).
     """
 
     #: of the scan, unique within its file
@@ -190,6 +193,8 @@ class Scan(ABC):
     warnings: tuple[str, ...] = ()
     #: what else the header says
     facts: Mapping[str, str] = field(default_factory=dict)
+    #: what the coordinates of the file are counted in; bounds, pose and points are metres
+    unit: LengthUnit = METRES
     #: where the scanner stood in the coordinates of the file [m]
     scanner: tuple[float, float, float] = (0.0, 0.0, 0.0)
     #: the face whose points these are, None for all points
@@ -201,14 +206,38 @@ class Scan(ABC):
 
     #: chunks hold as many records as are asked for, wherever they begin, the last one excepted
     even_chunks: ClassVar[bool] = True
+    #: the format has metres, whatever its reference system says
+    standard_metres: ClassVar[bool] = False
 
     @abstractmethod
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points as the file has them, in its order."""
+        """Read the points as the file has them, in its order and in its unit."""
+
+    def measured(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
+        """Read the points of the file in metres, in its order.
+
+        Raises
+        ------
+        InputError
+            The coordinates are angles.
+        """
+        if self.unit.metric:
+            return self.stored(size, start)
+        if self.unit.factors is None:
+            raise InputError(
+                f"the coordinates are degrees ({self.unit.source}), and lengths are needed",
+                file=self.path,
+                cure="project them first, into a system with metres or feet along its axes",
+            )
+        factors = np.array(self.unit.factors)
+        return (
+            Chunk(chunk.xyz * factors, chunk.values, chunk.dropped)
+            for chunk in self.stored(size, start)
+        )
 
     def chunks(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points in the file's order, at most ``size`` records at a time."""
-        stored = self.stored(size, start)
+        stored = self.measured(size, start)
         plain = self.as_stored and self.no_return is None
         return stored if plain else map(self._prepared, stored)
 
@@ -222,7 +251,7 @@ class Scan(ABC):
 
     @property
     def as_stored(self) -> bool:
-        """True if the points are those of the file, none moved, no face left out."""
+        """True if the points are those of the file in metres, none moved, no face left out."""
         return not any(self.scanner) and self.face is None and self.correction is None
 
     def _prepared(self, chunk: Chunk) -> Chunk:

@@ -473,6 +473,7 @@ class E57Scan(Scan):
     section: int | None = None
 
     even_chunks = False
+    standard_metres = True
 
     def stored(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
         """Read the points in the file's order.

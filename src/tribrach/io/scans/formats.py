@@ -16,6 +16,7 @@ from tribrach.errors import InputError
 from tribrach.io.keeping import keep
 from tribrach.io.poses.names import POSE_FILES
 from tribrach.io.scans.text import Lines, delimiters
+from tribrach.io.scans.units import in_metres
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
@@ -51,7 +52,7 @@ _BY_CONTENT = frozenset((*_OF_LINES, *(reader for _, reader in _MAGIC)))
 
 
 def read_scans(path: Path) -> tuple[Scan, ...]:
-    """The scans of a file; only headers are read."""
+    """The scans of a file, in metres; only headers are read."""
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")
     keep([path], beside=[path.with_name(name) for name in POSE_FILES])
@@ -65,7 +66,7 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
     if packed and reader not in _OF_LINES:
         raise InputError("only text is read from compressed files", file=path, cure="unpack it")
     scans: tuple[Scan, ...] = _module(reader).read(path)
-    return scans
+    return tuple(in_metres(scan) for scan in scans)
 
 
 def _module(reader: str) -> Any:

@@ -18,6 +18,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
+from tribrach.io.scans.units import as_filed
 from tribrach.scan.angular_step import angular_step
 from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
@@ -34,6 +35,11 @@ _COMPARED = 300_000
 _RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
 #: no scan is wider [m]
 _WIDEST = 2e4
+#: no floor or ceiling is farther from a scanner than the steep rays of half a scan reach [m], and
+#: no scanner gives coordinates in steps of [m]
+_STEEP_RANGE, _COARSE = 300.0, 1.0
+#: steep rays that tell: their share and number
+_STEEP_SHARE, _STEEP_FEW = 0.02, 50
 _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 #: fewer points do not tell the angular step
 _FEW = 1000
@@ -169,6 +175,13 @@ class Description:
     ranges: tuple[float, ...]
     #: step [m] that all coordinates are multiples of, None if it is fine
     coarse: float | None
+    #: median range of rays steeper than 45 degrees [m], 0 where there are few
+    steep: float = 0.0
+
+    @property
+    def angles(self) -> bool:
+        """True if the coordinates are degrees."""
+        return self.scan.unit.names[0] == "degree"
 
     @property
     def title(self) -> str:
@@ -187,7 +200,8 @@ class Description:
         ]
         if figures.bounds is not None:
             for name, low, high in zip("xyz", *figures.bounds, strict=True):
-                rows.append((f"extent {name}", f"{low:.4f} to {high:.4f} m ({high - low:.3f} m)"))
+                rows.append((f"extent {name}", self._extent(name, low, high)))
+        rows.append(("unit", self._unit_words()))
         if scan.no_return is not None:
             rows.append(("beams without return", scan.no_return.words))
         if scan.grid is not None:
@@ -203,11 +217,23 @@ class Description:
             rows.append(("ranges", words + " m"))
         rows.append(("scanner", _ORIGIN[scan.origin]))
         rows.append(("pose", _pose_words(scan)))
-        rows.append(("CRS", _crs_words(scan.crs)))
+        rows.append(("CRS", _crs_words(scan.unit.crs or scan.crs)))
         rows += [(f"field {f.name}", self._field_words(f)) for f in scan.fields]
         described = {f"field {f.name}" for f in scan.fields}
         rows += [(key, value) for key, value in scan.facts.items() if key not in described]
         return rows
+
+    def _extent(self, name: str, low: float, high: float) -> str:
+        """Smallest and largest coordinate; degrees as such, in digits that tell millimetres."""
+        if not self.angles or name == "z":
+            return f"{low:.4f} to {high:.4f} m ({high - low:.3f} m)"
+        return f"{low:.9f} to {high:.9f} deg ({high - low:.9f} deg)"
+
+    def _unit_words(self) -> str:
+        """What the file counts in, who says so, and what is shown here."""
+        unit = self.scan.unit
+        shown = ", shown in metres" if not (unit.metric or self.angles) else ""
+        return f"{unit.words} ({unit.source}){shown}"
 
     def _field_words(self, item: Field) -> str:
         """Type, range and description of a field."""
@@ -234,17 +260,38 @@ class Description:
         across = (
             0.0 if figures.bounds is None else float((figures.bounds[1] - figures.bounds[0]).max())
         )
+        if self.angles:
+            out.append(
+                "The coordinates are degrees: nothing that needs lengths is made of them, and "
+                "convert keeps them as they are."
+            )
+            return out + self._of_records()
         if across > _WIDEST:
             out.append(f"The points spread over {across / 1e3:.4g} km: are the coordinates metres?")
+        elif self.steep > _STEEP_RANGE:
+            out.append(
+                f"Half of the steep rays are longer than {self.steep:.0f} m, and no floor or "
+                "ceiling is so far away: are the coordinates metres?"
+            )
+        elif self.coarse is not None and self.coarse >= _COARSE and scan.unit.metric:
+            out.append(
+                f"All coordinates are whole multiples of {self.coarse:g} m, which no scanner is so "
+                "coarse to give: are they metres?"
+            )
         with np.errstate(over="ignore"):
             resolution = single_resolution(far)
-        if self.coarse is not None:
+        if self.coarse is not None and self.coarse < _COARSE:
             out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
         elif figures.single and resolution >= _RESOLUTION:
             out.append(
                 f"The coordinates are numbers of 32 bits: at {far:.0f} m they resolve "
                 f"{1e3 * resolution:.2g} mm."
             )
+        return out + self._of_records()
+
+    def _of_records(self) -> list[str]:
+        """Sentences on beams without return, zeros, doubled points and bounds."""
+        scan, figures, out = self.scan, self.figures, []
         if scan.no_return is not None:
             out.append(f"{scan.no_return.sentence}.")
         if figures.zeros:
@@ -317,7 +364,12 @@ class Description:
             ],
             "grid": None if scan.grid is None else list(scan.grid),
             "pose": None if scan.pose is None else scan.pose.matrix.tolist(),
-            "crs": scan.crs,
+            "crs": scan.unit.crs or scan.crs,
+            "unit": {
+                "names": list(scan.unit.names),
+                "metres": None if self.angles else list(scan.unit.factors or ()),
+                "source": scan.unit.source,
+            },
             "origin": scan.origin,
             "angular_step": None if self.step is None else list(self.step),
             "range_quantiles": list(self.ranges),
@@ -330,18 +382,30 @@ class Description:
 
 def describe(scan: Scan, among: int = 1) -> Description:
     """Read a scan and describe it without its beams without return, which are told apart."""
+    if scan.unit.factors is None:
+        scan = as_filed(scan)
     scan = screened(scan)
     figures = statistics(scan)
     step: tuple[float, float] | None = None
     ranges: tuple[float, ...] = ()
+    steep = 0.0
     # coordinates that nothing can be computed with are described as they are
     with np.errstate(over="ignore", invalid="ignore"):
         if scan.origin != "unknown" and figures.points:
             distance = np.linalg.norm(figures.spread, axis=1)
             ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
             step = _step(figures.first)
+            steep = _steep(figures.spread, distance)
         coarse = coordinate_step(figures.spread, _STEP) or None
-    return Description(scan, figures, among, step, ranges, coarse)
+    return Description(scan, figures, among, step, ranges, coarse, steep)
+
+
+def _steep(xyz: Array, distance: Array) -> float:
+    """Median range of the rays steeper than 45 degrees [m]; 0 where they are few."""
+    steep = distance[np.abs(xyz[:, 2]) > np.hypot(xyz[:, 0], xyz[:, 1])]
+    if len(steep) < max(_STEEP_FEW, _STEEP_SHARE * len(xyz)):
+        return 0.0
+    return float(np.median(steep))
 
 
 def _step(xyz: Array) -> tuple[float, float] | None:

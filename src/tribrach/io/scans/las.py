@@ -25,11 +25,16 @@ import lazrs
 import numpy as np
 from laspy.point.dims import COMPOSED_FIELDS
 from numpy.typing import NDArray
+from pyproj import CRS
+from pyproj.crs import CompoundCRS
+from pyproj.exceptions import CRSError
 
 from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
+from tribrach.io.scans.units import LINEAR, unit_of_crs
 from tribrach.kernels import in_threads
+from tribrach.scan.length_unit import METRES, LengthUnit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 __all__ = ["FACTS", "read"]
@@ -54,6 +59,12 @@ _LAYERED, _LAYERS, _BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
 _VARIABLE = 0xFFFFFFFF
 #: the points of one chunk may need this much memory in any file, and this many times its size
 _CHUNK_BYTES, _CHUNK_GROWTH = 1 << 26, 300
+#: user and number of the records with GeoTIFF keys, number of that with a WKT
+_GEO_KEYS, _WKT_RECORD = ("LASF_Projection", 34735), 2112
+#: keys for the linear unit of the plane, the vertical system, and the unit of heights
+_PLANE_UNIT, _VERTICAL, _HEIGHT_UNIT = 3076, 4096, 4099
+#: linear units by their number in the EPSG data set
+_UNITS_EPSG = {9001: "metre", 9002: "foot", 9003: "US survey foot"}
 #: scales and offsets beyond these are no lengths in metres
 _COARSEST, _FARTHEST = 1e3, 1e12
 
@@ -372,7 +383,7 @@ def read(path: Path) -> tuple[Scan, ...]:
         check_header(path)
     with _damage(path), laspy.open(path, laz_backend=_backends()) as file:
         header = file.header
-        wkt = _wkt(header)
+        wkt, unit = _wkt(header), _key_unit(header)
         _check_steps(header, path)
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
@@ -387,6 +398,7 @@ def read(path: Path) -> tuple[Scan, ...]:
             origin=assumed_origin(bounds if records else None),
             crs=wkt,
             bounds=bounds if records else None,
+            unit=METRES if unit is None else unit,
             facts={"scales": " ".join(f"{s:g}" for s in header.scales)} | facts,
         ),
     )
@@ -420,7 +432,52 @@ def _wkt(header: laspy.LasHeader) -> str | None:
         crs = header.parse_crs()
     except Exception:  # PROJ and VLR parsing raise whatever they meet
         return None
-    return None if crs is None else str(crs.to_wkt())
+    if crs is None:
+        return None
+    keys = _geo_keys(header)
+    if not crs.is_compound and len(crs.axis_info) == 2 and _VERTICAL in keys:
+        try:
+            height = CRS.from_epsg(keys[_VERTICAL])
+            crs = CompoundCRS(f"{crs.name} + {height.name}", [crs, height])
+        except CRSError:
+            pass
+    return str(crs.to_wkt())
+
+
+def _geo_keys(header: laspy.LasHeader) -> dict[int, int]:
+    """The keys of GeoTIFF whose values are short numbers, unless a WKT takes their place."""
+    if any(record.record_id == _WKT_RECORD for record in header.vlrs):
+        return {}
+    for record in header.vlrs:
+        if (record.user_id, record.record_id) == _GEO_KEYS:
+            try:
+                whole = np.frombuffer(bytes(record.record_data_bytes()), dtype="<u2")
+            except Exception:  # what laspy parsed it may not write again
+                return {}
+            entries = whole[4 : 4 + len(whole[4:]) // 4 * 4].reshape(-1, 4).tolist()
+            return {key: value for key, where, _, value in entries if where == 0}
+    return {}
+
+
+def _key_unit(header: laspy.LasHeader) -> LengthUnit | None:
+    """The unit that keys of GeoTIFF state, which goes before that of the system's code.
+
+    So do GDAL and all that read through it.
+    """
+    keys = _geo_keys(header)
+    plane = _UNITS_EPSG.get(keys.get(_PLANE_UNIT, 0))
+    height = _UNITS_EPSG.get(keys.get(_HEIGHT_UNIT, 0))
+    if plane is None and height is None:
+        return None
+    of_crs = None if (wkt := _wkt(header)) is None else unit_of_crs(wkt)
+    if of_crs is not None and of_crs.factors is None:
+        return None
+    known = of_crs or METRES
+    x = plane or known.names[0]
+    z = height or (known.names[2] if _VERTICAL in keys or plane is None else x)
+    names = (x, x, z)
+    factors = tuple(LINEAR[name] for name in names)
+    return LengthUnit(names, (factors[0], factors[1], factors[2]), "its GeoTIFF keys")
 
 
 def _backends() -> list[laspy.LazBackend]:

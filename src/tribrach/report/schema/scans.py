@@ -33,6 +33,17 @@ class NoReturnPart(DocumentPart):
     """Smallest and largest range of a shell about the scanner."""
 
 
+class UnitPart(DocumentPart):
+    """What the coordinates of a file are counted in; everything here is metres but degrees."""
+
+    names: list[str]
+    """Of x, y and z."""
+    metres: list[float] | None
+    """In one unit of x, y and z; null if x and y are degrees."""
+    source: str
+    """Who says so."""
+
+
 class ScanPart(DocumentPart):
     """A scan of a file [m, rad]."""
 
@@ -49,6 +60,8 @@ class ScanPart(DocumentPart):
     pose: Matrix | None
     """World from scanner, 4 x 4."""
     crs: str | None
+    """Of the file."""
+    unit: UnitPart
     origin: str
     """Whether the scanner is at 0, 0, 0: stated, assumed or unknown."""
     angular_step: list[Finite] | None
