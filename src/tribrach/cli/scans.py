@@ -82,8 +82,11 @@ def convert(
     ],
     placed: Annotated[bool, typer.Option(help="Apply the poses that the source has.")] = False,
     step_mm: Annotated[
-        float, typer.Option(min=1e-3, max=10, help="Coordinate step of LAS and LAZ.")
-    ] = 0.1,
+        float | None,
+        typer.Option(
+            min=1e-3, max=10, help="Coordinate step of LAS, LAZ and E57; that of the source."
+        ),
+    ] = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -96,11 +99,11 @@ def convert(
                 read_scans(source),
                 destination,
                 placed=placed,
-                step=step_mm / 1e3,
+                step=None if step_mm is None else step_mm / 1e3,
                 progress=progress,
             )
         if not quiet:
-            for path, points in written:
-                say(f"{path}: {points} points")
+            for path, points, cost in written:
+                say(f"{path}: {points} points" + (f"; {cost}" if cost else ""))
 
     guarded(work)

@@ -4,25 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Progress
+from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import WRITERS, create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.scans.formats import read_scans
-from tribrach.scan.scan import Scan
+from tribrach.io.scans.units import as_filed, unit_of_crs
+from tribrach.scan.scan import Field, Lattice, Scan
 
-__all__ = ["as_copc", "convert_scans"]
+__all__ = ["Written", "as_copc", "convert_scans"]
 
-#: step of coordinates of clouds that come without one [m]
-_FINEST = 1e-4
+#: step of coordinates of clouds that come without one [m], and steps across their extent at least
+_FINEST, _MANY = 1e-4, 1e5
+#: points that are looked at of each chunk, digits after the point, and what tells them from noise
+_GLANCE, _MOST_DIGITS, _TOLD = 5000, 9, 0.05
+#: metres in a degree of a meridian
+_DEGREE = 111_000.0
+#: largest number of steps from the offset
+_REACH = 2**31 - 2
 _NORMALS = ("normal_x", "normal_y", "normal_z")
+
+
+class Written(NamedTuple):
+    """A file that was written."""
+
+    path: Path
+    #: how many
+    points: int
+    #: what its steps cost, without the final stop; "" if nothing
+    cost: str = ""
 
 
 def convert_scans(
@@ -30,13 +48,13 @@ def convert_scans(
     destination: Path,
     *,
     placed: bool,
-    step: float,
+    step: float | None,
     progress: Callable[[str, int, int | None], None],
-) -> list[tuple[Path, int]]:
+) -> list[Written]:
     """Write each scan; several into files with the scan's number before the suffix.
 
     placed : carry points by the pose of the scan, formats with a pose of their own keep it
-    instead; step : of integer coordinates [m]. Returns files with their numbers of points.
+    instead; step : of integer coordinates [m], None for that of the source.
     """
     paths = [_numbered(destination, number) for number in range(1, len(scans) + 1)]
     if len(scans) == 1:
@@ -48,7 +66,7 @@ def convert_scans(
                 "the file would overwrite its source", file=path, cure="name another file"
             )
     return [
-        (path, _convert(scan, path, placed, step, progress))
+        _convert(scan, path, placed, step, progress)
         for scan, path in zip(scans, paths, strict=True)
     ]
 
@@ -66,7 +84,7 @@ def as_copc(source: Path, *, path: Path, progress: Progress) -> int:
             cure='say format = "copc" in [cloud]',
         )
     placed, step = scans[0].pose is not None, stored_step(source) or _FINEST
-    return _convert(scans[0], path, placed, step, progress)
+    return _convert(scans[0], path, placed, step, progress).points
 
 
 def _numbered(path: Path, number: int) -> Path:
@@ -83,9 +101,9 @@ def _convert(
     scan: Scan,
     path: Path,
     placed: bool,
-    step: float,
+    step: float | None,
     progress: Callable[[str, int, int | None], None],
-) -> int:
+) -> Written:
     keeps_pose = path.suffix.lower() == ".e57"
     if placed and scan.pose is None:
         raise InputError(
@@ -93,17 +111,17 @@ def _convert(
             file=scan.path,
             cure="leave --placed out, or run a project",
         )
+    if not keeps_pose and scan.unit.by_crs:
+        scan = as_filed(scan)  # the reference system goes with the points and says the unit
     pose = scan.pose if placed and not keeps_pose and scan.pose is not None else Pose.identity()
-    offset = np.zeros(3)
-    if scan.bounds is not None and np.isfinite(scan.bounds).all():
-        offset = np.round((pose @ scan.bounds).mean(axis=0), -1)
-    elif pose.translation.any():
-        offset = np.round(pose.translation, -1)
+    moved = pose.translation.any() or not np.array_equal(pose.rotation, np.eye(3))
+    seen = _seen(scan, pose, whole=path.suffix.lower() != ".ply")
+    stored, cost = _steps(scan, seen, step, moved=bool(moved))
     header = CloudHeader(
         name=scan.name,
-        fields=scan.fields,
-        step=step,
-        offset=offset,
+        fields=seen.fields,
+        step=stored.steps,
+        offset=np.array(stored.offsets),
         crs=scan.crs,
         pose=scan.pose if keeps_pose else None,
     )
@@ -111,10 +129,184 @@ def _convert(
     with ExitStack() as stack:
         writer = stack.enter_context(create(path, header))
         for chunk in scan.chunks():
-            writer.write(pose @ chunk.xyz, _turned(chunk.values, pose))
+            values = _single(chunk.values)
+            writer.write(pose @ chunk.xyz if moved else chunk.xyz, _turned(values, pose))
             done += len(chunk)
             progress(scan.name, done, scan.records)
-    return done
+    return Written(path, done, "" if path.suffix.lower() == ".ply" else cost)
+
+
+@dataclass
+class _Seen:
+    """What a writer must know of the points before the first is written."""
+
+    #: with limits and steps where they were looked for; several values of a point one by one
+    fields: tuple[Field, ...]
+    #: (2, 3), smallest and largest coordinates, None without points
+    bounds: Array | None
+    #: digits after the point of x, y and z, None where there are more than are looked for
+    digits: tuple[int | None, int | None, int | None] = (None, None, None)
+
+
+def _seen(scan: Scan, pose: Pose, whole: bool) -> _Seen:
+    """Read a scan once before it is written, unless its header tells everything.
+
+    whole : the format has whole numbers for coordinates and intensities.
+    """
+    bounds = None
+    if scan.bounds is not None and np.isfinite(scan.bounds).all():
+        bounds = pose @ scan.bounds
+    light = [f for f in scan.fields if f.name == "intensity"]
+    known = all(f.step is not None and None not in (f.low, f.high) for f in light)
+    if scan.lattice is not None and bounds is not None and known:
+        first = next(scan.chunks(_GLANCE), None)
+        columns = {} if first is None else _shapes(first.values)
+        return _Seen(_split(scan.fields, columns), bounds)
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    digits: list[int | None] = [0, 0, 0]
+    columns, limits, integral = {}, [np.inf, -np.inf], True
+    for chunk in scan.chunks():
+        if not len(chunk):
+            continue
+        columns = columns or _shapes(chunk.values)
+        xyz = pose @ chunk.xyz
+        low, high = np.minimum(low, xyz.min(axis=0)), np.maximum(high, xyz.max(axis=0))
+        some = chunk.xyz[:: max(1, len(chunk) // _GLANCE)]
+        digits = [_digits(some[:, k], digits[k]) for k in range(3)]
+        if light and "intensity" in chunk.values:
+            values = chunk.values["intensity"]
+            finite = values[np.isfinite(values)]
+            integral = integral and len(finite) == len(values) and not (values % 1).any()
+            if len(finite):
+                limits = [min(limits[0], float(finite.min())), max(limits[1], float(finite.max()))]
+        if not whole:
+            break
+    fields = _split(scan.fields, columns)
+    if whole and limits[0] <= limits[1]:
+        fields = tuple(
+            _limited(f, limits, integral) if f.name == "intensity" else f for f in fields
+        )
+    x, y, z = digits
+    return _Seen(fields, np.stack([low, high]) if np.isfinite(low).all() else None, (x, y, z))
+
+
+def _limited(field: Field, limits: Sequence[float], integral: bool) -> Field:
+    """An intensity with the limits and the step of its values where the file states none."""
+    stated = (field.low, field.high) if None not in (field.low, field.high) else limits
+    inside = stated[0] <= limits[0] and limits[1] <= stated[1]  # type: ignore[operator]
+    low, high = stated if inside else limits
+    return replace(field, low=low, high=high, step=1.0 if integral else field.step)
+
+
+def _shapes(values: Mapping[str, NDArray[Any]]) -> dict[str, int]:
+    """How many values of a point each field has that has several."""
+    return {name: column.shape[1] for name, column in values.items() if column.ndim > 1}
+
+
+def _split(fields: Sequence[Field], shapes: Mapping[str, int]) -> tuple[Field, ...]:
+    """Fields of which none has several values of a point."""
+    out: list[Field] = []
+    for one in fields:
+        many = shapes.get(one.name)
+        if many is None:
+            out.append(one)
+        else:
+            out += [replace(one, name=f"{one.name}_{k}") for k in range(many)]
+    return tuple(out)
+
+
+def _single(values: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Values of a chunk by the names of :func:`_split`."""
+    out: dict[str, NDArray[Any]] = {}
+    for name, column in values.items():
+        if column.ndim > 1:
+            out |= {f"{name}_{k}": column[:, k] for k in range(column.shape[1])}
+        else:
+            out[name] = column
+    return out
+
+
+def _digits(values: Array, least: int | None) -> int | None:
+    """Digits after the point that all values (n,) have at most; None if more than can be told."""
+    for digits in range(_MOST_DIGITS + 1) if least is None else range(least, _MOST_DIGITS + 1):
+        if least is None:
+            return None
+        scaled = values * 10.0**digits
+        noise = 8 * np.spacing(np.abs(scaled).max(initial=1.0))
+        if noise > _TOLD:
+            return None
+        if np.abs(scaled - np.rint(scaled)).max(initial=0.0) <= noise:
+            return digits
+    return None
+
+
+def _steps(scan: Scan, seen: _Seen, step: float | None, *, moved: bool) -> tuple[Lattice, str]:
+    """The lattice that coordinates are written on, and what it costs in words."""
+    bounds = np.zeros((2, 3)) if seen.bounds is None else seen.bounds
+    angles = scan.unit.names[0] == "degree"
+    filed = scan.unit.by_crs and scan.crs == scan.unit.crs
+    metres = np.ones(3)
+    if angles:
+        metres[:2] = _DEGREE
+    elif filed and (of_crs := unit_of_crs(scan.crs or "")) is not None and of_crs.factors:
+        metres = np.array(of_crs.factors)
+    own = None if moved else scan.lattice
+    if step is None and own is not None and _reaches(own, bounds):
+        return own, ""
+    decimal = [None if d is None or moved else 10.0**-d for d in seen.digits]
+    exact = np.array([np.nan if d is None else d for d in decimal]) if own is None else own.steps
+    if step is None:
+        usual = _round_down(np.minimum(_FINEST, np.ptp(bounds * metres, axis=0).max() / _MANY))
+        wanted = np.fmin(np.asarray(exact, dtype=float), usual / metres)
+        wanted = np.where(np.isfinite(exact), wanted, _round_down(usual / metres))
+    else:
+        wanted = _round_down(np.full(3, step) / metres) if angles or filed else np.full(3, step)
+    middle = bounds.mean(axis=0)
+    offsets = np.round(middle, 0 if angles else -1) if own is None else np.array(own.offsets)
+    if not _reaches(_lattice(wanted, offsets), bounds):
+        offsets = np.round(middle, 0 if angles else -1)
+    while not _reaches(_lattice(wanted, offsets), bounds) and step is None:
+        wanted = wanted * np.where(_too_far(wanted, offsets, bounds), 10.0, 1.0)
+    # rounding to a lattice that holds the digits of the source costs nothing
+    fraction = np.asarray(exact, dtype=float) / wanted
+    shifted = np.zeros(3) if own is None else (np.array(own.offsets) - offsets) / wanted
+    with np.errstate(invalid="ignore"):
+        free = (np.abs(fraction - np.rint(fraction)) < 1e-6) & (fraction > 0.5)
+        free &= np.abs(shifted - np.rint(shifted)) < 1e-6
+    if free.all() or seen.bounds is None:
+        return _lattice(wanted, offsets), ""
+    costs = wanted * metres
+    words = " and ".join(
+        f"{1e3 * size:.3g} mm" for size in dict.fromkeys(np.round(costs[~free], 9).tolist())
+    )
+    return _lattice(wanted, offsets), f"coordinates are rounded to steps of {words}"
+
+
+def _lattice(steps: Array, offsets: Array) -> Lattice:
+    """A lattice of arrays (3,)."""
+    x, y, z = (float(v) for v in steps)
+    a, b, c = (float(v) for v in offsets)
+    return Lattice((x, y, z), (a, b, c))
+
+
+def _too_far(steps: Array, offsets: Array, bounds: Array) -> NDArray[np.bool_]:
+    """(3,), true where a lattice of whole numbers of 32 bits does not reach the bounds (2, 3)."""
+    return np.asarray(np.abs(bounds - offsets).max(axis=0) / steps > _REACH)
+
+
+def _reaches(lattice: Lattice, bounds: Array) -> bool:
+    """True if whole numbers of 32 bits reach the bounds."""
+    far = _too_far(np.array(lattice.steps), np.array(lattice.offsets), bounds)
+    return not far.any()
+
+
+def _round_down(values: Any) -> Array:
+    """The next smaller 1, 2 or 5 times a power of ten, at least a thousandth of a micrometre."""
+    each = np.maximum(np.asarray(values, dtype=float), 1e-9) * (1 + 1e-9)
+    decade = 10.0 ** np.floor(np.log10(each))
+    lead = each / decade
+    out: Array = decade * np.where(lead >= 5, 5.0, np.where(lead >= 2, 2.0, 1.0))
+    return out
 
 
 def _turned(values: Mapping[str, NDArray[Any]], pose: Pose) -> Mapping[str, NDArray[Any]]:

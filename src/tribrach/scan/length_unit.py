@@ -19,6 +19,8 @@ class LengthUnit:
     source: str = "assumed"
     #: WKT of the file, whose axes have these units; None if it has none
     crs: str | None = None
+    #: true if it follows from the axes of the reference system, which any program can read
+    by_crs: bool = False
 
     @property
     def metric(self) -> bool:

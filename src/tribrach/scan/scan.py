@@ -35,7 +35,7 @@ from tribrach.scan.face import ScanFace
 from tribrach.scan.length_unit import METRES, LengthUnit
 from tribrach.units import percent
 
-__all__ = ["CHUNK", "Chunk", "Field", "NoReturn", "Origin", "Scan"]
+__all__ = ["CHUNK", "Chunk", "Field", "Lattice", "NoReturn", "Origin", "Scan"]
 
 
 #: points read at a time; 8 columns of 8 bytes are then 32 MB
@@ -58,6 +58,8 @@ class Field:
     high: float | None = None
     #: what the file says of it
     description: str = ""
+    #: every value is a whole multiple of it; None if that is not known
+    step: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,21 @@ class Chunk:
     def __len__(self) -> int:
         """Points in the chunk."""
         return len(self.xyz)
+
+
+@dataclass(frozen=True)
+class Lattice:
+    """Coordinates that are whole numbers of steps from an offset, in the unit of the scan."""
+
+    #: along x, y and z
+    steps: tuple[float, float, float]
+    offsets: tuple[float, float, float]
+
+    def scaled(self, factors: Array) -> Lattice:
+        """The same lattice by factors (3,) along the axes."""
+        x, y, z = (np.array(self.steps) * factors).tolist()
+        a, b, c = (np.array(self.offsets) * factors).tolist()
+        return Lattice((x, y, z), (a, b, c))
 
 
 @dataclass(frozen=True)
@@ -193,6 +210,8 @@ class Scan(ABC):
     warnings: tuple[str, ...] = ()
     #: what else the header says
     facts: Mapping[str, str] = field(default_factory=dict)
+    #: lattice that the coordinates are stored on, None if they are not or it is not known
+    lattice: Lattice | None = None
     #: what the coordinates of the file are counted in; bounds, pose and points are metres
     unit: LengthUnit = METRES
     #: where the scanner stood in the coordinates of the file [m]

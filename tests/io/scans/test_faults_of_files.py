@@ -2,10 +2,13 @@
 
 from pathlib import Path
 
+import laspy
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from tests.io.scans.scan_files import whole
+from tribrach.cli import app
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
 
@@ -32,3 +35,58 @@ def test_millimetres(faults: Path) -> None:
     assert np.ptp(whole(stated, 40000).xyz, axis=0).max() == pytest.approx(18.0, abs=0.01)
     (silent,) = read_scans(faults / "17-millimetres" / "m.xyz")
     assert describe(silent).steep > 300
+
+
+def converted(source: Path, destination: Path) -> int:
+    """The exit code of `convert`."""
+    return CliRunner().invoke(app, ["convert", str(source), str(destination), "-q"]).exit_code
+
+
+def test_e57_is_written_in_metres(faults: Path, tmp_path: Path) -> None:
+    assert converted(faults / "03-feet" / "earlier.las", tmp_path / "x.e57") == 0
+    (scan,) = read_scans(tmp_path / "x.e57")
+    assert np.ptp(whole(scan, 30000).xyz, axis=0)[:2] == pytest.approx([10.05, 10.05], abs=0.01)
+    assert not scan.warnings
+
+
+def test_degrees(faults: Path, tmp_path: Path) -> None:
+    source = faults / "04-degrees" / "d.las"
+    assert converted(source, tmp_path / "d.laz") == 0
+    one, two = laspy.read(source), laspy.read(tmp_path / "d.laz")
+    assert np.array_equal(one.X, two.X)
+    assert np.array_equal(one.header.scales, two.header.scales)
+    assert converted(source, tmp_path / "d.e57") == 2
+
+
+@pytest.mark.parametrize("suffix", [".laz", ".e57", ".ply", ".copc.laz"])
+def test_extra_bytes_without_a_description(faults: Path, tmp_path: Path, suffix: str) -> None:
+    source = faults / "09-extra-bytes" / "e.las"
+    assert converted(source, tmp_path / f"e{suffix}") == 0
+    (one,), (two,) = read_scans(source), read_scans(tmp_path / f"e{suffix}")
+    given, found = whole(one, 10000), whole(two, 10000)
+    extra = [name for name in given.values if name.startswith("ExtraBytes")]
+    assert len(extra) == 4
+    assert all(sorted(found.values[n]) == sorted(given.values[n]) for n in extra)
+
+
+@pytest.mark.parametrize("suffix", [".laz", ".e57", ".copc.laz"])
+def test_coordinates_of_the_size_of_utm(shared_data: Path, tmp_path: Path, suffix: str) -> None:
+    source = shared_data / "faults" / "algorithms" / "12-utm-ply-not-convertible" / "u.ply"
+    if not source.is_file():
+        pytest.skip(f"there is no {source}")
+    assert converted(source, tmp_path / f"u{suffix}") == 0
+    (one,), (two,) = read_scans(source), read_scans(tmp_path / f"u{suffix}")
+    given, found = whole(one).xyz, whole(two).xyz
+    order = np.lexsort(given.T), np.lexsort(found.T)
+    assert np.abs(given[order[0]] - found[order[1]]).max() < 0.6e-4
+
+
+@pytest.mark.parametrize("name", ["unit", "db", "const"])
+def test_intensities_that_16_bits_do_not_hold(shared_data: Path, tmp_path: Path, name: str) -> None:
+    folder = shared_data / "faults" / "algorithms" / "16-intensity-destroyed-in-laz"
+    if not folder.is_dir():
+        pytest.skip(f"there is no {folder}")
+    assert converted(folder / f"{name}.ply", tmp_path / "a.laz") == 0
+    (one,), (two,) = read_scans(folder / f"{name}.ply"), read_scans(tmp_path / "a.laz")
+    given, found = (whole(scan, 3000).values["intensity"] for scan in (one, two))
+    assert np.array_equal(given, found, equal_nan=True)

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -414,7 +414,8 @@ class CopcWriter(LasRecords):
     """
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
-        super().__init__(path, header)
+        # its cubes have one side, and so its steps are alike: the finest of them
+        super().__init__(path, replace(header, step=float(header.steps.min())))
         self._las.partial_reset()
         self._las.global_encoding.wkt = True  # what point formats from 6 on always say
         space = "the folder and the space on its disk, which takes the points twice"
@@ -512,7 +513,7 @@ class CopcWriter(LasRecords):
 
     def _info(self, cube: Cube, end: int, size: int) -> bytes:
         """The record ``copc`` 1, with place and size of the root page of the hierarchy."""
-        step, offset = self._header.step, np.asarray(self._header.offset, dtype=float)
+        step, offset = float(self._header.steps[0]), np.asarray(self._header.offset, dtype=float)
         half = cube.side * step / 2
         center = (cube.corner + cube.side / 2) * step + offset
         times = np.nan_to_num(self._times)

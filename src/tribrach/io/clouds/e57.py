@@ -36,7 +36,7 @@ from scipy.spatial.transform import Rotation
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.clouds.header import CloudHeader, exactly
 from tribrach.io.clouds.staged import Staged, staged_name
 from tribrach.io.e57_pages import (
     PAGE,
@@ -355,9 +355,9 @@ class E57Writer:
         """The structure of a record."""
         out = libe57.StructureNode(self._image)
         header = self._header
-        for axis, offset in zip(_AXES, header.offset, strict=True):
+        for axis, step, offset in zip(_AXES, header.steps, header.offset, strict=True):
             node = libe57.ScaledIntegerNode(
-                self._image, 0, -_REACH, _REACH, float(header.step), float(offset)
+                self._image, 0, -_REACH, _REACH, float(step), float(offset)
             )
             out.set(axis, node)
         for column in self._columns:
@@ -373,7 +373,10 @@ class E57Writer:
             low, high = (-1.0, 1.0) if unit else (libe57.E57_FLOAT_MIN, libe57.E57_FLOAT_MAX)
             return libe57.FloatNode(self._image, 0.0, libe57.E57_SINGLE, low, high)
         limits = np.iinfo(column.dtype)
-        return libe57.IntegerNode(self._image, 0, int(limits.min), int(limits.max))
+        low, high = int(limits.min), int(limits.max)
+        if column.path == "returnIndex":
+            low, high = -1, high - 1
+        return libe57.IntegerNode(self._image, 0, low, high)
 
     def _buffers(self) -> Any:
         """The memory from which libE57 takes blocks."""
@@ -402,7 +405,7 @@ class E57Writer:
 
     def _fill(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> int:
         """Put one block into the buffers."""
-        n, step, offset = len(xyz), self._header.step, self._header.offset
+        n, step, offset = len(xyz), self._header.steps, self._header.offset
         steps = np.rint((xyz - offset) / step)
         if not (np.abs(steps) <= _REACH).all():
             self._refuse(xyz)
@@ -423,8 +426,9 @@ class E57Writer:
             raise InputError(
                 f"{column.field.name} has several values per point", file=self._staged.path
             )
-        if column.path == "returnIndex":
-            return np.maximum(given.astype(np.int16) - 1, 0)
+        given = exactly(given, column.dtype, column.field.name, self._staged.path)
+        if column.path == "returnIndex":  # counted from 0; -1 is a return without a number
+            return given.astype(np.int16) - 1
         return given
 
     def _note(self, column: _Column, n: int) -> None:
@@ -446,7 +450,7 @@ class E57Writer:
         far = float(np.abs(xyz - self._header.offset).max())
         raise InputError(
             f"coordinates {far:.0f} m from the origin do not fit steps of "
-            f"{1e3 * self._header.step:g} mm",
+            f"{1e3 * self._header.steps.max():g} mm",
             file=self._staged.path,
             cure="take a coarser step",
         )
@@ -458,7 +462,7 @@ class E57Writer:
         if np.isfinite(self._low).all():
             for k, axis in enumerate("xyz"):
                 for name, steps in (("Minimum", self._low), ("Maximum", self._high)):
-                    value = steps[k] * self._header.step + self._header.offset[k]
+                    value = steps[k] * self._header.steps[k] + self._header.offset[k]
                     ends[f"{axis}{name}"] = float(value)
             self._numbers("cartesianBounds", ends)
         names = {c.field.name: c.field for c in self._columns}
@@ -567,10 +571,12 @@ def _columns(fields: tuple[Field, ...]) -> list[_Column]:
         dtype = np.dtype(kind)
         if dtype.kind not in "iuf":
             dtype = np.dtype(np.uint8 if dtype.kind == "b" else np.float64)
-        if dtype in (np.uint64, np.float16, np.longdouble):
+        if dtype in (np.float16, np.longdouble):
             dtype = np.dtype(np.float64)
+        dtype = np.dtype(np.int64) if dtype == np.uint64 else dtype
         path = path or _free(field.name, {c.path for c in out})
-        buffer = np.zeros(_BLOCK, dtype=_BUFFERS.get(dtype.name, "q"))
+        name = "int16" if path == "returnIndex" else dtype.name
+        buffer = np.zeros(_BLOCK, dtype=_BUFFERS.get(name, "q"))
         out.append(_Column(field, path, dtype, buffer))
     return out
 

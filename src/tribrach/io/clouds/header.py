@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self
 
@@ -15,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
+from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.scan.scan import Field
 
-__all__ = ["CloudHeader", "CloudWriter", "single_resolution", "step_for"]
+__all__ = ["CloudHeader", "CloudWriter", "exactly", "single_resolution", "step_for"]
 
 #: limits of the coordinate step [m]
 FINEST, COARSEST = 1e-6, 1e-3
@@ -36,8 +38,9 @@ class CloudHeader:
     name: str
     #: values that `write` will get besides the coordinates
     fields: tuple[Field, ...] = ()
-    #: coordinate step on disk [m] of formats that store integers
-    step: float = 1e-4
+    #: coordinate step on disk of formats that store integers, one or for x, y and z, in the unit of
+    #: the coordinates [m]
+    step: float | tuple[float, float, float] = 1e-4
     #: (3,), stored coordinates are relative to it [m]
     offset: Array = field(default_factory=_zeros)
     #: WKT of the reference system, None for a local frame
@@ -48,6 +51,39 @@ class CloudHeader:
     pose: Pose | None = None
     #: further strings that the format has room for
     facts: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def steps(self) -> Array:
+        """(3,), coordinate steps on disk."""
+        return np.broadcast_to(np.asarray(self.step, dtype=float), 3).copy()
+
+
+def exactly(values: NDArray[Any], kind: Any, name: str, path: Path) -> NDArray[Any]:
+    """Values in the type of a file, if it holds every one of them as it is; NaN stays NaN.
+
+    Single precision holds doubles that a field declares as such.
+    """
+    target = np.dtype(kind)
+    if np.can_cast(values.dtype, target, "safe"):
+        return values.astype(target, copy=False)
+    with np.errstate(invalid="ignore", over="ignore"):
+        out = values.astype(target)
+        if target.kind == values.dtype.kind == "f":
+            same = np.isfinite(out) | ~np.isfinite(values)
+        else:
+            same = out.astype(values.dtype) == values
+        if target.kind in "iu" and values.dtype.kind in "iuf":
+            # what lies beyond comes back by chance
+            info = np.iinfo(target)
+            same &= (values >= info.min) & (values <= info.max)
+    if not same.all():
+        wrong = values[int(np.argmin(same))]
+        raise InputError(
+            f"the value {wrong:g} of {name} is none that this format holds there",
+            file=path,
+            cure="write another format, or rename or remove the field",
+        )
+    return out
 
 
 class CloudWriter(Protocol):

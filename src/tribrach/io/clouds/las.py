@@ -22,10 +22,10 @@ from pyproj.exceptions import CRSError
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.clouds.header import CloudHeader, exactly
 from tribrach.io.clouds.staged import Staged
 from tribrach.io.json_text import json_text
-from tribrach.io.scans.las import FACTS
+from tribrach.io.scans.las import FACTS, LIGHT
 from tribrach.kernels import in_threads, njit
 from tribrach.scan.scan import Field
 
@@ -35,6 +35,10 @@ __all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
 #: our names of the format's own dimensions
 _RENAMED = {"time": "gps_time"}
 _RGB = ("red", "green", "blue")
+#: the extra dimension with intensities that 16 bits do not hold
+_LIGHT = "intensity_as_measured"
+#: bytes of the name of an extra dimension, and names that the library keeps for itself
+_NAME_BYTES, _NEVER = 31, frozenset("xyz")
 #: numpy types of extra dimensions; others become float64
 _TYPES = {"u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8"}
 #: day and year of creation in the header
@@ -47,18 +51,21 @@ def las_header(header: CloudHeader) -> laspy.LasHeader:
     """The header of a file with these fields: point format 6, or 7 with colours."""
     colours = set(_RGB) <= {field.name for field in header.fields}
     las = laspy.LasHeader(point_format=7 if colours else 6, version="1.4")
-    las.scales, las.offsets = np.full(3, header.step), np.asarray(header.offset, dtype=float)
+    las.scales, las.offsets = header.steps, np.asarray(header.offset, dtype=float)
     las.system_identifier, las.generating_software = "", "Tribrach"
-    own = set(las.point_format.dimension_names)
-    for field in header.fields:
-        if _RENAMED.get(field.name, field.name) not in own:
-            las.add_extra_dim(_extra(field))
+    light = _light_field(header)
+    for field, name in _places(header).items():
+        if name not in las.point_format.dimension_names:
+            las.add_extra_dim(_extra(field, name))
+    if light is not None:
+        las.add_extra_dim(_extra(light, _LIGHT))
     _without_limits(las)
     if header.crs is not None:
         las.vlrs.append(WktCoordinateSystemVlr(_wkt(CRS.from_user_input(header.crs))))
         las.global_encoding.wkt = True
     facts = {"name": header.name, "epoch": header.epoch, "intensity": _stretch(header)}
     facts |= dict(header.facts)
+    facts |= {} if light is None else {LIGHT: _LIGHT}
     record = json_text(facts, sort_keys=True).encode()
     las.vlrs.append(VLR(*FACTS, "facts as JSON", record))
     return las
@@ -88,12 +95,48 @@ def forget_date(file: BinaryIO) -> None:
     file.write(bytes(_DATE_BYTES))
 
 
-def _extra(field: Field) -> laspy.ExtraBytesParams:
+def _places(header: CloudHeader) -> dict[Field, str]:
+    """Names of the dimensions of fields: the format's own, or 31 bytes at most, each but once."""
+    own = {*_own_dimensions(header), _LIGHT}
+    names: dict[Field, str] = {}
+    for field in header.fields:
+        name = _RENAMED.get(field.name, field.name)
+        if name not in own or name == _LIGHT:
+            wanted, number = name, 2
+            name = wanted.encode()[:_NAME_BYTES].decode(errors="ignore")
+            while name in own or name in _NEVER:
+                end = f"_{number}"
+                cut = wanted.encode()[: _NAME_BYTES - len(end)].decode(errors="ignore")
+                name, number = cut + end, number + 1
+            own.add(name)
+        names[field] = name
+    return names
+
+
+def _own_dimensions(header: CloudHeader) -> set[str]:
+    """The dimensions that the point format has by itself."""
+    colours = set(_RGB) <= {field.name for field in header.fields}
+    return set(laspy.PointFormat(7 if colours else 6).dimension_names)
+
+
+def _light_field(header: CloudHeader) -> Field | None:
+    """The intensity, where 16 bits do not hold it as it is."""
+    for field in header.fields:
+        if field.name == "intensity":
+            whole = field.step is not None and field.step > 0 and field.step % 1 == 0
+            known = field.low is not None and field.high is not None
+            if whole and known and field.low >= 0 and field.high <= 65535:  # type: ignore[operator]
+                return None
+            return field
+    return None
+
+
+def _extra(field: Field, name: str) -> laspy.ExtraBytesParams:
     """A described extra dimension; descriptions have 32 bytes."""
     kind = np.dtype(field.dtype)
     kind = kind if kind.str[1:] in _TYPES else np.dtype(np.float64)
     description = field.description.encode()[:32].decode(errors="ignore")
-    return laspy.ExtraBytesParams(field.name[:32], kind, description)
+    return laspy.ExtraBytesParams(name, kind, description)
 
 
 def _stretch(header: CloudHeader) -> list[float] | None:
@@ -120,6 +163,7 @@ class LasRecords:
         self._path, self._header = path, header
         self._stretch = _stretch(header)
         self._las = las_header(header)
+        self._light_field, self._places = _light_field(header), _places(header)
 
     def record(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> laspy.PackedPointRecord:
         """Packed records of some points.
@@ -134,7 +178,7 @@ class LasRecords:
         record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
         whole = np.empty((3, len(xyz)), dtype=np.int32)
         beyond = np.zeros(1, dtype=bool)
-        given = np.ascontiguousarray(xyz), self._header.offset, self._header.step
+        given = np.ascontiguousarray(xyz), self._header.offset, self._header.steps
         in_threads(_integers, len(xyz), *given, whole, beyond)
         if beyond[0]:
             self._refuse(xyz)
@@ -143,7 +187,9 @@ class LasRecords:
         columns |= dict.fromkeys(("return_number", "number_of_returns"), one)
         for field in self._header.fields:
             if field.name in values:
-                columns[_RENAMED.get(field.name, field.name)] = values[field.name]
+                columns[self._places[field]] = values[field.name]
+                if field == self._light_field:
+                    columns[_LIGHT] = values[field.name]
 
         def fill(first: int, last: int) -> None:
             """Copy some points: numpy works without the interpreter's lock."""
@@ -151,11 +197,13 @@ class LasRecords:
             for name, column in columns.items():
                 part = column[first:last]
                 part = self._light(part) if name == "intensity" else part
-                if name in (some.array.dtype.names or ()):
-                    some.array[name] = part
+                types = some.array.dtype
+                if name in (types.names or ()):
+                    kind = types[name]
+                    some.array[name] = exactly(part, kind, name, self._path)
                 else:
                     # a few bits of a byte that has others as well
-                    some[name] = part
+                    some[name] = exactly(part, np.uint8, name, self._path)
 
         try:
             in_threads(fill, len(xyz))
@@ -173,7 +221,8 @@ class LasRecords:
         if self._stretch is not None:
             low, high = self._stretch
             intensity = (intensity.astype(np.float64) - low) * (65535 / (high - low))
-        whole: NDArray[np.uint16] = np.clip(np.rint(intensity), 0, 65535).astype(np.uint16)
+        known = np.nan_to_num(intensity, nan=0.0, posinf=65535.0, neginf=0.0)
+        whole: NDArray[np.uint16] = np.clip(np.rint(known), 0, 65535).astype(np.uint16)
         return whole
 
     def _refuse(self, xyz: Array) -> None:
@@ -183,7 +232,7 @@ class LasRecords:
         far = float(np.abs(xyz - self._header.offset).max())
         raise InputError(
             f"coordinates {far:.0f} m from the offset do not fit steps of "
-            f"{1e3 * self._header.step:g} mm",
+            f"{1e3 * self._header.steps.max():g} mm",
             file=self._path,
             cure="write separate clouds, or take a coarser step",
         )
@@ -246,7 +295,7 @@ def _integers(first, last, xyz, offset, step, out, beyond):  # type: ignore[no-u
     """Steps from the offset, rounded to even; ``beyond`` (1,) is set if one exceeds 32 bits."""
     for n in range(first, last):
         for k in range(3):
-            value = np.rint((xyz[n, k] - offset[k]) / step)
+            value = np.rint((xyz[n, k] - offset[k]) / step[k])
             if abs(value) < 2147483647.0:
                 out[k, n] = np.int32(value)
             else:

@@ -18,7 +18,7 @@ from pyproj import CRS
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.clouds.header import CloudHeader, exactly
 from tribrach.io.clouds.staged import Staged
 
 __all__ = ["PlyWriter"]
@@ -89,7 +89,7 @@ class PlyWriter:
                     what = f"the field {name} has another number of values than before"
                     raise InputError(what, file=self._staged.path)
                 for place, column in zip(places, columns, strict=True):
-                    record[place] = column
+                    record[place] = exactly(column, dtype[place], name, self._staged.path)
         with self._staged.writing():
             self._staged.file.write(record.tobytes())
         self._count += len(xyz)
@@ -128,7 +128,7 @@ class PlyWriter:
             *properties,
             "end_header",
         ]
-        return ("\n".join(lines) + "\n").encode("ascii")
+        return ("\n".join(lines) + "\n").encode()
 
     def _finish(self) -> None:
         """Put the number of points into the header."""

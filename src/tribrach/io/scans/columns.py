@@ -57,8 +57,10 @@ def known_name(name: str) -> str | None:
     Case, ``scalar_``, underscores, quotes and a unit of metres after the name do not matter.
     """
     bare = re.sub(r"(\[m\]|\(m\)|_m)$", "", name.strip().lower())
+    scalar = bare.startswith("scalar_")
     bare = re.sub(r"[\s_\"'#/-]", "", bare.removeprefix("scalar_"))
-    return _NAMES.get(bare)
+    # a scalar field of one letter is none of ours: its name would be whole
+    return None if scalar and len(bare) == 1 else _NAMES.get(bare)
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,8 @@ def arranged(
             name += "_2"
         used.add(name)
         limits = intensity if name == "intensity" else (None, None)
-        fields.append(Field(name, _TYPES.get(name, dtype), *limits))
+        step = 1.0 if np.dtype(dtype).kind in "iu" and name == "intensity" else None
+        fields.append(Field(name, _TYPES.get(name, dtype), *limits, step=step))
         sources.append(source)
         factors.append(scale if name in _RGB else 1.0)
     return ColumnRoles(

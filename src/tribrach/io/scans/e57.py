@@ -41,7 +41,7 @@ from tribrach.io.e57_pages import (
 )
 from tribrach.io.scans.facts import told_facts
 from tribrach.kernels import njit
-from tribrach.scan.scan import CHUNK, Chunk, Field, Origin, Scan
+from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Origin, Scan
 
 __all__ = ["OURS", "E57Scan", "pose_of", "read"]
 
@@ -201,7 +201,8 @@ def _column(
         return FieldColumn(path, Field(name, own, 0.0, 65535.0), buffer, low, high)
     if name == "intensity":
         low, high = _stated(scan, "intensityLimits", "intensity", low, high)
-        return FieldColumn(path, Field(name, own, low, high), "f")
+        step = 1.0 if element.get("type") == "Integer" else None
+        return FieldColumn(path, Field(name, own, low, high, step=step), "f")
     if name == "return_number":  # its limits count from zero
         low = high = None
     buffer = _BUFFERS.get(own if np.dtype(own).kind == "f" else kind, "q")
@@ -259,6 +260,8 @@ class ScanHeader:
     bounds: Array | None
     #: whether the scanner is at zero
     origin: Origin
+    #: lattice that coordinates are stored on
+    lattice: Lattice | None
     #: sentences
     warnings: tuple[str, ...]
     #: other entries as text
@@ -298,9 +301,30 @@ def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
         grid=grid,
         bounds=bounds,
         origin=origin,
+        lattice=None if prototype is None else _lattice(prototype, axes),
         warnings=tuple(warnings),
         facts=_facts(scan),
     )
+
+
+def _lattice(prototype: etree._Element, axes: Sequence[str]) -> Lattice | None:
+    """Steps and offsets of Cartesian coordinates that are scaled integers."""
+    if tuple(axes) != CARTESIAN:
+        return None
+    found: list[tuple[float, float]] = []
+    for axis in axes:
+        element = child(prototype, axis)
+        if element is None or element.get("type") != "ScaledInteger":
+            return None
+        try:
+            step, offset = float(element.get("scale", "1")), float(element.get("offset", "0"))
+        except ValueError:
+            return None
+        if not (0 < step < np.inf and abs(offset) < np.inf):
+            return None
+        found.append((step, offset))
+    (a, x), (b, y), (c, z) = found
+    return Lattice((a, b, c), (x, y, z))
 
 
 def _records(scan: etree._Element, path: Path, index: int) -> int:
@@ -655,6 +679,7 @@ def read(path: Path) -> tuple[Scan, ...]:
             bounds=header.bounds if header.records else None,
             warnings=(*notes, *header.warnings),
             facts=facts,
+            lattice=header.lattice,
             coordinates=header.coordinates,
             state=header.state,
             columns=header.columns,

@@ -35,9 +35,9 @@ from tribrach.io.scans.origin import assumed_origin, scan_name
 from tribrach.io.scans.units import LINEAR, unit_of_crs
 from tribrach.kernels import in_threads
 from tribrach.scan.length_unit import METRES, LengthUnit
-from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
+from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Scan
 
-__all__ = ["FACTS", "read"]
+__all__ = ["FACTS", "LIGHT", "read"]
 
 CURE = "copy the file again from its source"
 #: bytes of the header of a record before the points, and of one after them
@@ -48,6 +48,8 @@ _SHORTEST, _LONG = 227, 375
 _COMPRESSED = 0x80
 #: user and number of the record with the facts of our own writer
 FACTS = ("tribrach", 1)
+#: the fact that names the extra dimension with the intensities as measured
+LIGHT = "intensity_field"
 #: dimensions that are not called as in the file
 _RENAMED = {"gps_time": "time"}
 _COORDINATES = ("X", "Y", "Z")
@@ -285,6 +287,9 @@ def _refused(what: str, path: Path) -> InputError:
 class LasScan(Scan):
     """The points of a LAS, LAZ or COPC file."""
 
+    #: the extra dimension with the intensities as measured, None without one
+    light: str | None = None
+
     @property
     def certain_points(self) -> int:
         """Every record is a point, but for other faces and beams without return."""
@@ -319,11 +324,13 @@ class LasScan(Scan):
         for name in array.dtype.names:
             if name in packed:
                 values |= _unpacked(array[name], packed[name])
-            elif name not in _COORDINATES:
-                kind = np.float32 if name == "intensity" else array[name].dtype
-                column = np.empty(array[name].shape, dtype=kind)  # of arrays too
-                values[_RENAMED.get(name, name)] = column
-                copies.append((array[name], column))
+            elif name not in _COORDINATES and not (name == "intensity" and self.light):
+                ours = "intensity" if name == self.light else _RENAMED.get(name, name)
+                columns = array[name].reshape(len(points), -1).T
+                for each, theirs in zip(_parts(ours, array[name].shape[1:]), columns, strict=True):
+                    kind = np.float32 if ours == "intensity" else theirs.dtype
+                    values[each] = np.empty(len(points), dtype=kind)
+                    copies.append((theirs, values[each]))
 
         def fill(first: int, last: int) -> None:
             """Copy some records: numpy works without the interpreter's lock."""
@@ -337,7 +344,10 @@ class LasScan(Scan):
         in_threads(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
             if dimension.is_scaled:
-                values[dimension.name] = np.asarray(points[dimension.name], dtype=np.float64)
+                name = dimension.name
+                scaled = np.asarray(points[name], dtype=np.float64)
+                names = _parts(name, scaled.shape[1:])
+                values |= dict(zip(names, scaled.reshape(len(points), -1).T, strict=True))
         return Chunk(xyz, values)
 
 
@@ -385,10 +395,15 @@ def read(path: Path) -> tuple[Scan, ...]:
         header = file.header
         wkt, unit = _wkt(header), _key_unit(header)
         _check_steps(header, path)
+        steps, offsets = header.scales.tolist(), header.offsets.tolist()
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
-        fields = tuple(_field(d) for d in header.point_format.dimensions if not _coordinate(d.name))
         facts = _facts(header)
+        light = facts.pop(LIGHT, None)
+        if light is not None:
+            facts.pop("intensity", None)  # says how the column is stretched that is not taken
+        given = [d for d in header.point_format.dimensions if not _coordinate(d.name)]
+        fields = tuple(f for d in given for f in _fields(d, light))
     return (
         LasScan(
             name=scan_name(path),
@@ -399,6 +414,8 @@ def read(path: Path) -> tuple[Scan, ...]:
             crs=wkt,
             bounds=bounds if records else None,
             unit=METRES if unit is None else unit,
+            lattice=Lattice(tuple(steps), tuple(offsets)),
+            light=light,
             facts={"scales": " ".join(f"{s:g}" for s in header.scales)} | facts,
         ),
     )
@@ -412,14 +429,28 @@ def _facts(header: laspy.LasHeader) -> dict[str, str]:
     return {}
 
 
-def _field(dimension: Any) -> Field:
-    """Name, type and limits of a dimension."""
+def _fields(dimension: Any, light: str | None) -> Iterator[Field]:
+    """Name, type and limits of a dimension; of an array, of each of its values."""
     name = _RENAMED.get(dimension.name, dimension.name)
     if name == "intensity":
-        return Field(name, "float32", 0.0, 65535.0)
-    dtype = dimension.dtype
-    kind = np.dtype(dtype).name if dtype is not None else "uint8"
-    return Field(name, kind, description=str(dimension.description or ""))
+        if light is None:
+            yield Field(name, "float32", 0.0, 65535.0, step=1.0)
+        return
+    if name == light:
+        yield Field("intensity", "float32")
+        return
+    kind, description = dimension.dtype, str(dimension.description or "")
+    if kind is None:
+        yield Field(name, "uint8", description=description)
+        return
+    scaled = np.dtype(np.float64) if dimension.is_scaled else np.dtype(kind).base
+    for each in _parts(name, np.dtype(kind).shape):
+        yield Field(each, scaled.name, description=description)
+
+
+def _parts(name: str, shape: tuple[int, ...]) -> list[str]:
+    """Names of the values of an array; its own of a single value."""
+    return [f"{name}_{k}" for k in range(shape[0])] if shape else [name]
 
 
 def _coordinate(name: str) -> bool:

@@ -123,7 +123,7 @@ def unit_of_crs(wkt: str) -> LengthUnit | None:
         any(part.is_geographic for part in parts)
     ):
         beside = str(heights[0].unit_name) if heights else "metre"
-        return LengthUnit(("degree", "degree", beside), None, source, wkt)
+        return LengthUnit(("degree", "degree", beside), None, source, wkt, True)
     x, y = plane if plane else (None, None)
     z = heights[0] if heights else x
     found = [a for a in (x, y, z) if a is not None]
@@ -132,7 +132,7 @@ def unit_of_crs(wkt: str) -> LengthUnit | None:
     names = tuple("metre" if a is None else str(a.unit_name) for a in (x, y, z))
     factors = tuple(1.0 if a is None else float(a.unit_conversion_factor) for a in (x, y, z))
     return LengthUnit(
-        (names[0], names[1], names[2]), (factors[0], factors[1], factors[2]), source, wkt
+        (names[0], names[1], names[2]), (factors[0], factors[1], factors[2]), source, wkt, True
     )
 
 
@@ -179,7 +179,7 @@ def in_metres(scan: Scan, given: LengthUnit | None = None) -> Scan:
     """
     of_crs = None if scan.crs is None else unit_of_crs(scan.crs)
     stated = given
-    if stated is None and not scan.unit.metric:
+    if stated is None and scan.unit != METRES:
         stated = scan.unit
     stated = stated or stated_unit(_comments(scan)) or (METRES if scan.standard_metres else None)
     warnings = list(scan.warnings)
@@ -220,12 +220,16 @@ def as_filed(scan: Scan) -> Scan:
 
 
 def _scaled(scan: Scan, factors: tuple[float, float, float]) -> dict[str, Any]:
-    """Bounds and pose by factors along the axes."""
+    """Bounds, lattice and pose by factors along the axes."""
     each = np.array(factors)
     pose = scan.pose
     if pose is not None:
         pose = Pose(pose.rotation, pose.translation * each)
-    return {"bounds": None if scan.bounds is None else scan.bounds * each, "pose": pose}
+    return {
+        "bounds": None if scan.bounds is None else scan.bounds * each,
+        "lattice": None if scan.lattice is None else scan.lattice.scaled(each),
+        "pose": pose,
+    }
 
 
 def _comments(scan: Scan) -> list[str]:
