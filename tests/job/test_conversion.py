@@ -65,7 +65,8 @@ def quiet(what: str, done: int, total: int | None) -> None:
 def converted(
     scans: list[Given], path: Path, placed: bool = False, step: float = 1e-4
 ) -> list[tuple[Path, int]]:
-    return convert_scans(scans, path, placed=placed, step=step, progress=quiet)
+    written = convert_scans(scans, path, placed=placed, step=step, progress=quiet)
+    return [(one.path, one.points) for one in written]
 
 
 def by_time(chunk: Chunk) -> tuple[np.ndarray, dict[str, np.ndarray]]:
