@@ -14,12 +14,14 @@ from tribrach.errors import TribrachError
 from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import Description, describe
+from tribrach.io.scans.reading import as_told
 from tribrach.io.survey.riscan.info import ProjectDescription, describe_project
 from tribrach.job.convert import convert_scans
 from tribrach.report.characters import visible
 from tribrach.report.schema.base import document_text, heading
 from tribrach.report.schema.scans import SCHEMA, ScansDocument
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
+from tribrach.shell.reading import Columns, DecimalMark, Unit
 
 __all__ = ["convert", "info"]
 
@@ -27,6 +29,9 @@ __all__ = ["convert", "info"]
 def info(
     files: Annotated[list[Path], typer.Argument(help="Scans, or projects of RiSCAN PRO (.rsp).")],
     json_file: Annotated[Path | None, typer.Option("--json", help="Write it as JSON.")] = None,
+    unit: Unit = None,
+    columns: Columns = None,
+    decimal: DecimalMark = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.
@@ -44,7 +49,8 @@ def info(
                 if path.suffix.lower() == ".rsp":
                     projects.append(describe_project(path))
                     continue
-                scans = read_scans(path)
+                with as_told(unit, columns, decimal):
+                    scans = read_scans(path)
                 described += [describe(scan, among=len(scans)) for scan in scans]
             except TribrachError as error:
                 refused.append(error)
@@ -87,6 +93,9 @@ def convert(
             min=1e-3, max=10, help="Coordinate step of LAS, LAZ and E57; that of the source."
         ),
     ] = None,
+    unit: Unit = None,
+    columns: Columns = None,
+    decimal: DecimalMark = None,
     overwrite: Overwrite = False,
     quiet: Quiet = False,
 ) -> None:
@@ -94,7 +103,7 @@ def convert(
 
     def work() -> None:
         claim([source], {"": destination}, overwrite=overwrite)
-        with shown(quiet) as progress:
+        with shown(quiet) as progress, as_told(unit, columns, decimal):
             written = convert_scans(
                 read_scans(source),
                 destination,

@@ -17,6 +17,7 @@ from tribrach.instruments.correction import Correction, Faces
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
+from tribrach.io.scans.reading import as_told
 from tribrach.job.state import Remembered
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.scan.no_return import find_no_return
@@ -220,7 +221,8 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
 
 def scans_of_entry(project: Project, k: int, entry: ScanFile) -> tuple[Scan, ...]:
     """The scans that an entry of a project means, by the headers of its file."""
-    scans = read_scans(project.folder / entry.file)
+    with as_told(entry.unit, entry.columns, entry.decimal):
+        scans = read_scans(project.folder / entry.file)
     if entry.scan is not None:
         chosen = [scan for scan in scans if scan.name == entry.scan]
         if not chosen:

@@ -660,6 +660,12 @@ class ScanFile(Section):
     no_return
         Whether points that the file has for beams without return (zeros, places that
         repeat, a shell at the largest range) are left out or kept.
+    unit
+        What the coordinates of the file are counted in, such as mm or ft, where it does not say.
+    columns
+        Columns of a file of text, such as ``number y x z - code``, ``-`` for one to leave out.
+    decimal
+        What stands before decimals in a file of text.
     """
 
     file: str
@@ -670,6 +676,9 @@ class ScanFile(Section):
     names: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
     face: Literal["front", "back", "dome", "order"] = "front"
     no_return: Literal["leave out", "keep"] = "leave out"
+    unit: str | None = None
+    columns: str | None = None
+    decimal: Literal["point", "comma"] | None = None
 
 
 class TargetSection(Section):

@@ -15,6 +15,7 @@ from rich.console import Console
 from typer.models import ArgumentInfo, ParameterInfo
 
 from tribrach.io.outputs import Content, write_texts
+from tribrach.io.scans.reading import as_told
 from tribrach.report.answer import Answer
 from tribrach.report.characters import visible
 from tribrach.report.findings import Finding
@@ -31,6 +32,7 @@ from tribrach.shell.flow import (
     working,
 )
 from tribrach.shell.printing import printed
+from tribrach.shell.reading import READING
 
 __all__ = ["FOLDER", "WRITTEN", "command", "deliver"]
 
@@ -43,14 +45,18 @@ _WIDE = 118
 
 
 def command(
-    *, json: str | None = "Write it as JSON.", html: str | None = "Write a page."
+    *,
+    json: str | None = "Write it as JSON.",
+    html: str | None = "Write a page.",
+    scans: bool = False,
 ) -> Callable[[Callable[..., Answer]], Callable[..., None]]:
     """Make a command of the function that answers a question.
 
     Its paths are claimed as inputs but for those marked with :data:`WRITTEN`, whose contents the
     answer brings in ``files``. Of a parameter with a function among its marks the function says
     which files are meant. A parameter ``progress`` is told what is being done; ``engine`` is
-    who does it, which brings the options ``--workers`` and ``--scheduler``.
+    who does it, which brings the options ``--workers`` and ``--scheduler``. A command that reads
+    ``scans`` has the options that say how they are read.
     """
 
     def decorated(work: Callable[..., Answer]) -> Callable[..., None]:
@@ -75,6 +81,8 @@ def command(
             options["html_file"] = (_file("--html", html), None)
         if engine:
             options |= {"workers": (Workers, None), "scheduler": (Scheduler, None)}
+        if scans:
+            options |= {name: (hint, None) for name, hint in READING.items()}
         options |= {"overwrite": (Overwrite, False), "quiet": (Quiet, False)}
 
         @wraps(work)
@@ -84,6 +92,7 @@ def command(
         def _answer(given: dict[str, Any]) -> None:
             quiet, overwrite = given.pop("quiet"), given.pop("overwrite")
             outputs = {render: given.pop(name, None) for name, render in _RENDERED.items()}
+            told = {name: given.pop(name) for name in READING} if scans else {}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
             inputs = _paths(given[name] for name in dict.fromkeys((*read, *meant)))
@@ -92,6 +101,7 @@ def command(
             place = given[folder[0]] if folder else None
             claim(inputs, files, place, overwrite=overwrite)
             with ExitStack() as stack:
+                stack.enter_context(as_told(**told))
                 if progress:
                     given["progress"] = stack.enter_context(shown(quiet))
                 if crew is not None:

@@ -9,8 +9,10 @@ from typer.testing import CliRunner
 
 from tests.io.scans.scan_files import whole
 from tribrach.cli import app
+from tribrach.errors import InputError
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
+from tribrach.io.scans.reading import as_told
 
 
 @pytest.fixture
@@ -90,3 +92,40 @@ def test_intensities_that_16_bits_do_not_hold(shared_data: Path, tmp_path: Path,
     (one,), (two,) = read_scans(folder / f"{name}.ply"), read_scans(tmp_path / "a.laz")
     given, found = (whole(scan, 3000).values["intensity"] for scan in (one, two))
     assert np.array_equal(given, found, equal_nan=True)
+
+
+#: the hall that text files of the collection show [m]
+HALL = np.array([[691234.0, 5334567.0, 520.0], [691252.0, 5334578.0, 524.2]])
+
+
+def shows_the_hall(path: Path, **told: str) -> bool:
+    with as_told(**told):
+        (scan,) = read_scans(path)
+    xyz = whole(scan).xyz
+    return bool(np.abs(np.stack([xyz.min(axis=0), xyz.max(axis=0)]) - HALL).max() < 0.01)
+
+
+@pytest.mark.parametrize("name", ["blanks.txt", "tabs.txt"])
+def test_decimal_commas(faults: Path, name: str) -> None:
+    assert shows_the_hall(faults / "05-decimal-comma" / name)
+
+
+@pytest.mark.parametrize("name", ["id.txt", "named.csv"])
+def test_numbers_and_codes_of_points(faults: Path, name: str) -> None:
+    assert shows_the_hall(faults / "06-point-number" / name)
+
+
+def test_columns_without_names_are_asked_for(faults: Path) -> None:
+    source = faults / "06-point-number" / "code.csv"
+    with pytest.raises(InputError, match="--columns"):
+        read_scans(source)
+    assert shows_the_hall(source, columns="number y x z code")
+
+
+@pytest.mark.parametrize(
+    ("name", "field"), [("f.pts", "Volume density (r=0.01)"), ("q.txt", "M3C2 distance")]
+)
+def test_names_with_blanks(faults: Path, name: str, field: str) -> None:
+    (scan,) = read_scans(faults / "08-field-names" / name)
+    assert field in scan.names
+    assert len(whole(scan)) == scan.records

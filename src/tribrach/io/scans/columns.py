@@ -12,17 +12,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.errors import InputError
+from tribrach.io.scans.units import named_unit
+from tribrach.scan.length_unit import LengthUnit
 from tribrach.scan.scan import Chunk, Field
 
-__all__ = ["ColumnRoles", "arranged", "cast", "known_name"]
+__all__ = ["ColumnRoles", "arranged", "cast", "column_unit", "known_name"]
 
 _RGB = ("red", "green", "blue")
 _NAMES: dict[str, str] = {
     other: name
     for name, others in {
-        "x": "x easting east e cartesianx",
-        "y": "y northing north n cartesiany",
-        "z": "z height elevation altitude up u h cartesianz",
+        "x": "x easting east e cartesianx xcoordinate xcoord rechtswert ostwert",
+        "y": "y northing north n cartesiany ycoordinate ycoord hochwert nordwert",
+        "z": "z height elevation elev altitude up u h cartesianz zcoordinate zcoord hoehe höhe",
         "intensity": "intensity i intensities",
         "red": "red r diffusered",
         "green": "green g diffusegreen",
@@ -38,6 +40,8 @@ _NAMES: dict[str, str] = {
     }.items()
     for other in others.split()
 }
+#: a name with its unit in brackets or behind an underscore
+_UNIT = re.compile(r"(?P<name>.+?)(?:\s*[\[(](?P<a>[^\])]+)[\])]|_(?P<b>[A-Za-z]+))")
 #: types of our own fields; all others keep those of the file
 _TYPES = {
     "intensity": "float32",
@@ -54,13 +58,25 @@ _TYPES = {
 def known_name(name: str) -> str | None:
     """Our name of a column: ``x``, ``y``, ``z`` or a field of the table; None if it is another.
 
-    Case, ``scalar_``, underscores, quotes and a unit of metres after the name do not matter.
+    Case, ``scalar_``, underscores, quotes and a unit after the name do not matter.
     """
-    bare = re.sub(r"(\[m\]|\(m\)|_m)$", "", name.strip().lower())
+    bare = (_with_unit(name)[0] if _with_unit(name)[1] else name).strip().lower()
     scalar = bare.startswith("scalar_")
     bare = re.sub(r"[\s_\"'#/-]", "", bare.removeprefix("scalar_"))
     # a scalar field of one letter is none of ours: its name would be whole
     return None if scalar and len(bare) == 1 else _NAMES.get(bare)
+
+
+def column_unit(name: str) -> LengthUnit | None:
+    """The unit that stands after the name of a coordinate: ``X [mm]``, ``easting_ft``."""
+    return _with_unit(name)[1] if known_name(name) in ("x", "y", "z") else None
+
+
+def _with_unit(name: str) -> tuple[str, LengthUnit | None]:
+    """A name without its unit, and the unit; the whole name where it has none."""
+    match = _UNIT.fullmatch(name.strip().strip("\"'"))
+    unit = None if match is None else named_unit(match["a"] or match["b"])
+    return (name, None) if match is None or unit is None else (match["name"], unit)
 
 
 @dataclass(frozen=True)
@@ -125,7 +141,8 @@ def arranged(
 ) -> ColumnRoles:
     """The roles of the columns of a file, by their names."""
     ours: dict[str, str] = {}
-    for name in types:
+    # a column called y goes before one called n, which may count the points
+    for name in sorted(types, key=lambda one: one.strip().lower() not in ("x", "y", "z")):
         known = known_name(name)
         if known is not None:
             ours.setdefault(known, name)

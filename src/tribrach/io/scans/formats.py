@@ -15,7 +15,9 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.io.keeping import keep
 from tribrach.io.poses.names import POSE_FILES
-from tribrach.io.scans.text import Lines, delimiters
+from tribrach.io.scans.reading import reading
+from tribrach.io.scans.text import Lines
+from tribrach.io.scans.text_form import heads, text_start
 from tribrach.io.scans.units import in_metres
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
@@ -66,7 +68,7 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
     if packed and reader not in _OF_LINES:
         raise InputError("only text is read from compressed files", file=path, cure="unpack it")
     scans: tuple[Scan, ...] = _module(reader).read(path)
-    return tuple(in_metres(scan) for scan in scans)
+    return tuple(in_metres(scan, reading().unit) for scan in scans)
 
 
 def _module(reader: str) -> Any:
@@ -112,9 +114,10 @@ def _shape(path: Path) -> str | None:
     with unpacked(path) as file:
         lines = Lines(file, path).peek(len(ptx.HEADER))
     if not all(map(xyz.numeric, lines)):
-        parted = (line.translate(delimiters(line)) for line in lines[-2:])
-        several = [len(line.split()) for line in parted if xyz.numeric(line)]
-        return "xyz" if several and min(several) >= 3 else None
+        if lines[0].isdigit():
+            return None
+        points = heads(text_start(path))[1]
+        return "xyz" if len(points) > 1 and xyz.row_of_numbers(points) else None
     widths = tuple(len(line.split()) for line in lines)
     if widths == ptx.HEADER:
         return "ptx"

@@ -24,7 +24,6 @@ __all__ = [
     "LineBlock",
     "Lines",
     "Mark",
-    "delimiters",
 ]
 
 #: bytes read at a time; no line may be longer
@@ -33,17 +32,6 @@ BLOCK = 1 << 23
 _STRIDE, _SAMPLE = 1 << 16, 256
 #: translation of tabs into spaces
 BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
-#: commas and semicolons are delimiters as well
-_COMMAS = bytes.maketrans(b"\t\v\f,;", b"     ")
-#: 1,5;2,5 has commas for decimal points
-_DECIMAL_COMMAS = bytes.maketrans(b"\t\v\f;,", b"    .")
-
-
-def delimiters(line: bytes) -> bytes:
-    """The translation table for text with lines of numbers like this one."""
-    if b";" in line and re.search(rb"\d,\d", line):
-        return _DECIMAL_COMMAS
-    return _COMMAS if b"," in line or b";" in line else BLANKS
 
 
 @dataclass(frozen=True)
@@ -81,6 +69,8 @@ class Lines:
         The file, and its path for messages.
     blanks
         Translation table that makes spaces of the delimiters.
+    fill
+        Regular expression of cells with nothing in them, which become NaN; none if empty.
     mark
         Place to begin at.
 
@@ -91,9 +81,15 @@ class Lines:
     """
 
     def __init__(
-        self, file: BinaryIO, path: Path, blanks: bytes = BLANKS, mark: Mark | None = None
+        self,
+        file: BinaryIO,
+        path: Path,
+        blanks: bytes = BLANKS,
+        mark: Mark | None = None,
+        fill: bytes = b"",
     ) -> None:
         self._file, self.path, self._blanks = file, path, blanks
+        self._empty = re.compile(fill) if fill else None
         self._mark = self._next = mark or Mark()
         if self._next.offset:
             file.seek(self._next.offset)
@@ -167,7 +163,8 @@ class Lines:
             if cut == 0 and len(whole) >= BLOCK:
                 raise InputError("a line has no end", file=self.path, line=self._next.line + 1)
             whole, self._tail = whole[:cut], whole[cut:]
-        text = _normal(whole, self._blanks)
+        filled = whole if self._empty is None else self._empty.sub(b"nan", whole)
+        text = _normal(filled, self._blanks)
         if not keep:
             self._mark, self._text, self._at = self._next, b"", 0
         self._text += text

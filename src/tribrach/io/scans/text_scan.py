@@ -24,7 +24,16 @@ from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
-__all__ = ["TextScan", "refuse_many", "rows", "short", "table"]
+__all__ = [
+    "TextScan",
+    "is_number",
+    "malformed",
+    "off_by_one",
+    "refuse_many",
+    "rows",
+    "short",
+    "table",
+]
 
 #: what programs write for a value that is no number; nan and inf are known to parsers
 _ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
@@ -45,7 +54,7 @@ def table(lines: Lines, block: LineBlock, columns: int) -> list[Array]:
         replaced, changes = _ODD.subn(b"nan", block.text)
         parsed = _parsed(replaced, columns) if changes else None
     if parsed is None or (columns and len(parsed[0]) != block.count):
-        raise _malformed(lines, block, columns)
+        raise malformed(lines, block, columns)
     return parsed
 
 
@@ -84,7 +93,7 @@ def _table_of(text: bytes, columns: int) -> Array | None:
         return None
 
 
-def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
+def malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
     """The error of the first wrong line of a block."""
     k, what = 0, "a line cannot be read"
     for k, line in enumerate(_ODD.sub(b"nan", block.text).split(b"\n")[:-1]):  # noqa: B007
@@ -92,7 +101,7 @@ def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
         if len(values) != columns:
             what = f"the line has {len(values)} values where {columns} are expected"
             break
-        wrong = [value for value in values if not _number(value)]
+        wrong = [value for value in values if not is_number(value)]
         if wrong:
             what = f"{wrong[0][:40].decode(errors='replace')!r} is no number"
             break
@@ -100,7 +109,7 @@ def _malformed(lines: Lines, block: LineBlock, columns: int) -> InputError:
     return InputError(what, file=lines.path, line=lines.number(block, k), cure=cure)
 
 
-def _number(value: bytes) -> bool:
+def is_number(value: bytes) -> bool:
     """True if a value is a number."""
     try:
         float(value)
@@ -115,7 +124,7 @@ def rows(sample: list[bytes], columns: int) -> Array:
     numbers = _table_of(b"".join(line + b"\n" for line in whole), columns) if whole else None
     if numbers is None:
         cells = [line.split(b" ") for line in whole]
-        kept = [[float(cell) for cell in row] for row in cells if all(map(_number, row))]
+        kept = [[float(cell) for cell in row] for row in cells if all(map(is_number, row))]
         numbers = np.array(kept, dtype=float).reshape(-1, columns)
     return numbers
 
@@ -130,6 +139,8 @@ class TextScan(Scan):
     first: int = 0
     #: translation table that makes spaces of the delimiters
     blanks: bytes = BLANKS
+    #: regular expression of cells with nothing in them
+    fill: bytes = b""
     #: numpy types by name, of every column in order
     types: Mapping[str, str] | None = None
     #: which columns are coordinates and which are values
@@ -139,7 +150,7 @@ class TextScan(Scan):
         """Read the points in the file's order."""
         records, done = self.records or 0, start
         with unpacked(self.path) as file:
-            lines = Lines(file, self.path, self.blanks, self.mark)
+            lines = Lines(file, self.path, self.blanks, self.mark, self.fill)
             lines.skip(self.first + start - lines.ordinal)
             while done < records:
                 block = lines.take(min(size, records - done))
@@ -191,3 +202,16 @@ def short(path: Path, stated: int, present: int, record: str | None = None) -> I
         record=record,
         cure="copy the file again from its source",
     )
+
+
+def off_by_one(path: Path, stated: int, present: int, record: str | None = None) -> str:
+    """What is said of a count that is wrong by one point, as some programs write it.
+
+    Raises
+    ------
+    InputError
+        It is wrong by more.
+    """
+    if abs(stated - present) != 1 or present == 0:
+        raise short(path, stated, present, record)
+    return f"the header states {stated} points and the file holds {present}: all of them are read"

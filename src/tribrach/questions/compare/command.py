@@ -28,7 +28,7 @@ from tribrach.tasks.engine import Engine
 __all__ = ["compare"]
 
 
-@command(html="Write a page with map and histogram.")
+@command(html="Write a page with map and histogram.", scans=True)
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="The compared cloud.")],
     b: Annotated[Path, typer.Argument(metavar="B", help="The reference.")],

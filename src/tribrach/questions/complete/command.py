@@ -16,7 +16,7 @@ from tribrach.shell.command import command
 __all__ = ["complete"]
 
 
-@command(html="Write a page with maps.")
+@command(html="Write a page with maps.", scans=True)
 def complete(
     clouds: Annotated[list[Path], typer.Argument(help="Clouds in one frame, one per station.")],
     model: Annotated[

@@ -26,7 +26,7 @@ from tribrach.shell.command import WRITTEN, command
 __all__ = ["noise"]
 
 
-@command(html="Write a page with a plot.")
+@command(html="Write a page with a plot.", scans=True)
 def noise(
     files: Annotated[list[Path], typer.Argument(help="Scans of one scanner in one mode.")],
     sheet: Annotated[

@@ -25,7 +25,7 @@ from tribrach.units import SEC
 __all__ = ["register"]
 
 
-@command(html="Write a page with plan, pairs and loops.")
+@command(html="Write a page with plan, pairs and loops.", scans=True)
 def register(
     files: Annotated[list[Path], typer.Argument(help="Files of scans, in their scanners' frames.")],
     out: Annotated[

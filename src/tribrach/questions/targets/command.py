@@ -25,7 +25,7 @@ from tribrach.tasks.engine import Call, Engine
 __all__ = ["targets"]
 
 
-@command(html=None)
+@command(html=None, scans=True)
 def targets(
     scan: Annotated[Path, typer.Argument(help="A file of scans.")],
     sphere: Annotated[

@@ -52,7 +52,7 @@ def fit(
 
 
 @transform.command(cls=SpokenCommand)
-@command(json=None, html=None)
+@command(json=None, html=None, scans=True)
 def apply(
     transformation: Annotated[Path, typer.Argument(help="The JSON file of transform fit.")],
     source: Annotated[Path, typer.Argument(help="Points as CSV, or a cloud.")],

@@ -1,0 +1,211 @@
+"""How a text of points is written: what stands between values and before decimals.
+
+Told by many lines together: of all ways to read them, the one that makes rows of numbers of one
+length. What two ways read alike is not guessed but asked for.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from tribrach.errors import InputError
+from tribrach.io.unpacking import unpacked
+
+__all__ = ["COMMENTS", "TextForm", "agreement", "form_of", "heads", "text_start"]
+
+#: what comments begin with
+COMMENTS = ("#", "//", "%", "!", "'")
+#: bytes and lines that are looked at
+_LOOKED, _LINES = 1 << 18, 2000
+#: share of the lines that must have one number of cells, and share of numbers in a column of them
+_WHOLE, _NUMBERS = 0.9, 0.9
+_EXPONENT = r"(?:[eEdD][-+]?\d+)?"
+_ODD = r"|[-+]?(?:nan|inf|infinity|1\.#\w+|nan\(\w*\)|n/a|null)"
+_PLAIN = {
+    (".", ""): re.compile(rf"(?i)[-+]?(?:\d+\.?\d*|\.\d+){_EXPONENT}{_ODD}"),
+    (",", ""): re.compile(rf"(?i)[-+]?(?:\d+(?:,\d+)?|,\d+){_EXPONENT}{_ODD}"),
+    (".", ","): re.compile(r"[-+]?\d{1,3}(?:,\d{3})*(?:\.\d*)?"),
+    (",", "."): re.compile(r"[-+]?\d{1,3}(?:\.\d{3})*(?:,\d+)?"),
+}
+#: a comma with three digits after it and at most three before it
+_THREE = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+_DROPPED = 34
+
+
+@dataclass(frozen=True)
+class TextForm:
+    """What stands between the values of lines, and within them."""
+
+    #: between values: a blank for any white space, "" for white space, commas and semicolons alike
+    mark: str = " "
+    #: before decimals, and between thousands
+    decimal: str = "."
+    thousands: str = ""
+    #: the last cell of some lines is empty
+    ends: bool = False
+    #: a mark stands at the end of every line
+    closed: bool = False
+
+    @property
+    def blanks(self) -> bytes:
+        """Translation of bytes that makes a space of the mark and a point of a decimal comma."""
+        table = bytearray(range(256))
+        for white in b"\v\f":
+            table[white] = 32
+        if self.mark in (" ", ""):
+            table[9] = 32
+        else:
+            table[32] = table[9] = _DROPPED
+        if self.mark == "":
+            table[ord(",")] = table[ord(";")] = 32
+        else:
+            table[ord(self.mark)] = 32
+        if self.decimal == ",":
+            table[ord(",")] = ord(".")
+        if self.thousands:
+            table[ord(self.thousands)] = _DROPPED
+        return bytes(table)
+
+    @property
+    def fill(self) -> bytes:
+        """What matches cells with nothing in them, which are missing numbers; none with blanks."""
+        if self.mark in (" ", ""):
+            return b""
+        mark, white = re.escape(self.mark.encode()), b" *" if self.mark == "\t" else rb"[ \t]*"
+        within = b"(?:^|(?<=" + mark + b"))" + white + b"(?=" + mark + b")"
+        last = b"|(?<=" + mark + b")" + white + rb"(?=\r?$)" if self.ends else b""
+        return b"(?m)" + within + last
+
+    def cells(self, line: str) -> list[str]:
+        """The cells of a line, without blanks and quotes about them; names may hold blanks."""
+        if self.mark == "":
+            return re.split(r"[\s,;]+", line.replace('"', "").strip())
+        if self.mark == " ":
+            return [part.strip('"') for part in re.findall(r'"[^"]*"|[^\s"]+', line)]
+        return [one.strip().strip('"').strip() for one in _quoted(line, self.mark)]
+
+    def number(self, cell: str) -> bool:
+        """True if a cell is a number."""
+        return _PLAIN[self.decimal, self.thousands].fullmatch(cell) is not None
+
+
+#: the ways that are tried, the likelier first
+_FORMS = (
+    *(TextForm(mark, decimal) for mark in ";\t|" for decimal in ".,"),
+    *(TextForm(mark) for mark in ", "),
+    TextForm(" ", ","),
+    *(TextForm(mark, *pair) for mark in ";\t| " for pair in ((".", ","), (",", "."))),
+    TextForm(""),
+)
+
+
+def _quoted(line: str, mark: str) -> list[str]:
+    """Cells between marks; what stands in quotes is one cell."""
+    try:
+        return next(csv.reader([line.strip(" \r\n")], delimiter=mark, skipinitialspace=True), [])
+    except csv.Error:
+        return line.split(mark)
+
+
+def heads(text: str) -> tuple[list[str], list[str]]:
+    """Lines before the first one that begins like a number, and those from there on."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    for k, line in enumerate(lines):
+        bare = line.strip()
+        if re.match(r'"?[-+.,]?\d', bare) and not bare.startswith(COMMENTS) and not bare.isdigit():
+            return lines[:k], lines[k:]
+    return lines, []
+
+
+def text_start(path: Path) -> str:
+    """The beginning of a file as text, whole lines."""
+    with unpacked(path) as file:
+        raw = file.read(_LOOKED)
+    if len(raw) == _LOOKED:
+        raw = raw[: raw.rfind(b"\n") + 1] or raw
+    return raw.decode("utf-8-sig", errors="replace")
+
+
+def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str], list[str]]:
+    """How a file is written, its lines of words, and some lines of its points.
+
+    Parameters
+    ----------
+    path
+        The file.
+    decimal
+        What stands before decimals where the user says it.
+
+    Raises
+    ------
+    InputError
+        Commas may be decimal ones or stand between values or thousands.
+    """
+    before, lines = heads(text_start(path))
+    lines = [line for line in lines[:_LINES] if not line.lstrip().startswith(COMMENTS)]
+    best, form = (0.0, 0.0), TextForm("")
+    for one in _FORMS:
+        if decimal is not None and one.decimal != decimal:
+            continue
+        good = _agreement(one, lines)
+        if good > best:
+            best, form = good, one
+    if decimal is None:
+        _refuse_doubt(form, lines, path)
+    if form.fill:
+        empty = [line.rstrip(" \r").endswith(form.mark) for line in lines]
+        form = replace(form, ends=any(empty) and not all(empty), closed=all(empty))
+    return form, before, lines
+
+
+def agreement(lines: Sequence[str]) -> float:
+    """Share of the lines that the best of all forms makes rows of numbers of; 0 for none."""
+    return max((_agreement(form, lines)[0] for form in _FORMS), default=0.0)
+
+
+def _agreement(form: TextForm, lines: Sequence[str]) -> tuple[float, float]:
+    """Share of the lines with the usual number of cells, three at least, and share of numbers."""
+    rows = [form.cells(line) for line in lines]
+    widths = [len(row) for row in rows]
+    if not widths:
+        return 0.0, 0.0
+    usual = max(set(widths), key=widths.count)
+    whole = [row for row in rows if len(row) == usual]
+    if usual < 3 or len(whole) < _WHOLE * len(rows):
+        return 0.0, 0.0
+    shares = [
+        sum(form.number(row[k]) for row in whole) / max(sum(bool(row[k]) for row in whole), 1)
+        for k in range(usual)
+    ]
+    numbers = [share for share in shares if share >= _NUMBERS]
+    if len(numbers) < 3:
+        return 0.0, 0.0
+    return round(len(whole) / len(rows), 2), len(numbers) / len(shares)
+
+
+def _refuse_doubt(form: TextForm, lines: Sequence[str], path: Path) -> None:
+    """Ask where commas may mean two things."""
+    cells = [cell for line in lines for cell in form.cells(line)]
+    if form.mark == "," and "." not in "".join(lines):
+        both = all(re.search(r",\S", line) and re.search(r",\s+\S", line) for line in lines)
+        pairs = [row for line in lines if len(row := form.cells(line)) % 2 == 0 and len(row) >= 6]
+        decimals = {len(cell) for row in pairs for cell in row[1::2]}
+        zeros = any(re.fullmatch(r"0\d+", cell) for row in pairs for cell in row[1::2])
+        if both or (zeros and len(decimals) == 1 and len(pairs) == len(lines)):
+            raise InputError(
+                "commas seem to stand both between the values and before decimals",
+                file=path,
+                cure="export the file with semicolons or blanks between the values",
+            )
+    if form.decimal == "," and not form.thousands:
+        commas = [cell for cell in cells if "," in cell]
+        if commas and all(map(_THREE.fullmatch, commas)):
+            raise InputError(
+                f"the comma of {commas[0]!r} may stand before decimals or thousands",
+                file=path,
+                cure="say --decimal comma or --decimal point",
+            )

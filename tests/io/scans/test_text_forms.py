@@ -1,0 +1,170 @@
+"""Text of points is not guessed: many lines tell how it is written, or the user is asked."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.io.scans.scan_files import whole, written
+from tribrach.errors import InputError
+from tribrach.io.scans.formats import read_scans
+from tribrach.io.scans.reading import as_told
+from tribrach.scan.scan import Scan
+
+XYZ = np.round(
+    np.random.default_rng(5).uniform([691_230, 5_334_560, 520], [691_250, 5_334_580, 524], (60, 3)),
+    3,
+)
+
+
+def text(rows: np.ndarray, mark: str, decimal: str = ".", digits: int = 3) -> str:
+    lines = (mark.join(f"{v:.{digits}f}".replace(".", decimal) for v in row) for row in rows)
+    return "\n".join(lines) + "\n"
+
+
+def scan_of(folder: Path, content: str, name: str = "a.txt") -> Scan:
+    (scan,) = read_scans(written(folder, name, content))
+    return scan
+
+
+@pytest.mark.parametrize("mark", [" ", "   ", "\t", ";", "; ", "|", ", ", ",", " ; "])
+@pytest.mark.parametrize("decimal", [".", ","])
+@pytest.mark.parametrize("head", ["", "X{0}Y{0}Z\n", '"X"{0}"Y"{0}"Z"\n', "//X{0}Y{0}Z\n60\n"])
+def test_marks_and_decimals(tmp_path: Path, mark: str, decimal: str, head: str) -> None:
+    content = head.format(mark) + text(XYZ, mark, decimal)
+    if decimal == "," and "," in mark:
+        with pytest.raises(InputError, match="commas"):
+            scan_of(tmp_path, content)
+        return
+    assert np.array_equal(whole(scan_of(tmp_path, content)).xyz, XYZ)
+
+
+@pytest.mark.parametrize("thousands", ["'", "."])
+def test_thousands(tmp_path: Path, thousands: str) -> None:
+    if thousands == "'":
+        pytest.skip("apostrophes are no part of a number of points")
+    lines = [
+        " ".join(f"{v:,.3f}".replace(",", "t").replace(".", ",").replace("t", ".") for v in row)
+        for row in XYZ
+    ]
+    assert np.array_equal(whole(scan_of(tmp_path, "\n".join(lines))).xyz, XYZ)
+    english = "\n".join(" ".join(f"{v:,.3f}" for v in row) for row in XYZ)
+    assert np.array_equal(whole(scan_of(tmp_path, english)).xyz, XYZ)
+
+
+def test_three_digits_after_each_comma_are_asked_for(tmp_path: Path) -> None:
+    near = np.round(np.random.default_rng(1).uniform(1, 9, (50, 3)), 3)
+    content = text(near, " ", ",")
+    with pytest.raises(InputError, match="decimals or thousands") as caught:
+        scan_of(tmp_path, content)
+    assert "--decimal" in str(caught.value)
+    with as_told(decimal="comma"):
+        assert np.array_equal(whole(scan_of(tmp_path, content)).xyz, near)
+    with as_told(decimal="point"):
+        assert np.allclose(whole(scan_of(tmp_path, content)).xyz, 1e3 * near, rtol=1e-12)
+
+
+@pytest.mark.parametrize("mark", [" ", ",", ";", "\t"])
+def test_a_column_that_counts_is_no_coordinate(tmp_path: Path, mark: str) -> None:
+    rows = [f"{k + 1}{mark}{line}" for k, line in enumerate(text(XYZ, mark).splitlines())]
+    scan = scan_of(tmp_path, "\n".join(rows))
+    assert np.array_equal(whole(scan).xyz, XYZ)
+    assert scan.names == ("number",)
+
+
+def test_a_raster_has_no_running_numbers(tmp_path: Path) -> None:
+    rows = [f"{x} {y} {0.1 * x:.1f} 7" for y in range(5) for x in range(1, 40)]
+    scan = scan_of(tmp_path, "\n".join(rows))
+    assert scan.names == ("intensity",)
+    assert np.ptp(whole(scan).xyz[:, 1]) == 4
+
+
+@pytest.mark.parametrize(
+    "order", [[1, 0, 2], [2, 1, 0], [0, 2, 1]], ids=["northing first", "height first", "y last"]
+)
+def test_columns_in_another_order_are_asked_for(tmp_path: Path, order: list[int]) -> None:
+    rows = [f"{k + 1},{line},wall" for k, line in enumerate(text(XYZ[:, order], ",").splitlines())]
+    with pytest.raises(InputError) as caught:
+        scan_of(tmp_path, "\n".join(rows))
+    assert "--columns" in str(caught.value)
+    named = "n " + " ".join("xyz"[k] for k in order) + " code"
+    with as_told(columns=named):
+        scan = scan_of(tmp_path, "\n".join(rows))
+    assert np.array_equal(whole(scan).xyz, XYZ)
+
+
+def test_geocentric_coordinates_are_no_heights(tmp_path: Path) -> None:
+    middle = np.array([4.16e6, 8.6e5, 4.74e6])
+    rows = np.round(np.random.default_rng(3).normal(0, 9, (40, 3)) + middle, 3)
+    assert np.array_equal(whole(scan_of(tmp_path, text(rows, " "))).xyz, rows)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Point,Northing (m),Easting (m),Elevation (m),Code",
+        "Nr,Hochwert,Rechtswert,Hoehe,Code",
+        "name,y,x,z,description of it",
+        '"Point","Y","X","Z","Code"',
+    ],
+)
+def test_codes_are_passed_over(tmp_path: Path, head: str) -> None:
+    codes = ("GRD", "wall corner", "12", "")
+    rows = [
+        f"{k},{line},{codes[k % 4]}"
+        for k, line in enumerate(text(XYZ[:, [1, 0, 2]], ",").splitlines())
+    ]
+    scan = scan_of(tmp_path, "\n".join([head, *rows]), "a.csv")
+    assert np.array_equal(whole(scan, 7).xyz, XYZ)
+    assert len(scan.names) == 1
+    assert len(scan.warnings) == 1
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+@pytest.mark.parametrize("quote", ['"', ""])
+def test_names_with_blanks(tmp_path: Path, mark: str, quote: str) -> None:
+    names = ["X", "Y", "Z", "M3C2 distance", "Roughness (0.1)", "significant change"]
+    head = mark.join(f"{quote}{name}{quote}" for name in names)
+    rows = np.hstack([XYZ, np.round(np.random.default_rng(2).normal(size=(60, 3)), 3)])
+    for comment in ("", "//", "# "):
+        scan = scan_of(tmp_path, f"{comment}{head}\n{text(rows, mark)}")
+        assert scan.names == tuple(names[3:])
+        assert np.array_equal(whole(scan).xyz, XYZ)
+
+
+def test_missing_values_stay_in_their_column(tmp_path: Path) -> None:
+    rows = [
+        f"{a:.3f},{b:.3f},{c:.3f},,5" if k % 2 else f"{a:.3f},{b:.3f},{c:.3f},4,5"
+        for k, (a, b, c) in enumerate(XYZ)
+    ]
+    scan = scan_of(tmp_path, "x,y,z,p,q\n" + "\n".join(rows))
+    got = whole(scan)
+    assert np.isnan(got.values["p"][1::2]).all()
+    assert (got.values["p"][::2] == 4).all()
+    assert (got.values["q"] == 5).all()
+
+
+@pytest.mark.parametrize(
+    ("head", "metres"),
+    [
+        ("X [mm] Y [mm] Z [mm]", 1e-3),
+        ("x_ft y_ft z_ft", 0.3048),
+        ("# units: cm\nx y z", 1e-2),
+        ("x y z", 1.0),
+        ("x_m y_m z_m", 1.0),
+    ],
+)
+def test_units_of_columns_and_comments(tmp_path: Path, head: str, metres: float) -> None:
+    mark = "," if "[" in head else " "
+    content = f"{head.replace(' ', mark) if mark == ',' else head}\n{text(XYZ, mark)}"
+    if mark == ",":
+        content = content.replace(",[", " [")
+    assert np.allclose(whole(scan_of(tmp_path, content)).xyz, XYZ * metres, rtol=1e-14)
+
+
+def test_a_unit_that_the_user_gives(tmp_path: Path) -> None:
+    with as_told(unit="mm"):
+        scan = scan_of(tmp_path, text(XYZ, " "))
+    assert np.allclose(whole(scan).xyz, XYZ * 1e-3, rtol=1e-14)
+    with pytest.raises(InputError), as_told(unit="furlong"):
+        pass
