@@ -10,6 +10,7 @@ import pytest
 from tests.io.scans.scan_files import same, whole, written
 from tribrach.errors import InputError
 from tribrach.io.scans.formats import read_scans
+from tribrach.scan.scan import Chunk
 
 
 def las(path: Path, n: int = 120_000, point_format: int = 7, center: float = 0.0) -> Path:
@@ -122,3 +123,38 @@ def test_a_real_one(shared_data: Path) -> None:
     (scan,) = read_scans(shared_data / "scans/vz400i_forest/scan.laz")
     assert (scan.records, scan.origin) == (1_046_843, "assumed")
     assert sum(map(len, scan.chunks(300_000))) == 1_046_843
+
+
+@pytest.mark.parametrize("off", [-1, 0, 1, 2])
+def test_a_count_that_is_off_by_one_is_told(tmp_path: Path, off: int) -> None:
+    good = las(tmp_path / "a.las", 300)
+    expected = whole(read_scans(good)[0], 400)
+    data = bytearray(good.read_bytes())
+    struct.pack_into("<Q", data, 247, 300 + off)
+    path = written(tmp_path, "b.las", bytes(data))
+    if off == 2:
+        with pytest.raises(InputError, match="promises 302 points"):
+            read_scans(path)
+        return
+    (scan,) = read_scans(path)
+    assert scan.records == 300
+    assert len(scan.warnings) == (off != 0)
+    same(whole(scan, 400), expected)
+    same(
+        whole(scan, 400, 290),
+        Chunk(expected.xyz[290:], {k: v[290:] for k, v in expected.values.items()}),
+    )
+
+
+@pytest.mark.parametrize("version", [2, 3, 4, 7])
+def test_newer_items_are_named_and_not_called_damage(tmp_path: Path, version: int) -> None:
+    data = bytearray(las(tmp_path / "a.laz", 300).read_bytes())
+    at = data.index(b"laszip encoded") + 16 + 2 + 2 + 32
+    at += 34 + 4
+    struct.pack_into("<H", data, at, version)
+    path = written(tmp_path, "b.laz", bytes(data))
+    if version <= 3:
+        return
+    with pytest.raises(InputError, match="newer version") as caught:
+        read_scans(path)
+    assert "damaged" not in str(caught.value)

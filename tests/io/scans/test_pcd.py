@@ -166,3 +166,17 @@ def test_a_wrong_header_is_a_sentence(tmp_path: Path, line: str, other: str) -> 
 def test_an_empty_one(shared_data: Path) -> None:
     with pytest.raises(InputError, match="the file is empty"):
         read_scans(shared_data / "scans/formats/slope/empty.pcd")
+
+
+def test_fields_without_values_and_stored_data(tmp_path: Path) -> None:
+    """Drivers pad with fields of count 0; what LZF does not shorten is stored."""
+    points = np.random.default_rng(8).normal(size=(40, 3)).astype("<f4")
+    head = "VERSION 0.7\nFIELDS x y _ z pad\nSIZE 4 4 1 4 2\nTYPE F F U F U\nCOUNT 1 1 0 1 0\n"
+    head += "WIDTH 40\nHEIGHT 1\nPOINTS 40\nDATA "
+    plain = written(tmp_path, "a.pcd", f"{head}binary\n".encode() + points.tobytes())
+    assert np.array_equal(whole(read_scans(plain)[0]).xyz, points)
+    columns = np.ascontiguousarray(points.T).tobytes()
+    sizes = np.array([len(columns)] * 2, dtype="<u4").tobytes()
+    content = f"{head}binary_compressed\n".encode() + sizes + columns
+    stored = written(tmp_path, "b.pcd", content)
+    assert np.array_equal(whole(read_scans(stored)[0]).xyz, points)

@@ -65,8 +65,8 @@ def test_points_that_are_no_numbers_are_dropped_and_counted(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("3\n1 2 3\n4 5 6\n", "states 3 points and the file holds 2"),
-        ("1\n1 2 3\n4 5 6\n", r"a\.pts:3: the block before has more points"),
+        ("4\n1 2 3\n4 5 6\n", "states 4 points and the file holds 2"),
+        ("1\n1 2 3\n4 5 6\n7 8 9\n", r"a\.pts:3: the block before has more points"),
         ("1 2 3 4 5 6 7 x\n", "number of points belongs in the first line"),
         ("2\n1 2\n3 4\n", r"a\.pts:2: points have 2 values; 3, 4, 6 or 7"),
         ("99999999999999999999\n1 2 3\n", "states 99999999999999999999 points"),
@@ -110,5 +110,12 @@ def test_real_ones(shared_data: Path) -> None:
     assert [int(got.values[k][0]) for k in ("intensity", "red")] == [-1613, 52 * 257]
     assert len(whole(read_scans(folder / "site_56_8.pts")[0])) == 8
     assert len(whole(read_scans(folder / "test.pts")[0])) == 19
-    with pytest.raises(InputError, match="more points than it states"):
-        read_scans(folder / "bunny_8.pts")  # states 8, holds 9
+    (bunny,) = read_scans(folder / "bunny_8.pts")  # states 8, holds 9
+    assert (len(whole(bunny)), len(bunny.warnings)) == (9, 1)
+
+
+@pytest.mark.parametrize("stated", [2, 3, 4])
+def test_a_count_that_is_off_by_one_is_told(tmp_path: Path, stated: int) -> None:
+    (scan,) = read_scans(written(tmp_path, "a.pts", f"{stated}\n1 2 3\n4 5 6\n7 8 9\n"))
+    assert whole(scan).xyz.tolist() == [[1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    assert len(scan.warnings) == (stated != 3)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -32,6 +32,7 @@ from pyproj.exceptions import CRSError
 from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.origin import assumed_origin, scan_name
+from tribrach.io.scans.text_scan import off_by_one
 from tribrach.io.scans.units import LINEAR, unit_of_crs
 from tribrach.kernels import in_threads
 from tribrach.scan.length_unit import METRES, LengthUnit
@@ -57,6 +58,17 @@ _COORDINATES = ("X", "Y", "Z")
 _LASZIP, _LASZIP_ID, _LASZIP_FIXED = b"laszip encoded", 22204, 34
 #: layered chunks, and the number of layers of each kind of item; bytes have a layer each
 _LAYERED, _LAYERS, _BYTES = 3, {10: 9, 11: 1, 12: 2, 13: 1}, 14
+#: parts of a point by their kind
+_ITEMS = {
+    **dict(zip((0, 6, 7, 8, 9), ("bytes", "point", "GPS time", "RGB", "wave packet"), strict=True)),
+    10: "point 1.4",
+    11: "RGB 1.4",
+    12: "RGB and NIR 1.4",
+    13: "wave packet 1.4",
+    14: "bytes 1.4",
+}
+#: where a COPC file says that it is one, in the header and the first record
+_COPC_AT = 377
 #: chunks of a stated number of points each have this one
 _VARIABLE = 0xFFFFFFFF
 #: the points of one chunk may need this much memory in any file, and this many times its size
@@ -75,7 +87,7 @@ def check_header(path: Path) -> None:
     """Refuse a header that promises more than its file can hold."""
     size = path.stat().st_size
     with path.open("rb") as file:
-        head = file.read(_LONG)
+        head = file.read(_COPC_AT + 4)
         if not head.startswith(b"LASF"):
             return
         if len(head) < _SHORTEST:
@@ -87,21 +99,39 @@ def check_header(path: Path) -> None:
             raise _refused(f"the header says that it has {length} bytes", path)
         if _RECORD * records > begin - length:
             raise _refused(f"the header names {records} records, more than fit", path)
-        if head[25] >= 4 and length >= _LONG == len(head):
+        if head[25] >= 4 and length >= _LONG <= len(head):
             _check_extended(file, head, size, path)
         width = struct.unpack_from("<H", head, 105)[0]
         if not head[104] & _COMPRESSED:
-            if _points(head) * width > size - begin:
+            if _points(head) * width > size - begin and _whole_points(head, size) is None:
                 told = f"the header promises {_points(head)} points of {width} bytes, and the file"
                 raise _refused(f"{told} has {size - begin} bytes of points", path)
         else:
             zipped = _laszip(file, length, records, begin, path)
+            if zipped.chunk == 0 and head[_COPC_AT:].startswith(b"copc"):
+                # as LAStools and lasR write chunks of any size into COPC
+                zipped = replace(zipped, chunk=_VARIABLE)
             zipped.check(width, size, path)
             end = _check_chunks(file, begin, size, zipped.chunks_of(_points(head)), path)
             lengths = None if end is None else _chunk_lengths(file, zipped, begin, end, path)
             if zipped.layered:
                 last = size if end is None else end
                 _check_layers(file, zipped, begin, last, lengths, _points(head), path)
+
+
+def _whole_points(head: bytes, size: int) -> int | None:
+    """Points of a file whose count is off by one; None where it is right or off by more.
+
+    Some programs count so. The points are not compressed, fill the file and nothing follows them.
+    """
+    if not head.startswith(b"LASF") or len(head) < _SHORTEST:
+        return None
+    (begin,), (width,) = struct.unpack_from("<I", head, 96), struct.unpack_from("<H", head, 105)
+    extended = head[25] >= 4 and len(head) >= _LONG and struct.unpack_from("<QI", head, 235)[1]
+    if head[104] & _COMPRESSED or extended or width == 0 or (size - begin) % width:
+        return None
+    there = (size - begin) // width
+    return there if there > 0 and abs(there - _points(head)) == 1 else None
 
 
 def _check_extended(file: BinaryIO, head: bytes, size: int, path: Path) -> None:
@@ -133,8 +163,15 @@ class _LasZip:
     chunk: int
     #: kind and bytes of each part of a point
     items: tuple[tuple[int, int], ...]
+    #: version of the compression of each part
+    versions: tuple[int, ...]
     #: the record as it stands, which lazrs reads
     record: bytes
+
+    @property
+    def names(self) -> list[str]:
+        """The parts of a point, as LASzip calls them."""
+        return [_ITEMS.get(kind, f"kind {kind}") for kind, _ in self.items]
 
     @property
     def width(self) -> int:
@@ -155,6 +192,16 @@ class _LasZip:
         if self.width != width:
             raise _refused(
                 f"a point has {width} bytes and its compressed parts have {self.width}", path
+            )
+        newer = [
+            f"{k} version {v}" for k, v in zip(self.names, self.versions, strict=True) if v > 3
+        ]
+        if newer:
+            raise InputError(
+                f"the points are compressed as items of a newer version ({', '.join(newer)}), "
+                "which the decoder here does not know; the file may be sound",
+                file=path,
+                cure="write it as LAS, or as LAZ of LASzip 3, with LAStools (laszip) or PDAL 2.9",
             )
         if self.layered and any(k not in _LAYERS and k != _BYTES for k, _ in self.items):
             raise _refused("the points are compressed in layers of a kind that is none", path)
@@ -190,8 +237,9 @@ def _laszip(file: BinaryIO, at: int, records: int, begin: int, path: Path) -> _L
         (count,) = struct.unpack_from("<H", record, 32)
         if length < _LASZIP_FIXED + 6 * count:
             break
-        items = [struct.unpack_from("<HH", record, _LASZIP_FIXED + 6 * k) for k in range(count)]
-        return _LasZip(compressor == _LAYERED, chunk, tuple(items), record)
+        items = [struct.unpack_from("<HHH", record, _LASZIP_FIXED + 6 * k) for k in range(count)]
+        parts, versions = tuple((k, size) for k, size, _ in items), tuple(v for *_, v in items)
+        return _LasZip(compressor == _LAYERED, chunk, parts, versions, record)
     raise _refused("the points are compressed, and nothing whole says how", path)
 
 
@@ -217,7 +265,7 @@ def _check_chunks(file: BinaryIO, begin: int, size: int, least: int, path: Path)
 
 def _points(head: bytes) -> int:
     """The number of points that a header states."""
-    if head[25] >= 4 and len(head) == _LONG:
+    if head[25] >= 4 and len(head) >= _LONG:
         return int(struct.unpack_from("<Q", head, 247)[0])
     return int(struct.unpack_from("<I", head, 107)[0])
 
@@ -302,6 +350,8 @@ class LasScan(Scan):
         with _damage(self.path):
             file = laspy.open(self.path, laz_backend=_backends())
         with file:
+            # which may be off by one
+            file.header.point_count = records
             if 0 < start < records:
                 with _damage(self.path):
                     file.seek(start)
@@ -391,6 +441,8 @@ def read(path: Path) -> tuple[Scan, ...]:
     """
     with _damage(path):
         check_header(path)
+    with path.open("rb") as start:
+        there = _whole_points(start.read(_LONG), path.stat().st_size)
     with _damage(path), laspy.open(path, laz_backend=_backends()) as file:
         header = file.header
         wkt, unit = _wkt(header), _key_unit(header)
@@ -398,6 +450,10 @@ def read(path: Path) -> tuple[Scan, ...]:
         steps, offsets = header.scales.tolist(), header.offsets.tolist()
         bounds = np.stack([header.mins, header.maxs]).astype(float)
         records = int(header.point_count)
+        warnings: tuple[str, ...] = ()
+        if there is not None:
+            warnings = (off_by_one(path, records, there),)
+            records = there
         facts = _facts(header)
         light = facts.pop(LIGHT, None)
         if light is not None:
@@ -413,6 +469,7 @@ def read(path: Path) -> tuple[Scan, ...]:
             origin=assumed_origin(bounds if records else None),
             crs=wkt,
             bounds=bounds if records else None,
+            warnings=warnings,
             unit=METRES if unit is None else unit,
             lattice=Lattice(tuple(steps), tuple(offsets)),
             light=light,

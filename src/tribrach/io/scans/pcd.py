@@ -200,8 +200,10 @@ def _understand(header: _Header) -> None:
     kinds = [_KINDS[t] + s for t, s in zip(words["TYPE"], words["SIZE"], strict=True)]
     fields: list[tuple[str, str, tuple[int, ...]]] = []
     for name, kind, count in zip(names, kinds, counts, strict=True):
-        if not 1 <= count <= 4096:
+        if not 0 <= count <= 4096:
             raise ValueError(f"COUNT is {count}")
+        if count == 0:  # as drivers pad: the field has no bytes
+            continue
         unique = name if name not in header.names and name != "_" else f"_{len(header.names)}"
         header.names.append(unique)
         fields.append((unique, kind, (count,) if count > 1 else ()))
@@ -288,7 +290,9 @@ def _unpacked(
     data = np.memmap(path, dtype=np.uint8, mode="r", offset=offset + 8, shape=(packed,))
     scratch.truncate(length)
     plain = np.memmap(scratch, dtype=np.uint8, mode="r+", shape=(length,))
-    if _unpack(data, plain) != length:
+    if packed == length:
+        plain[:] = data  # stored as it is, for it does not get shorter
+    elif _unpack(data, plain) != length:
         raise InputError("the compressed data are damaged", file=path, cure=_CURE)
     out, at = {}, 0
     for name in dtype.names or ():

@@ -11,7 +11,7 @@ from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.text import Lines
-from tribrach.io.scans.text_scan import TextScan, refuse_many, rows, short
+from tribrach.io.scans.text_scan import TextScan, off_by_one, refuse_many, rows
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
@@ -63,8 +63,13 @@ def _block(lines: Lines, index: int) -> PtsScan:
     stated = int(head.text[:30])
     mark, first = lines.mark, lines.ordinal
     records, sample = lines.survey(stated)
+    warnings = []
     if records != stated:
-        raise short(path, stated, records, name)
+        warnings.append(off_by_one(path, stated, records, name))
+    elif stated and (last := lines.peek(2)) and len(last) == 1 and not last[0].isdigit():
+        # one line more than is stated, and nothing behind it
+        records += lines.skip(1)
+        warnings.append(off_by_one(path, stated, records, name))
     count = sample[0].count(b" ") + 1 if sample else 3
     if count not in _COLUMNS:
         what = f"points have {count} values; 3, 4, 6 or 7 belong there"
@@ -80,6 +85,7 @@ def _block(lines: Lines, index: int) -> PtsScan:
         records=records,
         fields=layout.fields,
         origin=assumed_origin(bounds_of(values[:, :3])),
+        warnings=tuple(warnings),
         mark=mark,
         first=first,
         types=types,

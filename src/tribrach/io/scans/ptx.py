@@ -141,9 +141,8 @@ def _header(lines: Lines, name: str, index: int) -> list[list[float]]:
             values = []
         whole = HEADER[k] > 1 or (len(values) == 1 and values[0] >= 0 and values[0] % 1 == 0)
         if len(values) != HEADER[k] or not whole or not np.isfinite(values).all():
-            before = "; the scan before may have more points than it states" if index else ""
             raise InputError(
-                f"line {k + 1} of the scan's header is not as it should be{before}",
+                _wrong_line(line, k, index),
                 file=path,
                 line=lines.number(block, k),
                 record=name,
@@ -154,6 +153,34 @@ def _header(lines: Lines, name: str, index: int) -> list[list[float]]:
         what = "the file ends within the header of a scan"
         raise InputError(what, file=path, record=name, cure=_CURE)
     return numbers
+
+
+_LINES = ("columns", "rows", "position", *["axis"] * 3, *["row of the 4x4 matrix"] * 4)
+
+
+def _wrong_line(line: bytes, k: int, index: int) -> str:
+    """What is wrong with a line of a header: its values, or the place where it stands."""
+    cells = line.split(b" ")
+    if len(cells) != HEADER[k]:
+        early = index > 0 and k < 2
+        before = "; the scan before may have more points than it states" if early else ""
+        there, due = len(cells), HEADER[k]
+        return (
+            f"line {k + 1} of the scan's header has {there} values, and {due} belong there{before}"
+        )
+    wrong = next((cell for cell in cells if not _finite(cell)), cells[0])
+    return (
+        f"{wrong[:40].decode(errors='replace')!r} in line {k + 1} of the scan's header "
+        f"({_LINES[k]}) is no {'number of points' if k < 2 else 'finite number'}"
+    )
+
+
+def _finite(cell: bytes) -> bool:
+    """True if a cell is a finite number."""
+    try:
+        return bool(np.isfinite(float(cell)))
+    except ValueError:
+        return False
 
 
 def _pose(numbers: list[list[float]], path: Path, name: str) -> tuple[Pose, list[str], bool]:
