@@ -70,6 +70,8 @@ _SET_UP = ("centring_mm = 0.5", "height_mm = 1.0")
 _GNSS = ("gnss_plan_mm = 20.0", "gnss_up_mm = 50.0")
 #: coordinates larger than this are of a grid, not of a site [m]
 _GRID = 50_000.0
+#: stations that a frame is kept by, at least
+_FRAME_STATIONS = 3
 #: scans whose poses are nearer than this are of one station [m]
 _SAME = 1e-3
 
@@ -390,7 +392,44 @@ class _Composer:
             "no control was found: the datum is free, and coordinates and sigmas are those of the "
             "inner geometry of the scans alone"
         )
-        return '[datum]\nkind = "free"   # no control was found\n'
+        return '[datum]\nkind = "free"   # no control was found\n' + self._frame_of_files()
+
+    def _frame_of_files(self) -> str:
+        """How the frame of poses that the files have is kept, as a comment; "" without one."""
+        stations = _stations([(one.path, scan) for one in self.scans for scan in one.scans])
+        places: dict[str, np.ndarray] = {}
+        for one in self.scans:
+            for scan in one.scans:
+                if scan.pose is not None and scan.origin != "unknown":
+                    at = np.asarray(scan.pose.translation)
+                    places.setdefault(stations[one.path, scan.name], at)
+        apart = [at for at in places.values() if np.linalg.norm(at) > _SAME]
+        if len(places) < _FRAME_STATIONS or len(places) < len(set(stations.values())) or not apart:
+            return ""
+        x, y, z = np.median(list(places.values()), axis=0)
+        self.out.assumed.append(
+            f"the files have poses of their own, in a frame about {x:.0f}, {y:.0f}, {z:.0f}, which "
+            "say where to look first; results are not in that frame unless its stations are taken "
+            "as control, as a comment in the project file shows"
+        )
+        rows = [
+            f"#   {_csv_name(name)},{at[0]:.4f},{at[1]:.4f},{at[2]:.4f}"
+            for name, at in places.items()
+        ]
+        return "\n".join(
+            [
+                "# The files have poses of their own. Results come in their frame if [datum] is",
+                '# left out, each station has occupies = "NAME-frame", the scanner centring_mm and',
+                "# height_mm = 0.1, and frame.csv of the rows below is named so:",
+                "#   [[points]]",
+                '#   file = "frame.csv"',
+                "#   sigma_plan_mm = 20.0   # as good as that frame is",
+                "#   sigma_up_mm = 20.0",
+                "#   point,e_m,n_m,u_m",
+                *rows,
+                "",
+            ]
+        )
 
     def _instruments(self) -> Iterable[str]:
         if self.scans:
@@ -583,6 +622,11 @@ class _Composer:
 
     def _output(self) -> str:
         return '[output]\nfolder = "out"\nangle = "gon"   # or deg\n'
+
+
+def _csv_name(station: str) -> str:
+    """Name of the mark of a station in a list."""
+    return f'"{station}-frame"' if "," in station else f"{station}-frame"
 
 
 #: formats whose files bring a work frame of their own
