@@ -44,7 +44,7 @@ class ApproximatePoses:
         return (
             f"approximate poses of {len(self.poses)} scans ({self.origin}) with sigmas of "
             f"{self.sigma.shift:g} m and {turn:.3g} degrees say where to look first; they are no "
-            "observations",
+            "observations, and the frame of the results does not come from them",
         )
 
 
