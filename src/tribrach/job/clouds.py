@@ -484,6 +484,7 @@ class CloudProduct:
         for scan in self.scans[1:]:
             names = set(scan.scan.names)
             shared = [f for f in shared if f.name in names]
+        shared = [self._light(f) if f.name == "intensity" else f for f in shared]
         extra: list[Field] = []
         if not self.as_las:
             shared = [f for f in shared if f.name not in _OF_LAS]
@@ -514,6 +515,12 @@ class CloudProduct:
             epoch=self.frame.epoch,
             facts=self._facts(),
         )
+
+    def _light(self, field: Field) -> Field:
+        """The intensity of all scans: without limits and steps where these are not alike."""
+        others = [f for scan in self.scans for f in scan.scan.fields if f.name == "intensity"]
+        alike = all((f.low, f.high, f.step) == (field.low, field.high, field.step) for f in others)
+        return field if alike else Field("intensity", field.dtype)
 
     def _facts(self) -> dict[str, str]:
         """Frame, stations, pose, and where the sigmas come from, in words that ``info`` gives back.

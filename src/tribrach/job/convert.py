@@ -73,9 +73,6 @@ def convert_scans(
 
 def as_copc(source: Path, *, path: Path, progress: Progress) -> int:
     """Write a cloud as COPC for a viewer, in the steps that it is stored in."""
-    # the reader of LAS takes its time to load, and only some conversions need it
-    from tribrach.io.clouds.copc_head import stored_step
-
     scans = read_scans(source)
     if len(scans) != 1:
         raise InputError(
@@ -83,8 +80,8 @@ def as_copc(source: Path, *, path: Path, progress: Progress) -> int:
             file=source,
             cure='say format = "copc" in [cloud]',
         )
-    placed, step = scans[0].pose is not None, stored_step(source) or _FINEST
-    return _convert(scans[0], path, placed, step, progress).points
+    placed = scans[0].pose is not None
+    return _convert(scans[0], path, placed, None, progress, metric=True).points
 
 
 def _numbered(path: Path, number: int) -> Path:
@@ -103,7 +100,10 @@ def _convert(
     placed: bool,
     step: float | None,
     progress: Callable[[str, int, int | None], None],
+    *,
+    metric: bool = False,
 ) -> Written:
+    """Write one scan; ``metric`` carries it into metres, as E57 is by its standard."""
     keeps_pose = path.suffix.lower() == ".e57"
     if placed and scan.pose is None:
         raise InputError(
@@ -111,7 +111,7 @@ def _convert(
             file=scan.path,
             cure="leave --placed out, or run a project",
         )
-    if not keeps_pose and scan.unit.by_crs:
+    if not keeps_pose and not metric and scan.unit.by_crs:
         scan = as_filed(scan)  # the reference system goes with the points and says the unit
     pose = scan.pose if placed and not keeps_pose and scan.pose is not None else Pose.identity()
     moved = pose.translation.any() or not np.array_equal(pose.rotation, np.eye(3))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,12 +19,10 @@ from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.las import FACTS, check_header
 
-__all__ = ["CloudPoint", "CopcHead", "is_copc", "nearest_point", "read_copc_head", "stored_step"]
+__all__ = ["CloudPoint", "CopcHead", "is_copc", "nearest_point", "read_copc_head"]
 
 #: place and content of the record that comes first in every COPC file
 _AT, _COPC = 377, b"copc"
-#: where the steps of the three coordinates stand
-_SCALES = slice(131, 155)
 _COLOURS = {"red", "green", "blue"}
 
 
@@ -48,16 +45,6 @@ def is_copc(path: Path) -> bool:
     with path.open("rb") as file:
         head = file.read(_AT + len(_COPC))
     return head.startswith(b"LASF") and head[_AT:] == _COPC
-
-
-def stored_step(path: Path) -> float | None:
-    """The finest step of the coordinates of a LAS or LAZ file [m], None of other files."""
-    with path.open("rb") as file:
-        head = file.read(_SCALES.stop)
-    if not head.startswith(b"LASF") or len(head) < _SCALES.stop:
-        return None
-    step = min(struct.unpack("<3d", head[_SCALES]))
-    return step if 0 < step < 1 else None
 
 
 def read_copc_head(path: Path) -> CopcHead:

@@ -101,10 +101,11 @@ def move_cloud(
 
 def _offset(scan: Scan, carrier: Carrier) -> Array:
     """A round place among the points in the other system."""
-    middle = np.zeros(3)
-    if scan.bounds is not None and np.isfinite(scan.bounds).all():
-        box = scan.bounds if scan.pose is None else scan.pose @ scan.bounds
-        middle = box.mean(axis=0)
+    box = scan.bounds
+    if box is None or not np.isfinite(box).all():
+        first = next((c.xyz for c in scan.chunks() if len(c)), np.zeros((1, 3)))
+        box = np.stack([first.min(axis=0), first.max(axis=0)])
+    middle = (box if scan.pose is None else scan.pose @ box).mean(axis=0)
     out: Array = np.round(carrier.points(middle[None])[0], -1)
     return out
 
