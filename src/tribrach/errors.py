@@ -27,6 +27,7 @@ from types import TracebackType
 from typing import Any, Self
 
 __all__ = [
+    "NO_TEXT",
     "STEERING",
     "AdjustmentError",
     "InputError",
@@ -85,6 +86,8 @@ def _unpickled(kind: type[TribrachError], args: tuple[object, ...]) -> TribrachE
 
 #: what would steer a terminal, turn the direction of writing or break the line
 STEERING = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
+#: what no text of a name or a reason holds: controls, halves of characters, and what is none
+NO_TEXT = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f\ud800-\udfff\ufffe\uffff]")
 #: words too long to be of use
 _LONG_WORD = re.compile(r"(\S{60})\S{200,}(\S{20})")
 #: a sentence has at most so many characters

@@ -43,6 +43,7 @@ from tribrach.scratch import is_scratch
 __all__ = [
     "MANIFEST",
     "STATE_FOLDER",
+    "alone",
     "hold",
     "is_read",
     "keep",
@@ -484,6 +485,33 @@ def _add(place: Path, scope: _Scope, files: Mapping[Path, Path]) -> None:
         # full disk a file that is not listed would stand in the way of the next run
         if error.errno not in (errno.EACCES, errno.EPERM, errno.EROFS):
             raise
+
+
+@contextmanager
+def alone(path: Path) -> Iterator[None]:
+    """A block in which no other process reads and replaces a file that people change together.
+
+    Raises
+    ------
+    InputError
+        Another one does so for longer than a moment.
+    """
+    state = path.parent / STATE_FOLDER
+    with suppress(OSError):  # where nothing can be written, the file is refused in its own words
+        state.mkdir(parents=True, exist_ok=True)
+    lock = FileLock(state / f"{path.name}.lock", timeout=_PATIENCE)
+    try:
+        lock.acquire()
+    except Timeout:
+        raise InputError(
+            "another session is writing this file", file=path, cure="try again in a moment"
+        ) from None
+    except OSError:
+        pass  # a disk that knows no locks
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 @contextmanager

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,7 +15,14 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import LARGEST
 
-__all__ = ["quoted", "read_model"]
+__all__ = ["quoted", "read_model", "read_text", "with_comments"]
+
+#: a comment, behind texts that may hold its sign
+_COMMENT = re.compile(r"""(?:[^"'#]|"(?:\\.|[^"\\])*"|'[^']*')*(#.*)$""")
+#: what earlier files began with
+_HEADS = frozenset(
+    {"# Decisions by hand; run and adjust obey them. Comments are not kept by the workbench."}
+)
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -36,6 +46,64 @@ def read_model(path: Path, model: type[Model], cure: str) -> Model:
             words = f"{key}: {detail['msg'][:1].lower()}{detail['msg'][1:]}"
             refused.add(InputError(words, file=path, cure=cure))
         raise refused.error() from error
+
+
+def read_text(path: Path) -> str:
+    """The text of a file that was read as TOML."""
+    return read_bytes(path).decode("utf-8-sig").replace("\r\n", "\n")
+
+
+def with_comments(head: str, tables: Sequence[str], old: str) -> str:
+    """A file of tables that keeps comments, and the words of tables that stay, of an older text.
+
+    Parameters
+    ----------
+    head
+        Comment that the file begins with.
+    tables
+        Tables, in order, as they would be written without the older text.
+    old
+        The older text, which is TOML.
+
+    Returns
+    -------
+    str
+        The head, further comments that belong to no table that stays, and the tables, those that
+        stay with what stood above and in them.
+    """
+    kept: dict[str, list[str]] = {}
+    for block in _blocks(old):
+        with suppress(tomllib.TOMLDecodeError):
+            kept.setdefault(repr(tomllib.loads(block)), []).append(block.strip("\n") + "\n")
+    blocks = []
+    for table in tables:
+        same = kept.get(repr(tomllib.loads(table)))
+        blocks.append(same.pop(0) if same else table)
+    body = "\n".join(blocks)
+    there = {*_comments(head), *_comments(body)}
+    others = [c for c in dict.fromkeys(_comments(old)) if c not in there and c not in _HEADS]
+    return "\n".join(
+        [head, *([*others, ""] if others else []), body] if blocks or others else [head]
+    )
+
+
+def _blocks(text: str) -> list[str]:
+    """Tables of a text, each with the comments right above it."""
+    starts, above = [], None
+    lines = text.splitlines(keepends=True)
+    for number, line in enumerate(lines):
+        if line.startswith("[["):
+            starts.append(number if above is None else above)
+        above = (number if above is None else above) if line.startswith("#") else None
+    ends = [*starts[1:], len(lines)]
+    if not starts:
+        return []
+    return ["".join(lines[a:b]) for a, b in zip(starts, ends, strict=True)]
+
+
+def _comments(text: str) -> list[str]:
+    """Comments of a text, in order."""
+    return [found[1].rstrip() for found in map(_COMMENT.match, text.splitlines()) if found]
 
 
 def quoted(text: str) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from tribrach._types import Array
-from tribrach.errors import InputError, UnknownName
+from tribrach.errors import NO_TEXT, InputError, UnknownName
 from tribrach.geodesy.plumb import PlumbField, PlumbLines
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.network.facts import Fact, Reference
@@ -296,6 +296,12 @@ def layout_of(given: Mapping[str, Iterable[str]], tables: Sequence[ObservationTa
                 names["point"] |= {n: None for n in used if n not in names["pose"]}
             else:
                 names[reference.family] |= used
+    everyone = (name for known in names.values() for name in known)
+    if bad := next(filter(NO_TEXT.search, everyone), None):
+        raise InputError(
+            f"the name {bad!a} holds a character that no text has",
+            cure="write the name with letters, digits and signs that can be seen",
+        )
     clash = names["point"].keys() & names["pose"].keys()
     if clash:
         raise InputError(

@@ -15,7 +15,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, PrivateAttr, Strict, ValidationError, field_validator, model_validator
 
 from tribrach.errors import InputError
-from tribrach.io.toml_model import quoted
+from tribrach.io.toml_model import quoted, with_comments
 from tribrach.network.network import PointRole
 from tribrach.project import toml_file
 from tribrach.project.sections import Section
@@ -202,26 +202,28 @@ def read_edits(path: Path) -> Edits:
     return edits.check()
 
 
-def edits_text(edits: Edits) -> str:
+def edits_text(edits: Edits, old: str = "") -> str:
     """Write decisions as such a file; what is written is read as the same.
 
     Parameters
     ----------
     edits
         The decisions.
+    old
+        Text of the file that it takes the place of: its comments stay.
 
     Returns
     -------
     str
         TOML.
     """
-    blocks = [
-        "# Decisions by hand; run and adjust obey them. Comments are not kept by the workbench.\n"
+    head = "# Decisions by hand; run and adjust obey them.\n"
+    tables = [
+        "\n".join([f"[[{table}]]", *_lines(entry), ""])
+        for table in ("edit", "role", "target")
+        for entry in getattr(edits, table)
     ]
-    for table in ("edit", "role", "target"):
-        for entry in getattr(edits, table):
-            blocks.append("\n".join([f"[[{table}]]", *_lines(entry), ""]))
-    return "\n".join(blocks)
+    return with_comments(head, tables, old)
 
 
 def _lines(entry: _Decision) -> Iterator[str]:

@@ -23,7 +23,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from tribrach.errors import InputError, TribrachError
+from tribrach.errors import NO_TEXT, InputError, TribrachError
 from tribrach.io.json_text import json_text
 from tribrach.io.keeping import looking
 from tribrach.workbench.guard import LOOPBACK, Guard
@@ -171,9 +171,25 @@ def _taking(work: Callable[[Mapping[str, Any]], Any]) -> Callable[[Request], Any
             return _json({"sentence": "This is no JSON."}, 422)
         if not isinstance(given, dict):
             return _json({"sentence": "Send an object."}, 422)
+        if (bad := _unwritable(given)) is not None:
+            return _json({"sentence": f"A text holds {bad}, which no file can hold."}, 422)
         return await _done(partial(work, given))
 
     return answer
+
+
+def _unwritable(value: Any) -> str | None:
+    """A character among texts that no text holds; None if there is none."""
+    left = [value]
+    while left:
+        one = left.pop()
+        if isinstance(one, dict):
+            left += [*one, *one.values()]
+        elif isinstance(one, list):
+            left += one
+        elif isinstance(one, str) and (found := NO_TEXT.search(one)):
+            return ascii(found.group())
+    return None
 
 
 async def _done(work: Callable[[], Any]) -> Response:

@@ -26,8 +26,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tribrach._types import Progress
 from tribrach.errors import AdjustmentError, InputError, NotConverged, TribrachError, UnknownName
-from tribrach.io.keeping import keeping
+from tribrach.io.keeping import alone, keeping
 from tribrach.io.outputs import write_text
+from tribrach.io.toml_model import read_text
 from tribrach.job.decided_targets import nearest
 from tribrach.job.edits import obeyed
 from tribrach.job.find_targets import Findings
@@ -267,9 +268,9 @@ class Session:
 
     def save(self) -> Path:
         """Write the decisions beside the project."""
-        with self._turn:
-            path = self.project.edits_file
-            there = read_edits(path) if path.exists() else Edits()
+        path = self.project.edits_file
+        with self._turn, alone(path):
+            there, text = (read_edits(path), read_text(path)) if path.exists() else (Edits(), "")
             if there.model_dump() != self._saved:
                 raise InputError(
                     "this file was changed since the session read it",
@@ -277,7 +278,7 @@ class Session:
                     cure="move it away or open the project again",
                 )
             edits = self._state.edits
-            write_text(path, edits_text(edits))
+            write_text(path, edits_text(edits, text))
             with self._lock:
                 self._saved = edits.model_dump()
             return path

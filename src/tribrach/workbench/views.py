@@ -10,9 +10,9 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict
 
 from tribrach.errors import InputError
-from tribrach.io.keeping import keeping
+from tribrach.io.keeping import alone, keeping
 from tribrach.io.outputs import write_text
-from tribrach.io.toml_model import quoted, read_model
+from tribrach.io.toml_model import quoted, read_model, read_text, with_comments
 
 __all__ = ["VIEWS", "keep_view", "read_views"]
 
@@ -50,14 +50,16 @@ def keep_view(path: Path, name: str, place: str | None) -> dict[str, str]:
             f"a view has a name of at most {_NAME} characters and a state of at most {_LENGTH}",
             cure="give it a short name",
         )
-    views = read_views(path)
-    if place is None:
-        views.pop(name, None)
-    else:
-        views[name] = place
-    if len(views) > _MOST:
-        raise InputError(f"there are {_MOST} views already", cure="remove some")
-    rows = [f"\n[[view]]\nname = {quoted(n)}\nhash = {quoted(h)}\n" for n, h in views.items()]
-    with keeping(overwrite=True):
-        write_text(path, _HEAD + "".join(rows))
+    with alone(path):
+        text = read_text(path) if path.is_file() else ""
+        views = read_views(path)
+        if place is None:
+            views.pop(name, None)
+        else:
+            views[name] = place
+        if len(views) > _MOST:
+            raise InputError(f"there are {_MOST} views already", cure="remove some")
+        tables = [f"[[view]]\nname = {quoted(n)}\nhash = {quoted(h)}\n" for n, h in views.items()]
+        with keeping(overwrite=True):
+            write_text(path, with_comments(_HEAD, tables, text))
     return views
