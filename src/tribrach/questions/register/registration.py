@@ -52,6 +52,10 @@ RELATIVE_OF = "translation in the first [m], rotation vector in the second"
 _DRAWN, _STANDING = 1500, 0.5
 
 
+#: a turn with a larger sigma is held by nothing [rad]
+_HELD_TURN = 0.5
+
+
 @dataclass(frozen=True)
 class PlacedOutput:
     """What a registration leaves in a folder."""
@@ -260,9 +264,26 @@ def register_files(
     registration = register_clouds(
         prepared, known.poses, sigma=sigma, choice=choice, floor=floor, progress=progress
     )
+    _refuse_unheld(registration)
     points = {p.name: p.points for p in prepared}
     walls = {p.name: _walls(p) for p in prepared}
     return RegisteredFiles(scans, points, registration, known, walls)
+
+
+def _refuse_unheld(registration: CloudRegistration) -> None:
+    """Refuse scans of which none is held by another: a lone wall or a cylinder places nothing."""
+    joined = [group for group in registration.groups if group.adjustment is not None]
+    turns = [
+        float(np.sqrt(np.trace(group.covariances[name][3:, 3:])))
+        for group in joined
+        for name in group.stations[1:]
+    ]
+    if turns and min(turns) > _HELD_TURN:
+        raise InputError(
+            "what these scans have in common does not hold how they are turned: "
+            + "; ".join(registration.sentences[:3]),
+            cure="give scans that see more of the same than a wall or a round surface",
+        )
 
 
 def _walls(scan: PreparedScan) -> Array:

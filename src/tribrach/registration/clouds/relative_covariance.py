@@ -202,7 +202,7 @@ def relative_covariance(
     scores = (design @ half) * (weight * m.residual)[:, None]
     factor, length, edge = _shared(scores, m)
     test = SweepTest()
-    if sweep:
+    if sweep and scores.any():
         test = _sweep(design @ half, slope, scores, edge, m, alignment.pose)
         factor *= test.factor
     single = scores.T @ scores
@@ -305,6 +305,8 @@ def _inverse_root(matrix: Array) -> Array:
 def _shared(scores: Array, m: Matches) -> tuple[float, float, float]:
     """By what factor neighbours reduce the observations, over which length, the cubes' edge [m]."""
     alone = float((scores**2).sum())
+    if alone == 0:  # nothing is held, or a scan and its copy: there is no noise to share
+        return GATES.least_shared, GATES.edges_m[0], GATES.edges_m[0]
     factors = []
     for edge in GATES.edges_m:
         sums = _sums(m.point, m.normal, scores, edge)
@@ -344,7 +346,8 @@ def _sweep(
 def _sums(point: Array, normal: Array, values: Array, edge: float) -> Array:
     """Sums (k, c) of values (n, c) over cubes, surfaces that face apart kept apart."""
     number = _cubes(point, normal, edge)
-    return np.stack([np.bincount(number, column) for column in values.T], axis=1)
+    sums = [np.bincount(number, column) for column in values.T]
+    return np.stack(sums, axis=1) if sums else np.zeros((int(number.max()) + 1, 0))
 
 
 def _cubes(point: Array, normal: Array, edge: float) -> Index:
