@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
+import warnings
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,9 @@ def main() -> None:
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what loading makes stays for good: the command looks for garbage once its modules are there
     gc.disable()
+    if not sys.warnoptions:
+        # a terminal is for sentences; the tests make errors of these warnings
+        warnings.simplefilter("ignore", RuntimeWarning)
     try:
         # loaded here, so that Ctrl-C ends the command in order from its first moment
         ahead = import_module("tribrach.compiling_ahead")

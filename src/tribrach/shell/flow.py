@@ -1,6 +1,7 @@
 """What all commands share: errors as sentences, refused outputs, progress.
 
-An error of the input ends in a sentence on standard error and exit status 2.
+An error of the input ends in a sentence on standard error and exit status 2; a fault of the program
+in one that names a file to send, and exit status 3.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import typer
 
 from tribrach._types import Progress
 from tribrach.errors import InputError, TribrachError
+from tribrach.io.fault_file import write_fault
 from tribrach.io.keeping import keep, keeping, refuse_loss
 from tribrach.io.outputs import special
 from tribrach.progress import in_lines, in_terminal, silent
@@ -80,7 +82,7 @@ Scheduler = Annotated[
 
 
 def guarded(work: Callable[[], Any]) -> None:
-    """Run a command; errors of the input become one sentence and exit status 2."""
+    """Run a command; errors of the input become one sentence and exit status 2, others 3."""
     try:
         with keeping():
             work()
@@ -99,6 +101,14 @@ def guarded(work: Callable[[], Any]) -> None:
     except KeyboardInterrupt:
         # what is said then, and the exit status, depend on the signal: see cli.main
         raise typer.Exit(130) from None
+    except (typer.Exit, typer.Abort, typer.BadParameter):
+        raise
+    except Exception as error:
+        place = write_fault(error)
+        send = "please send what was read" if place is None else f"please send {place}"
+        what = f"this is a fault of the program ({type(error).__name__})"
+        typer.echo(f"tribrach: {what}; {send} to those who maintain it.", err=True)
+        raise typer.Exit(3) from error
 
 
 def claim(
