@@ -56,6 +56,8 @@ _ALPHA = 0.001
 _ALIKE = 3.0
 #: redundancy from which sigma0 without the coordinate is an estimate to test against
 _MANY = 15
+#: factor by which stated sigmas may be too small: beyond it sigma0 is no estimate of them
+_OPTIMISTIC = 5.0
 #: the most promising coordinates that are released in turn
 _TRIED = 3
 #: times that it is looked again without the worst reading; once in networks with more unknowns
@@ -189,8 +191,13 @@ def _one_reading(adjustment: Adjustment) -> bool:
 
 
 def _explains(after: Adjustment) -> bool:
-    """True if a network fits without a coordinate, or has the redundancy to estimate its misfit."""
-    return after.dof >= _MANY or fits(after.vtpv, after.dof)
+    """True if a network fits without a coordinate, or as well as sigmas that are too small let it.
+
+    Where much is left, all of it is wrong, and nobody is to be accused.
+    """
+    if fits(after.vtpv, after.dof):
+        return True
+    return after.dof >= _MANY and after.vtpv <= _OPTIMISTIC**2 * after.dof
 
 
 def _is_given(adjustment: Adjustment, suspect: Suspect) -> bool:
