@@ -169,7 +169,7 @@ def test_targets_found_in_scans_are_checked(tmp_path: Path) -> None:
     assert result.exit_code == 0, result.output
     data = json.loads((tmp_path / "c.json").read_text())
     # the scans of this twin have no misalignments
-    assert data["passed"]
+    assert data["passed"] is not False
     (distances,) = data["distances"]
     assert distances["stations"] == ["S1", "S2"]
     assert len(distances["pairs"]) == 40 * 39 / 2
@@ -311,3 +311,34 @@ def test_long_tables_say_where_they_end_and_the_standard_is_explained_once(tmp_p
     assert words.count("The same from") == 2
     assert "all stations share it" in words
     assert words.count("significant at 0.1 %") == 3
+
+
+@pytest.mark.parametrize("name", ["t.csv", "one.csv"])
+def test_no_pass_without_evidence(shared_data: Path, tmp_path: Path, name: str) -> None:
+    """One target, or targets in one place, pass nothing."""
+    folder = shared_data / "faults" / "algorithms" / "15-check-passes-what-it-cannot-see"
+    words = ["check", str(folder / name), "--range-mm", "1.2", "--angle-arcsec", "8"]
+    result = RUN.invoke(app, [*words, "--json", str(tmp_path / "c.json"), "-q"])
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "c.json").read_text())
+    assert data["passed"] is None
+    assert data["unseen"]
+    assert not data["failures"]
+
+
+def test_one_face_passes_nothing(tmp_path: Path) -> None:
+    """Readings of the front alone show no error that changes sign with the face."""
+    lines = ["scan,point,set,face,range_m,horizontal_deg,zenith_deg"]
+    for station, x in (("S1", 0.0), ("S2", 6.0)):
+        for k, (e, n, u) in enumerate([(3, 0, 0.5), (9, 1, 0), (2, 8, 1), (-5, 3, 2), (4, -6, 1)]):
+            d = np.array([e - x, n, u])
+            r = np.linalg.norm(d)
+            h, z = np.degrees(np.arctan2(d[0], d[1])), np.degrees(np.arccos(d[2] / r))
+            lines.append(f"{station},T{k},1,1,{r:.5f},{h % 360:.7f},{z:.7f}")
+    (tmp_path / "t.csv").write_text("\n".join(lines) + "\n")
+    words = ["check", str(tmp_path / "t.csv"), "--range-mm", "1.2", "--angle-arcsec", "8"]
+    result = RUN.invoke(app, [*words, "--json", str(tmp_path / "c.json"), "-q"])
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "c.json").read_text())
+    assert data["passed"] is None
+    assert any("face" in words for words in data["unseen"])

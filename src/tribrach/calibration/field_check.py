@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+import numpy as np
+
 from tribrach.answers import Result
 from tribrach.calibration.distance_statistics import DistanceStatistics, distance_statistics
 from tribrach.calibration.field_series import FTest, SeriesCheck, against_earlier, check_series
@@ -28,7 +30,13 @@ from tribrach.calibration.target_distances import (
 from tribrach.calibration.two_face import TwoFaceTest, two_face_test
 from tribrach.errors import InputError
 
-__all__ = ["Earlier", "FieldCheck", "check_readings"]
+__all__ = ["FOUND", "TOLD", "Earlier", "FieldCheck", "check_readings"]
+
+
+#: shift of a test value that is found with 80 % at 0.1 %
+FOUND = 4.132
+#: a range zero that is found only beyond so many sigmas of a range is not seen: a pass is no claim
+TOLD = 10.0
 
 
 @dataclass(frozen=True)
@@ -48,7 +56,11 @@ class Earlier:
 
 
 @dataclass(frozen=True)
-class FieldCheck(Result, also=("passed", "failures"), without=("series_names", "earlier", "notes")):
+class FieldCheck(
+    Result,
+    also=("passed", "failures", "unseen"),
+    without=("series_names", "earlier", "notes", "range_sigma"),
+):
     """Everything that was tested of a scanner in the field."""
 
     title: str
@@ -75,6 +87,8 @@ class FieldCheck(Result, also=("passed", "failures"), without=("series_names", "
     change_of_distances: FTest | None
     #: what could not be tested, and why
     notes: tuple[str, ...]
+    #: sigma of a range as it is stated, of the middle reading [m]
+    range_sigma: float
 
     @property
     def failures(self) -> list[str]:
@@ -109,9 +123,24 @@ class FieldCheck(Result, also=("passed", "failures"), without=("series_names", "
         return out
 
     @property
-    def passed(self) -> bool:
-        """True if no test failed."""
-        return not self.failures
+    def unseen(self) -> list[str]:
+        """Errors that a scanner may have and these readings would not show, in words."""
+        out = []
+        if self.two_face is None:
+            out.append("errors that change sign with the face: no target was read in both")
+        if self.lengths is None and not self.distances:
+            out.append("errors of the range: no distances were compared")
+        elif self.lengths is None:
+            least = min(FOUND * d.range_zero.sigma for d in self.distances)
+            if not least <= TOLD * self.range_sigma:
+                words = f"one of less than {1e3 * least:.1f} mm" if np.isfinite(least) else "any"
+                out.append(f"a range zero: these distances would not show {words}")
+        return out
+
+    @property
+    def passed(self) -> bool | None:
+        """True if no test failed and all is seen; null if a fault might not be seen."""
+        return False if self.failures else None if self.unseen else True
 
 
 def check_readings(
@@ -193,6 +222,7 @@ def check_readings(
         alpha=alpha,
         alpha_each=each,
         notes=tuple(notes),
+        range_sigma=float(np.sqrt(np.median(readings.covariance[:, 0, 0]))),
     )
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from tribrach.answers import Form
 from tribrach.calibration.distance_statistics import DistanceStatistics, DistanceUncertainty
-from tribrach.calibration.field_check import FieldCheck
+from tribrach.calibration.field_check import FOUND, FieldCheck
 from tribrach.calibration.field_series import FTest, SeriesCheck
 from tribrach.calibration.known_lengths import LengthCheck
 from tribrach.calibration.misalignment_search import Cause, Explanation
@@ -36,8 +36,17 @@ __all__ = ["FORM", "answer_of"]
 FORM = Form("check", FieldCheck, 2, findings=list[str], sources=str)
 #: parameters in metres; the others are angles
 _METRES = ("x1n", "x1z", "x2", "x3", "x10")
-#: shift of a test value that is found with 80 % at 0.1 %
-_FOUND = 4.132
+#: what is said of a scanner that passed, did not, or of which that cannot be told
+_VERDICTS = {
+    True: "The scanner passes",
+    False: "The scanner does not pass",
+    None: "Whether the scanner passes cannot be told",
+}
+_SORTS: dict[bool | None, Literal["good", "bad", "look"]] = {
+    True: "good",
+    False: "bad",
+    None: "look",
+}
 #: shift beyond its limit with which a test value is found with 80 %
 _SHARE_FOUND = 0.842
 #: distances in a table
@@ -55,8 +64,10 @@ SOURCES = (
 
 def answer_of(check: FieldCheck) -> Answer:
     """The check as people read it."""
-    verdict = "The scanner does not pass" if check.failures else "The scanner passes"
-    because = "; ".join(check.failures) or "every test is within its limit"
+    verdict = _VERDICTS[check.passed]
+    because = "; ".join(check.failures or check.unseen) or "every test is within its limit"
+    if check.passed is None:
+        because = f"every test is within its limit, but they do not show {because}"
     chance_of = Sentence(
         "A scanner that is as precise as stated and has no misalignments fails with at most "
         "{whole}; each test has {each}.",
@@ -73,7 +84,7 @@ def answer_of(check: FieldCheck) -> Answer:
     )
     measured = f"{check.readings} readings of {targets} from {stations} in "
     front = FrontPage(
-        "bad" if check.failures else "good",
+        _SORTS[check.passed],
         verdict,
         capital(because) + ".",
         (
@@ -210,7 +221,7 @@ def _compared(test: DistanceCheck) -> Iterator[Finding]:
     )
     zero = test.range_zero
     if math.isfinite(zero.sigma):
-        found = bool(abs(zero.value) > (_FOUND - _SHARE_FOUND) * zero.sigma)
+        found = bool(abs(zero.value) > (FOUND - _SHARE_FOUND) * zero.sigma)
         yield Finding.of(
             "range_zero",
             "Range zero from these distances: {zero.value:mm2~} ± {zero.sigma:mm2} (t = "
@@ -218,7 +229,7 @@ def _compared(test: DistanceCheck) -> Iterator[Finding]:
             found,
             zero=zero,
             found="significant" if found else "not significant",
-            least=_FOUND * zero.sigma,
+            least=FOUND * zero.sigma,
         )
     else:
         yield Finding(
