@@ -57,6 +57,7 @@ from tribrach.io.gnss.solution_file import (
     read_solution,
     read_status,
 )
+from tribrach.io.opened_files import contents
 from tribrach.scratch import scratch_folder
 from tribrach.sentences import Sentence
 from tribrach.units import percent
@@ -433,6 +434,12 @@ def compute_baseline(
         Files damaged, truncated, empty, of other days, without common satellites; no solution;
         engine missing or too slow.
     """
+    if base.is_file() and rover.is_file() and contents(base) == contents(rover):
+        raise InputError(
+            f"these are the observations of the base, {base.name}, once more",
+            file=rover,
+            cure="give those of the other receiver",
+        )
     settings = processing or Processing()
     reference = np.asarray(base_xyz, dtype=float)
     if reference.shape != (3,) or not 6e6 < np.linalg.norm(reference) < 7e6:

@@ -26,6 +26,9 @@ __all__ = ["FORM", "answer_of"]
 #: points in the table, and names in a sentence
 _SHOWN, _NAMED = 200, 8
 
+#: differences below this are none that anybody measured [m]
+_NOTHING = 1e-9
+
 
 def answer_of(found: FittedTransformation, angle: Literal["gon", "deg"] = "gon") -> Answer:
     """The transformation as people read it."""
@@ -55,6 +58,14 @@ def _findings(found: FittedTransformation) -> Iterator[Finding]:
     outcome, fit, scale = found.outcome, found.outcome.fit, found.scale_test
     yield from (Finding(text, key="axes") for text in outcome.odd)
     yield _judgement(found)
+    left = np.abs(fit.difference[np.isfinite(fit.difference)])
+    if fit.dof > 0 and left.size and left.max() < _NOTHING:
+        yield Finding(
+            "nothing is left at any point: one list is a copy of the other, or was computed "
+            "from it, and the sigmas tell no accuracy",
+            True,
+            key="copies",
+        )
     yield from (Finding(text, key="snooped") for text in outcome.steps)
     used = [name for name, on in zip(fit.points.names, fit.points.used, strict=True) if on]
     wrong = [name for name, bad in zip(used, outcome.tests.suspicious, strict=True) if bad]
