@@ -26,7 +26,19 @@ from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.scan import Chunk, Scan
 from tribrach.statistics import f
 
-__all__ = ["GATES", "ObservedNoise", "PatchGates", "joined", "observed_noise", "patch_residuals"]
+__all__ = [
+    "GATES",
+    "LEAST_VARIANCE",
+    "ObservedNoise",
+    "PatchGates",
+    "joined",
+    "observed_noise",
+    "patch_residuals",
+]
+
+
+#: variances are never less [m^2]
+LEAST_VARIANCE = 1e-18
 
 
 @dataclass(frozen=True)
@@ -168,7 +180,8 @@ class ObservedNoise:
         spot = noise.beam_angle(self.range) ** 2
         across = np.array([noise.horizontal, noise.vertical]) ** 2
         slanted = ((self.slope * self.range[:, None]) ** 2 * (across + spot[:, None])).sum(axis=1)
-        return np.asarray(along + slanted + self.rounding)
+        # a law of scans without noise states none, which no residual can be divided by
+        return np.asarray(np.maximum(along + slanted + self.rounding, LEAST_VARIANCE))
 
     @property
     def rounding(self) -> Array:

@@ -107,7 +107,14 @@ def complete_clouds(
     if not any(len(patches.keys) for patches in stations.values()):
         raise InputError("the clouds have no points", file=clouds[0], cure="give others")
     surface = None if model is None else _surface(model, grid)
-    return assess_completeness(grid, stations, model=surface, required=required)
+    found = assess_completeness(grid, stations, model=surface, required=required)
+    if not found.cells:
+        raise InputError(
+            f"no cell of {grid.size:g} m holds enough points for a surface",
+            file=clouds[0],
+            cure="give clouds with more points, or larger cells",
+        )
+    return found
 
 
 def _refuse_twice(clouds: Sequence[Path]) -> None:
