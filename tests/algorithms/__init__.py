@@ -1,0 +1,1 @@
+"""Valid but degenerate inputs for every command: ``python -m tests.algorithms --cases 10000``."""
