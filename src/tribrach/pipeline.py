@@ -63,7 +63,7 @@ def run(
         refuse_reports(folder)
         settings, logo = AdjustmentSettings.of(project), read_logo(project.logo)
         job = open_job(project, told)
-        found = find(job, folder, told, engine) if project.scans else None
+        found = find(job, folder, told, engine, writes=True) if project.scans else None
         with leaving(job, found, folder):
             tied = None if found is None else name_and_tie(job, found, told)
             survey, solution = solved(job, settings, tied)

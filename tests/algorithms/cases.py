@@ -216,20 +216,30 @@ def _field(folder: Path, rng: Random) -> Case:
 
 
 def _series(folder: Path, rng: Random) -> Case:
-    cycles, told = (
-        int(rng.integers(0, 6)),
-        str(rng.choice(["still", "no scatter", "gap", "one time"])),
-    )
-    rows = ["time,point,x_m,y_m,z_m"]
+    """Cycles of a prism and three references: few, still, at one time, with gaps."""
+    cycles = int(rng.integers(0, 8))
+    sort = str(rng.choice(["noisy", "no noise", "one time", "gap", "one target", "summer time"]))
+    places = {"R1": (40.0, 5, 1), "R2": (-30.0, 40, 2), "R3": (5.0, -50, 0), "P": (30.0, 30, 3)}
+    rows = ["time,station,target,direction_gon,zenith_gon,slope_distance_m"]
     for k in range(cycles):
-        for p in range(3):
-            x = np.array([p * 10.0, p % 2 * 5.0, 0.0]) + (
-                0.0 if told == "no scatter" else rng.normal(size=3) * 1e-3
-            )
-            day = 1 if told == "one time" else 1 + k
-            rows.append(f"2026-10-{day:02d}T02:30:00,P{p},{x[0]:.5f},{x[1]:.5f},{x[2]:.5f}")
+        for n, (name, place) in enumerate(places.items()):
+            if (sort == "one target" and name != "P") or (sort == "gap" and rng.random() < 0.5):
+                continue
+            xyz = np.array(place, dtype=float)
+            noise = rng.normal(size=3) * (0.0 if sort == "no noise" else 1.0) * [1e-4, 1e-4, 5e-4]
+            r = float(np.linalg.norm(xyz))
+            h = (np.arctan2(xyz[0], xyz[1]) / np.pi * 200 + noise[0]) % 400
+            z = np.arccos(xyz[2] / r) / np.pi * 200 + noise[1]
+            hour = 0 if sort == "one time" else k
+            time = f"2026-10-25T{hour:02d}:00:{n:02d}"
+            if sort == "summer time":  # the hour that comes twice
+                time = f"2026-10-25T{(1, 2, 2, 3, 4, 5, 6)[k % 7]:02d}:30:{n:02d}"
+            rows.append(f"{time},S,{name},{h:.6f},{z:.6f},{r + noise[2]:.6f}")
     (folder / "s.csv").write_text("\n".join(rows) + "\n")
-    return Case(["series", str(folder / "s.csv")], f"{cycles} cycles, {told}")
+    lines = [f"{name},{e},{m},{u}" for name, (e, m, u) in places.items() if name != "P"]
+    (folder / "c.csv").write_text("\n".join(["point,e_m,n_m,u_m", *lines, "S,0,0,0"]) + "\n")
+    words = ["series", str(folder / "s.csv"), "--points", str(folder / "c.csv")]
+    return Case(words, f"{cycles} cycles, {sort}")
 
 
 #: how often a command is tried, and what makes a case of it

@@ -97,7 +97,7 @@ def random_network(folder: Path, rng: Random) -> tuple[str, dict[str, Array] | N
             r = float(np.linalg.norm(way))
             if r == 0.0:
                 continue
-            angle = np.degrees(1) * sigma / 3600 / (180 / np.pi) * 200 / np.pi
+            angle = sigma / 3600 / 0.9
             h = np.arctan2(way[0], way[1]) * 200 / np.pi + turn + rng.normal() * angle
             z = np.arccos(np.clip(way[2] / r, -1, 1)) * 200 / np.pi + rng.normal() * angle
             rows.append([f"S{s}", name, h % 400, z % 400, r + rng.normal() * sigma * 1e-3])

@@ -195,10 +195,13 @@ class PlacedScans:
     shared: SharedPart | None = None
 
 
-def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> FoundInScans:
+def find(
+    job: Job, folder: Path, progress: Progress, engine: Engine = HERE, *, writes: bool = False
+) -> FoundInScans:
     """Open the scans, find their targets and planes; an engine does this and later work on scans.
 
-    All other files are checked before the first scan is read, and each scan is decoded once.
+    All other files are checked before the first scan is read, and each scan is decoded once. Who
+    writes clouds into the folder later is refused now.
     """
     job.refuse_unstated()
     project, state = job.project, Remembered(folder, engine)
@@ -206,7 +209,7 @@ def find(job: Job, folder: Path, progress: Progress, engine: Engine = HERE) -> F
     refuse_impossible(project, scans)
     requests = requested_comparisons(project, scans)
     given = _given_besides(job, scans)
-    if project.cloud.write:
+    if writes and project.cloud.write:
         _refuse_clouds(scans, project.cloud, folder)
     scans = visit(scans, _wanted(project), _besides, state=state, progress=progress)
     members = {scan.name: scan for scan in scans}
