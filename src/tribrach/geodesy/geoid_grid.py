@@ -28,8 +28,9 @@ __all__ = ["GeoidGrid", "slope"]
 
 #: half of the distance [rad] over which the slope is taken: two to three cells of a 2.5' grid
 _STEP = np.radians(3 / 60)
-#: curvature of the normal plumb line at 45 degrees [rad/m]
-_CURVATURE = 0.17e-3 * SEC
+#: curvature of the normal plumb line of GRS80 at 45 degrees [rad/m]: level surfaces sink towards
+#: the pole with height, so that the zenith leans north
+_CURVATURE = 0.1713e-3 * SEC
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,6 @@ def slope(
     e2 = f * (2 - f)
     w2 = 1 - e2 * np.sin(latitude) ** 2
     nu, m = a / np.sqrt(w2), a * (1 - e2) / w2**1.5
-    xi = -(n[0] - n[1]) / (2 * _STEP * m) - _CURVATURE * height * np.sin(2 * latitude)
+    xi = -(n[0] - n[1]) / (2 * _STEP * m) + _CURVATURE * height * np.sin(2 * latitude)
     eta = -(n[2] - n[3]) / (2 * _STEP * nu * np.cos(latitude))
     return np.stack([xi, eta], axis=1)
