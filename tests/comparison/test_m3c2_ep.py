@@ -75,6 +75,22 @@ def test_false_alarms_of_the_three_levels(trials) -> None:
     assert alarms["lod95_spatial"] < alarms["lod95_quadratic"]
 
 
+@pytest.mark.parametrize(
+    ("along", "across", "degrees", "share"),
+    [(1.0, 1.0, 30, 0.005), (0.5, 3.0, 20, 0.188), (0.5, 3.0, 40, 0.358), (1.5, 0.5, 40, 0.090)],
+)
+def test_the_spatial_level_is_none_at_95_percent(
+    along: float, across: float, degrees: float, share: float
+) -> None:
+    """The published level holds its false alarms for no shape but by chance; closed form."""
+    n = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees)), 0.0])
+    variance = np.array([along, across, across]) ** 2
+    level = np.sqrt(stats.chi2.ppf(0.95, 3) / (n**2 / variance).sum())
+    assert 2 * stats.norm.sf(level / np.sqrt((n**2 * variance).sum())) == pytest.approx(
+        share, abs=0.003
+    )
+
+
 def test_random_part_alone_is_the_spread_of_means() -> None:
     rng = np.random.default_rng(2)
     core = ORIGIN + np.array([[0.5, 0.2, 1.0]])

@@ -6,13 +6,15 @@ independent; C_reg from the joint covariance of the two stations and of what the
 all points alike, with what systematic angles add, common to all points and never divided. Each
 point weighs ``w = 1 / (n^T C n)`` by its own random covariance C, so that the mean along the normal
 has ``Sigma w d / Sigma w`` and the covariance ``S = Sigma w^2 C / (Sigma w)^2``.
-What the station contributes is not in C: it is common to all points and never averages out. Three
-levels of detection at 95 %:
+What the station contributes is not in C: it is common to all points and never averages out. Levels
+of detection, of which verdicts use the first:
 
 * quadratic: ``1.96 s_L``, five false alarms in a hundred;
 * additive: ``1.96 (s_noise + s_reg)``, in the manner of plain M3C2, too wide;
-* spatial: ``sqrt(chi2_3 / (n^T C^-1 n))``, as py4dgeo has it: the displacement ``L n`` tested in
-  three dimensions with ``C = S_1 + S_2 + C_reg``. For round covariances that is 2.80 s_L.
+* spatial: ``sqrt(chi2_3 / (n^T C^-1 n))``, as published and as py4dgeo has it, with
+  ``C = S_1 + S_2 + C_reg``. It is no level at 95 %: the distance is one number, whose variance is
+  ``n^T C n``. For round covariances it is 2.80 s_L (0.5 % of false alarms), for long ones on
+  slanted surfaces it is below s_L (36 % of them).
 
 Metres.
 """
@@ -108,7 +110,7 @@ class M3C2EP:
 
     @cached_property
     def lod95_spatial(self) -> Array:
-        """``sqrt(chi2_3 / (n^T C^-1 n))`` (m,); NaN where C cannot be inverted."""
+        """``sqrt(chi2_3 / (n^T C^-1 n))`` (m,), as published; NaN where C cannot be inverted."""
         out = np.full(len(self.core), np.nan)
         total = self.random + self.registration
         good = self.usable & np.isfinite(total).all(axis=(1, 2))

@@ -132,6 +132,7 @@ class Prediction(
     #: mean levels of detection with propagated uncertainty
     lod95: float
     lod95_additive: float
+    #: as published, to compare with other programs; its false alarms are 0.5 to 36 %, not 5
     lod95_spatial: float | None
     #: share of the distances beyond the first level
     changed: float
