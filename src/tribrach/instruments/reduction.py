@@ -14,6 +14,11 @@ its own; sets need not be complete. Values are face means in a table with a row 
 column for each target, NaN where a target was not read. For complete sets the directions are the
 plain means of the sets reduced to one of them (Ghilani, "Adjustment Computations"; ISO 17123-3).
 
+**Into the network.** Sets that read the same targets equally often are such a complete round: their
+means with one orientation hold all that they tell. Sets of other targets get an orientation of
+their own, so that the network adjusts the same rounds, whether or not the tripod turned between
+sets (method section 2.3). A set that shares no target with those before it continues the last one.
+
 **Faces.** Half the difference of the faces of target i is ``(H_F - H_B -+ pi) / 2 = c / sin V +
 t cot V`` for directions, with the collimation error c and the tilt t of the trunnion axis, and
 ``(V_F + V_B - 2 pi) / 2 = i`` for zenith angles, with the index error i (method section 4.4;
@@ -43,14 +48,13 @@ __all__ = [
     "fold",
     "half_difference",
     "reduce",
+    "wrapped",
 ]
 
 #: face differences are out of line beyond so many robust standard deviations, and beyond this [rad]
 LIMIT, FLOOR = 5.0, 20 * SEC
 #: zenith angles spread at least so much where the tilt of the trunnion axis can be told apart [rad]
 SPREAD = np.radians(30)
-#: sets whose common targets differ by less were read with the circle unmoved [rad]
-UNMOVED = 1e-3
 #: most sets times targets of one set-up
 MOST_CELLS = 10_000_000
 
@@ -409,7 +413,7 @@ class Means:
     #: (n,), indices
     setup: Index
     target: Index
-    #: (n,), position of the circle within the set-up, counted from 0
+    #: (n,), round within the set-up, counted from 0: directions of one round share an orientation
     circle: Index
     #: (n,), [rad or m]
     value: Array
@@ -472,21 +476,22 @@ def reduce(
     keys = np.stack([setup, number, target], axis=1)
     cells, axes = _cells(keys, face, folded, zenith, distance)
     setups, circles = [], np.zeros(len(cells.setup), dtype=np.int64)
+    direction = cells.direction.copy()
     for rows in _by_setup(cells.setup):
-        reduced, table = _rounds(cells, rows)
-        setups.append(reduced)
-        moved = _circles(table)
-        circles[rows] = moved[np.searchsorted(reduced.sets, cells.set[rows])]
+        setups.append(_rounds(cells, rows))
+        circles[rows] = _circles(cells, rows)
+        for same in _by_setup(circles[rows]):
+            _turn_to_first(direction, cells, rows[same])
+    whole = circles * 0
+    near = np.zeros_like(cells.far_zenith)
     return Reduction(
         cells,
         axes,
         _closures(keys, face, closing, folded),
         tuple(setups),
-        _means(cells, circles, cells.direction, cells.directions, cells.far_direction, turn=True),
-        _means(cells, circles * 0, cells.zenith, cells.zeniths, cells.far_zenith),
-        _means(
-            cells, circles * 0, cells.distance, cells.distances, np.zeros_like(cells.far_zenith)
-        ),
+        _means(cells, circles, direction, cells.directions, cells.far_direction, turn=True),
+        _means(cells, whole, cells.zenith, cells.zeniths, cells.far_zenith),
+        _means(cells, whole, cells.distance, cells.distances, near),
     )
 
 
@@ -496,16 +501,22 @@ def _by_setup(setup: Index) -> list[Index]:
     return np.split(order, np.flatnonzero(np.diff(setup[order])) + 1) if len(order) else []
 
 
-def _mean(values: Array, group: Index, size: int, *, turn: bool = False) -> tuple[Array, Index]:
-    """Means (size,) and counts of values by group; ``turn`` for angles around the circle."""
+def _mean(
+    values: Array, group: Index, size: int, *, turn: bool = False, weight: Index | None = None
+) -> tuple[Array, Index]:
+    """Means (size,) and counts of values by group; ``turn`` for angles around the circle.
+
+    With ``weight``, the readings that each value is the mean of, the counts are those of readings.
+    """
     known = np.isfinite(values)
-    count = np.bincount(group[known], minlength=size)
+    weight = np.ones(len(values), dtype=np.int64) if weight is None else weight
+    count = np.bincount(group[known], weights=weight[known], minlength=size).astype(np.int64)
     base = np.full(size, np.nan)
     rows = np.flatnonzero(known)[::-1]
     base[group[rows]] = values[rows]
     offset = values - base[group]
     offset = wrapped(offset) if turn else offset
-    total = np.bincount(group[known], weights=offset[known], minlength=size)
+    total = np.bincount(group[known], weights=(weight * offset)[known], minlength=size)
     return base + total / np.maximum(count, 1), count
 
 
@@ -549,8 +560,8 @@ def _cells(
     ), axes
 
 
-def _rounds(cells: TargetMeans, rows: Index) -> tuple[SetupReduction, Array]:
-    """Rounds of one set-up, and its table of directions (s, t)."""
+def _rounds(cells: TargetMeans, rows: Index) -> SetupReduction:
+    """Rounds of one set-up."""
     targets, column = np.unique(cells.target[rows], return_inverse=True)
     sets, row = np.unique(cells.set[rows], return_inverse=True)
     if len(sets) * len(targets) > MOST_CELLS:
@@ -567,7 +578,7 @@ def _rounds(cells: TargetMeans, rows: Index) -> tuple[SetupReduction, Array]:
         table = np.full((len(sets), len(targets)), np.nan)
         table[row, column] = np.where(far[rows], np.nan, values[rows])
         tables.append(table)
-    reduced = SetupReduction(
+    return SetupReduction(
         int(cells.setup[rows[0]]),
         targets,
         sets,
@@ -575,30 +586,51 @@ def _rounds(cells: TargetMeans, rows: Index) -> tuple[SetupReduction, Array]:
         adjust_repeats(tables[1]),
         adjust_repeats(tables[2]),
     )
-    return reduced, tables[0]
 
 
-def _circles(table: Array) -> Index:
-    """Position of the circle of each set (s,): a new one where common targets show that it moved.
+def _circles(cells: TargetMeans, rows: Index) -> Index:
+    """Round (k,) of the cells of one set-up: sets of the same targets, equally often read."""
+    members: dict[int, list[tuple[int, int]]] = {}
+    for i in rows[np.isfinite(cells.direction[rows]) & ~cells.far_direction[rows]]:
+        read_cell = (int(cells.target[i]), int(cells.directions[i]))
+        members.setdefault(int(cells.set[i]), []).append(read_cell)
+    # a set without a target of those before it goes on with the orientation of the last one
+    joined, place, seen = [], dict[int, int](), set[int]()
+    for number, read in sorted(members.items()):
+        targets = {target for target, _ in read}
+        if not seen or targets & seen:
+            joined.append(list[tuple[int, int]]())
+        joined[-1] += read
+        place[number] = len(joined) - 1
+        seen |= targets
+    rounds: dict[tuple[tuple[int, int], ...], int] = {}
+    circle = [rounds.setdefault(tuple(sorted(read)), len(rounds)) for read in joined]
+    # cells that are far off stand aside where another set has their target
+    out = np.array([circle[place[n]] if (n := int(k)) in place else 0 for k in cells.set[rows]],
+                   dtype=np.int64)  # fmt: skip
+    far = cells.far_direction[rows]
+    elsewhere = dict(zip(cells.target[rows][~far].tolist(), out[~far].tolist(), strict=True))
+    for i in np.flatnonzero(far):
+        out[i] = elsewhere.get(int(cells.target[rows[i]]), int(out[i]))
+    return out
 
-    A set is compared with the first set of the current position, then with those of earlier
-    positions.
-    """
-    s, t = table.shape
-    circle = np.zeros(s, dtype=np.int64)
-    reference: list[Array] = [np.full(t, np.nan)]
-    for k in range(s):
-        for c in (len(reference) - 1, *range(len(reference) - 1)):
-            difference = wrapped(table[k] - reference[c])
-            common = np.isfinite(difference)
-            if not common.any() or abs(np.median(difference[common])) < UNMOVED:
-                break
-        else:
-            c = len(reference)
-            reference.append(np.full(t, np.nan))
-        circle[k] = c
-        reference[c] = np.where(np.isnan(reference[c]), table[k], reference[c])
-    return circle
+
+def _turn_to_first(direction: Array, cells: TargetMeans, rows: Index) -> None:
+    """Turn the sets of one round, in place, into the orientation of its first set."""
+    use = rows[np.isfinite(direction[rows]) & ~cells.far_direction[rows]]
+    if not len(use):
+        return
+    targets, column = np.unique(cells.target[use], return_inverse=True)
+    reading = np.zeros(len(use), dtype=np.int64)
+    order = np.lexsort((cells.set[use], column))
+    starts = np.flatnonzero(np.r_[True, np.diff(column[order]) > 0])
+    reading[order] = np.arange(len(use)) - np.repeat(starts, np.diff(np.r_[starts, len(use)]))
+    # each target was read equally often: the k-th readings belong to one set
+    table = np.full((reading.max() + 1, len(targets)), np.nan)
+    table[reading, column] = direction[use]
+    first = table[:, :1] - table[:1, :1]
+    turn = first[:, 0] + wrapped(table - table[:1] - first).mean(axis=1)
+    direction[use] = (direction[use] - turn[reading]) % (2 * np.pi)
 
 
 def _means(
@@ -619,8 +651,7 @@ def _means(
     good = np.bincount(group[~far[known]], minlength=size) > 0
     use = known[~far[known] | ~good[group]]
     group = group[~far[known] | ~good[group]]
-    mean, _ = _mean(values[use], group, size, turn=turn)
-    readings = np.bincount(group, weights=counts[use], minlength=size).astype(np.int64)
+    mean, readings = _mean(values[use], group, size, turn=turn, weight=counts[use])
     first = np.full(size, np.iinfo(np.int64).max)
     np.minimum.at(first, group, cells.first[use])
     mean = mean % (2 * np.pi) if turn else mean

@@ -93,6 +93,38 @@ def test_sigmas_count_the_readings(tmp_path):
     assert len(set(found["direction"].orientation.tolist())) == 3
 
 
+@pytest.mark.parametrize("turn", [3 * SEC, 60 * SEC, 150 * SEC, 250 * SEC])
+def test_error_free_sets_with_a_target_missing_leave_no_residual(tmp_path, turn):
+    """Eight control points, two sets with the tripod turned between, one target in one of them."""
+    recorder = Recorder(tmp_path / "x", "test")
+    recorder.setup(1, "S", height=0.0)
+    places = {f"K{k}": 60 * np.array([np.cos(k), np.sin(k), 0.1 * (k % 3)]) for k in range(8)}
+    survey_points = [f"{n},{x:.9f},{y:.9f},{z:.9f},fixed" for n, (x, y, z) in places.items()]
+    line = 1
+    for k, circle in enumerate((0.0, turn)):
+        for name, (x, y, z) in places.items():
+            if (k, name) == (1, "K3"):
+                continue
+            line += 1
+            direction = (np.arctan2(x, y) + circle) % (2 * np.pi)
+            flat = np.hypot(x, y)
+            recorder.shot(
+                line,
+                name,
+                direction=direction,
+                zenith=np.arctan2(flat, z),
+                distance=np.hypot(flat, z),
+                height=0.0,
+            )
+    level = Precision(direction=3 * SEC, zenith=3 * SEC, distance=1e-3, refraction=0.0)
+    survey = totalstation.survey_of([recorder.finish()], level, alone=False)
+    (tmp_path / "points.csv").write_text("\n".join(["point,e_m,n_m,u_m,role", *survey_points]))
+    survey.merge(csv_tables.read(tmp_path / "points.csv"))
+    adjustment = adjust(survey.network())
+    assert adjustment.vtpv < 1e-6
+    np.testing.assert_allclose(adjustment.points["S"].xyz, 0.0, atol=1e-7)
+
+
 def test_stated_sigmas_are_the_true_ones(tmp_path):
     """Monte Carlo: the global test's statistic has its expectation, the redundancy."""
     rng = np.random.default_rng(9)

@@ -183,12 +183,16 @@ def test_rounds_and_their_means_count_once(tmp_path):
     )
     assert raw.unknown == {"<StrangeRecord>": 1}
     means = reduce_file(raw).reduction.directions
-    by_name = dict(zip(np.array(list("XBPMD"))[means.target], means.value, strict=True))
-    readings = dict(zip(np.array(list("XBPMD"))[means.target], means.readings, strict=True))
-    assert readings == {"X": 1, "B": 4, "P": 4, "M": 1, "D": 1}
-    turn = np.degrees(by_name["P"] - by_name["B"])
-    assert turn == pytest.approx(70, abs=1e-9)
-    assert means.circle.tolist() == [0] * 5
+    rows = list(
+        zip(np.array(list("XBPMD"))[means.target], means.circle, means.readings, strict=True)
+    )
+    # X is in the first set only, M and D were read after the second
+    assert rows == [
+        *(("X", 0, 1), ("B", 0, 2), ("P", 0, 2)),
+        *(("B", 1, 2), ("P", 1, 2), ("M", 1, 1), ("D", 1, 1)),
+    ]
+    turn = np.degrees(means.value[[2, 4]] - means.value[[1, 3]])
+    np.testing.assert_allclose(turn, 70, atol=1e-9)
 
 
 def test_raw_distances_with_air_and_without_ppm(tmp_path):
