@@ -19,7 +19,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
-from tribrach._types import Array
+from tribrach._types import Array, Index, Mask
 from tribrach.cloud.distinct_points import distinct_points
 from tribrach.cloud.shared_part import CloudPoints, SharedPart, angle_slopes
 from tribrach.errors import InputError
@@ -47,6 +47,9 @@ _THIN = 1e-3
 _ROUNDING = 1e-9
 #: cells of a volume, at most
 _MOST_CELLS = 50_000_000
+#: points of a cell that has a plane of its own, and the share of its side by which they scatter
+#: at least, across the direction in which they scatter most
+_PLANE, _SPREAD = 6, 0.1
 
 
 @dataclass(frozen=True, repr=False)
@@ -129,11 +132,19 @@ class Volume(PointQuantity):
         Of the cells that both surfaces have points in [m^2].
     cells, left_out : int
         Those cells, and those that only one surface has points in.
+    sampling : float
+        The part of ``own`` that comes from the surfaces themselves [m^6]: how their points scatter
+        about the plane of each cell beyond their noise.
+    border : int
+        Cells that count in full although a neighbour is left out or empty: the edge of the volume
+        runs through them.
     """
 
     area: float = 0.0
     cells: int = 0
     left_out: int = 0
+    sampling: float = 0.0
+    border: int = 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -406,7 +417,7 @@ def volume_between(
     first, second : CloudPoints or sequence of them
         Points of both surfaces.
     cell : float
-        Side of the cells [m]; in each the means of both surfaces are compared.
+        Side of the cells [m]; in each the planes of both surfaces are compared at its centre.
     direction : array_like (3,)
         Along which heights are counted; upwards if not given.
 
@@ -432,32 +443,176 @@ def volume_between(
     sides = _sets(first), _sets(second)
     every = [np.concatenate([one.xyz for one in side]) for side in sides]
     across = np.linalg.svd(up[None])[2][1:]
-    flat = [np.floor((xyz - every[0][0]) @ across.T / cell).astype(np.int64) for xyz in every]
+    # the cells hold still whatever point comes first
+    origin = np.floor(every[0][0] @ across.T / cell) * cell @ across + every[0][0] @ up * up
+    flat = [np.floor((xyz - origin) @ across.T / cell).astype(np.int64) for xyz in every]
     low = np.minimum(*(f.min(axis=0) for f in flat))
     width = np.maximum(*(f.max(axis=0) for f in flat)) - low + 1
     if float(width[0]) * float(width[1]) > _MOST_CELLS:
         raise InputError(
             f"the surfaces have {width[0]} by {width[1]} cells", cure="give larger cells"
         )
-    numbers = [(f[:, 0] - low[0]) * width[1] + f[:, 1] - low[1] for f in flat]
-    counts = [np.bincount(n, minlength=int(width[0] * width[1])) for n in numbers]
+    shape = (int(width[0]), int(width[1]))
+    numbers = [(f[:, 0] - low[0]) * shape[1] + f[:, 1] - low[1] for f in flat]
+    counts = [np.bincount(n, minlength=shape[0] * shape[1]) for n in numbers]
     both = np.minimum(*counts) > 0
     if not both.any():
         raise InputError(
             "no cell has points of both surfaces", cure="give larger cells, or surfaces that meet"
         )
-    value, gradients = 0.0, []
-    for sign, side, n, count, xyz in zip((-1, 1), sides, numbers, counts, every, strict=True):
-        weight = np.where(both[n], sign * cell**2 / count[n], 0.0)
-        value += float(weight @ ((xyz - every[0][0]) @ up))
-        parts = np.split(weight, np.cumsum([len(p) for p in side])[:-1])
-        gradients += [w[:, None] * up for w in parts]
+    value, gradients, sampled = 0.0, [], []
+    for sign, side, n, xyz in zip((-1, 1), sides, numbers, every, strict=True):
+        own = np.concatenate([one.own() for one in side])
+        centred = (xyz - origin) @ np.vstack([across, up]).T
+        planes = _CellPlanes(centred, n, shape, low, cell, both)
+        weight = sign * cell**2 * planes.weights
+        value += float(weight @ centred[:, 2])
+        along = up - planes.slopes @ across
+        spread = planes.excess(np.einsum("ni,nij,nj->n", along, own, along), weight)
+        parts = np.cumsum([len(p) for p in side])[:-1]
+        # an error across moves a slanted surface up or down as well
+        by_point = weight[:, None] * up + sign * cell**2 * planes.across @ across
+        gradients += np.split(by_point, parts)
+        sampled += np.split(weight * np.sqrt(spread), parts)
     found = propagate([*sides[0], *sides[1]], gradients, value, "m3")
+    # the same points in both surfaces sample nothing
+    _, alone = distinct_points([*sides[0], *sides[1]], sampled)
+    sampling = float(sum(part @ part for part in alone))
     cells = int(both.sum())
     return Volume(
-        value, found.own, found.shared, found.systematic, "m3",
-        cell**2 * cells, cells, int((np.maximum(*counts) > 0).sum()) - cells,
+        value, found.own + sampling, found.shared, found.systematic, "m3",
+        cell**2 * cells, cells, int((np.maximum(*counts) > 0).sum()) - cells, sampling,
+        int(_at_border(both.reshape(shape)).sum()),
     )  # fmt: skip
+
+
+def _at_border(inside: Mask) -> Mask:
+    """Cells (a, b) inside that have one of their eight neighbours outside."""
+    padded = np.pad(inside, 1)
+    whole = inside.copy()
+    for i, j in product(range(3), range(3)):
+        whole &= padded[i : i + inside.shape[0], j : j + inside.shape[1]]
+    out: Mask = inside & ~whole
+    return out
+
+
+class _CellPlanes:
+    """The planes of one surface in the cells of a volume.
+
+    A cell takes the slope of its own points; where those are few or in a line, that of the points
+    of the cells around it, or of the whole surface. Its height is that of the plane at its centre.
+
+    Attributes
+    ----------
+    weights : array (n,)
+        What each point counts for in the sum of the heights of all cells in use.
+    across : array (n, 2)
+        What the sum changes by as a point moves across.
+    slopes : array (n, 2)
+        Rise per metre of the plane of the cell that a point is in.
+    """
+
+    def __init__(
+        self, points: Array, number: Index, shape: tuple[int, int], low: Index, cell: float,
+        use: Mask,
+    ) -> None:  # fmt: skip
+        """Planes of points (n, 3), two coordinates across and one up, in numbered cells."""
+        self._number, self._use, size = number, use, shape[0] * shape[1]
+        count = np.bincount(number, minlength=size)
+        self._count = np.maximum(count, 1)
+        mean = np.stack([self._sum(x) for x in points.T], axis=1) / self._count[:, None]
+        apart = points - mean[number]
+        pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (1, 2))
+        moments = np.stack([self._sum(apart[:, i] * apart[:, j]) for i, j in pairs])
+        centre = (np.stack(np.divmod(np.arange(size), shape[1]), axis=1) + low + 0.5) * cell
+        lever = mean[:, :2] - centre
+        slope, at, self._free = np.zeros((size, 2)), mean.copy(), np.maximum(count - 1.0, 0.0)
+        self.weights = np.where(use, 1 / self._count, 0.0)[number]
+        self.across = np.zeros((len(points), 2))
+        waiting = (count > 0) & use
+        for reach in (0, 1, max(shape)):
+            if not waiting.any():
+                break
+            n, middle, squares = _blocks(count, mean, moments, shape, reach)
+            matrix = squares[:4].T.reshape(-1, 2, 2)
+            good = waiting & (n >= _PLANE)
+            good[good] = np.linalg.eigvalsh(matrix[good])[:, 0] > (cell * _SPREAD) ** 2 * n[good]
+            if not good.any():
+                continue
+            inverse = np.linalg.inv(matrix[good])
+            slope[good] = np.einsum("nij,jn->ni", inverse, squares[4:, good])
+            at[good] = middle[good]
+            self._free[good] = count[good] * (1 - 3 / n[good])
+            # the height at the centre is the mean less slope times lever; a point takes part in
+            # the slopes of all cells that it is around
+            turn = -np.einsum("nij,nj->in", inverse, lever[good])
+            lean, (mx, my, mz) = slope[good].T, middle[good].T
+            level, zero = turn[0] * mx + turn[1] * my, mz - lean[0] * mx - lean[1] * my
+            parts = np.zeros((11, size))
+            parts[:, good] = [*turn, level, *(a * b for a in lean for b in turn),
+                              *(lean * level), *(turn * zero)]  # fmt: skip
+            t0, t1, level, k00, k01, k10, k11, *rest = _boxes(
+                parts.reshape(11, *shape), reach
+            ).reshape(11, -1)[:, number]
+            x, y, z = points.T
+            self.weights += x * t0 + y * t1 - level
+            # of the errors across: what they do to the plane, and to its slope by way of residuals
+            self.across[:, 0] += z * t0 - 2 * x * k00 - y * (k01 + k10) + rest[0] - rest[2]
+            self.across[:, 1] += z * t1 - 2 * y * k11 - x * (k01 + k10) + rest[1] - rest[3]
+            waiting &= ~good
+        self.slopes = slope[number]
+        self.across -= np.where(use, 1 / self._count, 0.0)[number, None] * self.slopes
+        off = points - at[number]
+        self._left = off[:, 2] - np.einsum("ni,ni->n", self.slopes, off[:, :2])
+
+    def _sum(self, values: Array) -> Array:
+        """Sums (cells,) of values (n,) of the points."""
+        out: Array = np.bincount(self._number, values, minlength=len(self._use))
+        return out
+
+    def excess(self, noise: Array, weight: Array) -> Array:
+        """What scatter has beyond the noise (n,) [m^2] of the points, never below zero in sum."""
+        free = np.where(self._free > 0, self._free, np.nan)
+        cell = self._sum(self._left**2) / free - self._sum(noise) / self._count
+        known = np.isfinite(cell) & self._use
+        if not known.any():
+            return np.zeros(len(noise))
+        every = np.where(known, cell, np.median(cell[known]))[self._number]
+        above = np.maximum(every, 0.0)
+        total, most = float(weight**2 @ every), float(weight**2 @ above)
+        return above * (total / most) if total > 0 else np.zeros(len(noise))
+
+
+def _boxes(grid: Array, reach: int) -> Array:
+    """Sums of a grid (k, a, b) over the cells around each cell, itself included."""
+    for axis in (1, 2) if reach else ():
+        length = grid.shape[axis]
+        nothing = np.zeros_like(np.take(grid, [0], axis))
+        summed = np.concatenate([nothing, np.cumsum(grid, axis)], axis)
+        i = np.arange(length)
+        ends = np.minimum(i + reach + 1, length), np.maximum(i - reach, 0)
+        grid = np.take(summed, ends[0], axis) - np.take(summed, ends[1], axis)
+    return grid
+
+
+def _blocks(
+    count: Index, mean: Array, moments: Array, shape: tuple[int, int], reach: int
+) -> tuple[Array, Array, Array]:
+    """Points, mean (cells, 3) and xx, xy, xy, yy, xz, yz about it (6, cells) around each cell."""
+    if reach == 0:
+        return count.astype(float), mean, moments[[0, 1, 1, 2, 3, 4]]
+    filled = count > 0
+    origin = mean[filled].mean(axis=0)
+    x, y, z = np.where(filled[:, None], mean - origin, 0.0).T
+    sums = [count, count * x, count * y, count * z]
+    sums += list(moments + count * np.stack([x * x, x * y, y * y, x * z, y * z]))
+    n, *rest = _boxes(np.stack(sums).reshape(9, *shape), reach).reshape(9, -1)
+    sx, sy, sz, xx, xy, yy, xz, yz = rest
+    m = np.maximum(n, 1)
+    middle = np.stack([sx, sy, sz], axis=1) / m[:, None] + origin
+    xy = xy - sx * sy / m
+    squares = [xx - sx * sx / m, xy, xy, yy - sy * sy / m, xz - sx * sz / m, yz - sy * sz / m]
+    return n, middle, np.stack(squares)
 
 
 def _sets(points: Patch) -> list[CloudPoints]:
