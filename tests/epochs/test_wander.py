@@ -61,8 +61,15 @@ def test_the_wander_comes_back() -> None:
         value, vector = np.linalg.eigh(wander[name])
         assert np.sqrt(value[-1]) == pytest.approx(true, rel=0.3)
         assert abs(vector[:, -1] @ size) > 0.95 * np.linalg.norm(size)
-    for name in set(PILLARS) - set(SWAY):
-        assert np.sqrt(np.linalg.eigvalsh(wander[name])[-1]) < 5e-4
+    assert set(wander) == set(SWAY)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_of_sights_is_no_wander(seed: int) -> None:
+    """Pillars that stand still: nothing is learned, and the tests have their degrees of freedom."""
+    rng, network = np.random.default_rng(40 + seed), Network.measured()
+    differences = against_baseline(network, rng, swayed(rng, {}))
+    assert learned_wander(differences, DAYS[BASELINE:], PILLARS) == {}
 
 
 def test_alarms_with_and_without_the_wander() -> None:

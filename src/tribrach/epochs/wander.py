@@ -29,8 +29,11 @@ _LATE = 0.01
 _FREEDOM = 5.0
 #: rounds of the estimation, and the relative change that ends it
 _ROUNDS, _CHANGE = 30, 0.01
-#: probability that a point without wander is said to have some
+#: probability that a point without wander is said to have some, of all points together
 _CHANCE = 0.01
+#: what one cycle can say for a wander, as twice the logarithm of likelihoods: one sight that is far
+#: off is no wander
+_MOST_SAID = 6.0
 
 
 def shared_factor(differences: Sequence[Difference]) -> float:
@@ -83,7 +86,9 @@ def _ratios(differences: Sequence[Difference], aside: Collection[str]) -> dict[s
     return out
 
 
-def with_wander(changes: Difference, wander: Mapping[str, Array], share: float) -> Array:
+def with_wander(
+    changes: Difference, wander: Mapping[str, Array], share: float | Mapping[str, float]
+) -> Array:
     """Covariance of differences with the wander of their points.
 
     Parameters
@@ -93,14 +98,16 @@ def with_wander(changes: Difference, wander: Mapping[str, Array], share: float) 
     wander
         By name: covariance (d, d) of one cycle [m^2].
     share
-        How much of it is in a difference: ``1 + 1/b`` against a baseline of b other cycles.
+        How much of it is in a difference, of each point or of all: ``1 + 1/b`` against a baseline
+        of b other cycles.
     """
     out = changes.covariance.copy()
     width = len(changes.axes)
     for k, name in enumerate(changes.names):
         if name in wander:
             rows = slice(k * width, (k + 1) * width)
-            out[rows, rows] += share * wander[name]
+            factor = share if isinstance(share, int | float) else share[name]
+            out[rows, rows] += factor * wander[name]
     return out
 
 
@@ -112,7 +119,12 @@ def learned_wander(
     In every cycle the motions of the whole are estimated with the weights of sights and wander
     together; what a point does is its best prediction, about a running median over a day, so that
     steps and drifts are not in it. Cycles far out lose weight as in a distribution of Student. A
-    point that does nothing gets next to nothing.
+    point has a wander only where its likelihood ratio says so: noise of the sights is none.
+
+    Returns
+    -------
+    dict
+        Of the points that wander.
 
     Parameters
     ----------
@@ -129,10 +141,31 @@ def learned_wander(
     """
     if not names or not differences:
         return {}
+    width, names = len(differences[0].axes), list(names)
+    limit = float(chi2.ppf(1 - 2 * _CHANCE / len(names), width * (width + 1) / 2))
+    while names:
+        found, said = _learned(differences, days, names)
+        kept = [name for name, ratio in zip(names, said, strict=True) if ratio > limit]
+        if len(kept) == len(names):
+            return dict(zip(names, found / _consistency(width), strict=True))
+        # without those that stand still the others are estimated anew
+        names = kept
+    return {}
+
+
+def _learned(
+    differences: Sequence[Difference], days: Array, names: Sequence[str]
+) -> tuple[Array, Array]:
+    """Covariances (k, d, d) of the wander of points, and their likelihood ratios (k,) against none.
+
+    The ratio is twice the logarithm, of restricted likelihoods (the motions are eliminated), with
+    the wander of the others as it is.
+    """
     width = len(differences[0].axes)
     number = {name: k for k, name in enumerate(names)}
     typical = float(np.median(np.diag(differences[0].covariance)))
     found = np.repeat(typical * np.eye(width)[None], len(names), axis=0)
+    said = np.zeros(len(names))
     for _ in range(_ROUNDS):
         forms = [_form(changes, dict(zip(names, found, strict=True))) for changes in differences]
         moved = np.full((len(differences), len(names), width), np.nan)
@@ -142,12 +175,12 @@ def learned_wander(
                 if name in number:
                     moved[i, number[name]] = left[k]
         slow, count = _running_median(moved, days)
-        new = _round(differences, forms, slow, count, number, found)
+        new, said = _round(differences, forms, slow, count, number, found)
         change = np.abs(new - found).max() / found.max()
         found = new
         if change < _CHANGE:
             break
-    return dict(zip(names, found / _consistency(width), strict=True))
+    return found, said
 
 
 def _form(changes: Difference, wander: Mapping[str, Array]) -> Congruence:
@@ -188,11 +221,12 @@ def _round(
     count: Index,
     number: Mapping[str, int],
     found: Array,
-) -> Array:
-    """One round: predictions of the wander, and the covariance that they have."""
+) -> tuple[Array, Array]:
+    """One round: predictions of the wander, their covariance, and what speaks for each wander."""
     width = found.shape[1]
     inverse = np.linalg.inv(found + 1e-6 * np.trace(found, axis1=1, axis2=2).max() * np.eye(width))
     total, cycles = np.zeros_like(found), np.zeros(len(found))
+    said = np.zeros(len(found))
     for i, (changes, form) in enumerate(zip(differences, forms, strict=True)):
         about = np.zeros((len(changes.names), width))
         for k, name in enumerate(changes.names):
@@ -211,8 +245,12 @@ def _round(
             lost = count[i, p] / (count[i, p] - 1)
             total[p] += weight * lost * np.outer(guess, guess) + unsure
             cycles[p] += 1
+            # without R of this point P becomes P + P R (I - P R)^-1 P
+            without = np.eye(width) - form.weights[rows, rows] @ found[p]
+            ratio = float(pull[rows] @ found[p] @ np.linalg.solve(without, pull[rows]))
+            said[p] += min(ratio + float(np.linalg.slogdet(without)[1]), _MOST_SAID)
     new = np.where(cycles[:, None, None] > 0, total / np.maximum(cycles, 1)[:, None, None], found)
-    return (new + np.swapaxes(new, 1, 2)) / 2
+    return (new + np.swapaxes(new, 1, 2)) / 2, said
 
 
 @cache

@@ -51,6 +51,18 @@ def series(
     sigma_ppm: Annotated[
         float, typer.Option(min=0, max=1000, help="Part of it that grows with the distance.")
     ] = 1.0,
+    centring_mm: Annotated[
+        float, typer.Option(min=0, max=1000, help="Of instruments and prisms, anew in a cycle.")
+    ] = 0.0,
+    height_mm: Annotated[
+        float, typer.Option(min=0, max=1000, help="Of their heights, anew in a cycle.")
+    ] = 0.0,
+    refraction: Annotated[
+        float, typer.Option(min=-5, max=5, help="Coefficient of refraction.")
+    ] = 0.13,
+    sigma_refraction: Annotated[
+        float, typer.Option(min=0, max=5, help="Of it in a cycle; 0 to hold it.")
+    ] = 0.1,
     scale: Annotated[
         bool, typer.Option("--scale", help="Take out a scale common to a cycle.")
     ] = False,
@@ -91,6 +103,10 @@ def series(
         sigma_zenith=sigma_zenith_arcsec * SEC,
         sigma_distance=1e-3 * sigma_distance_mm,
         sigma_ppm=1e-6 * sigma_ppm,
+        centring=1e-3 * centring_mm,
+        height=1e-3 * height_mm,
+        refraction=refraction,
+        sigma_refraction=sigma_refraction,
         pause=60 * pause_min,
         baseline=baseline,
         confidence=confidence,

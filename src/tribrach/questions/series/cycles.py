@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -19,14 +20,19 @@ from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_series
 from tribrach.epochs.wander import learned_wander, shared_factor, with_wander
 from tribrach.errors import InputError, TribrachError
 from tribrach.geodesy.site import FlatSite
+from tribrach.instruments.precision import Precision
+from tribrach.instruments.reduction import Means, reduce
 from tribrach.io.epoch_files import EpochDocument
 from tribrach.io.json_file import read_json
 from tribrach.io.readings_through_time import TimedReadings
 from tribrach.job.epochs import epoch_of
 from tribrach.network.adjustment import adjust
+from tribrach.network.facts import EARTH
 from tribrach.network.network import Datum
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Observations
+from tribrach.observations.control import ScalarPriors
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 from tribrach.report.times import clock
 from tribrach.units import SEC
@@ -46,6 +52,8 @@ __all__ = [
 AXES: tuple[Literal["E", "N", "U"], ...] = ("E", "N", "U")
 #: cycles of which a wander can be learned
 _LEARNED = 20
+#: the coefficient of refraction of a cycle
+_REFRACTION = "refraction of the cycle"
 
 
 @dataclass(frozen=True)
@@ -57,9 +65,15 @@ class SeriesSettings(Result):
     #: of one sight
     sigma_direction: float = 1.0 * SEC
     sigma_zenith: float = 1.0 * SEC
-    #: of a slope distance, and its part that grows with the distance
+    #: of a slope distance, and its part that grows with the distance; they add linearly
     sigma_distance: float = 1e-3
     sigma_ppm: float = 1e-6
+    #: of instruments and prisms over their marks, anew in every cycle, in plan and in height
+    centring: float = 0.0
+    height: float = 0.0
+    #: coefficient of refraction, and how far it is off in a cycle
+    refraction: float = 0.13
+    sigma_refraction: float = 0.1
     #: that ends a cycle
     pause: float = 1800.0
     #: cycles that the others are compared with
@@ -142,8 +156,10 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     factor: float
     #: also those that could not be solved
     cycles: tuple[Cycle, ...]
-    #: covariance in E, N, U of what a reference point does within a day [m^2]
+    #: covariance in E, N, U of what a reference point does within a day [m^2], where it does
     wander: dict[str, Matrix] = field(default_factory=dict)
+    #: in how many cycles of the baseline each point is
+    seen: dict[str, int] = field(default_factory=dict)
     #: cycles that an earlier call solved
     reused: int = 0
 
@@ -241,12 +257,15 @@ def monitor(
     used: list[int] = []
     if earlier is None:
         zero, used = _zero(solved, settings)
+        seen = Counter(name for k in used if (one := solved[k]) for name in one.names)
         factor = 1.0 if settings.as_stated else max(1.0, _factor(solved, settings))
     else:
-        zero, factor = earlier.zero, earlier.factor
+        zero, factor, seen = earlier.zero, earlier.factor, Counter(earlier.seen)
+    # a baseline of one cycle is that cycle: it cannot be compared with itself
+    alone = used[0] if len(used) == 1 else None
     changes: dict[int, Difference] = {}
     for k, epoch in enumerate(solved):
-        if epoch is None:
+        if epoch is None or k == alone:
             continue
         try:
             changes[k] = _changes(zero, epoch, settings, factor, k in used)
@@ -261,7 +280,7 @@ def monitor(
     compared: dict[int, Comparison] = {}
     for k, change in changes.items():
         try:
-            compared[k] = _compared(change, settings, wander, k in used)
+            compared[k] = _compared(change, settings, wander, seen, k in used)
         except TribrachError as error:
             failed[k] = _first_line(error)
     cycles = []
@@ -272,6 +291,8 @@ def monitor(
         begin = float(readings.seconds[part[0]])
         if k in compared:
             cycles.append(_cycle(keys[k], begin, len(part), compared[k]))
+        elif k == alone:
+            cycles.append(Cycle(keys[k], begin, len(part)))
         else:
             cycles.append(Cycle(keys[k], begin, len(part), failed.get(k, "it was not solved")))
     # cycles of an earlier call whose readings are not given again stay
@@ -279,7 +300,7 @@ def monitor(
     every = sorted([*left, *cycles], key=lambda cycle: cycle.start)
     reused = sum(key in known for key in keys) + len(left)
     kept = EpochDocument.of(zero, FlatSite(), "baseline of a series")
-    return Series(settings, kept, factor, tuple(every), wander, reused)
+    return Series(settings, kept, factor, tuple(every), wander, dict(seen), reused)
 
 
 def _first_line(error: TribrachError) -> str:
@@ -290,54 +311,111 @@ def _first_line(error: TribrachError) -> str:
 def _solved(
     readings: TimedReadings, part: Index, places: Mapping[str, Array], settings: SeriesSettings
 ) -> Epoch:
-    """One cycle as a free network."""
-    survey = Survey()
-    stations = [readings.stations[k] for k in part.tolist()]
-    targets = [readings.targets[k] for k in part.tolist()]
+    """One cycle as a free network, with the curvature of the Earth and a refraction of its own."""
+    survey = Survey(site=FlatSite(curvature_radius=EARTH))
+    stations, setup = _numbered([readings.stations[k] for k in part.tolist()])
+    targets, target = _numbered([readings.targets[k] for k in part.tolist()])
+    heights, height = np.unique(readings.height_target[part], return_inverse=True)
     for name in dict.fromkeys([*stations, *targets]):
         if name in places:
             survey.point(name, places[name], role="approximate")
-    source = [f"{readings.path.name}:{readings.lines[k]}" for k in part.tolist()]
-    ends: dict[str, Any] = {"start": stations, "end": targets, "source": source}
-    heights: dict[str, Any] = {"height_target": readings.height_target[part]}
-    n = len(part)
-    distance = readings.distance[part]
-    survey.add(
-        Directions,
-        values=readings.direction[part],
-        sigma=np.full(n, settings.sigma_direction),
-        orientation=[f"orientation of {name}" for name in stations],
-        **ends,
+    zenith = readings.zenith[part]
+    means = reduce(
+        setup=setup,
+        target=target * len(heights) + height,
+        face=np.where(zenith > np.pi, 2, 1).astype(np.int8),
+        direction=readings.direction[part],
+        zenith=zenith,
+        distance=readings.distance[part],
+        series=np.zeros(len(part), dtype=np.int64),
     )
-    survey.add(
+    precision = Precision(
+        direction=settings.sigma_direction,
+        zenith=settings.sigma_zenith,
+        distance=settings.sigma_distance,
+        scale=settings.sigma_ppm,
+    )
+    lines = readings.lines[part]
+
+    def add(kind: type[Observations], of: Means, sigma: Array | None, **further: Any) -> None:
+        """Add the means of one kind."""
+        assert sigma is not None
+        good = ~of.far
+        columns: dict[str, Any] = {name: np.asarray(c)[good] for name, c in further.items()}
+        survey.add(
+            kind,
+            values=of.value[good],
+            sigma=sigma[good],
+            start=[stations[k] for k in of.setup[good].tolist()],
+            end=[targets[k] for k in (of.target[good] // len(heights)).tolist()],
+            source=[f"{readings.path.name}:{lines[k]}" for k in of.first[good]],
+            **columns,
+        )
+
+    def level(of: Means) -> Array:
+        """Heights of the targets."""
+        out: Array = heights[of.target % len(heights)]
+        return out
+
+    d, z, s = means.directions, means.zeniths, means.distances
+    n = [of.readings.astype(float) for of in (d, z, s)]
+    # centring is no part of a sight: it is one vector of a cycle
+    nowhere = [np.full(len(of.value), np.nan) for of in (d, z)]
+    circles = [
+        f"orientation of {stations[k]}" + (f", round {c + 1}" if c else "")
+        for k, c in zip(d.setup.tolist(), d.circle.tolist(), strict=True)
+    ]
+    add(Directions, d, precision.of_directions(nowhere[0], n[0]), orientation=circles)
+    refraction = [_REFRACTION] * len(z.value)
+    add(
         ZenithAngles,
-        values=readings.zenith[part],
-        sigma=np.full(n, settings.sigma_zenith),
-        **ends,
-        **heights,
+        z,
+        precision.of_zeniths(nowhere[1], n[1]),
+        refraction_unknown=refraction,
+        height_target=level(z),
     )
-    survey.add(
-        SlopeDistances,
-        values=distance,
-        sigma=np.hypot(settings.sigma_distance, settings.sigma_ppm * distance),
-        **ends,
-        **heights,
-    )
+    add(SlopeDistances, s, precision.of_distances(s.value, n[2]), height_target=level(s))
+    held = settings.sigma_refraction == 0
+    survey.scalars[_REFRACTION] = (settings.refraction, not held)
+    if not held:
+        survey.add(
+            ScalarPriors,
+            values=[settings.refraction],
+            sigma=[settings.sigma_refraction],
+            scalar=[_REFRACTION],
+        )
     network = observed_part(survey).network().with_datum(Datum("free"))
-    return epoch_of(adjust(network), "cycle").epoch
+    epoch = epoch_of(adjust(network), "cycle").epoch
+    if not (settings.centring or settings.height):
+        return epoch
+    # every instrument and every prism stands beside its mark by one vector in all of its sights
+    own = np.tile(
+        np.square([settings.centring, settings.centring, settings.height]), len(epoch.names)
+    )
+    return replace(epoch, covariance=epoch.covariance + np.diag(own))
+
+
+def _numbered(names: Sequence[str]) -> tuple[list[str], Index]:
+    """Names in the order in which they come first, and the number of each (n,)."""
+    number = {name: k for k, name in enumerate(dict.fromkeys(names))}
+    return list(number), np.array([number[name] for name in names], dtype=np.int64)
 
 
 def _zero(solved: Sequence[Epoch | None], settings: SeriesSettings) -> tuple[Epoch, list[int]]:
-    """The baseline, and the numbers of its cycles: the first with all references."""
+    """The baseline, and the numbers of its cycles: the first of those with most references.
+
+    As many cycles as are wanted decide how many references they must have, and at least three.
+    """
     wanted = set(settings.references)
     shares = [0 if e is None else len(wanted & set(e.names)) for e in solved]
-    most = max(shares, default=0)
-    if most < 3:
+    if max(shares, default=0) < 3:
         raise InputError(
             "no cycle has three of the reference points",
             cure="check their names and the readings",
         )
-    used = [k for k, share in enumerate(shares) if share == most][: settings.baseline]
+    enough = sorted(shares, reverse=True)[: settings.baseline]
+    least = max(3, enough[-1])
+    used = [k for k, share in enumerate(shares) if share >= least][: settings.baseline]
     cycles = [epoch for k in used if (epoch := solved[k]) is not None]
     return baseline(cycles, "baseline", settings.references), used
 
@@ -404,11 +482,15 @@ def _changes(
 
 
 def _compared(
-    changes: Difference, settings: SeriesSettings, wander: Mapping[str, Array], inside: bool
+    changes: Difference,
+    settings: SeriesSettings,
+    wander: Mapping[str, Array],
+    seen: Mapping[str, int],
+    inside: bool,
 ) -> Comparison:
     """The test of a cycle, in which references may wander as they do."""
     references = tuple(n for n in settings.references if n in changes.names)
-    share = 1 / settings.baseline * (-1 if inside else 1) + 1
+    share = {n: 1 + (-1 if inside else 1) / max(seen.get(n, 0), 1) for n in references}
     changes = replace(changes, covariance=with_wander(changes, wander, share))
     tests = Settings(references=references, confidence=settings.confidence)
     return compare(changes, tests, _free(settings))
