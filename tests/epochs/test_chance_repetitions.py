@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tribrach.epochs_from_files import compare_epoch_files
 
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import Epoch, difference
-from tribrach.epochs_from_files import compare_epoch_files
 from tribrach.job.epochs import EpochSettings
 
 HEAD = (

@@ -16,7 +16,6 @@ from tests.instruments.field_surveys import STATIONS, readings
 from tests.network.lab import lab, measured
 from tests.report.hostile import Naming
 from tests.scan.noisy_scenes import simulated
-from tribrach.answers import plain
 from tribrach.calibration.field_check import check_readings
 from tribrach.calibration.self_calibration import CalibrationOptions, calibrate
 from tribrach.comparison.regression import regress
@@ -28,7 +27,7 @@ from tribrach.geodesy.site import FlatSite
 from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
-from tribrach.io.epoch_files import epoch_file
+from tribrach.io.epoch_files import EpochDocument
 from tribrach.io.number_table import NumberTable
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.job.station_comparison import StationComparison
@@ -320,7 +319,7 @@ def _series_page(name: Naming) -> str:
         for k, at in enumerate(points)
     ]
     cycles.append(Cycle("x", 1.8e9, 1, name(5)))
-    kept = plain(epoch_file(zero, FlatSite(), "zero"))
+    kept = EpochDocument.of(zero, FlatSite(), "zero")
     found = Series(SeriesSettings(tuple(names)), kept, 2.0, tuple(cycles))
     return series_answer(found, name(6)).page()
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 from tests.report.cases import EVIL, levelling
 from tribrach.report import html, json_result, text
 from tribrach.report.chapter import Chapter
-from tribrach.report.chapters.gnss import BaselinesAndLoops
+from tribrach.report.chapters.gnss import GnssPart
 from tribrach.report.charts import Drawing
 from tribrach.report.figures import Picture
 from tribrach.report.tables import ColumnHead, build_table, text_cell
@@ -24,7 +24,7 @@ CHAPTER = Chapter(
     (f"the largest closure is 3 mm {EVIL}",),
     (Picture("map", "Map", Drawing(10.0, 10.0, (), "a map"), "where"),),
     (TABLE,),
-    BaselinesAndLoops(frame="ITRF2014", epoch=2010.0, baselines=[], loops=[]),
+    GnssPart(frame="ITRF2014", epoch=2010.0, baselines=(), loops=()),
 )
 
 

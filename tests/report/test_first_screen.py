@@ -15,7 +15,6 @@ from tests.instruments.field_surveys import readings
 from tests.report import pages
 from tests.report.hostile import harmless
 from tests.report.pages import PAGES, sites_of
-from tribrach.answers import plain
 from tribrach.calibration.field_check import check_readings
 from tribrach.comparison.compared import CloudComparison
 from tribrach.comparison.predicted import OffsetTest, Prediction
@@ -23,7 +22,7 @@ from tribrach.comparison.results import SiteResult
 from tribrach.epochs.comparison import Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.geodesy.site import FlatSite
-from tribrach.io.epoch_files import epoch_file
+from tribrach.io.epoch_files import EpochDocument
 from tribrach.job.epochs import ComparedEpochs
 from tribrach.questions.check.chapters import answer_of
 from tribrach.questions.compare.motions import CloudMotions, MovedPart, Verdict
@@ -237,7 +236,7 @@ def series_front(cycles: Sequence[Cycle]) -> tuple[str, str, str]:
     """Of four references without points through time."""
     names = ("A", "B", "C", "D")
     zero = Epoch("zero", names, np.zeros((4, 3)), 1e-6 * np.eye(12))
-    kept = plain(epoch_file(zero, FlatSite(), "zero"))
+    kept = EpochDocument.of(zero, FlatSite(), "zero")
     found = Series(SeriesSettings(names), kept, 1.0, tuple(cycles))
     return front(series_answer(found, "yard").page())
 

@@ -69,16 +69,11 @@ class LocalMap:
 
 @dataclass(frozen=True)
 class StoredMap(Result):
-    """A change of coordinates over a box, as cubic polynomials: exact to 0.1 mm in it.
+    """A change of coordinates over a box, as cubic polynomials that need nothing else.
 
     A mapped point is ``origin`` and the sum of ``cubic`` times the products of powers of the
     coordinates, which go from -1 to 1 over the box; exponents (i, j, k) with i + j + k of 3 at
     most, k fastest, then j.
-
-    Raises
-    ------
-    ValueError
-        The numbers are no map.
     """
 
     #: (3,), corners of the box in which it holds [m]
@@ -86,13 +81,14 @@ class StoredMap(Result):
     high: Vector
     #: (3,), mapped middle [m]
     origin: Vector
-    #: (20, 3), coefficients by the products of powers
+    #: (20, 3), coefficients
     cubic: Matrix
 
     def __post_init__(self) -> None:
         """Refuse what is no map."""
-        shapes = [a.shape for a in (self.low, self.high, self.origin, self.cubic)]
-        if shapes != [(3,)] * 3 + [(len(_POWERS), 3)] or not (self.low < self.high).all():
+        shapes = [a.shape for a in (self.low, self.high, self.origin)]
+        known = shapes == [(3,)] * 3 and self.cubic.shape == (len(_POWERS), 3)
+        if not known or not (self.low < self.high).all():
             raise ValueError("this is no map")
 
     @classmethod

@@ -31,7 +31,7 @@ MOST_TRIANGLES = 2_000
 
 
 @dataclass(frozen=True)
-class BaselineLoop(Result, without=("points", "walk"), also=("size", "ppm", "passes")):
+class BaselineLoop(Result, also=("size", "ppm", "passes"), without=("points", "walk")):
     """A closed loop of baselines."""
 
     #: indices of the points in the order they are walked

@@ -41,7 +41,6 @@ from tribrach.units import SEC
 __all__ = [
     "Means",
     "Reduction",
-    "TelescopeReadings",
     "adjust_repeats",
     "adjust_rounds",
     "axis_errors",
@@ -352,24 +351,6 @@ def _fit(design: Array, values: Array, use: NDArray[np.bool_]) -> tuple[Array, A
 
 
 @dataclass(frozen=True)
-class TelescopeReadings:
-    """n readings in the order they were taken."""
-
-    #: (n,), indices
-    setup: Index
-    target: Index
-    #: (n,), 1 or 2
-    face: NDArray[np.int8]
-    #: (n,), as read [rad], NaN where not read
-    direction: Array
-    zenith: Array
-    #: (n,), corrected [m], NaN where not read
-    distance: Array
-    #: (n,), number of the set if it is known, else 0
-    series: Index
-
-
-@dataclass(frozen=True)
 class TargetMeans:
     """n means of a target in one set of one set-up."""
 
@@ -462,15 +443,38 @@ class Reduction:
     distances: Means
 
 
-def reduce(readings: TelescopeReadings) -> Reduction:
-    """Pairs faces, adjusts rounds and averages."""
-    number = np.zeros(len(readings.setup), dtype=np.int64)
-    closing = np.zeros(len(readings.setup), dtype=bool)
-    for rows in _by_setup(readings.setup):
-        sets = find_sets(readings.target[rows], readings.face[rows], readings.series[rows])
+def reduce(
+    setup: Index,
+    target: Index,
+    face: NDArray[np.int8],
+    direction: Array,
+    zenith: Array,
+    distance: Array,
+    series: Index,
+) -> Reduction:
+    """Pair faces, adjust rounds and average.
+
+    Parameters
+    ----------
+    setup, target : (n,)
+        Indices, of readings in the order they were taken.
+    face : (n,)
+        1 or 2.
+    direction, zenith : (n,)
+        As read [rad], NaN where not read.
+    distance : (n,)
+        Corrected [m], NaN where not read.
+    series : (n,)
+        Number of the set if it is known, else 0.
+    """
+    number = np.zeros(len(setup), dtype=np.int64)
+    closing = np.zeros(len(setup), dtype=bool)
+    for rows in _by_setup(setup):
+        sets = find_sets(target[rows], face[rows], series[rows])
         number[rows], closing[rows] = sets.number, sets.closing
-    folded, zenith = fold(readings.direction, readings.zenith, readings.face)
-    cells, axes = _cells(readings, number, folded, zenith)
+    folded, zenith = fold(direction, zenith, face)
+    keys = np.stack([setup, number, target], axis=1)
+    cells, axes = _cells(keys, face, folded, zenith, distance)
     setups, circles = [], np.zeros(len(cells.setup), dtype=np.int64)
     direction = cells.direction.copy()
     for rows in _by_setup(cells.setup):
@@ -483,7 +487,7 @@ def reduce(readings: TelescopeReadings) -> Reduction:
     return Reduction(
         cells,
         axes,
-        _closures(readings, number, closing, folded),
+        _closures(keys, face, closing, folded),
         tuple(setups),
         _means(cells, circles, direction, cells.directions, cells.far_direction, turn=True),
         _means(cells, whole, cells.zenith, cells.zeniths, cells.far_zenith),
@@ -517,17 +521,16 @@ def _mean(
 
 
 def _cells(
-    readings: TelescopeReadings, number: Index, folded: Array, zenith: Array
+    keys: Index, face: NDArray[np.int8], folded: Array, zenith: Array, distance: Array
 ) -> tuple[TargetMeans, AxisErrors]:
-    """Means of faces for each set-up, set and target."""
-    keys = np.stack([readings.setup, number, readings.target], axis=1)
+    """Means of faces for each set-up, set and target, which ``keys`` (n, 3) has."""
     unique, first, cell = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     cell = cell.ravel()
     size = len(unique)
-    second = (readings.face == 2).astype(np.int64)
+    second = (face == 2).astype(np.int64)
     both, n_direction = _mean(folded, 2 * cell + second, 2 * size, turn=True)
     up, n_zenith = _mean(zenith, 2 * cell + second, 2 * size)
-    distance, n_distance = _mean(readings.distance, cell, size)
+    distance, n_distance = _mean(distance, cell, size)
     half_direction = half_difference(both[0::2], both[1::2])
     half_zenith = (up[0::2] - up[1::2]) / 2
     direction = np.where(
@@ -656,14 +659,14 @@ def _means(
 
 
 def _closures(
-    readings: TelescopeReadings, number: Index, closing: NDArray[np.bool_], folded: Array
+    keys: Index, face: NDArray[np.int8], closing: NDArray[np.bool_], folded: Array
 ) -> Closures:
     """Closing readings against the first ones of the same target, set and face."""
     last = np.flatnonzero(closing & np.isfinite(folded))
-    keys = np.stack([readings.setup, number, readings.target, readings.face], axis=1)
-    _, begin, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    _, begin, group = np.unique(
+        np.column_stack([keys, face]), axis=0, return_index=True, return_inverse=True
+    )
     first = begin[group.ravel()[last]]
     difference = wrapped(folded[last] - folded[first]) if len(last) else np.empty(0)
-    return Closures(
-        readings.setup[last], number[last], readings.target[last], readings.face[last], difference
-    )
+    setup, number, target = keys[last].T
+    return Closures(setup, number, target, face[last], difference)

@@ -10,12 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.answers import Form, Matrix, Number, Result, part
+from tribrach.answers import Form, Matrix, Number, Result
 from tribrach.epochs.differences import MOTIONS, Epoch
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
@@ -30,9 +30,7 @@ from tribrach.io.survey.gama.element import Element
 from tribrach.io.survey.gama.reader import ADJUSTED
 from tribrach.units import too_large
 
-__all__ = ["FORM", "EpochFile", "StoredEpoch", "epoch_file", "epoch_of_data", "read_epoch"]
-
-SCHEMA = 1
+__all__ = ["FORM", "EpochDocument", "StoredEpoch", "read_epoch"]
 
 #: coordinates of an epoch; their covariance has 200 MB
 _MOST = 5000
@@ -62,48 +60,59 @@ class EpochSite(Result):
 
 
 @dataclass(frozen=True, eq=False)
-class EpochFile(
-    Result,
-    without=("epoch",),
-    also=(
-        "kind", "label", "names", "xyz", "covariance", "motions", "dof", "variance_factor",
-    ),
-):  # fmt: skip
+class EpochDocument(Result):
     """What ``tribrach adjust --epoch`` writes, for ``tribrach epochs``."""
 
-    epoch: Epoch
+    kind: Literal["epoch"]
+    label: str
     datum: str
     site: EpochSite | None
+    names: tuple[str, ...]
+    #: E, N, U [m]; null where the network has no such coordinate
+    xyz: Matrix
+    #: of all coordinates, a priori: rows of the lower triangle [m^2]
+    covariance: list[list[float]]
+    #: motions of the whole that the observations leave open
+    motions: tuple[str, ...]
+    dof: int
+    variance_factor: Number
 
-    label = part("epoch.label", str, "What the epoch is called.")
-    names = part("epoch.names", tuple[str, ...], "Of the points.")
-    xyz = part("epoch.xyz", Matrix, "E, N, U [m]; null where the network has no such coordinate.")
-    motions = part(
-        "epoch.motions", tuple[str, ...], "Motions of the whole that the observations leave open."
-    )
-    dof = part("epoch.dof", int, "Redundancy; 0 where it is not known.")
-    variance_factor = part("epoch.factor", Number, "A posteriori; null where it is not known.")
+    @classmethod
+    def of(cls, epoch: Epoch, site: object, datum: str) -> EpochDocument:
+        """An epoch as it is written."""
+        place = None
+        if isinstance(site, EllipsoidSite):
+            origin = site.latitude, site.longitude, site.ellipsoidal_height
+            place = EpochSite(*origin, site.ellipsoid)
+        lower = [row[: k + 1].tolist() for k, row in enumerate(epoch.covariance)]
+        return cls(
+            "epoch", epoch.label, datum, place, epoch.names, epoch.xyz, lower, epoch.motions,
+            epoch.dof, epoch.factor,
+        )  # fmt: skip
 
     @property
-    def kind(self) -> Literal["epoch"]:
-        """What the file is."""
-        return "epoch"
+    def epoch(self) -> Epoch:
+        """The epoch again; a ValueError if this is none."""
+        n = len(self.names)
+        if 3 * n > _MOST or len(set(self.names)) != n or not n:
+            raise ValueError("names")
+        rows = self.covariance
+        if len(rows) != 3 * n or any(len(row) != k + 1 for k, row in enumerate(rows)):
+            raise ValueError("covariance")
+        matrix = np.zeros((3 * n, 3 * n))
+        for k, row in enumerate(rows):
+            matrix[k, : k + 1] = matrix[: k + 1, k] = row
+        if self.xyz.shape != (n, 3) or too_large(matrix) or too_large(np.nan_to_num(self.xyz)):
+            raise ValueError("numbers")
+        if any(m not in MOTIONS for m in self.motions):
+            raise ValueError("motions")
+        factor = self.variance_factor
+        return Epoch(
+            self.label, self.names, self.xyz, matrix, self.motions, max(self.dof, 0), factor
+        )
 
-    @property
-    def covariance(self) -> list[list[float]]:
-        """Of all coordinates, a priori: rows of the lower triangle [m^2]."""
-        return [row[: k + 1].tolist() for k, row in enumerate(self.epoch.covariance)]
 
-
-FORM = Form("epoch", EpochFile, SCHEMA, quick=True)
-
-
-def epoch_file(epoch: Epoch, site: EllipsoidSite | FlatSite, datum: str) -> EpochFile:
-    """An epoch as it is written."""
-    place = None
-    if isinstance(site, EllipsoidSite):
-        place = EpochSite(site.latitude, site.longitude, site.ellipsoidal_height, site.ellipsoid)
-    return EpochFile(epoch, datum, place)
+FORM = Form("epoch", EpochDocument, 1, quick=True)
 
 
 def read_epoch(files: Sequence[Path]) -> StoredEpoch | None:
@@ -146,50 +155,14 @@ def _of_json(path: Path) -> StoredEpoch:
                 cure="give the project or the survey files themselves, or the epoch file that "
                 "tribrach adjust --epoch writes, or a run with output.epoch = true",
             )
-        if data["kind"] != "epoch" or data["schema"] != SCHEMA:
+        if data["kind"] != "epoch" or data["schema"] != FORM.schema:
             raise InputError("this is no epoch of this version", file=path, cure=cure)
-        epoch = epoch_of_data(data)
-        place = data["site"]
-        site: EllipsoidSite | FlatSite = FlatSite()
-        if place is not None:
-            a, flattening = (float(v) for v in place["ellipsoid"])
-            site = EllipsoidSite(
-                float(place["latitude"]),
-                float(place["longitude"]),
-                float(place["ellipsoidal_height"]),
-                (a, flattening),
-            )
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
+        document = FORM.read(data)
+        epoch, place = document.epoch, document.site
+    except (ValueError, TypeError, KeyError) as error:
         raise InputError("this is no epoch", file=path, cure=cure) from error
     _proper(epoch.covariance, path)
-    return StoredEpoch(epoch, site)
-
-
-def epoch_of_data(data: Any) -> Epoch:
-    """The epoch of the JSON of an :class:`EpochFile`."""
-    names = tuple(str(n) for n in data["names"])
-    n = len(names)
-    if 3 * n > _MOST or len(set(names)) != n or not n:
-        raise ValueError("names")
-    xyz = np.array(data["xyz"], dtype=object)
-    if xyz.shape != (n, 3):
-        raise ValueError("xyz")
-    values = np.array([[np.nan if v is None else float(v) for v in row] for row in xyz])
-    matrix = np.zeros((3 * n, 3 * n))
-    rows = data["covariance"]
-    if len(rows) != 3 * n or any(len(row) != k + 1 for k, row in enumerate(rows)):
-        raise ValueError("covariance")
-    for k, row in enumerate(rows):
-        matrix[k, : k + 1] = matrix[: k + 1, k] = row
-    if too_large(matrix) or too_large(values[np.isfinite(values)]):
-        raise ValueError("numbers")
-    motions = tuple(str(m) for m in data["motions"])
-    if any(m not in MOTIONS for m in motions):
-        raise ValueError("motions")
-    factor = data["variance_factor"]
-    label, dof = str(data["label"]), int(data["dof"])
-    factor = float("nan") if factor is None else float(factor)
-    return Epoch(label, names, values, matrix, motions, max(dof, 0), factor)
+    return StoredEpoch(epoch, FlatSite() if place is None else EllipsoidSite(**vars(place)))
 
 
 def _of_sinex(path: Path) -> StoredEpoch:

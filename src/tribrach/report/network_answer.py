@@ -54,7 +54,7 @@ class NetworkAnswer(Answer):
 
         return page(self.result)
 
-    def text(self) -> Content:
+    def text(self) -> str:
         """The whole report as plain text."""
         return render(self.result)
 

@@ -8,14 +8,14 @@ anywhere.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.answers import Form, Matrix, Result
+from tribrach.answers import Form, Matrix, Result, Vector
 from tribrach.geodesy.local_map import StoredMap
 from tribrach.geodesy.output_frame import FrameKind, OutputFrame
 from tribrach.geodesy.site import EllipsoidSite
@@ -31,15 +31,7 @@ if TYPE_CHECKING:
     from tribrach.job.steps import PlacedScans
     from tribrach.job.tie import Registered
 
-__all__ = [
-    "FORM",
-    "JOINT",
-    "PARTS",
-    "StoredFrame",
-    "WorkbenchParts",
-    "frame_part",
-    "workbench_texts",
-]
+__all__ = ["JOINT", "PARTS", "WorkbenchDocument", "workbench_texts"]
 
 #: the file and the matrix in a folder of results
 PARTS, JOINT = "workbench.json", "workbench_covariance.npy"
@@ -57,36 +49,34 @@ _MOST = 2_000_000
 class StoredFrame(Result):
     """The frame of the clouds and its way to others."""
 
-    kind: FrameKind = "work"
-    #: name of the reference system
-    crs: str | None = None
-    epoch: float | None = None
+    kind: FrameKind
+    crs: str | None
+    epoch: float | None
     #: short names of the coordinates
-    axes: tuple[str, str, str] = ("e", "n", "u")
-    #: 3 x 3: axes of the coordinates to east, north, up
-    upright: Matrix = field(default_factory=lambda: np.eye(3))
+    axes: tuple[str, str, str]
+    #: 3 x 3, axes of the coordinates to east, north, up
+    upright: Matrix
     #: of the frames, as a person reads them: work, projected, geodetic, ecef
-    names: dict[str, str] = field(default_factory=dict)
-    #: from the work frame; null where they are the same, or where an older run did not store it
-    from_work: StoredMap | None = None
+    names: dict[str, str]
+    #: from the work frame; null where they are the same
+    from_work: StoredMap | None
     #: to the other frames; latitude and longitude are times ``radius``
-    maps: dict[str, StoredMap] = field(default_factory=dict)
+    maps: dict[str, StoredMap]
     #: [m]
-    radius: float = 1.0
+    radius: float
 
 
 @dataclass(frozen=True)
 class SeenPlane(Result):
     """Where a plane was seen, in the work frame [m]."""
 
-    centre: tuple[float, float, float]
+    centre: Vector
     #: radius about the centre that holds it
     extent: float
-    #: unit vectors along the sides of the rectangle that holds it; results of earlier versions
-    #: have none
-    axes: tuple[tuple[float, float, float], tuple[float, float, float]] | None = None
-    #: half the widths of that rectangle along its axes
-    half: tuple[float, float] | None = None
+    #: unit vectors along the sides of the rectangle that holds it, and half its widths along them;
+    #: results of earlier versions have none
+    axes: Matrix | None = None
+    half: Vector | None = None
 
 
 @dataclass(frozen=True)
@@ -96,14 +86,14 @@ class JointRows(Result):
     Its columns are the rows of ``poses_covariance.npy`` of the clouds, then those of the points.
     """
 
-    points: list[str]
+    points: tuple[str, ...]
     file: str
     #: rows of the joint covariance of the poses
     shared: int
 
 
 @dataclass(frozen=True)
-class WorkbenchParts(Result):
+class WorkbenchDocument(Result):
     """What ``tribrach run`` leaves for ``tribrach view`` beside ``result.json``."""
 
     date: str
@@ -119,38 +109,34 @@ class WorkbenchParts(Result):
     joint: JointRows | None
 
 
-FORM = Form("workbench", WorkbenchParts, 1)
+FORM = Form("workbench", WorkbenchDocument, 1, quick=True)
 
 
 def workbench_texts(content: Report, folder: Path) -> dict[Path, str | bytes]:
     """Contents of the files by their paths."""
     placed, registered = content.job.placed, content.job.registered
-    files: dict[Path, str | bytes] = {}
-    names: dict[str, dict[str, str]] = {}
-    rows: JointRows | None = None
-    if placed is not None:
-        names, pictures = _pictures(placed)
-        files |= {folder / PICTURES / name: picture for name, picture in pictures.items()}
-        joint = _joint(content, placed)
-        if joint is not None:
-            points, matrix, shared = joint
-            rows = JointRows(points, JOINT, shared)
-            files[folder / JOINT] = joint_covariance_bytes(matrix)
-    parts = WorkbenchParts(
+    names, files = ({}, {}) if placed is None else _pictures(placed)
+    texts: dict[Path, str | bytes] = {folder / PICTURES / name: f for name, f in files.items()}
+    joint = None if placed is None else _joint(content, placed)
+    rows = None
+    if joint is not None:
+        points, matrix, shared = joint
+        rows = JointRows(tuple(points), JOINT, shared)
+        texts[folder / JOINT] = joint_covariance_bytes(matrix)
+    document = WorkbenchDocument(
         content.date,
         content.settings.confidence,
         content.settings.angle,
-        None if placed is None else frame_part(placed.frame, _box(content, placed)),
+        None if placed is None else stored_frame(placed.frame, _box(content, placed)),
         {} if registered is None else _planes(content, registered),
         names,
         {} if placed is None else _shares(content, placed),
         rows,
     )
-    files[folder / PARTS] = FORM.text(parts)
-    return files
+    return {**texts, folder / PARTS: FORM.text(document)}
 
 
-def frame_part(frame: OutputFrame, box: tuple[Array, Array]) -> StoredFrame:
+def stored_frame(frame: OutputFrame, box: tuple[Array, Array]) -> StoredFrame:
     """The frame of clouds, what turns it upright, and maps to the frames that the site knows.
 
     Parameters
@@ -260,8 +246,7 @@ def _planes(content: Report, registered: Registered) -> dict[str, SeenPlane]:
         if places:
             normal = state.plane_n[layout.index("plane", name)]
             centre, axes, half = held_rectangle(normal, np.concatenate(places))
-            extent = float(np.hypot(*half))
-            out[name] = SeenPlane(centre.tolist(), extent, axes.tolist(), half.tolist())
+            out[name] = SeenPlane(centre, float(np.hypot(*half)), axes, half)
     return out
 
 

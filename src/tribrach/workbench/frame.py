@@ -14,17 +14,33 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.report.workbench_parts import StoredFrame
+from tribrach.geodesy.local_map import StoredMap
+from tribrach.geodesy.output_frame import FrameKind
 
 __all__ = ["SceneFrame"]
 
 
 @dataclass(frozen=True)
-class SceneFrame(StoredFrame):
+class SceneFrame:
     """The frame of the clouds."""
 
+    #: ``work``, ``projected`` or ``ecef``
+    kind: FrameKind = "work"
+    #: name of the reference system
+    crs: str | None = None
+    #: short names of the coordinates
+    axes: tuple[str, str, str] = ("e", "n", "u")
+    #: (3, 3), axes of the coordinates to east, north, up
+    upright: Array = field(default_factory=lambda: np.eye(3))
     #: pose (4, 4) and covariance (6, 6) in this frame of stations that have a scan
     stations: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)
+    #: from the work frame; None where they are the same, or where an older run did not store it
+    from_work: StoredMap | None = None
+    #: to other frames by name: ``work``, ``projected``, ``geodetic`` (angles times ``radius``),
+    #: ``ecef``
+    maps: Mapping[str, StoredMap] = field(default_factory=dict)
+    #: what latitudes and longitudes of a map are multiplied by [m]
+    radius: float = 1.0
 
     def of_points(self, points: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
         """Coordinates and covariances of points of the network in this frame."""

@@ -21,15 +21,13 @@ from tribrach.io.json_file import read_json
 from tribrach.io.result_file import RESULT, read_result_file
 from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.job.state import PICTURES
-from tribrach.report.workbench_parts import FORM, PARTS, SeenPlane, StoredFrame, WorkbenchParts
+from tribrach.report.workbench_parts import FORM, PARTS, SeenPlane, StoredFrame, WorkbenchDocument
 from tribrach.workbench.frame import SceneFrame
 
 __all__ = ["CLOUDS", "RESULT", "ResultFolder", "read_result"]
 
 #: name in a folder of results
 CLOUDS = "clouds"
-#: layouts of what lies beside a result that are read
-_BESIDE = (1,)
 
 
 def read_result(folder: Path) -> dict[str, Any]:
@@ -48,7 +46,7 @@ class ResultFolder:
     #: poses of the scans with what their points share
     pose_file: PoseFile | None = None
     #: content of ``workbench.json``, None where a run left none
-    further: WorkbenchParts | None = None
+    further: WorkbenchDocument | None = None
 
     @classmethod
     def beside(cls, folder: Path) -> ResultFolder:
@@ -57,7 +55,7 @@ class ResultFolder:
         further = _further(path) if path.is_file() else None
         beside = folder / CLOUDS / POSES
         poses = read_poses(beside) if beside.is_file() else None
-        frame = _frame(None if further is None else further.frame, beside, poses)
+        frame = _frame(None if further is None else further.frame, beside, poses, path)
         return cls(folder, frame, poses, further)
 
     @property
@@ -81,13 +79,14 @@ class ResultFolder:
     @property
     def names(self) -> Mapping[str, str]:
         """Names of frames as a person reads them."""
+        frame = None if self.further is None else self.further.frame
         own = {
             "work": "Work frame E, N, U",
             "projected": "Grid easting, northing, height",
             "geodetic": "Latitude, longitude, ellipsoidal height",
             "ecef": "Geocentric X, Y, Z",
         }
-        return own | self.frame.names
+        return own if frame is None else {**own, **frame.names}
 
     @property
     def planes(self) -> Mapping[str, SeenPlane]:
@@ -96,6 +95,7 @@ class ResultFolder:
 
     @property
     def _pictures(self) -> Mapping[str, Mapping[str, str]]:
+        """Names of pictures by scan and number of the target."""
         return {} if self.further is None else self.further.pictures
 
     def picture(self, scan: str, number: int) -> str | None:
@@ -121,44 +121,47 @@ class ResultFolder:
         return f"sigmas of points: {when}"
 
 
-def _further(path: Path) -> WorkbenchParts:
+def _further(path: Path) -> WorkbenchDocument:
     """What a run left for the workbench."""
     cure = "run the project again"
     try:
         data = read_json(path)
-        layout = data.get("schema") if isinstance(data, dict) else None
-        if layout not in _BESIDE:
-            raise InputError(f"the layout {layout} is not known", file=path, cure=cure)
-        parts: WorkbenchParts = FORM.read(data)
-        return parts
-    except ValueError as error:
+        if isinstance(data, dict) and data.get("schema") != FORM.schema:
+            raise InputError(f"the layout {data.get('schema')} is not known", file=path, cure=cure)
+        found: WorkbenchDocument = FORM.read(data)
+    except (ValueError, AttributeError) as error:
         first = str(error).splitlines()[0]
         raise InputError(f"this file is damaged ({first})", file=path, cure=cure) from error
+    return found
 
 
-def _frame(told: StoredFrame | None, beside: Path, poses: PoseFile | None) -> SceneFrame:
+def _frame(
+    told: StoredFrame | None, beside: Path, poses: PoseFile | None, path: Path
+) -> SceneFrame:
     """The frame of the clouds, as the run stored it or as the poses name it."""
     stations: dict[str, tuple[Array, Array]] = {}
     for scan in () if poses is None else poses.scans:
         where = scan.placement
         stations.setdefault(where.station, (where.pose.matrix, where.covariance))
-    if told is not None:
-        return SceneFrame(**vars(told), stations=stations)
-    if poses is None:
+    if told is None and poses is None:
         return SceneFrame()
     try:
-        named = read_json(beside)["frame"]
-        kind, crs, axes = named["kind"], named["crs"], tuple(named["axes"])
-        if kind not in ("work", "projected", "ecef") or len(axes) != 3:
-            raise ValueError(f"a frame {kind!r}")
+        if told is None:
+            named = read_json(beside)["frame"]
+            kind, crs, axes = named["kind"], named["crs"], tuple(named["axes"])
+            if kind not in ("work", "projected", "ecef") or len(axes) != 3:
+                raise ValueError(f"a frame {kind!r}")
+            upright = _upright(kind, stations)
+            return SceneFrame(kind, crs, axes, upright, stations)
+        maps = told.from_work, told.maps, told.radius
+        return SceneFrame(told.kind, told.crs, told.axes, told.upright, stations, *maps)
     except (ValueError, KeyError, TypeError) as error:
+        file = path if told is not None else beside
         raise InputError(
             f"the frame of the clouds is not understood ({error})",
-            file=beside,
+            file=file,
             cure="run the project again",
         ) from error
-    upright = _upright(kind, stations)
-    return SceneFrame(kind, crs, axes=axes, upright=upright, stations=stations)
 
 
 def _upright(kind: str, stations: Mapping[str, tuple[Array, Array]]) -> Array:

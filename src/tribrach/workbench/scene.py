@@ -228,7 +228,7 @@ def _planes(planes: Mapping[str, Any], beside: ResultFolder) -> Columns:
     out: Columns = {key: [] for key in keys}
     for name, plane in planes.items():
         seen = beside.planes.get(name)
-        centre = None if seen is None else np.array(seen.centre)
+        centre = None if seen is None else seen.centre
         normal, offset, there = beside.frame.of_plane(
             np.array(plane["normal"]), float(plane["offset"]), centre
         )
@@ -237,12 +237,12 @@ def _planes(planes: Mapping[str, Any], beside: ResultFolder) -> Columns:
         out["offset"].append(offset)
         out["centre"].append(None if there is None else there.tolist())
         out["extent"].append(None if seen is None else seen.extent)
-        if seen is None or centre is None or seen.axes is None:
+        if seen is None or seen.axes is None or seen.half is None:
             out["axes"].append(None)
             out["half"].append(None)
             continue
-        out["axes"].append(beside.frame.of_directions(np.array(seen.axes), centre).tolist())
-        out["half"].append(seen.half)
+        out["axes"].append(beside.frame.of_directions(seen.axes, seen.centre).tolist())
+        out["half"].append(seen.half.tolist())
     return out
 
 

@@ -87,7 +87,7 @@ class PointSources:
         told = None if self.beside.further is None else self.beside.further.joint
         if told is None or self.beside.folder is None or self.shared is None:
             return None
-        names, q = told.points, len(self.shared.covariance)
+        names, q = list(told.points), len(self.shared.covariance)
         if told.shared != q:
             return None
         path = self.beside.folder / JOINT

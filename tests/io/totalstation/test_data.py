@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.instruments.reduction import TelescopeReadings, reduce
+from tribrach.instruments.reduction import reduce
 from tribrach.io.survey.totalstation import reduce_file
 from tribrach.io.totalstation import formats
 from tribrach.units import SEC
@@ -128,10 +128,8 @@ def test_means_of_sets_agree_with_those_of_the_field_program(shared_data):
     names, target = np.unique(shots.target[rows].astype(str), return_inverse=True)
     assert names.tolist() == ["103", "105"]
     found = reduce(
-        TelescopeReadings(
-            np.zeros(len(rows), dtype=np.int64), target, shots.face[rows], shots.direction[rows],
-            shots.zenith[rows], shots.distance[rows], np.zeros(len(rows), dtype=np.int64),
-        )
+        np.zeros(len(rows), dtype=np.int64), target, shots.face[rows], shots.direction[rows],
+        shots.zenith[rows], shots.distance[rows], np.zeros(len(rows), dtype=np.int64),
     )  # fmt: skip
     turned = np.diff(found.directions.value)[0] % (2 * np.pi)
     assert turned == pytest.approx(np.radians(189 + 14 / 60 + 20 / 3600), abs=1.0 * SEC)

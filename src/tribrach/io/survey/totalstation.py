@@ -22,7 +22,7 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.site import FlatSite, Site
 from tribrach.instruments.atmosphere import first_velocity_ppm
 from tribrach.instruments.precision import Precision
-from tribrach.instruments.reduction import LIMIT, Means, Reduction, TelescopeReadings, reduce
+from tribrach.instruments.reduction import LIMIT, Means, Reduction, reduce
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
 from tribrach.network.facts import Fact, facts_of
@@ -278,7 +278,7 @@ def reduce_file(raw: RawFile) -> ReducedFile:
     known = {key: k for k, key in enumerate(dict.fromkeys(keys))}
     names = np.empty(len(known), dtype=object)
     names[:] = [name for name, _ in known]
-    readings = TelescopeReadings(
+    reduction = reduce(
         shots.setup[rows],
         np.array([known[key] for key in keys], dtype=np.int64),
         shots.face[rows],
@@ -288,7 +288,7 @@ def reduce_file(raw: RawFile) -> ReducedFile:
         shots.series[rows],
     )
     heights = np.array([h for _, h in known], dtype=float)
-    return ReducedFile(raw, reduce(readings), station, names, heights, rows)
+    return ReducedFile(raw, reduction, station, names, heights, rows)
 
 
 def corrected(raw: RawFile) -> Array:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 from tribrach.errors import InputError
-from tribrach.io.epoch_files import FORM, epoch_file, read_epoch
+from tribrach.io.epoch_files import FORM, EpochDocument, read_epoch
 from tribrach.io.survey.formats import read
 from tribrach.job.epochs import (
     ComparedEpochs,
@@ -123,7 +123,7 @@ def _label(file: Path) -> str:
 def epoch_text(adjustment: Adjustment, label: str) -> str:
     """The epoch file of an adjusted network, for later comparisons."""
     found = epoch_of(adjustment, label)
-    return FORM.text(epoch_file(found.epoch, found.site, datum_sentence(adjustment)))
+    return FORM.text(EpochDocument.of(found.epoch, found.site, datum_sentence(adjustment)))
 
 
 def against_earlier(project: Project, adjustment: Adjustment) -> tuple[ComparedEpochs, ...]:

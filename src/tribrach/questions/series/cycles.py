@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.answers import Form, Instant, Matrix, Number, Result, plain
+from tribrach.answers import Form, Instant, Matrix, Number, Result
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import Difference, Epoch, difference
 from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_series
@@ -21,8 +21,8 @@ from tribrach.epochs.wander import learned_wander, shared_factor, with_wander
 from tribrach.errors import InputError, TribrachError
 from tribrach.geodesy.site import FlatSite
 from tribrach.instruments.precision import Precision
-from tribrach.instruments.reduction import Means, TelescopeReadings, reduce
-from tribrach.io.epoch_files import epoch_file, epoch_of_data
+from tribrach.instruments.reduction import Means, reduce
+from tribrach.io.epoch_files import EpochDocument
 from tribrach.io.json_file import read_json
 from tribrach.io.readings_through_time import TimedReadings
 from tribrach.job.epochs import epoch_of
@@ -151,7 +151,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
 
     settings: SeriesSettings
     #: as an epoch file
-    baseline: dict[str, Any]
+    baseline: EpochDocument
     #: what variances are multiplied by, from the scatter that most reference points share
     factor: float
     #: also those that could not be solved
@@ -176,7 +176,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     @cached_property
     def zero(self) -> Epoch:
         """The baseline."""
-        return epoch_of_data(self.baseline)
+        return self.baseline.epoch
 
     @cached_property
     def solved(self) -> list[Cycle]:
@@ -187,9 +187,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     def points(self) -> list[PointSeries]:
         """Every point through time; cycles without datum are left out."""
         out = []
-        names = list(dict.fromkeys(name for cycle in self.cycles for name in cycle.points))
-        family = len(AXES) * len(names)
-        for name in names:
+        for name in dict.fromkeys(name for cycle in self.cycles for name in cycle.points):
             rows = [
                 (cycle.start / DAY, cycle.points[name])
                 for cycle in self.cycles
@@ -202,7 +200,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
             values = np.array([p.displacement for _, p in rows])
             sigma = np.array([p.sigma for _, p in rows])
             along = zip(AXES, values.T, sigma.T, strict=True)
-            fits = [fit_series(days, v, s, axis, family=family) for axis, v, s in along]
+            fits = [fit_series(days, v, s, axis) for axis, v, s in along]
             out.append(PointSeries(name, days, values, sigma, tuple(filter(None, fits))))
         return out
 
@@ -301,7 +299,7 @@ def monitor(
     left = [cycle for key, cycle in known.items() if key not in set(keys)]
     every = sorted([*left, *cycles], key=lambda cycle: cycle.start)
     reused = sum(key in known for key in keys) + len(left)
-    kept = plain(epoch_file(zero, FlatSite(), "baseline of a series"))
+    kept = EpochDocument.of(zero, FlatSite(), "baseline of a series")
     return Series(settings, kept, factor, tuple(every), wander, dict(seen), reused)
 
 
@@ -315,23 +313,21 @@ def _solved(
 ) -> Epoch:
     """One cycle as a free network, with the curvature of the Earth and a refraction of its own."""
     survey = Survey(site=FlatSite(curvature_radius=EARTH))
-    stations, setup = np.unique([readings.stations[k] for k in part.tolist()], return_inverse=True)
-    targets, target = np.unique([readings.targets[k] for k in part.tolist()], return_inverse=True)
+    stations, setup = _numbered([readings.stations[k] for k in part.tolist()])
+    targets, target = _numbered([readings.targets[k] for k in part.tolist()])
     heights, height = np.unique(readings.height_target[part], return_inverse=True)
-    for name in dict.fromkeys([*stations.tolist(), *targets.tolist()]):
+    for name in dict.fromkeys([*stations, *targets]):
         if name in places:
             survey.point(name, places[name], role="approximate")
     zenith = readings.zenith[part]
     means = reduce(
-        TelescopeReadings(
-            setup=setup,
-            target=target * len(heights) + height,
-            face=np.where(zenith > np.pi, 2, 1).astype(np.int8),
-            direction=readings.direction[part],
-            zenith=zenith,
-            distance=readings.distance[part],
-            series=np.zeros(len(part), dtype=np.int64),
-        )
+        setup=setup,
+        target=target * len(heights) + height,
+        face=np.where(zenith > np.pi, 2, 1).astype(np.int8),
+        direction=readings.direction[part],
+        zenith=zenith,
+        distance=readings.distance[part],
+        series=np.zeros(len(part), dtype=np.int64),
     )
     precision = Precision(
         direction=settings.sigma_direction,
@@ -350,8 +346,8 @@ def _solved(
             kind,
             values=of.value[good],
             sigma=sigma[good],
-            start=stations[of.setup[good]],
-            end=targets[of.target[good] // len(heights)],
+            start=[stations[k] for k in of.setup[good].tolist()],
+            end=[targets[k] for k in (of.target[good] // len(heights)).tolist()],
             source=[f"{readings.path.name}:{lines[k]}" for k in of.first[good]],
             **columns,
         )
@@ -397,6 +393,12 @@ def _solved(
         np.square([settings.centring, settings.centring, settings.height]), len(epoch.names)
     )
     return replace(epoch, covariance=epoch.covariance + np.diag(own))
+
+
+def _numbered(names: Sequence[str]) -> tuple[list[str], Index]:
+    """Names in the order in which they come first, and the number of each (n,)."""
+    number = {name: k for k, name in enumerate(dict.fromkeys(names))}
+    return list(number), np.array([number[name] for name in names], dtype=np.int64)
 
 
 def _zero(solved: Sequence[Epoch | None], settings: SeriesSettings) -> tuple[Epoch, list[int]]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.answers import Number, Result
+from tribrach.answers import Result
 from tribrach.gnss.attempts import Attempt
 from tribrach.gnss.baseline import Baseline
 from tribrach.gnss.loops import BaselineLoop
@@ -56,6 +56,7 @@ _TITLE = "GNSS baselines"
 class NamedLoop(BaselineLoop, keys={"names": "points"}):
     """A loop of baselines and its closure along E, N, U [m]."""
 
+    #: in the order in which they are walked
     names: tuple[str, ...] = ()
 
 
@@ -77,13 +78,13 @@ class SessionBaseline(Baseline, also=("from_", "to")):
 
 
 @dataclass(frozen=True)
-class BaselinesAndLoops(Result):
+class GnssPart(Result):
     """Baselines that were computed, and all loops."""
 
     frame: str | None
-    epoch: Number | None
-    baselines: list[SessionBaseline]
-    loops: list[NamedLoop]
+    epoch: float | None
+    baselines: tuple[SessionBaseline, ...]
+    loops: tuple[NamedLoop, ...]
 
 
 @dataclass(frozen=True)
@@ -488,13 +489,11 @@ def _data(
     loops: Sequence[BaselineLoop],
     sessions: Sequence[SessionResult],
     reference: Reference,
-) -> BaselinesAndLoops:
-    found = [SessionBaseline(**vars(b), session=s.name) for s, b in _all(sessions)]
-    named = [
-        NamedLoop(**vars(loop), names=tuple(baselines.names[k] for k in loop.points))
-        for loop in loops
-    ]
-    return BaselinesAndLoops(reference.frame, reference.epoch, found, named)
+) -> GnssPart:
+    of_sessions = tuple(SessionBaseline(**vars(b), session=s.name) for s, b in _all(sessions))
+    names = [tuple(baselines.names[k] for k in loop.points) for loop in loops]
+    named = [NamedLoop(**vars(loop), names=n) for loop, n in zip(loops, names, strict=True)]
+    return GnssPart(reference.frame, reference.epoch, of_sessions, tuple(named))
 
 
-SUBJECT = Subject("gnss", _chapters, BaselinesAndLoops)
+SUBJECT = Subject("gnss", _chapters, GnssPart)
