@@ -70,7 +70,10 @@ def _held_words(adjustment: SolvedSystem) -> list[str]:
     for name, axes in held_axes(adjustment).items():
         groups.setdefault(tuple(axes.tolist()), []).append(name)
     out = []
-    alone = {(True, True, False): " in plan alone", (False, False, True): " in height alone"}
+    alone: dict[tuple[bool, ...], str] = {
+        (True, True, False): " in plan alone",
+        (False, False, True): " in height alone",
+    }
     for held, names in groups.items():
         which = " in " + ", ".join(axis for axis, known in zip("ENU", held, strict=True) if known)
         words = "" if (np.array(held) == used).all() else alone.get(held, which)
