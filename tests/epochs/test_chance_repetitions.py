@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tribrach.epochs_from_files import compare_epoch_files
 
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import Epoch, difference
 from tribrach.job.epochs import EpochSettings
+from tribrach.questions.epochs.from_files import compare_epoch_files
 
 HEAD = (
     '<gama-local><network axes-xy="en" angles="right-handed"><parameters sigma-apr="1" '

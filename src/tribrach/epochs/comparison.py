@@ -422,7 +422,7 @@ def _settled(
         else:
             # none is larger than what passed the test of all of them together
             one = replace(one, limit=found.after.limit)
-            said = "not moved" if one.statistic <= one.limit else "cannot tell"
+            said = "cannot tell" if one.statistic > one.limit else "not moved"
         rows = slice(i * width, (i + 1) * width)
         value = np.linalg.eigvalsh(form.weights[rows, rows])
         seen = value[0] > 1e-12 * max(value[-1], 1e-300)
