@@ -54,7 +54,7 @@ _CHECK = "check its unit, there or with the instrument"
 
 def implausible_sigmas(network: Network) -> list[str]:
     """A sentence for each kind of observation that has standard deviations beyond reason."""
-    out = []
+    out: list[str] = []
     for o in network.observations:
         taking_part = o.use != Use.OFF
         for unit in ("rad", "m"):
@@ -96,7 +96,7 @@ def held_azimuths(network: Network) -> list[str]:
     A network is often turned into its frame by one azimuth with such a sigma. It is no mistake,
     and not that of an instrument either.
     """
-    out = []
+    out: list[str] = []
     for o in network.observations:
         small = (o.sigma.min(axis=1) < _ANGLES.least) & (o.use != Use.OFF)
         if isinstance(o, Azimuths) and small.any():

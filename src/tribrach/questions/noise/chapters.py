@@ -260,7 +260,7 @@ def _left(estimate: NoiseEstimate) -> Iterator[Finding]:
         factor = _against_stated(estimate)
         verdict: str = Sentence("as stated within {share:%}", share=_APART - 1)
         if factor > _APART:
-            verdict: str = "more than stated"
+            verdict = "more than stated"
             verdict += ", for which surfaces may be the reason" if estimate.doubts else ""
         elif factor < 1 / _APART:
             verdict = "less than stated"
