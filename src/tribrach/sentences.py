@@ -54,8 +54,6 @@ _TURNED = {
 _FORMATTER = string.Formatter()
 #: digits from which on a number is grouped
 _GROUPED = 5
-#: from here on a number of few digits has a power of ten
-_POWERS = 1e6
 
 
 @dataclass(frozen=True)

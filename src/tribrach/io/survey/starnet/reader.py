@@ -18,7 +18,7 @@ from tribrach.io.survey.starnet.recognition import PROJECTS, is_settings
 from tribrach.io.survey.starnet.records import StarnetRecords
 from tribrach.io.survey.starnet.settings import StarnetSettings, read_settings
 from tribrach.network.survey import Survey
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["read"]
 
@@ -136,6 +136,6 @@ def _assumed(records: StarnetRecords, settings: StarnetSettings) -> list[str]:
         return []
     return [
         "There is no project file, and lines leave their standard errors to it; assumed are "
-        + ", ".join(used)
+        + joined(", ", used)
         + ". Give the project file (.snproj, .prj) with the data."
     ]
