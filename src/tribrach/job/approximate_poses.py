@@ -21,7 +21,6 @@ from tribrach.job.poses import read_poses
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.scan.scan import Scan
 from tribrach.sentences import Sentence
-from tribrach.units import DEG
 
 __all__ = ["NO_POSES", "ApproximatePoses", "approximate_poses"]
 

@@ -10,7 +10,7 @@ from tribrach.report.characters import visible
 from tribrach.report.content import Report
 from tribrach.report.notation import notation_of
 from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
-from tribrach.sentences import Sentence, joined
+from tribrach.sentences import PLAIN, Notation, Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.epochs.comparison import Comparison

@@ -34,7 +34,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
 from tribrach.scan.length_unit import METRES, LengthUnit
-from tribrach.units import percent
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["CHUNK", "Chunk", "Field", "Lattice", "NoReturn", "Origin", "Scan"]
 

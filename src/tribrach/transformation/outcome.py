@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.sentences import Sentence
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
 from tribrach.transformation.models import MODELS, Model, Transformation, start

@@ -42,6 +42,7 @@ from tribrach.io.e57_pages import (
 from tribrach.io.scans.facts import told_facts
 from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Origin, Scan
+from tribrach.sentences import Sentence
 
 __all__ = ["OURS", "E57Scan", "pose_of", "read"]
 
