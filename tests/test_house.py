@@ -143,3 +143,101 @@ def test_the_classes_of_the_map_stand_where_it_says(trees: Trees) -> None:
 def test_the_pipeline_is_a_page() -> None:
     """A verb a line: what a verb does is in its own module."""
     assert len((SOURCE / "pipeline.py").read_text().splitlines()) <= 80
+
+
+#: rooms whose sentences reach reports and answers, beside those in io and workbench
+SAY = (
+    "calibration", "comparison", "geodesy", "gnss", "instruments", "job", "network", "questions",
+    "planning", "registration", "report", "scan", "solution.py", "targets", "transformation",
+)  # fmt: skip
+#: functions there that write a number themselves, and what it is part of
+WRITE_NUMBERS = {
+    "geodesy/frames.py": "options of PROJ",
+    "gnss/baseline.py": "options of the engine",
+    "gnss/engine.py": "options of the engine",
+    "instruments/range_law.py": "a refusal",
+    "job/first_project.py": "a project file",
+    "job/folder.py": "a line of the terminal",
+    "job/poses.py": "a table of poses",
+    "job/shared.py": "names of effects",
+    "network/given_values.py": "the digest of what is given",
+    "network/network.py": "an edit as it was given",
+    "network/observation_rows.py": "the row for Python",
+    "network/results.py": "results for Python",
+    "planning/prospect.py": "rounding",
+    "questions/calibrate/chapters.py": "columns of the terminal",
+    "questions/complete/clouds.py": "names of columns",
+    "questions/transform/chapters.py": "a cell",
+    "report/chapters/scans.py": "the name of an axis",
+    "report/charts.py": "places in a drawing",
+    "report/histogram.py": "places in a drawing",
+    "report/map.py": "places in a drawing",
+    "report/numbers.py": "cells, which are numbers",
+    "report/panoramas.py": "places in a drawing",
+    "report/regression.py": "cells",
+    "report/views.py": "the name of an axis",
+    "scan/neighbour_correlation.py": "keys of JSON",
+}
+#: what makes a cell, a mark or an exception: numbers of these are no sentences
+NO_SENTENCES = {"number_cell", "Cell", "mark", "refuse"}
+
+
+def numbers_in_strings(tree: ast.AST) -> Iterator[int]:
+    """Lines of strings that write a number with digits, outside of exceptions and repr."""
+    for node in ast.iter_child_nodes(tree):
+        name = ""
+        if isinstance(node, ast.Call):
+            name = ast.unparse(node.func).split(".")[-1]
+        if isinstance(node, ast.Raise) or name in NO_SENTENCES or name.endswith("Error"):
+            continue
+        if isinstance(node, Function) and node.name in ("__repr__", "_repr_html_", "summary"):
+            continue
+        if isinstance(node, ast.FormattedValue) and isinstance(node.format_spec, ast.JoinedStr):
+            spec = ast.unparse(node.format_spec)[2:-1]
+            if re.search(r"[fg%,]$", spec):
+                yield node.lineno
+        yield from numbers_in_strings(node)
+
+
+def test_sentences_keep_their_figures(trees: Trees) -> None:
+    """Numbers of sentences are fields of a Sentence, which writes them for the project."""
+    found = {
+        str(path.relative_to(SOURCE)): lines
+        for path, tree in trees.items()
+        if path.relative_to(SOURCE).parts[0] in SAY and (lines := [*numbers_in_strings(tree)])
+    }
+    assert {name: lines for name, lines in found.items() if name not in WRITE_NUMBERS} == {}
+    assert {name for name in WRITE_NUMBERS if name not in found} == set()
+
+
+#: modules that work on letters of text, and on which; sentences that are finished are none
+ON_LETTERS = {
+    "io/gnss/navigation_file.py": "the kind of a file",
+    "io/gnss/observation_file.py": "the kind of a file",
+    "io/toml_model.py": "what pydantic says",
+    "job/plausibility.py": "names of points",
+    "job/poses.py": "names of files",
+    "job/state.py": "names of files",
+    "network/identity.py": "parts of an id",
+    "project/toml_file.py": "what the parser of TOML says",
+    "questions/calibrate/command.py": "names of files",
+    "report/characters.py": "anchors, and characters that steer",
+    "report/tables.py": "cells, which are numbers",
+    "sentences.py": "templates",
+}
+
+
+def test_nothing_rewrites_finished_sentences(trees: Trees) -> None:
+    """No room searches its own sentences by patterns or gives them other first letters."""
+    found = set()
+    for path, tree in trees.items():
+        name = str(path.relative_to(SOURCE))
+        said = name.split("/")[0] in (*SAY, "cli", "project", "sentences.py")
+        for node in ast.walk(tree):
+            if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
+                continue
+            to, of = node.func.attr, node.func.value
+            first = isinstance(of, ast.Subscript) and ast.unparse(of.slice) == ":1"
+            if to == "capitalize" or (to in ("upper", "lower") and first) or (to == "sub" and said):
+                found.add(name)
+    assert found == set(ON_LETTERS)

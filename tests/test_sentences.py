@@ -66,3 +66,15 @@ def test_a_spec_that_is_none_is_refused() -> None:
 
 def test_scaled_is_the_number_that_is_written() -> None:
     assert scaled(0.0123, "mm1") == pytest.approx(12.3)
+
+
+def test_a_unit_stays_on_the_line_of_its_number() -> None:
+    page = Notation(space="_")
+    assert page.words(TURN) == "turned by 12.3_±_0.4_arcsec"
+    assert page.cell("5.1 %") == "5.1_%"
+
+
+def test_no_number_has_a_power_of_ten_that_is_none() -> None:
+    assert written(4.1302, "mmg3") == "4130 mm"
+    assert written(2.5, "g") == "2.5"
+    assert written(0.95, "%g") == "95 %"

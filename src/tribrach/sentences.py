@@ -24,7 +24,7 @@ from typing import Any, Literal, Self
 
 from tribrach.units import UNITS, percent
 
-__all__ = ["PLAIN", "Notation", "Sentence", "capital", "joined", "scaled", "written"]
+__all__ = ["PLAIN", "Notation", "Sentence", "capital", "joined", "scaled", "stopped", "written"]
 
 _SPEC = re.compile(
     r"(?P<unit>[^\d,~+]*?)(?P<sign>\+?)(?P<how>g?)(?P<digits>\d*)(?P<group>,?)(?P<bare>~?)"
@@ -41,13 +41,14 @@ _SCALES: dict[str, tuple[float, str]] = {
     "°": (1 / UNITS["deg"], "°"),
     "degrees": (1 / UNITS["deg"], " degrees"),
     "arcsec": (1 / UNITS["arcsec"], " arcsec"),
+    "arc seconds": (1 / UNITS["arcsec"], " arc seconds"),
     "″": (1 / UNITS["arcsec"], "″"),
     "gon": (1 / UNITS["gon"], " gon"),
     "mgon": (1 / UNITS["mgon"], " mgon"),
 }
 #: units of the other circle
 _TURNED = {
-    "gon": {"°": "gon", "degrees": "gon", "arcsec": "mgon"},
+    "gon": {"°": "gon", "degrees": "gon", "arcsec": "mgon", "arc seconds": "mgon"},
     "deg": {"gon": "°", "mgon": "arcsec"},
 }
 _FORMATTER = string.Formatter()
@@ -65,6 +66,8 @@ class Notation:
     thousands: str = ""
     #: unit of the angles in sentences; without it they stay as they were said
     angle: Literal["gon", "deg"] | None = None
+    #: between a number and its unit, and around the sign before what it may be wrong by
+    space: str = " "
 
     def words(self, text: str) -> str:
         """A sentence with its figures in this notation; other text as it is."""
@@ -76,14 +79,16 @@ class Notation:
             return text.written(self)
         if self.decimal == "." and not self.thousands:
             return text
+        plain = self.decimal == "." and not self.thousands
         found = _CELL.fullmatch(text)
         if found is None:
             return text
         sign, whole, fraction, unit = found.groups()
-        whole = whole.replace(",", "")
+        whole = whole if plain else whole.replace(",", "")
         if self.thousands and len(whole) >= _GROUPED:
             whole = f"{int(whole):,}".replace(",", self.thousands)
-        return f"{sign}{whole}{'' if fraction is None else self.decimal + fraction}{unit or ''}"
+        unit = "" if unit is None else self.space + unit[1:]
+        return f"{sign}{whole}{'' if fraction is None else self.decimal + fraction}{unit}"
 
 
 #: a number that fills a cell
@@ -164,7 +169,8 @@ def written(value: float, spec: str, notation: Notation = PLAIN) -> str:
         size = abs(value * factor)
         digits = max(0, sharp - 1 - math.floor(math.log10(size * (1 + 1e-9)))) if size else 0
         text = f"{value * factor:.{digits}f}"
-    return notation.cell(text) + ("" if found["bare"] else behind)
+    behind = "" if found["bare"] else behind.replace(" ", notation.space)
+    return notation.cell(text) + behind
 
 
 def joined(between: str, parts: Iterable[str]) -> str:
@@ -190,6 +196,11 @@ def capital(text: str) -> str:
     return Sentence.of(text.template, {**text.values, name: capital(value)})
 
 
+def stopped(text: str) -> str:
+    """A text that ends with a full stop, or with the mark that it has."""
+    return text if text.endswith((".", "!", "?")) else text + "."
+
+
 def scaled(value: Any, spec: str) -> Any:
     """Quantities in the unit of a field: ``scaled(metres, "mm1")``, one or an array."""
     found = _SPEC.fullmatch(spec)
@@ -211,7 +222,7 @@ def _filled(template: str, values: Mapping[str, Any], notation: Notation) -> str
     """A template with its values."""
     parts = []
     for text, name, spec, _ in _FORMATTER.parse(template):
-        parts.append(text)
+        parts.append(text.replace(" ± ", f"{notation.space}±{notation.space}"))
         if name is None:
             continue
         value = values[name]

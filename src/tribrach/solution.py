@@ -98,7 +98,7 @@ class SolvedNetwork:
         """The same with what looks wrong in what is given first, if it fails its global test."""
         if self.quality.global_test.passed is not False:
             return self
-        said = warned(Severity.INPUT, questions())
+        said = warned(Severity.INPUT, questions(), "question")
         return replace(self, warnings=(*said, *self.warnings))
 
 

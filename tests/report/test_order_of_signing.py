@@ -21,9 +21,10 @@ from tribrach.report.chapters.adjustment import Marked, marked
 from tribrach.report.charts import SIGNED, Chart, DrawnMark, beside, nice_ticks, shade
 from tribrach.report.front_page import front_page
 from tribrach.report.names import spoken
-from tribrach.report.notation import ReportNotation
 from tribrach.report.panoramas import panorama_drawing
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+from tribrach.sentences import Notation, Sentence
+from tribrach.units import SEC
 
 
 def page(content):
@@ -113,51 +114,12 @@ def test_a_suspicious_sight_is_drawn_and_rows_name_their_ends() -> None:
     assert len(drawn) == len(pairs)
 
 
-@pytest.mark.parametrize(
-    ("given", "comma", "grouped"),
-    [
-        ("σ 0.976 of 1", "σ 0,976 of 1", "σ 0,976 of 1"),
-        ("5,322,543 points", "5322543 points", "5 322 543 points"),
-        ("passes (180.90 against 153.72).", "passes (180,90 against 153,72).", None),
-        ("traverse.gsi:43 and S1.laz", "traverse.gsi:43 and S1.laz", None),
-        ("Tribrach 0.1.0 of 2026-11-23", "Tribrach 0.1.0 of 2026-11-23", None),
-        ("point 12.3 moved 4.5 mm", "point 12.3 moved 4,5 mm", None),
-    ],
-)
-def test_numbers_of_sentences(given: str, comma: str, grouped: str | None) -> None:
-    names = frozenset({"12.3"})
-    assert ReportNotation(",", "", names=names).words(given) == comma
-    assert ReportNotation(",", " ", names=names).words(given) == (grouped or comma)
-    assert ReportNotation().words(given) == given
-
-
-@pytest.mark.parametrize(
-    ("said", "gon", "deg"),
-    [
-        ("one side, within 56°: far", "one side, within 62 gon: far", None),
-        ("20 to 160° are better", "22 to 178 gon are better", None),
-        ("1 to 15°", "1 to 17 gon", None),
-        ("between 0 to 0°", "between 0 to 0 gon", None),
-        ("the beam meets it at 65 degrees", "the beam meets it at 72 gon", None),
-        ("plumb lines turn by 2.9 arcsec;", "plumb lines turn by 0.90 mgon;", None),
-        ("about -32.40 arcsec", "about -10.00 mgon", None),
-        ("8 arc seconds are assumed", "2.5 mgon are assumed", None),
-        ("along H = 145 gon of its scan", None, "along H = 130° of its scan"),
-        ("turned by 10.00 mgon", None, "turned by 32.40 arcsec"),
-        ("with 12.5 degrees of freedom", None, None),
-        ("12 points per degree, 20° 59′ 00.00″, 20°C and 20 °C", None, None),
-        ("scan_angle_arcsec = 8.0 and a.csv:12", None, None),
-    ],
-)
-def test_angles_of_sentences_have_one_unit(said: str, gon: str | None, deg: str | None) -> None:
-    assert ReportNotation(angle="gon").words(said) == (gon or said)
-    assert ReportNotation(angle="deg").words(said) == (deg or said)
-    assert ReportNotation().words(said) == said
-
-
 def test_a_warning_is_in_the_unit_of_the_report() -> None:
     content = scanner_content()
-    said = replace(content, warnings=("The targets lie within 56° and turn by 2.9 arcsec.",))
+    words = Sentence(
+        "The targets lie within {a:°0} and turn by {b:arcsec1}.", a=np.radians(56), b=2.9 * SEC
+    )
+    said = replace(content, warnings=(words,))
     (shown,) = page(said).xpath("//section[@id='warnings']//li")
     # a number and its unit stay on one line of a page
     with_units = shown.text_content().replace("\N{NO-BREAK SPACE}", " ")
@@ -176,7 +138,7 @@ def test_a_zero_in_a_table_has_no_sign() -> None:
 
 
 def test_numbers_of_cells() -> None:
-    notation = ReportNotation(",", ".")
+    notation = Notation(",", ".")
     assert notation.cell("-412345.6789") == "-412.345,6789"
     assert notation.cell("1234.5") == "1234,5"
     assert notation.cell("1.53 mm") == "1,53 mm"

@@ -22,6 +22,7 @@ from tribrach.network.datum import open_motions
 from tribrach.network.defects import column_length, motion_words, null_space, sentences
 from tribrach.network.network import Network
 from tribrach.observations.unknowns import State
+from tribrach.sentences import Sentence
 
 __all__ = [
     "Estimability",
@@ -202,7 +203,11 @@ def _hardly(names: Sequence[str], covariance: Array, near: float) -> list[Left]:
             break
         a, b = alive[i], alive[j]
         worse, better = (a, b) if _rank_of(names[a]) > _rank_of(names[b]) else (b, a)
-        why = f"it is hardly separated from {names[better]} (correlation {rho[i, j]:+.3f})"
+        why = Sentence(
+            "it is hardly separated from {names} (correlation {rho:+3})",
+            names=names[better],
+            rho=rho[i, j],
+        )
         out.append(Left(names[worse], why))
         alive.remove(worse)
     return out

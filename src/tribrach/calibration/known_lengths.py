@@ -23,6 +23,7 @@ from tribrach.answers import Estimate, Number, Table, Test, Vector
 from tribrach.calibration.misalignment_search import whitened
 from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.calibration.target_distances import measured_distances
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, norm
 
 __all__ = ["KnownLengths", "LengthCheck", "LengthRows", "compare_lengths", "without_blunders"]
@@ -198,9 +199,13 @@ def without_blunders(
     if len(found) == 1:
         what, own, p = found[0]
         words += (
-            f"{what}: the table contradicts the other known lengths there (p = {p:.1g} beside a "
-            "scale and a range zero), which fit without; a blunder of the table or of the names of "
-            "targets, and no part of the verdict",
+            Sentence(
+                "{what}: the table contradicts the other known lengths there (p = {p:g1} "
+                "beside a scale and a range zero), which fit without; a blunder of the table "
+                "or of the names of targets, and no part of the verdict",
+                what=what,
+                p=p,
+            ),
         )
         return known.without(set(own)), words
     if found:
@@ -231,9 +236,16 @@ def _without_gross(
     for k in gross:
         seen = ", ".join(stations[int(i)] for i in np.flatnonzero(row == k))
         words.append(
-            f"{known.pairs[k][0]} to {known.pairs[k][1]} is {known.lengths[k]:.3f} m in the table "
-            f"and {measured[row == k].mean():.3f} m from {seen}: no range is wrong by as much; a "
-            "blunder of the table or of the names of targets, and no part of the verdict"
+            Sentence(
+                "{first} to {second} is {length:m3} in the table and {measured:m3} from "
+                "{seen}: no range is wrong by as much; a blunder of the table or of the names "
+                "of targets, and no part of the verdict",
+                first=known.pairs[k][0],
+                second=known.pairs[k][1],
+                length=known.lengths[k],
+                measured=measured[row == k].mean(),
+                seen=seen,
+            )
         )
     return known.without(set(gross)), tuple(words)
 

@@ -15,6 +15,7 @@ from tribrach._types import Array
 from tribrach.calibration.datum_effects import distance_sigmas
 from tribrach.calibration.self_calibration import SelfCalibration
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 
 __all__ = ["Compared", "ComparedUnknown", "compare_runs"]
 
@@ -69,9 +70,14 @@ class Compared:
         low, high = self.distances.min(initial=1.0), self.distances.max(initial=1.0)
         worse = [line for line in self.lines if line.ratio > _NOTICED]
         better = [line for line in self.lines if line.ratio < 1 / _NOTICED]
-        out = [
-            f"sigmas of distances between points: second over first {low:.6f} to {high:.6f}; "
-            f"redundancy {self.redundancy[0]} and {self.redundancy[1]}"
+        out: list[str] = [
+            Sentence(
+                "sigmas of distances between points: second over first {low:6} to {high:6}; "
+                "redundancy {own.redundancy[0]} and {own.redundancy[1]}",
+                low=low,
+                high=high,
+                own=self,
+            )
         ]
         if self.datum_only:
             out.append(
@@ -89,7 +95,7 @@ class Compared:
 
 def _factor(line: ComparedUnknown) -> str:
     """An unknown and the factor on its sigma, in words."""
-    return f"{line.name} ({line.ratio:.3g} times)"
+    return Sentence("{line.name} ({line.ratio:g3} times)", line=line)
 
 
 def compare_runs(first: SelfCalibration, second: SelfCalibration) -> Compared:

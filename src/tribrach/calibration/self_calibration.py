@@ -46,6 +46,7 @@ from tribrach.network.start.start_values import find_start
 from tribrach.observations.base import Use
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.observations.unknowns import State
+from tribrach.sentences import Sentence
 from tribrach.statistics import f
 
 __all__ = [
@@ -525,8 +526,9 @@ def _differ(adjustment: Adjustment, names: Sequence[str], posterior: bool) -> Bl
 
 def _origin(adjustment: Adjustment, posterior: bool) -> str:
     if posterior:
-        return (
-            f"a posteriori, sigma0 {adjustment.sigma0_posterior:.4f}, redundancy {adjustment.dof}"
+        return Sentence(
+            "a posteriori, sigma0 {adjustment.sigma0_posterior:4}, redundancy {adjustment.dof}",
+            adjustment=adjustment,
         )
     return "a priori, from the sigmas of the observations"
 

@@ -15,6 +15,7 @@ from tribrach.job.opened import open_job
 from tribrach.network.network import Network
 from tribrach.network.observed_part import observed_part
 from tribrach.questions.adjust.command import project_of
+from tribrach.sentences import capital
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 
 __all__ = ["export"]
@@ -61,7 +62,7 @@ def export(
         names = ", ".join(map(str, written))
         say(f"{names}: {result.written} observation{'' if one else 's'}")
         for sentence in (*result.lost, *result.notes):
-            say(f"! {sentence[:1].upper()}{sentence[1:]}.")
+            say(f"! {capital(sentence)}.")
 
     guarded(work)
 

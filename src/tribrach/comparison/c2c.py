@@ -28,6 +28,7 @@ from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
 from tribrach.comparison.streams import Stream
 from tribrach.comparison.tiles import Tile, Tiles, tiles
 from tribrach.kernels import in_threads, njit
+from tribrach.sentences import Sentence
 from tribrach.tasks.engine import HERE, Call, Engine
 
 __all__ = [
@@ -382,8 +383,12 @@ def _sentences(
         )
     if floor.mean + 2 * floor.std > limit:
         notes.append(
-            f"the reference is too thin for the limit of {1e3 * limit:g} mm, which cuts distances "
-            f"off that the floor has: give {1e3 * (floor.mean + 3 * floor.std):.0f} mm or more"
+            Sentence(
+                "the reference is too thin for the limit of {limit:mmg}, which cuts distances "
+                "off that the floor has: give {floor:mm0} or more",
+                limit=limit,
+                floor=floor.mean + 3 * floor.std,
+            )
         )
     return notes
 

@@ -14,6 +14,7 @@ from pyproj.exceptions import CRSError, ProjError
 from pyproj.transformer import TransformerGroup
 
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 
 __all__ = ["missing_grid_sentences", "offline", "vertical_name"]
 
@@ -37,16 +38,26 @@ def missing_grid_sentences(crs: str) -> list[str]:
         raise InputError(f"{crs} is not known to PROJ", cure="give an EPSG code") from error
     if group.best_available:
         return []
-    sentences = []
+    sentences: list[str] = []
     available = [t.accuracy for t in group.transformers if t.accuracy >= 0]
-    instead = f"another of {min(available):g} m" if available else "another of unknown accuracy"
+    instead = (
+        Sentence("another of {available:mg}", available=min(available))
+        if available
+        else "another of unknown accuracy"
+    )
     for operation in group.unavailable_operations[:3]:
         grids = [grid.short_name for grid in operation.grids if not grid.available]
         if grids:
             sentences.append(
-                f"the way from {crs} to WGS 84 with {operation.accuracy:g} m needs the grid "
-                f"{', '.join(grids)}, which is not installed; {instead} is taken to read geoid "
-                "heights; nothing is downloaded: put the grid into PROJ's folder"
+                Sentence(
+                    "the way from {crs} to WGS 84 with {operation.accuracy:mg} needs the grid "
+                    "{grids}, which is not installed; {instead} is taken to read geoid heights; "
+                    "nothing is downloaded: put the grid into PROJ's folder",
+                    crs=crs,
+                    operation=operation,
+                    grids=", ".join(grids),
+                    instead=instead,
+                )
             )
     return sentences[:1]
 

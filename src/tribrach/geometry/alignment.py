@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 
 __all__ = ["Alignment", "Groups", "group_planar", "group_rigid", "kabsch", "planar", "umeyama"]
 
@@ -57,9 +58,10 @@ class Alignment:
         Points in one plane fit as well from below: then only the standing axis tells.
         """
         if self.mirrored:
-            return (
-                f"the points fit only as a mirror image ({self.mirror_rms:.3g} m instead of "
-                f"{self.rms:.3g} m): your columns look swapped (N/E)"
+            return Sentence(
+                "the points fit only as a mirror image ({own.mirror_rms:mg3} instead of "
+                "{own.rms:mg3}): your columns look swapped (N/E)",
+                own=self,
             )
         if len(self.rotation) == 3 and self.rotation[2, 2] < -0.5:
             return (

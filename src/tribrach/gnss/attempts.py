@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from tribrach.answers import Number, Result
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 from tribrach.units import percent
 
 __all__ = ["FREQUENCIES", "Attempt", "choose", "comparison", "reason"]
@@ -129,16 +129,27 @@ def reason(attempts: Sequence[Attempt], taken: int) -> str:
     """
     first, best = attempts[0], attempts[taken]
     if taken:
-        words = f"{best.what} is taken ({best.words}) instead of {first.what} ({first.words})"
+        words = Sentence(
+            "{best.what} is taken ({best.words}) instead of {first.what} ({first.words})",
+            best=best,
+            first=first,
+        )
         cured = [a for a in attempts[1:] if a.cures and a.ambiguities == "fixed"]
         if not cured or not (first.ambiguities == "float" or _cured(first, cured[0])):
             return words
-        return (
-            f"{words}; {cured[0].cures}, and with those moved by a quarter of a cycle "
-            f"{first.what} are fixed in {percent(cured[0].fixed_share)} of the epochs"
+        return Sentence(
+            "{words}; {cured[0].cures}, and with those moved by a quarter of a cycle "
+            "{first.what} are fixed in {cured[0].fixed_share:%} of the epochs",
+            words=words,
+            cured=cured,
+            first=first,
         )
-    others = "; ".join(f"{a.what}: {a.words}" for a in attempts[1:])
-    return f"{first.what} is kept ({first.words}), no other way is better ({others})"
+    others = joined("; ", (Sentence("{a.what}: {a.words}", a=a) for a in attempts[1:]))
+    return Sentence(
+        "{first.what} is kept ({first.words}), no other way is better ({others})",
+        first=first,
+        others=others,
+    )
 
 
 def comparison(attempts: Sequence[Attempt]) -> list[str]:

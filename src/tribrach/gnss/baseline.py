@@ -137,9 +137,16 @@ def doubts_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> list
     if effect == 0.0:
         return []
     return [
-        f"the broadcast orbits of {len(coarse)} Galileo satellites ({', '.join(coarse)}) state an "
-        f"accuracy of {orbits.accuracy:g} m: errors of this size change {length:.0f} m by "
-        f"{1e3 * effect:.1f} mm"
+        Sentence(
+            "the broadcast orbits of {coarse} Galileo satellites ({names}) state an "
+            "accuracy of {orbits.accuracy:mg}: errors of this size change {length:m0} by "
+            "{effect:mm1}",
+            coarse=len(coarse),
+            names=", ".join(coarse),
+            orbits=orbits,
+            length=length,
+            effect=effect,
+        )
     ]
 
 
@@ -165,14 +172,23 @@ def doubts_of_fixes(name: str, final: FinalSolution) -> list[str]:
     """
     if not final.fixed:
         return [
-            f"{name}: the baseline is a float solution: {final.reason}; its sigma is that of real "
-            "ambiguities and of the scatter of the epochs at the end"
+            Sentence(
+                "{name}: the baseline is a float solution: {final.reason}; its sigma is that "
+                "of real ambiguities and of the scatter of the epochs at the end",
+                name=name,
+                final=final,
+            )
         ]
-    out = []
+    out: list[str] = []
     if final.share < RARELY:
         out.append(
-            f"{name}: only {percent(final.share)} of the epochs are fixed, fewer than "
-            f"{percent(RARELY)}; the integers are found late in the session"
+            Sentence(
+                "{name}: only {final.share:%} of the epochs are fixed, fewer than {rarely:%}; "
+                "the integers are found late in the session",
+                name=name,
+                final=final,
+                rarely=RARELY,
+            )
         )
     if final.epochs_end < FEWEST_CHECKED:
         out.append(
@@ -809,13 +825,22 @@ def checked_by_pieces(
         return replace(baseline, pieces=scatter)
     name = f"{baseline.files[0]} to {baseline.files[1]}"
     if settings.factor is not None:
-        given = f"the factor {settings.factor:g} that is given is too small by {scatter.ratio:.2f}"
-        words = f"{name}: {scatter.figures()}: {given}"
+        given = Sentence(
+            "the factor {settings.factor:g} that is given is too small by {scatter.ratio:2}",
+            settings=settings,
+            scatter=scatter,
+        )
+        words = Sentence(
+            "{name}: {scatter}: {given}", name=name, scatter=scatter.figures(), given=given
+        )
         return replace(baseline, pieces=scatter, warnings=(*baseline.warnings, words))
     return replace(
         baseline,
         covariance=baseline.covariance * scatter.factor**2,
         factor=baseline.factor * scatter.factor,
         pieces=scatter,
-        warnings=(*baseline.warnings, f"{name}: {scatter.sentence()}"),
+        warnings=(
+            *baseline.warnings,
+            Sentence("{name}: {scatter}", name=name, scatter=scatter.sentence()),
+        ),
     )

@@ -119,7 +119,7 @@ class PieceScatter(
 
     def sentence(self) -> str:
         """The same, with what follows from it, and why pieces without integers state much."""
-        return f"{self._verdict()}{self._float()}"
+        return self._verdict() + self._float()
 
     def _float(self) -> str:
         """What pieces with float ambiguities state, and why; nothing where there are none."""

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.sentences import Sentence
-from tribrach.units import percent
 
 __all__ = [
     "AGREEMENT",
@@ -71,9 +70,11 @@ class FinalSolution:
         if self.share == 0:
             return "no epoch is fixed"
         if self.share_end < SHARE:
-            return (
-                f"{percent(self.share_end)} of the last {self.epochs_end} epochs are fixed, and "
-                f"{percent(SHARE)} are needed"
+            return Sentence(
+                "{own.share_end:%} of the last {own.epochs_end} epochs are fixed, and "
+                "{share:%} are needed",
+                own=self,
+                share=SHARE,
             )
         return Sentence(
             "fixed epochs at the end differ by {own.apart:mm0}, and {own.limit:mm0} are "

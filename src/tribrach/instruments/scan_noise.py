@@ -160,8 +160,10 @@ class ScanNoise:
         )
         plain = Sentence("ranges {own.range:mmg3} + {own.range_scale:ppmg3}", own=self)
         parts = [
-            plain if self.law is None else f"{self.law.words} (without intensity {plain})",
-            f"angles {angles}",
+            plain
+            if self.law is None
+            else Sentence("{own.law.words} (without intensity {plain})", own=self, plain=plain),
+            Sentence("angles {angles}", angles=angles),
         ]
         if self.systematic:
             parts.append(Sentence('systematic {systematic:g3}"', systematic=self.systematic / SEC))
@@ -187,7 +189,7 @@ class ScanNoise:
                     else ""
                 )
             )
-        return "noise of the scanner: " + ", ".join(parts)
+        return "noise of the scanner: " + joined(", ", parts)
 
     @property
     def parameters(self) -> Array:

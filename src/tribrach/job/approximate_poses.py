@@ -20,6 +20,7 @@ from tribrach.io.scans.origin import scan_name
 from tribrach.job.poses import read_poses
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.scan.scan import Scan
+from tribrach.sentences import Sentence
 
 __all__ = ["NO_POSES", "ApproximatePoses", "approximate_poses"]
 
@@ -76,7 +77,9 @@ def _take(path: Path, names: Sequence[str], poses: dict[str, Pose], words: list[
     if path.is_dir():
         lists = beside(names, path)
         new: dict[str, Pose] = {name: one.poses[0] for name, one in lists.items()}
-        words += [f"{path.name}: {one.words}" for one in lists.values()]
+        words += [
+            Sentence("{path.name}: {one.words}", path=path, one=one) for one in lists.values()
+        ]
         keep(one.path for one in lists.values())
     elif path.suffix.lower() == ".json":
         keep([path])
@@ -86,7 +89,7 @@ def _take(path: Path, names: Sequence[str], poses: dict[str, Pose], words: list[
         keep([path])
         listed = read_pose_list(path)
         new = dict(assigned(names, listed))
-        words.append(f"{path.name}: {listed.words}")
+        words.append(Sentence("{path.name}: {listed.words}", path=path, listed=listed))
     if not new:
         raise InputError(
             "there is no pose of any of the scans here",
@@ -110,7 +113,7 @@ def _beside(scans: Mapping[str, Scan]) -> tuple[dict[str, Pose], str]:
         for stem, one in beside(list(stems), folder).items():
             keep([one.path])
             poses[stems[stem]] = one.poses[0]
-            words.append(f"beside the scans: {one.words}")
+            words.append(Sentence("beside the scans: {one.words}", one=one))
     return poses, "; ".join(dict.fromkeys(words))
 
 

@@ -24,7 +24,8 @@ from tribrach.registration.geometry_warnings import (
     targets_around,
 )
 from tribrach.scan.surface_sample import SurfaceSample
-from tribrach.units import span
+from tribrach.sentences import Sentence
+from tribrach.units import DEG, span
 
 __all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences", "station_shares"]
 
@@ -160,10 +161,16 @@ def _sentence(around: TargetsAround, where: Placement, points: Array) -> list[st
     if factor < _FAR or out < _WORSE * among:
         return []
     return [
-        f"the scans of station {around.station} reach {factor:.1f} times as far as its targets "
-        f"stand: what the station leaves uncertain is {1e3 * among:.1f} mm at the targets and "
-        f"{1e3 * out:.1f} mm out there (3D, 95 % of the points below); targets around the object "
-        "would hold it"
+        Sentence(
+            "the scans of station {around.station} reach {factor:1} times as far as its "
+            "targets stand: what the station leaves uncertain is {among:mm1} at the "
+            "targets and {out:mm1} out there (3D, 95 % of the points below); targets "
+            "around the object would hold it",
+            around=around,
+            factor=factor,
+            among=among,
+            out=out,
+        )
     ]
 
 
@@ -339,7 +346,16 @@ def _part(name: str, k: int, mean: Array, across: Array | None) -> BudgetPart:
 def _words(i: int, j: int) -> str:
     """A region in words."""
     low, high = RANGES[i], RANGES[i + 1]
-    distance = f"over {low:g} m" if np.isinf(high) else f"{low:g} to {high:g} m"
+    distance = (
+        Sentence("over {low:mg}", low=low)
+        if np.isinf(high)
+        else Sentence("{low:mg~} to {high:mg}", low=low, high=high)
+    )
     if j < 0:
-        return f"{distance}, surface unknown"
-    return f"{distance}, {_INCIDENCES[j]:g} to {_INCIDENCES[j + 1]:g}°"
+        return Sentence("{distance}, surface unknown", distance=distance)
+    return Sentence(
+        "{distance}, {low:°g~} to {high:°g}",
+        distance=distance,
+        low=_INCIDENCES[j] * DEG,
+        high=_INCIDENCES[j + 1] * DEG,
+    )

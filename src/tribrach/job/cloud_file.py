@@ -23,6 +23,7 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import POSES, PoseFile, read_poses
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
+from tribrach.sentences import Sentence
 
 __all__ = [
     "CloudFile",
@@ -66,7 +67,11 @@ class CloudFile:
     def sentences(self) -> tuple[str, ...]:
         """Which points are left out as beams without return, without the final stop."""
         found = [(scan.source, scan.no_return) for scan in self.scans]
-        return tuple(f"{name}: {beams.sentence}" for name, beams in found if beams is not None)
+        return tuple(
+            Sentence("{name}: {beams.sentence}", name=name, beams=beams)
+            for name, beams in found
+            if beams is not None
+        )
 
     @property
     def columns(self) -> int:

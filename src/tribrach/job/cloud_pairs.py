@@ -34,6 +34,7 @@ from tribrach.registration.clouds.proposals import (
     try_proposed,
 )
 from tribrach.registration.pose_graph import Joint
+from tribrach.sentences import joined
 from tribrach.statistics import chi2
 
 __all__ = ["CloudPairs", "cloud_pairs", "contradicted", "observable"]
@@ -116,7 +117,7 @@ def cloud_pairs(
     for i, j in sorted(found):
         tried = found[i, j]
         if tried.edge is None:
-            obstacles[frozenset((names[i], names[j]))] = " ".join(tried.sentences)
+            obstacles[frozenset((names[i], names[j]))] = joined(" ", tried.sentences)
             continue
         edges.append(tried.edge)
         ranks[tried.edge.ends] = tried.rank, tried.agree

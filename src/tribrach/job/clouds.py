@@ -30,7 +30,7 @@ from tribrach.job.state import Remembered, digest
 from tribrach.kernels import in_threads
 from tribrach.scan.normals import incidence_cosines
 from tribrach.scan.scan import Field
-from tribrach.units import percent
+from tribrach.sentences import Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.project.sections import CloudSection
@@ -374,10 +374,16 @@ class CloudProduct:
             elif self._outside[k] > _WORTH_SAYING * self._points_of[k]:
                 share = self._outside[k] / self._points_of[k]
                 self.sentences.append(
-                    f"{self.file}: {percent(share)} of the points of scan {scan.name} have "
-                    f"intensities outside of those that the law of their noise was estimated from "
-                    f"({law.low:g} to {law.high:g}); weaker light has what "
-                    f"it gives down to {law.weakest:g}, stronger light what it gives at its end"
+                    Sentence(
+                        "{own.file}: {share:%} of the points of scan {scan.name} have intensities "
+                        "outside of those that the law of their noise was estimated from "
+                        "({law.low:g} to {law.high:g}); weaker light has what it gives down to "
+                        "{law.weakest:g}, stronger light what it gives at its end",
+                        own=self,
+                        share=share,
+                        scan=scan,
+                        law=law,
+                    )
                 )
 
     def _say_misfit(self) -> None:
@@ -387,10 +393,15 @@ class CloudProduct:
         at = self.placements[0].pose.translation
         scale = np.sqrt(abs(np.linalg.det(self.frame.jacobian(at)[:2, :2]))) - 1
         self.sentences.append(
-            f"{self.file} has rigid poses, which do not carry the scale of {self.frame.crs} "
-            f"({1e6 * scale:+.1f} ppm at this site, {1e5 * abs(scale):.1f} mm in 100 m): its "
-            f"points are up to {1e3 * self._misfit:.1f} mm beside their coordinates in the "
-            "projection; the frames work and ecef, and other formats, are exact"
+            Sentence(
+                "{own.file} has rigid poses, which do not carry the scale of {own.frame.crs} "
+                "({scale:ppm+1} at this site, {change:mm1} in 100 m): its points are up to "
+                "{own._misfit:mm1} beside their coordinates in the projection; the frames work "
+                "and ecef, and other formats, are exact",
+                own=self,
+                scale=scale,
+                change=100 * abs(scale),
+            )
         )
 
     def _records(self) -> int | None:
@@ -538,4 +549,4 @@ class CloudProduct:
         ]
         parts += ["calibration of the scanner"] if calibrated else []
         parts += [noise.words for noise in noises[:3]]
-        return "; ".join(parts)
+        return joined("; ", parts)

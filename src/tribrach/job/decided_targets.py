@@ -13,6 +13,7 @@ from tribrach.job.find_targets import Findings
 from tribrach.job.scans import StationScan
 from tribrach.project.edits import Edits
 from tribrach.registration.identify import is_tie_point
+from tribrach.sentences import Sentence, joined
 from tribrach.targets.detection import Detection, Rejected
 
 __all__ = ["found_again", "names_by_hand", "nearest", "with_names"]
@@ -38,7 +39,11 @@ def found_again(findings: Sequence[Findings], edits: Edits) -> list[Findings]:
         if found is None:
             raise edits.error("target", number, *_far(findings[k], np.array(target.center)))
         if not target.accept:
-            bad = Rejected(found.kind, found.center, f"rejected by hand: {target.reason}")
+            bad = Rejected(
+                found.kind,
+                found.center,
+                Sentence("rejected by hand: {target.reason}", target=target),
+            )
             out[k] = _without(out[k], found, bad)
     return out
 
@@ -66,13 +71,23 @@ def nearest(detections: Sequence[Detection], center: Array) -> Detection | None:
 
 def _far(finding: Findings, center: Array) -> tuple[str, str]:
     """What is wrong with a place without a target, and where the nearest targets are."""
-    what = (
-        f"scan {finding.scan} has no target within {1000 * WITHIN_M:g} mm of "
-        f"{', '.join(f'{x:.3f}' for x in center)}"
+    what = Sentence(
+        "scan {finding.scan} has no target within {within_m:mmg} of {center}",
+        finding=finding,
+        within_m=WITHIN_M,
+        center=joined(", ", (Sentence("{x:3}", x=x) for x in center)),
     )
     near = sorted(finding.detections, key=lambda d: float(np.linalg.norm(d.center - center)))[:3]
-    places = "; ".join(f"[{', '.join(f'{x:.3f}' for x in d.center)}]" for d in near)
-    return what, f"the nearest are at {places}" if near else "it has no targets at all"
+    places = joined(
+        "; ",
+        (
+            Sentence("[{d}]", d=joined(", ", (Sentence("{x:3}", x=x) for x in d.center)))
+            for d in near
+        ),
+    )
+    return what, Sentence(
+        "the nearest are at {places}", places=places
+    ) if near else "it has no targets at all"
 
 
 def names_by_hand(

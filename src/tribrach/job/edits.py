@@ -7,6 +7,7 @@ from tribrach.network.network import Edit, Network
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.project.edits import Edits, TargetEdit
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["decided_marks", "obeyed"]
 
@@ -53,6 +54,12 @@ def decided_marks(survey: Survey, edits: Edits) -> Survey:
 
 def _told(target: TargetEdit) -> Edit:
     """A decision about a target among those of the network."""
-    place = ", ".join(f"{x:.3f}" for x in target.center)
+    place = joined(", ", (Sentence("{x:3}", x=x) for x in target.center))
     action = f"name {target.name}" if target.accept else "rejected"
-    return Edit(f"{target.scan}: target at {place}", action, target.reason, target.by, target.when)
+    return Edit(
+        Sentence("{target.scan}: target at {place}", target=target, place=place),
+        action,
+        target.reason,
+        target.by,
+        target.when,
+    )

@@ -17,6 +17,7 @@ from tribrach.errors import NothingFound
 from tribrach.job.find_targets import Findings, find_targets
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.project.sections import TargetSection
+from tribrach.sentences import Sentence, joined
 from tribrach.targets.detection import Kind
 
 __all__ = [
@@ -54,7 +55,7 @@ def sizes_of(wanted: TargetSection) -> list[tuple[Kind, float]]:
 
 def odd_sizes(wanted: TargetSection) -> list[str]:
     """Sizes of targets that nobody makes, each in a sentence without the stop."""
-    out = []
+    out: list[str] = []
     for kind, size in sizes_of(wanted):
         name, word, half, (least, most) = _SIZES[kind]
         if least <= size <= most:
@@ -63,8 +64,16 @@ def odd_sizes(wanted: TargetSection) -> list[str]:
         asked = f" or in {fits[0]}" if fits else ""
         across = ", and the radius, not the diameter" if half else ""
         out.append(
-            f"[targets]: {name} is {size:g}, which is no usual {word} of a {kind}: is it in metres"
-            f"{asked}{across}"
+            Sentence(
+                "[targets]: {name} is {size:g}, which is no usual {word} of a {kind}: is it in "
+                "metres{asked}{across}",
+                name=name,
+                size=size,
+                word=word,
+                kind=kind,
+                asked=asked,
+                across=across,
+            )
         )
     return out
 
@@ -73,7 +82,7 @@ def density_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
     """Compare the density of a scan with what targets of each size take."""
     if findings.sampling is None:
         return []
-    sentences = []
+    sentences: list[str] = []
     for kind, size in sizes_of(wanted):
         _, word, half, _ = _SIZES[kind]
         places = np.array([r.center for r in findings.rejected if r.kind == kind]).reshape(-1, 3)
@@ -82,8 +91,16 @@ def density_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
             away, whose = float(np.median(np.linalg.norm(places, axis=1))), "the candidates"
         density = findings.sampling.sentence(kind, 2 * size if half else size, away)
         sentences.append(
-            f"{findings.scan}: no {kind} of {word} {size:g} m in {findings.points} points; at the "
-            f"median range of {whose}, {density}"
+            Sentence(
+                "{findings.scan}: no {kind} of {word} {size:mg} in {findings.points} points; "
+                "at the median range of {whose}, {density}",
+                findings=findings,
+                kind=kind,
+                word=word,
+                size=size,
+                whose=whose,
+                density=density,
+            )
         )
     return sentences
 
@@ -95,13 +112,19 @@ def search_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
     if not findings.rejected:
         return [*sentences, f"{name}: nothing in it looked like one"]
     several = [
-        f"{r.kind} at {_place(r.center)}: {r.reason}" for r in list(findings.rejected)[:_NAMED]
+        Sentence("{r.kind} at {place}: {r.reason}", r=r, place=_place(r.center))
+        for r in list(findings.rejected)[:_NAMED]
     ]
     more = len(findings.rejected) - len(several)
     kinds = Counter(r.kind for r in findings.rejected)
     counted = ", ".join(f"{count} for a {kind}" for kind, count in kinds.items())
     sentences.append(
-        f"{name}: candidates that were rejected ({counted}): {'; '.join(several)}"
+        Sentence(
+            "{name}: candidates that were rejected ({counted}): {several}",
+            name=name,
+            counted=counted,
+            several=joined("; ", several),
+        )
         + (f"; and {more} more" if more else "")
     )
     return sentences
@@ -109,7 +132,7 @@ def search_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
 
 def unit_sentences(scans: Sequence[MeasuredScan], wanted: TargetSection) -> list[str]:
     """Questions about the unit of sizes, each with what asks it."""
-    sentences = []
+    sentences: list[str] = []
     for kind, size in sizes_of(wanted):
         name, word, half, (least, most) = _SIZES[kind]
         odd = not least <= size <= most
@@ -126,13 +149,25 @@ def unit_sentences(scans: Sequence[MeasuredScan], wanted: TargetSection) -> list
             for scan in scans[:_SEARCHED_AGAIN]:
                 count = len(find_targets(scan, single).detections)
                 if count:
-                    hits.append(f"{count} of {other:.4g} m ({how}) in {scan.name}")
+                    hits.append(
+                        Sentence(
+                            "{count} of {other:mg4} ({how}) in {scan.name}",
+                            count=count,
+                            other=other,
+                            how=how,
+                            scan=scan,
+                        )
+                    )
         if not odd and not hits:
             continue
         asked = f"is the {word} of the {kind} in metres, and the {word}?"
-        why = [f"{size:g} m is no usual size of one"] if odd else []
-        why += [f"a search for other sizes finds {', '.join(hits)}"] if hits else []
-        sentences.append(f"{asked} {'; '.join(why)}")
+        why = [Sentence("{size:mg} is no usual size of one", size=size)] if odd else []
+        why += (
+            [Sentence("a search for other sizes finds {hits}", hits=joined(", ", hits))]
+            if hits
+            else []
+        )
+        sentences.append(Sentence("{asked} {why}", asked=asked, why=joined("; ", why)))
     return sentences
 
 
@@ -143,10 +178,18 @@ def nothing_found(
     wanted: TargetSection,
 ) -> NothingFound:
     """The refusal of a project whose scans show no targets that would tie them."""
-    sought = ", ".join(f"{kind} of {_SIZES[kind][1]} {s:g} m" for kind, s in sizes_of(wanted))
+    sought = joined(
+        ", ",
+        (
+            Sentence("{kind} of {value} {s:mg}", kind=kind, value=_SIZES[kind][1], s=s)
+            for kind, s in sizes_of(wanted)
+        ),
+    )
     named = [f.scan for f in findings]
     listed = ", ".join(named[:_TOLD]) + (f" and {len(named) - _TOLD} more" * (len(named) > _TOLD))
-    sentences = [f"sought: {sought}; searched: {listed}"]
+    sentences: list[str] = [
+        Sentence("sought: {sought}; searched: {listed}", sought=sought, listed=listed)
+    ]
     for finding in list(findings)[:_TOLD]:
         sentences += search_sentences(finding, wanted)
     empty = [scan for scan in scans if scan.name in set(named)]
@@ -184,4 +227,4 @@ def refuse_unplaced(
 
 def _place(center: Iterable[float]) -> str:
     """Coordinates of a candidate."""
-    return " ".join(f"{x:.2f}" for x in center)
+    return joined(" ", (Sentence("{x:2}", x=x) for x in center))

@@ -43,6 +43,7 @@ from tribrach.observations.scanner import Inclinations
 from tribrach.observations.sights import Distances
 from tribrach.project import Project
 from tribrach.project.edits import Edits
+from tribrach.sentences import Sentence
 from tribrach.units import MM, SEC
 
 __all__ = ["Job", "open_job"]
@@ -250,9 +251,13 @@ class Job:
             grid, stated = self.frame.grid, self.files.realisation
             if grid is not None and grid.datum.frame is None and stated is not None:
                 sentences.append(
-                    f"what datum {site.crs} belongs to is not known to PROJ: geocentric "
-                    f"coordinates and vectors in {stated.words} are taken as in it; give the grid "
-                    "as an EPSG code if it is another"
+                    Sentence(
+                        "what datum {site.crs} belongs to is not known to PROJ: geocentric "
+                        "coordinates and vectors in {stated.words} are taken as in it; give the "
+                        "grid as an EPSG code if it is another",
+                        site=site,
+                        stated=stated,
+                    )
                 )
             return sentences
         return []

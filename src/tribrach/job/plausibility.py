@@ -33,6 +33,7 @@ from tribrach.observations.sights import (
     ZenithAngles,
 )
 from tribrach.project import Project
+from tribrach.sentences import Sentence
 
 __all__ = ["after_doubts", "doubts", "observed_points", "questioned", "questions"]
 
@@ -72,7 +73,7 @@ def doubts(project: Project, survey: Survey) -> list[str]:
 
 def questions(project: Project, survey: Survey) -> list[str]:
     """What looks wrong, as questions, for a network that cannot be adjusted or fails its test."""
-    return [f"{sentence}?" for sentence in doubts(project, survey)]
+    return [sentence + "?" for sentence in doubts(project, survey)]
 
 
 @contextmanager
@@ -92,9 +93,7 @@ def after_doubts(error: InputError, project: Project, survey: Survey) -> InputEr
     said = doubts(project, survey)
     if not said:
         return error
-    first = "".join(f"{sentence}? " for sentence in said)
-    as_it_is = re.sub(r"^The\b", "the", error.what)
-    what = f"{first}As it is, {as_it_is}"
+    what = "".join(f"{sentence}? " for sentence in said) + f"As it is: {error.what}"
     return InputError(what, file=error.file, line=error.line, record=error.record, cure=error.cure)
 
 
@@ -115,7 +114,13 @@ def _figures(project: Project) -> Iterator[str]:
                 ):
                     unit = {"_mm": "millimetres", "_arcsec": "arc seconds", "_ppm": "ppm"}[end]
                     yield (
-                        f"[instruments.{name}]: {figure.key} is {figure.value:g}: is it in {unit}"
+                        Sentence(
+                            "[instruments.{name}]: {figure.key} is {figure.value:g}: is it in "
+                            "{unit}",
+                            name=name,
+                            figure=figure,
+                            unit=unit,
+                        )
                     )
     yield from odd_sizes(project.targets)
 
@@ -137,14 +142,24 @@ def _sigmas(survey: Survey) -> Iterator[str]:
     if coarse:
         name, value = next(iter(coarse.items()))
         yield (
-            f"the sigma of control point {name} is {value:g} m"
-            f"{_others(coarse)}: is it in millimetres (columns sigma_e_mm, heads sE [mm])"
+            Sentence(
+                "the sigma of control point {name} is {value:mg}{others}: is it in millimetres "
+                "(columns sigma_e_mm, heads sE [mm])",
+                name=name,
+                value=value,
+                others=_others(coarse),
+            )
         )
     if fine:
         name, value = next(iter(fine.items()))
         yield (
-            f"the sigma of control point {name} is {1e3 * value:.2g} mm{_others(fine)}: is it in "
-            "metres (columns sigma_e_m, heads sE [m])"
+            Sentence(
+                "the sigma of control point {name} is {value:mmg2}{others}: is it in metres "
+                "(columns sigma_e_m, heads sE [m])",
+                name=name,
+                value=value,
+                others=_others(fine),
+            )
         )
 
 
@@ -186,9 +201,14 @@ def _names(survey: Survey, lying_at: dict[str, tuple[str, float]]) -> Iterator[s
         there, off = lying_at.get(name, ("", 0.0))
         if there in unlisted:
             yield (
-                f"point {name} of the lists is observed by nothing, and {there}, which is observed "
-                f"and in no list, lies {off:.2f} m from where {name} is given: is {there} meant to "
-                f"be {name}"
+                Sentence(
+                    "point {name} of the lists is observed by nothing, and {there}, which is "
+                    "observed and in no list, lies {off:m2} from where {name} is given: is {there} "
+                    "meant to be {name}",
+                    name=name,
+                    there=there,
+                    off=off,
+                )
             )
             continue
         alike = by_sound.get(_sound(name)) or [o for o in unlisted if _one_edit(name, o)]
@@ -259,21 +279,34 @@ def _area(project: Project) -> Iterator[str]:
     east, north = float(middle[0]), float(middle[1])
     if inside(east, north):
         return
-    what = f"the coordinates, about E {east:.0f} N {north:.0f}, lie outside of the area of {code}"
+    what = Sentence(
+        "the coordinates, about E {east:0} N {north:0}, lie outside of the area of {code}",
+        east=east,
+        north=north,
+        code=code,
+    )
     what += f" ({area.name})" if area.name else ""
     if inside(north, east):
-        yield f"{what}, and inside if easting and northing are exchanged: {_COLUMNS}"
+        yield Sentence(
+            "{what}, and inside if easting and northing are exchanged: {columns}",
+            what=what,
+            columns=_COLUMNS,
+        )
     elif inside(east / 1e3, north / 1e3):
-        yield f"{what}, and inside as millimetres: are they metres"
+        yield Sentence("{what}, and inside as millimetres: are they metres", what=what)
     elif inside(east * 1e3, north * 1e3):
-        yield f"{what}, and inside as kilometres: are they metres"
+        yield Sentence("{what}, and inside as kilometres: are they metres", what=what)
     elif inside(east % 1e6, north):
         yield (
-            f"{what}, and inside without the first {'two digits' if east >= 1e7 else 'digit'} of "
-            "the easting: that is the number of the zone, which other codes have"
+            Sentence(
+                "{what}, and inside without the first {two} of the easting: that is the number "
+                "of the zone, which other codes have",
+                what=what,
+                two="two digits" if east >= 10000000.0 else "digit",
+            )
         )
     else:
-        yield f"{what}: is this their reference system"
+        yield Sentence("{what}: is this their reference system", what=what)
 
 
 def _given(project: Project) -> Iterator[Array]:
@@ -421,7 +454,7 @@ def _geometry(
     if as_given <= 0.02 * extent + 0.1:
         return
     told = f"{len(names)} given points ({', '.join(names[:_LISTED])}) do not fit what was measured "
-    told += f"between them: {as_given:.2f} m are left"
+    told += Sentence("between them: {as_given:m2} are left", as_given=as_given)
     good = 0.1 * as_given
     others = {
         f"easting and northing are exchanged: {_COLUMNS}": left(figure.places, (1, 0)),
@@ -437,9 +470,9 @@ def _geometry(
             others[words] = left(turned.places, (0, 1))
     best = min(others, key=lambda words: others[words])
     if others[best] < good:
-        yield f"{told}, and {others[best]:.2f} m if {best}"
+        yield Sentence("{told}, and {left:m2} if {best}", told=told, left=others[best], best=best)
     else:
-        yield f"{told}: are these the same points, in metres"
+        yield Sentence("{told}: are these the same points, in metres", told=told)
 
 
 def _lengths(figure: _Figure, names: list[str], xyz: Array) -> Iterator[str]:
@@ -461,6 +494,11 @@ def _lengths(figure: _Figure, names: list[str], xyz: Array) -> Iterator[str]:
     ):
         if abs(ratio / factor - 1) < 0.02:
             yield (
-                f"given points ({', '.join(names[:_LISTED])}) lie {ratio:.4g} times as far apart "
-                f"as the distances between them say: it looks as if {words}"
+                Sentence(
+                    "given points ({names}) lie {ratio:g4} times as far apart as the distances "
+                    "between them say: it looks as if {words}",
+                    names=", ".join(names[:_LISTED]),
+                    ratio=ratio,
+                    words=words,
+                )
             )

@@ -37,6 +37,7 @@ from tribrach.registration.planes.stations import PlaneRegistration, register_by
 from tribrach.registration.planes.ties import PlaneTies, tie_planes
 from tribrach.registration.views import StationView, Surroundings
 from tribrach.scan.scan import Scan
+from tribrach.sentences import Sentence
 from tribrach.units import MM, SEC
 
 if TYPE_CHECKING:
@@ -270,9 +271,13 @@ def _believed(
     if clouds is None:
         return [], []
     wrong = contradicted(clouds.edges, poses)
-    sentences = [
-        f"the clouds of {e.first} and {e.second} fit at a place that contradicts the other ties by "
-        f"{gap:.2f} m: not used"
+    sentences: list[str] = [
+        Sentence(
+            "the clouds of {e.first} and {e.second} fit at a place that contradicts the "
+            "other ties by {gap:m2}: not used",
+            e=e,
+            gap=gap,
+        )
         for e, gap in wrong
     ]
     return [e for e in clouds.edges if all(e is not bad for bad, _ in wrong)], sentences
@@ -345,7 +350,7 @@ def _refuse_lost(
     if named is not None:
         unplaced = named.identification.unplaced.get(name)
         why = "it shows none" if unplaced is None else unplaced.words
-        words += f"; by targets: {why}"
+        words += Sentence("; by targets: {why}", why=why)
     if len(lost) > 1:
         words += f" (and so for {', '.join(lost[1:6])}{' ...' * (len(lost) > 6)})"
     raise InputError(

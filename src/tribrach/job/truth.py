@@ -33,6 +33,7 @@ from tribrach.job.state import Remembered
 from tribrach.network.adjustment import Adjustment
 from tribrach.registration.identify import is_tie_point
 from tribrach.scan.normals import incidence_cosines
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
 __all__ = ["Side", "TruthRow", "against_truth", "read_truth"]
@@ -198,7 +199,7 @@ def _single(what: str, name: str, error: Array, covariance: Array) -> TruthRow:
     """One error against its covariance; :func:`_family` sets its limit."""
     size = float(np.linalg.norm(error[:3]))
     expected = float(np.sqrt(np.trace(covariance[:3, :3])))
-    words = f"{1e3 * size:.2f} mm, expected {1e3 * expected:.2f} mm"
+    words = Sentence("{size:mm2}, expected {expected:mm2}", size=size, expected=expected)
     return TruthRow(what, name, words, _square(error, covariance), dof=len(error))
 
 
@@ -224,7 +225,9 @@ def _jointly(what: str, errors: Sequence[Array], covariance: Array) -> TruthRow:
     error = np.concatenate(errors)
     n, square = len(error), _square(error, covariance)
     least, limit = (float(chi2.ppf(q, n)) for q in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
-    words = f"{n} numbers, {np.sqrt(square / n):.2f} times what is stated"
+    words = Sentence(
+        "{n} numbers, {square:2} times what is stated", n=n, square=np.sqrt(square / n)
+    )
     return TruthRow(what, "jointly", words, square, least, limit, n, _side(square, least, limit))
 
 
@@ -390,13 +393,18 @@ def _cloud_error(
 def _cloud(scan: str, error: CloudError) -> list[TruthRow]:
     """The points' own errors, and the whole with the station's."""
     low, high = error.whole_bounds
-    own = (
-        f"own noise: mean squared error {error.noise:.3f} times what is stated, {error.points:,} "
-        "points"
+    own = Sentence(
+        "own noise: mean squared error {error.noise:3} times what is stated, "
+        "{error.points:,} points",
+        error=error,
     )
-    whole = (
-        f"whole error: mean square {error.whole:.3f} times what is stated; {low:.2f} to "
-        f"{high:.2f} is to be expected, since the station's own error is common to all points"
+    whole = Sentence(
+        "whole error: mean square {error.whole:3} times what is stated; {low:2} to "
+        "{high:2} is to be expected, since the station's own error is common to all "
+        "points",
+        error=error,
+        low=low,
+        high=high,
     )
     return [
         TruthRow(what, scan, words, value, *limits, side=_side(value, *limits))

@@ -14,6 +14,7 @@ from tribrach.job.scans import StationScan
 from tribrach.project.instrument import Instrument
 from tribrach.project.sections import TargetSection
 from tribrach.scan.scan import Scan
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["usual_targets"]
 
@@ -57,16 +58,39 @@ def usual_targets(found: Sequence[FolderFile]) -> tuple[list[tuple[str, float]],
         if counts[best][0] < _FEWEST:
             continue
         chosen.append((key, best))
-        others = [f"{s:g}" for s in sizes if s != best and counts[s][0] >= _FEWEST]
-        more = f" (as many fit {' or '.join(others)} m)" if others else ""
-        told.append(f"{counts[best][0]} {_WORDS[key]} {best:g} m{more}")
-    tried = "; ".join(
-        f"{_WORDS[key]} {', '.join(f'{s:g}' for s in sizes)} m" for key, sizes in SIZES.items()
+        others = [Sentence("{s:g}", s=s) for s in sizes if s != best and counts[s][0] >= _FEWEST]
+        more = (
+            Sentence(" (as many fit {others} m)", others=joined(" or ", others)) if others else ""
+        )
+        told.append(
+            Sentence(
+                "{counts} {value} {best:mg}{more}",
+                counts=counts[best][0],
+                value=_WORDS[key],
+                best=best,
+                more=more,
+            )
+        )
+    tried = joined(
+        "; ",
+        (
+            Sentence(
+                "{value} {g} m",
+                value=_WORDS[key],
+                g=joined(", ", (Sentence("{s:g}", s=s) for s in sizes)),
+            )
+            for key, sizes in SIZES.items()
+        ),
     )
-    what = f"{' and '.join(told)}" if told else "none"
+    what = Sentence("{told}", told=joined(" and ", told)) if told else "none"
     return chosen, (
-        f"no targets were named: {tried} were sought in {_source(scan)}; found: {what}; name "
-        "them with --target"
+        Sentence(
+            "no targets were named: {tried} were sought in {source}; found: {what}; name "
+            "them with --target",
+            tried=tried,
+            source=_source(scan),
+            what=what,
+        )
     )
 
 

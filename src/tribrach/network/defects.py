@@ -28,7 +28,7 @@ from tribrach.network.weakness import weak_place_of
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.sights import HEIGHT_UNKNOWNS
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2
 
 __all__ = [
@@ -118,7 +118,7 @@ def check_datum(
     d = motions.basis.shape[1]
     if d == 0:
         return
-    moves = ", ".join(motion_words(motions.mix))
+    moves = joined(", ", motion_words(motions.mix))
     if assembly.network.datum.kind != "free":
         null, _ = null_space(design, constraints, motions.basis)
         length = column_length(design)
@@ -458,7 +458,7 @@ def _sentence(assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], mo
         return (
             f"{terms[0]} is not determined by any observation; observe it, fix it or leave it out"
         )
-    effect = _join(terms) + (f" and {body}" if points else "")
+    effect = _join(terms) + (Sentence(" and {body}", body=body) if points else "")
     cure = {
         "scalar": "give one of them a known value with its sigma, or leave it out",
         "pose": "add common targets, levelling or a position for the station",
@@ -473,7 +473,11 @@ def _sentence(assembly: Assembly, vector: Array, is_point: NDArray[np.bool_], mo
             "measure one of these heights and give its sigma, or tie the points to known heights "
             "without it: by levelling, or by zenith angles to them with another, known height"
         )
-    return f"cannot be separated: {effect}; only their sum has an effect; {advice}"
+    return Sentence(
+        "cannot be separated: {effect}; only their sum has an effect; {advice}",
+        effect=effect,
+        advice=advice,
+    )
 
 
 def height_names(network: Network) -> set[str]:
@@ -525,7 +529,11 @@ def _point_words(
         whom = f"points {_join(points)} together"
     # two points or fewer follow some similarity whatever they do
     if len(index) > 2 and residual < 1e-6:
-        return points, f"{whom}: {', '.join(motion_words(mix[:, None]))}"
+        return points, Sentence(
+            "{whom}: {motion_words}",
+            whom=whom,
+            motion_words=joined(", ", motion_words(mix[:, None])),
+        )
     if len(index) > 1:
         return points, f"points {_join(points)}"
     axes = [assembly.layout.describe(int(c))[2] for c in columns[moving]]
@@ -623,7 +631,7 @@ def _screw(mix: Array) -> str:
             for c, n in zip(mix, GENERATORS, strict=True)
             if abs(c) > 1e-6
         ]
-        return " ".join(terms)
+        return joined(" ", terms)
     axis = turn / size
     along = int(np.argmax(np.abs(axis)))
     if abs(axis[along]) > 1 - 1e-9:
@@ -673,11 +681,19 @@ def not_converged(assembly: Assembly, state: State, motions: Array) -> list[str]
     chance = dof < 1 or float(white @ white) <= chi2.ppf(0.999, dof)
     misfit = worst_misclosure(assembly, state)
     if chance:
-        out.append(f"the observations fit each other: {misfit}, which is no blunder")
+        out.append(
+            Sentence(
+                "the observations fit each other: {misfit}, which is no blunder", misfit=misfit
+            )
+        )
     elif weak:
-        out.append(f"{misfit}, where the search stopped; that need not be a blunder")
+        out.append(
+            Sentence(
+                "{misfit}, where the search stopped; that need not be a blunder", misfit=misfit
+            )
+        )
     else:
-        out.append(f"{misfit}; look for a blunder there")
+        out.append(Sentence("{misfit}; look for a blunder there", misfit=misfit))
     return out
 
 
@@ -700,9 +716,10 @@ def _weak_sentence(assembly: Assembly, design: sp.csr_array, vector: Array, valu
     )
     body = f"the network is weak (singular value {value:.0e}): {weak_words(assembly, vector)}"
     if place is None or place.sigma < _FIRM:
-        return (
-            f"{body}; an orientation takes a sight to a point that is neither straight above nor "
-            "below, any other a known value with its sigma"
+        return Sentence(
+            "{body}; an orientation takes a sight to a point that is neither straight "
+            "above nor below, any other a known value with its sigma",
+            body=body,
         )
     return Sentence(
         "{body}; {place.name} can move {place.sigma:g2} m {place2} within one sigma of "

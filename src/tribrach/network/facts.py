@@ -12,7 +12,7 @@ from tribrach._types import Array
 from tribrach.answers import Result
 from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
-from tribrach.sentences import Sentence, capital
+from tribrach.sentences import Sentence, capital, joined
 
 __all__ = [
     "AssumedSigmas",
@@ -69,8 +69,16 @@ class AssumedSigmas(Fact):
     def sentence(self) -> str:
         """Where the sigmas come from, without the stop."""
         parts = [("in plan", self.plan), ("in height", self.up)]
-        told = [f"{1e3 * sigma:g} mm {words}" for words, sigma in parts if sigma is not None]
-        return f"{self.file} gives no sigmas: {' and '.join(told)} are those of the project file"
+        told = [
+            Sentence("{sigma:mmg} {words}", sigma=sigma, words=words)
+            for words, sigma in parts
+            if sigma is not None
+        ]
+        return Sentence(
+            "{own.file} gives no sigmas: {told} are those of the project file",
+            own=self,
+            told=joined(" and ", told),
+        )
 
 
 @dataclass(frozen=True)
@@ -164,9 +172,14 @@ class FrameChange(Fact):
         known = "no accuracy is stated for the way"
         if self.uncertain >= 0:
             known = Sentence("EPSG's accuracy of the way makes {own.uncertain:mm1}", own=self)
-        return (
-            f"{things} {'are' if self.count != 1 else 'is'} {done} from {self.source} to "
-            f"{self.target}: by {size} at most, {known}"
+        return Sentence(
+            "{things} {are} {done} from {own.source} to {own.target}: by {size} at most, {known}",
+            things=things,
+            are="are" if self.count != 1 else "is",
+            done=done,
+            own=self,
+            size=size,
+            known=known,
         )
 
     @property
@@ -174,7 +187,9 @@ class FrameChange(Fact):
         """A sentence where positions come by a way that is coarser than surveys are."""
         if self.vectors or self.uncertain <= _COARSE or self.sentence is None:
             return None
-        return f"{self.sentence}; control in {self.target} beside them shows what is left"
+        return Sentence(
+            "{own.sentence}; control in {own.target} beside them shows what is left", own=self
+        )
 
 
 def frame_sentences(facts: Iterable[Fact], *, vectors: bool) -> list[str]:

@@ -18,7 +18,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import given_coordinates, used_axes
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import End
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2
 from tribrach.units import UNITS
 
@@ -107,8 +107,8 @@ def misread_checks(adjustment: Adjustment) -> list[str]:
             for k, (_, _, other, _) in enumerate(found)
             if k != best and (other[fits] <= limits[fits]).all()
         ]
-        doubt = f"; also {' or '.join(others[:2])}" if others else ""
-        names = ", ".join(left[k].words for k in fits[:6])
+        doubt = Sentence("; also {others}", others=joined(" or ", others[:2])) if others else ""
+        names = joined(", ", (left[k].words for k in fits[:6]))
         more = f" and {len(fits) - 6} more" if len(fits) > 6 else ""
         noun, verb = ("check point", "agrees") if len(fits) == 1 else ("check points", "agree")
         out.append(

@@ -301,7 +301,7 @@ def _columns(
         "block_test": statistic,
         "block_limit": limit,
         "state": _STATES[o.use],
-        "reason": _objects(list(map(str, o.reason))),
+        "reason": _objects(o.reason.tolist()),
         "source": _objects(list(map(str, o.source))),
     }
     n = len(o)

@@ -54,7 +54,7 @@ _CHECK = "check its unit, there or with the instrument"
 
 def implausible_sigmas(network: Network) -> list[str]:
     """A sentence for each kind of observation that has standard deviations beyond reason."""
-    out = []
+    out: list[str] = []
     for o in network.observations:
         taking_part = o.use != Use.OFF
         for unit in ("rad", "m"):
@@ -68,14 +68,24 @@ def implausible_sigmas(network: Network) -> list[str]:
             if small.any() and not isinstance(o, Azimuths):
                 words = _told(network, o, small, sigma.min(axis=1), unit)
                 out.append(
-                    f"{words}, {limits.too_small}: {_CHECK}; what holds exactly is better held"
+                    Sentence(
+                        "{words}, {limits.too_small}: {check}; what holds exactly is better held",
+                        words=words,
+                        limits=limits,
+                        check=_CHECK,
+                    )
                 )
             # a pose from clouds may leave directions open, and then says so with its sigmas
             if large.any() and not isinstance(o, RelativePoses):
                 words = _told(network, o, large, sigma.max(axis=1), unit)
                 out.append(
-                    f"{words}, {limits.too_large}: {_CHECK}; what is to count for nothing is "
-                    "better left out"
+                    Sentence(
+                        "{words}, {limits.too_large}: {check}; what is to count for nothing is "
+                        "better left out",
+                        words=words,
+                        limits=limits,
+                        check=_CHECK,
+                    )
                 )
     return out
 
@@ -86,13 +96,16 @@ def held_azimuths(network: Network) -> list[str]:
     A network is often turned into its frame by one azimuth with such a sigma. It is no mistake,
     and not that of an instrument either.
     """
-    out = []
+    out: list[str] = []
     for o in network.observations:
         small = (o.sigma.min(axis=1) < _ANGLES.least) & (o.use != Use.OFF)
         if isinstance(o, Azimuths) and small.any():
             words = _told(network, o, small, o.sigma.min(axis=1), "rad")
             out.append(
-                f"{words}: taken as held exactly, not as measured; if it was, check the unit"
+                Sentence(
+                    "{words}: taken as held exactly, not as measured; if it was, check the unit",
+                    words=words,
+                )
             )
     return out
 
@@ -115,20 +128,19 @@ def _told(network: Network, o: Observations, bad: Array, sigma: Array, unit: str
     words = Network.describe(o, first, network.start)
     more = f" and {count - 1} more" if count > 1 else ""
     verb = "have" if count > 1 else "has"
-    return f"{words}{more} {verb} a standard deviation of {_sized(float(sigma[first]), unit)}"
+    return Sentence(
+        "{words}{more} {verb} a standard deviation of {sized}",
+        words=words,
+        more=more,
+        verb=verb,
+        sized=_sized(float(sigma[first]), unit),
+    )
 
 
 def _sized(sigma: float, unit: str) -> str:
     """A standard deviation in a unit that people know."""
     if unit == "rad":
-        degrees = np.degrees(sigma)
-        return (
-            Sentence("{degrees:degreesg3}", degrees=degrees * DEG)
-            if degrees > 1
-            else Sentence("{sigma:g2} arc seconds", sigma=sigma / SEC)
-        )
-    return (
-        Sentence("{sigma:g3} m", sigma=sigma)
-        if sigma > 0.1
-        else Sentence("{sigma:mmg2}", sigma=sigma)
-    )
+        spec = "degreesg3" if sigma > DEG else "arc secondsg2"
+    else:
+        spec = "mg3" if sigma > 0.1 else "mmg2"
+    return Sentence(f"{{sigma:{spec}}}", sigma=sigma)

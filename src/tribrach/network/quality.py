@@ -106,9 +106,13 @@ class GlobalTest:
         if self.dof <= 0:
             return "no redundancy: nothing is checked"
         limits = Sentence("{own.vtpv:2} against {own.lower:2} to {own.upper:2}", own=self)
-        level = f"at {100 * (1 - self.alpha):g} % with redundancy {self.dof}"
+        level = Sentence("at {alpha:%g} with redundancy {own.dof}", alpha=1 - self.alpha, own=self)
         if self.vtpv > self.upper:
-            return f"the global test fails ({limits} {level}): blunders, or sigmas too small"
+            return Sentence(
+                "the global test fails ({limits} {level}): blunders, or sigmas too small",
+                limits=limits,
+                level=level,
+            )
         if self.vtpv < self.lower:
             return Sentence(
                 "the global test passes ({own.vtpv:2}, at most {own.upper:2} {level}); below "
@@ -116,7 +120,7 @@ class GlobalTest:
                 own=self,
                 level=level,
             )
-        return f"the global test passes ({limits} {level})"
+        return Sentence("the global test passes ({limits} {level})", limits=limits, level=level)
 
 
 @dataclass(frozen=True)

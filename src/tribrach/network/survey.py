@@ -25,6 +25,7 @@ from tribrach.observations.base import Observations, Use, covariance_from_sigma
 from tribrach.observations.control import Coordinates
 from tribrach.observations.declaration import Category, Family
 from tribrach.observations.unknowns import FAMILIES, Layout, State
+from tribrach.sentences import Sentence
 from tribrach.units import GON, LARGEST, beyond_circle, check_circle
 
 __all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
@@ -143,7 +144,7 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
     kind
         Says which rows are angles.
     """
-    out = []
+    out: list[str] = []
     for row in kind.angular:
         for k in np.flatnonzero(beyond_circle(values[:, row])).tolist():
             name = " ".join(filter(None, [kind.facts.title, kind.components[row]]))
@@ -154,8 +155,14 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
                 raise InputError(f"{name}: {error}", record=record) from None
             gon = values[k, row] / GON
             out.append(
-                f"{record}: the {name} of {gon:.6g} gon is more than a circle and counts as "
-                f"{gon - np.sign(gon) * 400:.6g} gon: check that no digit is wrong"
+                Sentence(
+                    "{record}: the {name} of {gon:gong6} is more than a circle and counts as "
+                    "{counts:gong6}: check that no digit is wrong",
+                    record=record,
+                    name=name,
+                    gon=gon * GON,
+                    counts=(gon - np.sign(gon) * 400) * GON,
+                )
             )
     return out
 

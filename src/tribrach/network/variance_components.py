@@ -23,6 +23,7 @@ from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.snooping import restart
 from tribrach.network.network import Network
+from tribrach.sentences import Sentence
 
 __all__ = ["VarianceComponent", "VarianceComponents", "estimate_components"]
 
@@ -222,12 +223,22 @@ def _notes(
     shares: _Shares, usable: Mask, variance: Array, minimum: float, limits: tuple[float, float]
 ) -> list[str]:
     """Why a component is not simply what the residuals say; empty if it is."""
-    out = []
+    out: list[str] = []
     for r, good, s in zip(shares.redundancy, usable, variance, strict=True):
         if not good:
-            out.append(f"redundancy {r:.1f} is below {minimum:g}: sigmas kept as given")
+            out.append(
+                Sentence(
+                    "redundancy {r:1} is below {minimum:g}: sigmas kept as given",
+                    r=r,
+                    minimum=minimum,
+                )
+            )
         elif s in limits:
-            out.append(f"the factor stopped at its limit {np.sqrt(s):g}: look for blunders")
+            out.append(
+                Sentence(
+                    "the factor stopped at its limit {value:g}: look for blunders", value=np.sqrt(s)
+                )
+            )
         else:
             out.append("")
     return out

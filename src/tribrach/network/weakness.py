@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from tribrach._types import Array, Index
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.unknowns import Layout
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 from tribrach.statistics import largest_first
 from tribrach.units import GON
 
@@ -137,9 +137,13 @@ def weakness_sentences(adjustment: SolvedSystem) -> list[str]:
                 metres=_metres(worst.sigma),
             )
         ]
-    also = [f"{w.name} ({_metres(w.sigma)})" for w in weak[1 : 1 + _NAMED]]
+    also = [
+        Sentence("{w.name} ({metres})", w=w, metres=_metres(w.sigma)) for w in weak[1 : 1 + _NAMED]
+    ]
     more = f" and {len(weak) - 1 - _NAMED} more" if len(weak) > 1 + _NAMED else ""
-    others = f"; weak with it: {', '.join(also)}{more}" if also else ""
+    others = (
+        Sentence("; weak with it: {also}{more}", also=joined(", ", also), more=more) if also else ""
+    )
     return [
         Sentence(
             "{worst.name} is weak {worst2}, which is geometry and no blunder: sigma "

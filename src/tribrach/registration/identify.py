@@ -160,7 +160,13 @@ def identify(
             if joined is None:
                 break
             reason = search.unplaced[joined.name].words
-            search.say(f"{joined.name}: {reason}; matched one by one instead")
+            search.say(
+                Sentence(
+                    "{joined.name}: {reason}; matched one by one instead",
+                    joined=joined,
+                    reason=reason,
+                )
+            )
             waiting = [u for u in waiting if u is not joined] + joined.apart()
             continue
         waiting = [u for u in waiting if u not in placed]

@@ -17,10 +17,10 @@ from tribrach.io.outputs import Content
 from tribrach.report.content import Report
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
-from tribrach.report.notation import PLAIN, ReportNotation
 from tribrach.report.page import FrontPage, page
 from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
+from tribrach.sentences import PLAIN, Notation
 
 __all__ = ["Answer"]
 
@@ -47,7 +47,7 @@ class Answer:
     footer: str = ""
     #: a network whose map stands on the page
     network: Report | None = None
-    notation: ReportNotation = PLAIN
+    notation: Notation = PLAIN
     #: what a terminal shows: text as it is, findings, tables
     terminal: Sequence[str | Finding | ReportTable] = ()
     #: why it may not be used as it is: raised once it was shown

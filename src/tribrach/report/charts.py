@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.report.labels import Item, place_labels
+from tribrach.sentences import Sentence
 
 __all__ = [
     "HALF",
@@ -150,6 +151,11 @@ def nice_ticks(low: float, high: float, most: int = 6) -> list[float]:
     step = next(k * power for k in (1, 2, 5, 10, 20) if span / (k * power) <= most)
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     return [k * step + 0.0 for k in range(first, last + 1)]
+
+
+def _tick(value: float) -> str:
+    """The number at a tick."""
+    return Sentence("{value:g10}", value=value)
 
 
 def _log_ticks(low: float, high: float) -> list[float]:
@@ -382,13 +388,15 @@ class Chart:
             x, y = self.across(at[0]), self.up(at[1] + 1)
             across, down = self.across(at[0] + 1) - x, self.up(at[1]) - y
             fill = shade(float(share[i, j]), SIGNED)
-            words = f"{', '.join(names)}: {value:.2f}"
+            words = Sentence("{names}: {value:2}", names=", ".join(names), value=value)
             drawn.append(mark("rect", title=words, x=x, y=y, width=across, height=down, fill=fill))
             if abs(value) >= digits and wide >= 26:
                 right, base = x + across / 2, y + down / 2 + 4
                 strong = min(float(share[i, j]), 1 - float(share[i, j])) < _STRONG
                 sort = "on-cell strong" if strong else "on-cell"
-                drawn.append(mark("text", f"{value:.2f}", x=right, y=base, class_=sort))
+                drawn.append(
+                    mark("text", Sentence("{value:2}", value=value), x=right, y=base, class_=sort)
+                )
         self._marks.append(mark("g", inner=drawn, class_="signed"))
 
     def _image(self, picture: NDArray[np.uint8], sort: str) -> None:
@@ -448,7 +456,7 @@ class Chart:
         ticks = _log_ticks(*self.y) if "y" in self._log else []
         if len(ticks) < 2:
             ticks = nice_ticks(*self.y, most=max(2, int(room / 34)))
-        return [(value, f"{value:.10g}") for value in ticks]
+        return [(value, _tick(value)) for value in ticks]
 
     def _ticks(self, left: float, right: float, base: float) -> list[DrawnMark]:
         """Marks and words below the axis to the right."""
@@ -460,10 +468,10 @@ class Chart:
         elif self._given is not None:
             places = list(self._given)
         elif "x" in self._log:
-            places = [(value, f"{value:.10g}") for value in _log_ticks(*self.x)]
+            places = [(value, _tick(value)) for value in _log_ticks(*self.x)]
         else:
             most = max(2, int((right - left) / 70))
-            places = [(value, f"{value:.10g}") for value in nice_ticks(*self.x, most=most)]
+            places = [(value, _tick(value)) for value in nice_ticks(*self.x, most=most)]
         parts, free = [], -math.inf
         for value, text in places:
             at = self.across(value)
@@ -550,7 +558,7 @@ def colour_bar(
     parts = [mark("g", inner=parts, class_="signed" if scale is SIGNED else "bar-of-colours")]
     for value in nice_ticks(low, high, 5) if high > low else ():
         at = left + (value - low) / (high - low) * long
-        parts.append(mark("text", f"{value:.10g}", x=at, y=29, class_="tick"))
+        parts.append(mark("text", _tick(value), x=at, y=29, class_="tick"))
     parts.append(mark("text", label, x=left + long + 14, y=13, class_="entry"))
     return mark("g", inner=parts), 36.0
 

@@ -45,13 +45,14 @@ _M3C2_NOTE = (
     "level of detection holds with 95 %; published: a mean difference and the registration added; "
     "quadratic: variances added."
 )
-_PREDICTED_NOTE = (
+_PREDICTED_NOTE = Sentence(
     "Along the normal. Predicted: noise of single points of both clouds (range, angles, beam, "
     "incidence) and the joint covariance of both stations and of what their scanners do to all "
     "points alike, in which what they share cancels; systematic angles, which no mean reduces. "
     "Observed: scatter of both clouds about their surfaces and the mean distance between them, "
     "free of sampling. C2C debiased says the same from nearest points, less well where the floor "
-    "is large. Level of detection: 1.96 times the propagated sigma of single distances."
+    "is large. Level of detection: {times:2} times the propagated sigma of single distances.",
+    times=1.96,
 )
 _SITE_NOTE = (
     "Range and incidence are means over the site as each scanner saw it. Pitch is the spacing of "

@@ -67,7 +67,11 @@ def displacement_drawing(comparison: Comparison, factor: float) -> Drawing | Non
         if exaggeration >= 1
         else "reduced"
     )
-    words = f"{length_words(small)} for displacements and ellipses ({enlarged})"
+    words = Sentence(
+        "{length} for displacements and ellipses ({enlarged})",
+        length=length_words(small),
+        enlarged=enlarged,
+    )
     marks += [
         *_bar(16, frame.height + 22, bar * frame.scale, length_words(bar), "bar"),
         *_bar(frame.width / 2 - 80, frame.height + 22, small * size, words, "bar fine"),

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import datetime
 import re
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from tribrach.report.characters import visible
-from tribrach.report.notation import PLAIN
+from tribrach.sentences import PLAIN
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -21,12 +22,6 @@ __all__ = ["PRINTED", "render_page"]
 
 #: rows of a table on paper; the rest is looked up where it can be searched
 PRINTED = 30
-#: the space between a number and its unit, or before and after what it may be wrong by
-_UNITS = re.compile(
-    r"(?<=\d) (?=(?:%|mm/m|mm|m²|m|km|ppm|m?gon)(?![\w/])|± ?\d)|(?<=±) (?=\d)|(?<==) (?=-?\d)"
-    r"|(?<=\b[tFp]) (?== )"
-)
-
 #: an option of the command line, a standard or a date, which do not break at their hyphens
 _WHOLE = re.compile(r"(--[a-z][a-z-]*|\bISO \d+-\d+|\b\d{4}-\d\d-\d\d\b)")
 
@@ -54,10 +49,10 @@ def _environment() -> Environment:
 def _seen(value: Any) -> Any:
     """What is put in, without characters that do something; what is escaped already stays so.
 
-    A number and its unit stay on one line, and arrows are such.
+    Arrows are such.
     """
     if isinstance(value, str) and not hasattr(value, "__html__"):
-        return _UNITS.sub("\N{NO-BREAK SPACE}", visible(value).replace(" -> ", _TO))
+        return visible(value).replace(" -> ", _TO)
     return value
 
 
@@ -67,11 +62,15 @@ def _parts(sentence: str) -> list[str]:
 
 
 def render_page(template: str, **values: Any) -> str:
-    """A page from its template; every page knows the version and today's date."""
+    """A page from its template; every page knows the version and today's date.
+
+    A number and its unit stay on one line.
+    """
+    notation = values.pop("notation", PLAIN)
     today = {
         "version": version("tribrach"),
         "date": datetime.date.today().isoformat(),
-        "notation": PLAIN,
+        "notation": replace(notation, space="\N{NO-BREAK SPACE}"),
         "printed": PRINTED,
     }
     return _environment().get_template(template).render(**today | values)

@@ -34,7 +34,7 @@ class Finding:
 
     def line(self) -> str:
         """The sentence as a terminal shows it: "!" before what warns."""
-        return f"! {self.words}" if self.warns else self.words
+        return "! " + self.words if self.warns else self.words
 
 
 def words(findings: Iterable[Finding]) -> list[str]:

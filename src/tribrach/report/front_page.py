@@ -95,10 +95,13 @@ def _marked(found: Marked) -> str:
     if not found.names:
         return ""
     chance = "" if found.act else "no more than chance makes in a network of this size; "
-    return _begun(
-        f"{some_of(found.names, _IN_LINE)} ({found.counted}): {chance}what to do about each stands "
-        "under Worst observations."
+    said = Sentence(
+        "{names} ({found.counted}): {chance}what to do about each stands under Worst observations.",
+        names=some_of(found.names, _IN_LINE),
+        found=found,
+        chance=chance,
     )
+    return _begun(said)
 
 
 def _measured(content: Report) -> str:

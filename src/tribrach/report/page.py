@@ -12,8 +12,8 @@ from tribrach.report.content import Report
 from tribrach.report.environment import render_page
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
-from tribrach.report.notation import PLAIN, ReportNotation
 from tribrach.report.tables import ReportTable
+from tribrach.sentences import PLAIN, Notation
 
 __all__ = ["FrontPage", "page", "running"]
 
@@ -44,7 +44,7 @@ def page(
     footer: str = "",
     first: Sequence[ReportTable] = (),
     network: Report | None = None,
-    notation: ReportNotation = PLAIN,
+    notation: Notation = PLAIN,
 ) -> str:
     """HTML text that needs nothing but a browser; everything put into it is escaped."""
     network_plan = None

@@ -16,7 +16,7 @@ from tribrach.report.content import (
     Summary,
 )
 from tribrach.report.numbers import number
-from tribrach.sentences import Sentence, capital, joined
+from tribrach.sentences import Sentence, capital, joined, stopped
 
 __all__ = ["datum_statement", "sigma_origin", "summary"]
 
@@ -68,9 +68,10 @@ def summary(adjustment: Adjustment, quality: Quality, posterior: bool) -> Summar
     """The adjustment in numbers."""
     tables = adjustment.network.observations
     test = quality.global_test
+    said = stopped(capital(test.sentence()))
     verdict = GlobalVerdict(
         test.vtpv, number(test.lower), number(test.upper), test.alpha, test.passed,
-        joined(" ", filter(None, [_capital(test.sentence()), adjustment.network.edits_sentence])),
+        joined(" ", filter(None, [said, adjustment.network.edits_sentence])),
     )  # fmt: skip
     return Summary(
         kinds=_kinds(adjustment, quality),
@@ -88,10 +89,6 @@ def summary(adjustment: Adjustment, quality: Quality, posterior: bool) -> Summar
         test=verdict,
         covariances="posterior" if adjustment.scaled(posterior=posterior) else "prior",
     )
-
-
-def _capital(sentence: str) -> str:
-    return capital(sentence) + "." * (not sentence.endswith("."))
 
 
 def _values(o: Observations, use: Use) -> int:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 from tribrach.report.chapter import Chapter
 from tribrach.report.characters import visible
 from tribrach.report.content import Report
-from tribrach.report.notation import PLAIN, ReportNotation, notation_of
+from tribrach.report.notation import notation_of
 from tribrach.report.tables import ROW_LIMIT, Cell, ColumnHead, ReportTable, Row
-from tribrach.sentences import Sentence, joined
+from tribrach.sentences import PLAIN, Notation, Sentence, joined
 
 if TYPE_CHECKING:
     from tribrach.epochs.comparison import Comparison
@@ -29,7 +29,7 @@ def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
     """
     notation = notation_of(content)
     say = notation.words
-    warnings = [say(f"! {text}") for text in content.warnings]
+    warnings = [say("! " + text) for text in content.warnings]
     origin = [content.datum.sentence, content.sigma_origin]
     parts = [
         _head(content),
@@ -48,7 +48,7 @@ def brief(content: Report) -> str:
     say = notation_of(content).words
     lines = [
         content.title,
-        *(f"! {text}" for text in content.warnings),
+        *("! " + text for text in content.warnings),
         f"{summary.n_observations} observed values, {summary.n_unknowns} unknowns, "
         f"{summary.n_constraints} constraints, datum defect {summary.defect}, redundancy "
         f"{summary.dof}, {summary.iterations} iterations",
@@ -114,7 +114,7 @@ def wrapped(line: str) -> str:
     return textwrap.fill(line, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
 
 
-def _chapter(chapter: Chapter, row_limit: int, notation: ReportNotation) -> list[str]:
+def _chapter(chapter: Chapter, row_limit: int, notation: Notation) -> list[str]:
     """The findings of a chapter and its tables."""
     tables = [table.first(row_limit) for table in chapter.tables]
     said = [notation.words(text) for text in chapter.sentences]
@@ -128,7 +128,7 @@ def _chapter(chapter: Chapter, row_limit: int, notation: ReportNotation) -> list
     ]
 
 
-def table_text(table: ReportTable, notation: ReportNotation = PLAIN, *, titled: bool = True) -> str:
+def table_text(table: ReportTable, notation: Notation = PLAIN, *, titled: bool = True) -> str:
     """Title, note and grid of a table."""
     title = [table.title, "-" * len(table.title)] if titled else []
     legend = [_LEGEND[state] for state in _LEGEND if any(r.state == state for r in table.rows)]
@@ -137,7 +137,7 @@ def table_text(table: ReportTable, notation: ReportNotation = PLAIN, *, titled: 
     return "\n".join([*title, *([wrapped(note)] if note else []), _grid(table, notation)])
 
 
-def _grid(table: ReportTable, notation: ReportNotation = PLAIN) -> str:
+def _grid(table: ReportTable, notation: Notation = PLAIN) -> str:
     """Aligned columns: numbers to the right, words to the left; units under the heads."""
     table = table.narrow()
     grid = [
@@ -159,7 +159,7 @@ def _grid(table: ReportTable, notation: ReportNotation = PLAIN) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
-def _words(cell: Cell, column: ColumnHead, notation: ReportNotation) -> str:
+def _words(cell: Cell, column: ColumnHead, notation: Notation) -> str:
     """A cell with the blanks that put decimal points one below the other, and its unit."""
     unit = f" {cell.unit:4s}" if cell.unit else ""
     text = notation.cell(cell.text) if column.numeric else notation.words(cell.text)

@@ -8,6 +8,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.report.charts import Chart, ends_of
+from tribrach.sentences import capital
 
 __all__ = ["SIZE", "View", "views_in_words", "views_of"]
 
@@ -60,7 +61,7 @@ def views_of(xyz: Array, names: str = "ENU", *, level: bool = False) -> list[Vie
 def views_in_words(views: Sequence[View]) -> str:
     """What they are."""
     words = ["plan" if view.axes == (0, 1) else "elevation" for view in views]
-    return " and ".join(words).capitalize()
+    return capital(" and ".join(words))
 
 
 def _less(start: float) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 
-from tribrach.sentences import capital
+from tribrach.sentences import capital, stopped
 
 __all__ = ["ReportWarning", "Severity", "in_order", "warned"]
 
@@ -54,4 +54,4 @@ def _sentence(text: str) -> str:
     """A sentence with a full stop, and a capital unless it begins with the name of a file."""
     first = text.split(":")[0].split(" ")[0]
     text = text if "." in first.rstrip(".") else capital(text)
-    return text if text.endswith((".", "!", "?")) else text + "."
+    return stopped(text)

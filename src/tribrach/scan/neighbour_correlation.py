@@ -23,6 +23,7 @@ from tribrach.answers import Number, Result
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import RangeCorrelation, overlap_share
 from tribrach.scan.noise_law import FittedNoise
+from tribrach.sentences import Sentence
 
 __all__ = ["NeighbourCorrelation", "neighbour_correlation", "smooth_correlation"]
 
@@ -123,16 +124,27 @@ class NeighbourCorrelation(
         seen = f"{self.points} points on {self.patches} patches"
         if not self.told:
             first, second = self.correlation_sigma[:2]
-            return (
-                f"{seen} show nothing that neighbours share: correlation {from_row:.2f} (sigma "
-                f"{first:.2f}) from row to row and {from_column:.2f} ({second:.2f}) from column to "
-                "column"
+            return Sentence(
+                "{seen} show nothing that neighbours share: correlation {from_row:2} (sigma "
+                "{first:2}) from row to row and {from_column:2} ({second:2}) from column to "
+                "column",
+                seen=seen,
+                from_row=from_row,
+                first=first,
+                from_column=from_column,
+                second=second,
             )
-        return (
-            f"neighbours share {self.share:.2f} (sigma {self.sigma:.2f}) of the variance of ranges "
-            f"over {1e3 * self.angle:.2g} mrad{more}, by {seen}: correlation {from_row:.2f} from "
-            f"row to row and {from_column:.2f} from column to column, so that {self.factor:.1f} "
-            "points count as one"
+        return Sentence(
+            "neighbours share {own.share:2} (sigma {own.sigma:2}) of the variance of "
+            "ranges over {angle:g2} mrad{more}, by {seen}: correlation {from_row:2} from "
+            "row to row and {from_column:2} from column to column, so that {own.factor:1} "
+            "points count as one",
+            own=self,
+            angle=1000.0 * self.angle,
+            more=more,
+            seen=seen,
+            from_row=from_row,
+            from_column=from_column,
         )
 
 

@@ -34,7 +34,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
 from tribrach.scan.length_unit import METRES, LengthUnit
-from tribrach.units import percent
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["CHUNK", "Chunk", "Field", "Lattice", "NoReturn", "Origin", "Scan"]
 
@@ -164,16 +164,20 @@ class NoReturn(Result, without=("at_scanner", "total")):
             more = "" if len(self.places) < 4 else " and elsewhere"
             parts.append(f"{self.repeated} that repeat {where}{more}")
         if self.shell is not None and self.in_shell:
-            parts.append(f"{self.in_shell} on a shell at {sum(self.shell) / 2:.2f} m")
-        return ", ".join(parts)
+            parts.append(
+                Sentence("{n} on a shell at {at:m2}", n=self.in_shell, at=sum(self.shell) / 2)
+            )
+        return joined(", ", parts)
 
     @property
     def sentence(self) -> str:
         """What is left out and how much it is, without the final stop."""
         share = self.points / max(self.total, 1)
-        return (
-            f"{self.points} of {self.total} points ({percent(share)}) are beams without return and "
-            f"are left out: {self.words}"
+        return Sentence(
+            "{own.points} of {own.total} points ({share:%}) are beams without return and are left "
+            "out: {own.words}",
+            own=self,
+            share=share,
         )
 
 

@@ -17,6 +17,7 @@ from tribrach._types import Array, Index
 from tribrach.instruments.neighbours import SharedNoise
 from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
+from tribrach.sentences import Sentence
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.range_noise import estimate_range_noise
 
@@ -663,13 +664,19 @@ def find_planes(
 def _reason(fits: PlaneFits, k: int, sigma: float, least_area: float) -> str:
     """Why a region is not kept; empty if it is."""
     if fits.area[k] < least_area:
-        return f"its area of {fits.area[k]:.2f} m2 is below {least_area:g} m2"
+        return Sentence(
+            "its area of {fits:2} m2 is below {least_area:g} m2",
+            fits=fits.area[k],
+            least_area=least_area,
+        )
     allowed = GATES.rms_sigmas * float(np.hypot(sigma, GATES.waves_m))
     normal_rms = fits.rms[k] * np.cos(fits.incidence[k])
     if normal_rms > allowed:
-        return (
-            f"its residuals of {1e3 * normal_rms:.1f} mm (root mean square) are above the limit "
-            f"{1e3 * allowed:.1f} mm"
+        return Sentence(
+            "its residuals of {normal_rms:mm1} (root mean square) are above the limit "
+            "{allowed:mm1}",
+            normal_rms=normal_rms,
+            allowed=allowed,
         )
     return ""
 
@@ -704,7 +711,7 @@ def _curved(m: Array, points: Array) -> str:
     radius = 1 / max(float(np.abs(np.linalg.eigvalsh(matrix)).max()), 1e-9)
     height = float(np.sqrt(np.mean(bow**2)))
     if radius < GATES.curved_radius_m and height > max(GATES.bow_m, GATES.bow_sigmas * sigma):
-        return f"it is curved with a radius of {radius:.2f} m"
+        return Sentence("it is curved with a radius of {radius:m2}", radius=radius)
     return ""
 
 

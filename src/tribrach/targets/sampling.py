@@ -16,6 +16,7 @@ from typing import Self
 import numpy as np
 
 from tribrach.scan.range_image import RangeImage
+from tribrach.sentences import Sentence
 from tribrach.targets.checkerboards.pattern import GATES as PATTERN
 from tribrach.targets.checkerboards.search import GATES as BOARD
 from tribrach.targets.detection import Kind
@@ -106,8 +107,23 @@ class Sampling:
         across, down = (1 / np.degrees(step) for step in (self.step_h, self.step_v))
         reach = self.reach(kind, size)
         points = LEAST[kind].share * (size / away) ** 2 / (self.step_h * self.step_v)
-        needs = f"{LEAST[kind].even / degree:.1f} points per degree ({LEAST[kind].on} on it)"
-        there = f"{across:.1f} across and {down:.1f} down ({points:.0f} on it)"
+        needs = Sentence(
+            "{even:1} points per degree ({on} on it)",
+            even=LEAST[kind].even / degree,
+            on=LEAST[kind].on,
+        )
+        there = Sentence(
+            "{across:1} across and {down:1} down ({points:0} on it)",
+            across=across,
+            down=down,
+            points=points,
+        )
         enough = "reach" if reach >= away else "are too few: they reach"
-        takes = f"{away:.1f} m, one takes {needs} at least"
-        return f"{takes}; {there} are there and {enough} {reach:.1f} m"
+        takes = Sentence("{away:m1}, one takes {needs} at least", away=away, needs=needs)
+        return Sentence(
+            "{takes}; {there} are there and {enough} {reach:m1}",
+            takes=takes,
+            there=there,
+            enough=enough,
+            reach=reach,
+        )

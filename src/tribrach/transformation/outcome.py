@@ -16,6 +16,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.sentences import Sentence
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
 from tribrach.transformation.models import MODELS, Model, Transformation, start
@@ -146,10 +147,17 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
         mirrored = _parity(moved, signs) < 0
         head = "only as a mirror image" if mirrored else "only with other axes"
         return [
-            f"the points fit {head} (root mean square {best:.3g} m instead of {plain.rms:.3g} m, "
-            f"more than {_RATIO:g} times as much): "
-            f"{_named(moved, signs, titles)} in one of both systems; a turn of "
-            f"{np.degrees(turn):.1f} degrees is left then"
+            Sentence(
+                "the points fit {head} (root mean square {best:mg3} instead of "
+                "{plain.rms:mg3}, more than {ratio:g} times as much): {named} in one of both "
+                "systems; a turn of {turn:degrees1} is left then",
+                head=head,
+                best=best,
+                plain=plain,
+                ratio=_RATIO,
+                named=_named(moved, signs, titles),
+                turn=turn,
+            )
         ]
     up = plain.transformation.rotation[-1, -1]
     if d == 3 and model.turn == "free" and up < -0.5:

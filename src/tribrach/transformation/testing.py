@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, f
 from tribrach.transformation.fit import TransformationFit, fit_points
 
@@ -188,16 +189,22 @@ def _one_less(
     k = int(places[worst])
     words = _words(fit, tests, worst, k)
     try:
-        trial = _without(fit, k, f"does not fit: {words}")
+        trial = _without(fit, k, Sentence("does not fit: {words}", words=words))
     except (AdjustmentError, InputError):
         trial = None
     if trial is None or trial.dof < 1:
-        steps.append(f"{words}; kept, since without it nothing would check the others")
+        steps.append(
+            Sentence("{words}; kept, since without it nothing would check the others", words=words)
+        )
         return None
     others = [] if hidden else _alternatives(fit, tests, worst, places)
     doubt = f"; it could as well be {' or '.join(others)}" if others else ""
     together = " together with others" if hidden else ""
-    steps.append(f"{words}; switched off{together}{doubt}")
+    steps.append(
+        Sentence(
+            "{words}; switched off{together}{doubt}", words=words, together=together, doubt=doubt
+        )
+    )
     removed.append(k)
     return trial
 
@@ -227,10 +234,20 @@ def _hidden(fit: TransformationFit, alpha0: float) -> int:
 
 def _words(fit: TransformationFit, tests: PointTests, row: int, k: int) -> str:
     size = 1e3 * tests.error[row]
-    parts = ", ".join(f"{axis} {value:+.1f}" for axis, value in zip("xyz", size, strict=False))
-    return (
-        f"point {fit.points.names[k]} is off by about ({parts}) mm in B (test "
-        f"{tests.statistic[row]:.1f} against {tests.limit[row]:.1f}); A or B may be wrong"
+    parts = joined(
+        ", ",
+        (
+            Sentence("{axis} {value:+1}", axis=axis, value=value)
+            for axis, value in zip("xyz", size, strict=False)
+        ),
+    )
+    return Sentence(
+        "point {name} is off by about ({parts}) mm in B (test {statistic:1} against "
+        "{limit:1}); A or B may be wrong",
+        name=fit.points.names[k],
+        parts=parts,
+        statistic=tests.statistic[row],
+        limit=tests.limit[row],
     )
 
 

@@ -30,6 +30,7 @@ from tribrach.network.identity import names_apart
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
+from tribrach.sentences import Sentence
 
 __all__ = ["GnssContext", "read", "survey_of", "vector_reader"]
 
@@ -202,9 +203,16 @@ def _carried(
         if len(records.vectors) and not frames.connected(source.frame, job.frame):
             longest = float(np.linalg.norm(records.vectors, axis=1).max())
             records.warnings.append(
-                f"the vectors of {path.name} are in {source.frame} and used as they are: no way "
-                f"from there to {job.frame} is known; frames of satellites are turned by up to "
-                f"{1e6 * FRAME_TURN:.1f} ppm, {1e3 * FRAME_TURN * longest:.1f} mm in the longest"
+                Sentence(
+                    "the vectors of {path.name} are in {source.frame} and used as they are: no way "
+                    "from there to {job.frame} is known; frames of satellites are turned by up to "
+                    "{frame_turn:ppm1}, {change:mm1} in the longest",
+                    path=path,
+                    source=source,
+                    job=job,
+                    frame_turn=FRAME_TURN,
+                    change=FRAME_TURN * longest,
+                )
             )
         elif len(records.vectors) and frames.frame(source.frame) != frames.frame(job.frame):
             before = records.vectors

@@ -42,6 +42,7 @@ from tribrach.io.e57_pages import (
 from tribrach.io.scans.facts import told_facts
 from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Origin, Scan
+from tribrach.sentences import Sentence
 
 __all__ = ["OURS", "E57Scan", "pose_of", "read"]
 
@@ -367,7 +368,11 @@ def pose_of(scan: etree._Element, warnings: list[str]) -> Pose | None:
     else:
         rotation = Rotation.from_quat(turn).as_matrix()
         if abs(length - 1) > 1e-3:
-            warnings.append(f"the quaternion of the pose has length {length:.4f}, scaled to 1")
+            warnings.append(
+                Sentence(
+                    "the quaternion of the pose has length {length:4}, scaled to 1", length=length
+                )
+            )
     if None in t:
         warnings.append("the pose has no translation, zero is taken")
     else:
@@ -431,10 +436,10 @@ def _facts(scan: etree._Element) -> dict[str, str]:
     for name, title in _NUMBERS.items():
         value = number(child(scan, name))
         if value:  # zero stands for unknown in most files
-            facts[title] = f"{value:g}"
+            facts[title] = Sentence("{value:g}", value=value)
     start = number(child(scan, "acquisitionStart", "dateTimeValue"))
     if start:
-        facts["start [GPS s]"] = f"{start:.3f}"
+        facts["start [GPS s]"] = Sentence("{start:3}", start=start)
     return facts
 
 

@@ -24,6 +24,7 @@ from tribrach.scan.angular_step import angular_step
 from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
 from tribrach.scan.scan import Chunk, Field, NoReturn, Scan
+from tribrach.sentences import capital, stopped
 from tribrach.units import percent
 
 __all__ = ["Description", "describe"]
@@ -324,7 +325,7 @@ class Description(
     @property
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
-        out = [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.scan.warnings]
+        out = [stopped(capital(w)) for w in self.scan.warnings]
         if self.figures.points == 0:
             return out or ["The scan has no points."]
         return out + self._of_coordinates() + self._of_values() + self._of_pose()

@@ -24,6 +24,7 @@ from tribrach.io.scans.text import LineBlock, Lines
 from tribrach.io.scans.text_scan import TextScan, refuse_many, rows, short, table
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
+from tribrach.sentences import Sentence
 
 __all__ = ["HEADER", "PtxScan", "read"]
 
@@ -110,8 +111,11 @@ def _scan(lines: Lines, index: int) -> PtxScan:
     if np.isfinite(nearest) and nearest > _FAR:
         origin = "unknown"
         warnings.append(
-            f"the points are {nearest / 1e3:.0f} km from the scanner's zero: "
-            "they are no longer in its frame"
+            Sentence(
+                "the points are {nearest:km0} from the scanner's zero: they are no longer in "
+                "its frame",
+                nearest=nearest,
+            )
         )
     return PtxScan(
         name=name,
@@ -195,8 +199,10 @@ def _pose(numbers: list[list[float]], path: Path, name: str) -> tuple[Pose, list
     if turned <= _ROTATION and moved <= _POSITION:
         return pose, [], True
     silent = not np.any(numbers[2]) and np.array_equal(axes, np.eye(3))
-    warning = (
-        "the scanner's position and axes contradict the 4x4 matrix "
-        f"(by {moved:.4g} m and {turned:.2g} in the rotation); the matrix is taken"
+    warning = Sentence(
+        "the scanner's position and axes contradict the 4x4 matrix (by {moved:mg4} and "
+        "{turned:g2} in the rotation); the matrix is taken",
+        moved=moved,
+        turned=turned,
     )
     return pose, [warning], silent

@@ -32,6 +32,7 @@ from tribrach.network.start.one_place import dummy_places, dummy_words
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 from tribrach.units import SEC
 
@@ -83,8 +84,13 @@ def reduction_words(reduced: ReducedFile) -> list[str]:
     significant = abs(axes.index) > 3 * axes.sigma_index
     if axes.pairs and single.any() and significant:
         words.append(
-            f"In {reduced.raw.name}: {int(single.sum())} sights were read in one face and "
-            f'keep the index error of the day, {axes.index / SEC:+.1f}".'
+            Sentence(
+                "In {reduced.raw.name}: {single} sights were read in one face and keep the "
+                'index error of the day, {axes:+1}".',
+                reduced=reduced,
+                single=int(single.sum()),
+                axes=axes.index / SEC,
+            )
         )
     return words
 
@@ -101,7 +107,7 @@ def hanging_words(names: list[str]) -> str:
 
 def _faces(reduced: ReducedFile) -> list[str]:
     cells, axes = reduced.reduction.cells, reduced.reduction.axes
-    out = []
+    out: list[str] = []
     for what, far, half in (
         ("directions", cells.far_direction, cells.half_direction),
         ("zenith angles", cells.far_zenith, cells.half_zenith),
@@ -111,9 +117,15 @@ def _faces(reduced: ReducedFile) -> list[str]:
         for i in np.flatnonzero(far):
             off = (2 * (half[i] - usual)) / SEC
             out.append(
-                f"At {reduced.source(int(cells.first[i]))}: the {what} of both faces from "
-                f"{reduced.station[cells.setup[i]]} to {reduced.target[cells.target[i]]} differ by "
-                f'{off:+.0f}" more than the others: misread, or another target.'
+                Sentence(
+                    "At {source}: the {what} of both faces from {start} to {end} differ "
+                    'by {off:+0}" more than the others: misread, or another target.',
+                    source=reduced.source(int(cells.first[i])),
+                    what=what,
+                    start=reduced.station[cells.setup[i]],
+                    end=reduced.target[cells.target[i]],
+                    off=off,
+                )
             )
     return out
 
@@ -123,9 +135,16 @@ def _closures(reduced: ReducedFile) -> list[str]:
     scatter = 0.0 if np.isnan(axes.sigma_direction) else axes.sigma_direction
     limit = max(CLOSURE, 3 * np.sqrt(2) * scatter)
     return [
-        f"In {reduced.raw.name}: set {closures.set[i] + 1} at "
-        f"{reduced.station[closures.setup[i]]} closes on {reduced.target[closures.target[i]]} with "
-        f'{closures.difference[i] / SEC:+.1f}" in face {closures.face[i]}.'
+        Sentence(
+            "In {reduced.raw.name}: set {closures} at {start} closes on {end} with "
+            '{off:+1}" in face {face}.',
+            reduced=reduced,
+            closures=closures.set[i] + 1,
+            start=reduced.station[closures.setup[i]],
+            end=reduced.target[closures.target[i]],
+            off=closures.difference[i] / SEC,
+            face=closures.face[i],
+        )
         for i in np.flatnonzero(np.abs(closures.difference) > limit)
     ]
 
@@ -139,15 +158,21 @@ def _residuals(reduced: ReducedFile) -> list[str]:
     if not pool:
         return []
     limit = max(RESIDUAL, LIMIT * robust_sigma(np.concatenate(pool), about=0.0))
-    out = []
+    out: list[str] = []
     for setup in setups:
         if not setup.rounds.dof:
             continue
         for s, t in np.argwhere(np.abs(setup.rounds.residual) > limit):
             out.append(
-                f"In {reduced.raw.name}: the direction from {reduced.station[setup.setup]} to "
-                f"{reduced.target[setup.targets[t]]} in set {setup.sets[s] + 1} is "
-                f'{setup.rounds.residual[s, t] / SEC:+.0f}" off the mean of the sets.'
+                Sentence(
+                    "In {reduced.raw.name}: the direction from {start} to {end} in set "
+                    '{setup} is {off:+0}" off the mean of the sets.',
+                    reduced=reduced,
+                    start=reduced.station[setup.setup],
+                    end=reduced.target[setup.targets[t]],
+                    setup=setup.sets[s] + 1,
+                    off=setup.rounds.residual[s, t] / SEC,
+                )
             )
     return out
 
@@ -241,9 +266,12 @@ def survey_of(
     if precision is None or precision.direction is None:
         precision = TYPICAL
         survey.warnings.append(
-            "The instrument is not described: 3 arc seconds for a direction and a zenith angle in "
-            "one face, 2 mm + 2 ppm for a distance are assumed. State its sigmas in a project "
-            "([instruments])."
+            Sentence(
+                "The instrument is not described: {t.direction:arc seconds0} for a direction and a "
+                "zenith angle in one face, {t.distance:mm0} + {t.scale:ppm0} for a distance are "
+                "assumed. State its sigmas in a project ([instruments]).",
+                t=TYPICAL,
+            )
         )
     for raw in files:
         survey.warnings += file_words(raw)

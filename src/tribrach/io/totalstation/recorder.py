@@ -12,6 +12,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups, StoredPoints
+from tribrach.sentences import Sentence
 from tribrach.units import GON, check_circle, circle_passed, too_large
 
 __all__ = ["Recorder"]
@@ -206,8 +207,13 @@ class Recorder:
         if circle_passed(direction):
             gon = direction / GON
             self.note(
-                f"line {line}: the direction of {gon:.6g} gon is more than a circle and counts as "
-                f"{gon - math.copysign(400, gon):.6g} gon: check that no digit is wrong"
+                Sentence(
+                    "line {line}: the direction of {gon:gong6} is more than a circle and counts as "
+                    "{counts:gong6}: check that no digit is wrong",
+                    line=line,
+                    gon=gon * GON,
+                    counts=(gon - math.copysign(400, gon)) * GON,
+                )
             )
         if not self._setups:
             self.setup(line, "")

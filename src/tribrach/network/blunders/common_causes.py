@@ -589,7 +589,9 @@ class _Candidates:
             slopes.append(self._slope(f"height_{what}", table)[items][place >= 0])
         row = np.concatenate(rows)
         cause = _Cause(
-            words=f"the height of {what} at {name(int(at))} ({size})",
+            words=Sentence(
+                "the height of {what} at {name} ({size})", what=what, name=name(int(at)), size=size
+            ),
             members=members,
             columns=slice(0, 1),
             sort=_TARGETS if is_target else _HEIGHTS,

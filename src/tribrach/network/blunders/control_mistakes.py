@@ -46,7 +46,7 @@ from tribrach.network.quality import global_test
 from tribrach.network.reliability import weigh
 from tribrach.network.significance import log_significance
 from tribrach.observations.base import Use
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, f
 
 __all__ = ["WrongCoordinate", "wrong_coordinate"]
@@ -92,9 +92,12 @@ class WrongCoordinate:
         """All of it in one sentence."""
         many = len(self.coordinates) > 1
         words = coordinate_words(self.coordinates)
-        sizes = ", ".join(
-            (f"{AXES[g.axis]} " if many else "") + _sized(x, s)
-            for g, x, s in zip(self.coordinates, self.error, self.sigma, strict=True)
+        sizes = joined(
+            ", ",
+            (
+                (f"{AXES[g.axis]} " if many else "") + _sized(x, s)
+                for g, x, s in zip(self.coordinates, self.error, self.sigma, strict=True)
+            ),
         )
         it, be = ("them", "are") if many else ("it", "is")
         figures = Sentence(
@@ -108,10 +111,19 @@ class WrongCoordinate:
         )
         if self.certain:
             cure = f"compare {it} with where the coordinates come from"
-            return f"{words} {be} wrong: {figures}; {cure}"
+            return Sentence(
+                "{words} {be} wrong: {figures}; {cure}",
+                words=words,
+                be=be,
+                figures=figures,
+                cure=cure,
+            )
         rivals = " or ".join(self.alternatives)
-        return (
-            f"{words} may be wrong: {figures}; an error in {rivals} would do as well, look at both"
+        return Sentence(
+            "{words} may be wrong: {figures}; an error in {rivals} would do as well, look at both",
+            words=words,
+            figures=figures,
+            rivals=rivals,
         )
 
     def without(self, adjustment: Adjustment) -> Adjustment:

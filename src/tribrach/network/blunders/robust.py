@@ -135,13 +135,18 @@ def adjust_robust(
 
 def _warnings(first: Adjustment, steady: bool, iterations: int) -> tuple[str, ...]:
     """What limits a robust estimate of this network."""
-    out = []
+    out: list[str] = []
     system = weigh(first)
     weak = (redundancy_numbers(system) < HELPLESS) & system.controlled
     if weak.any():
         out.append(
-            f"{int(weak.sum())} of {len(weak)} values have redundancy below {HELPLESS}: a robust "
-            "estimate cannot protect against errors there"
+            Sentence(
+                "{n} of {total} values have redundancy below {least:g}: a robust estimate cannot "
+                "protect against errors there",
+                n=int(weak.sum()),
+                total=len(weak),
+                least=HELPLESS,
+            )
         )
     if not steady:
         out.append(f"the robust weights did not settle in {iterations} iterations")

@@ -18,6 +18,7 @@ from tribrach.network.start.space import placed_poses
 from tribrach.observations.base import Use
 from tribrach.observations.ties import TieTable
 from tribrach.observations.unknowns import Layout, State
+from tribrach.sentences import Sentence
 
 __all__ = ["missing_ties"]
 
@@ -240,7 +241,12 @@ def _scanner(f: Frame, node: int, noun: str, known: NDArray[np.bool_]) -> str:
     shared = len(targets)
     misfit = _misfit(f, pose, targets) if shared else ""
     if misfit:
-        return f"{noun} does not fit its {shared} common targets: {misfit}"
+        return Sentence(
+            "{noun} does not fit its {shared} common targets: {misfit}",
+            noun=noun,
+            shared=shared,
+            misfit=misfit,
+        )
     level = bool(f.ties.levelled[pose])
     need = "2 common targets" if level else "3 common targets (2 if levelled) not on one line"
     few = f"only {shared} target{'s' if shared != 1 else ''}" if shared else "no target"
@@ -256,8 +262,11 @@ def _misfit(f: Frame, pose: int, targets: Index) -> str:
     except InputError:
         return ""
     return fit.hint or (
-        f"residuals of {fit.rms:.3g} m (root mean square of all, none left out by a limit) remain; "
-        "check the names of its targets"
+        Sentence(
+            "residuals of {fit.rms:mg3} (root mean square of all, none left out by a "
+            "limit) remain; check the names of its targets",
+            fit=fit,
+        )
     )
 
 

@@ -13,6 +13,7 @@ from tribrach.gnss.orbits import calendar
 from tribrach.gnss.pieces import UNSEEN
 from tribrach.report.answer import Answer
 from tribrach.report.findings import Finding, words
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["FORM", "answer_of"]
 
@@ -22,7 +23,7 @@ FORM = Form("baseline", Baseline, 1)
 def answer_of(baseline: Baseline) -> Answer:
     """The baseline as people read it."""
     findings = list(_findings(baseline))
-    lines = "\n".join(words(findings))
+    lines = joined("\n", words(findings))
     title = " to ".join(baseline.names)
     return Answer("GNSS baseline", title, None, baseline, FORM, findings=findings, terminal=[lines])
 
@@ -60,9 +61,12 @@ def _findings(b: Baseline) -> Iterator[Finding]:
     ):
         yield Finding.of(key, f"{key}: {template}", b=b, sigma=np.sqrt(np.diag(b.covariance)))
     if b.noise is not None:
-        yield Finding(f"noise: {b.noise.sentence()}", key="noise")
+        yield Finding("noise: " + b.noise.sentence(), key="noise")
     if b.pieces is not None:
-        yield Finding(f"check: {b.pieces.sentence()}; {UNSEEN}", key="pieces")
+        yield Finding(
+            Sentence("check: {said}; {unseen}", said=b.pieces.sentence(), unseen=UNSEEN),
+            key="pieces",
+        )
     if b.choice:
         yield Finding(f"choice: {b.choice}", key="choice")
         yield from (Finding(f"    {line}", key="attempt") for line in comparison(b.attempts))

@@ -24,7 +24,7 @@ from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, build_table
-from tribrach.sentences import Sentence, scaled, written
+from tribrach.sentences import Sentence, capital, joined, scaled, written
 
 __all__ = ["FORM", "answer_of"]
 
@@ -50,9 +50,13 @@ def answer_of(title: str, calibration: SelfCalibration, further: Sequence[str] =
     sigma0 = c.sigma0
     lines = [
         title,
-        f"{c.counts.observed} observed values, {c.counts.unknowns} unknowns, "
-        f"redundancy {sigma0.dof}, sigma0 {sigma0.posterior:.4f}",
-        f"datum: {c.datum}; sigmas {c.sigma_origin}",
+        Sentence(
+            "{c.counts.observed} observed values, {c.counts.unknowns} unknowns, redundancy "
+            "{sigma0.dof}, sigma0 {sigma0.posterior:4}",
+            c=c,
+            sigma0=sigma0,
+        ),
+        Sentence("datum: {c.datum}; sigmas {c.sigma_origin}", c=c),
     ]
     width = max(map(len, c.names))
     lines += [
@@ -75,8 +79,8 @@ def answer_of(title: str, calibration: SelfCalibration, further: Sequence[str] =
         first=[_parameters(c)],
         pictures=_charts(c),
         tables=[_left(c), _omitted(c), _pairs(c), *_datums(c), _remedies(c)],
-        footer=f"Datum: {c.datum}. Sigmas {c.sigma_origin}.",
-        terminal=["\n".join(lines)],
+        footer=Sentence("Datum: {c.datum}. Sigmas {c.sigma_origin}.", c=c),
+        terminal=[joined("\n", lines)],
         failure=None if sigma0.dof > 0 else nothing,
     )
 
@@ -102,21 +106,23 @@ def _shown(value: float, item: Any) -> str:
     return _size(value, _unit(item))
 
 
-def _upper(words: str) -> str:
-    return words[:1].upper() + words[1:]
-
-
 def _findings(c: SelfCalibration) -> Iterator[Finding]:
     """Everything that is worth saying, what is most important first."""
     test = global_test(c.adjustment)
-    yield Finding(f"{_upper(test.sentence())}.", test.passed is not True, "global_test")
+    yield Finding(capital(test.sentence()) + ".", test.passed is not True, "global_test")
     blunders = [] if c.log is None else c.log.sentences()
     for key, told in (("warning", c.adjustment.warnings), ("blunder", blunders)):
-        yield from (Finding(f"{_upper(one)}.", True, key) for one in told)
+        yield from (Finding(capital(one) + ".", True, key) for one in told)
     yield from _estimability(c)
     yield from _significance(c)
     yield from _model(c)
-    counts = ", ".join(f"{c.rho.above(limit) or 'none'} above {limit:g}" for limit in LIMITS)
+    counts = joined(
+        ", ",
+        (
+            Sentence("{n} above {limit:g}", n=c.rho.above(limit) or "none", limit=limit)
+            for limit in LIMITS
+        ),
+    )
     said = "Correlations of parameters with each other and with orientations: {counts}."
     yield Finding.of("correlations", said, counts=counts)
     by_point = c.rho.strongest_by_point
@@ -136,11 +142,11 @@ def _estimability(c: SelfCalibration) -> Iterator[Finding]:
     elif not c.open:
         yield Finding.of("separated", "All {n} parameters can be separated.", n=len(c.parameters))
     else:
-        yield from (Finding(f"{_upper(said)}.", True, "open") for said in c.open)
+        yield from (Finding(capital(said) + ".", True, "open") for said in c.open)
     for item in c.hardly_separated:
         yield Finding.of("hardly_separated", "{i.name}: {i.why}.", True, i=item)
     for said in remedy_sentences(c.proposal, c.remedies):
-        yield Finding(f"{_upper(said)}.", key="remedy")
+        yield Finding(capital(said) + ".", key="remedy")
 
 
 def _significance(c: SelfCalibration) -> Iterator[Finding]:
@@ -182,9 +188,9 @@ def _block(test: BlockTest) -> Sentence:
     """A test of several parameters."""
     what = "F({t.freedom}, {t.redundancy})" if test.posterior else "chi²({t.freedom})"
     value = test.statistic * (1 if test.posterior else test.freedom)
-    p = "p below 0.0001" if test.p < 1e-4 else "p = {t.p:g2}"
+    p = "p below {least:g}" if test.p < 1e-4 else "p = {t.p:g2}"
     digits = 0 if value >= 100 else 2
-    return Sentence(f"{what} = {{value:{digits}}}, {p}", t=test, value=value)
+    return Sentence(f"{what} = {{value:{digits}}}, {p}", t=test, value=value, least=1e-4)
 
 
 def _stations_differ(c: SelfCalibration) -> bool:
@@ -344,12 +350,13 @@ def _front(c: SelfCalibration) -> FrontPage:
         sort, begin = "none", f"{count} determined, not checked"
     elif not test.passed:
         sort, begin = "bad", "Global test failed"
-    signed = (
-        f"{counted(len(c.parameters), 'calibration parameter')} with "
-        f"{'its' if len(c.parameters) == 1 else 'their'} sigmas {c.sigma_origin}. "
-        f"Datum: {c.datum}."
+    signed = Sentence(
+        "{count} with {its} sigmas {c.sigma_origin}. Datum: {c.datum}.",
+        count=counted(len(c.parameters), "calibration parameter"),
+        its="its" if len(c.parameters) == 1 else "their",
+        c=c,
     )
-    return FrontPage(sort, begin + asked, f"{_upper(test.sentence())}.", signed=signed)
+    return FrontPage(sort, begin + asked, capital(test.sentence()) + ".", signed=signed)
 
 
 def _parameters(c: SelfCalibration) -> ReportTable:
@@ -361,7 +368,9 @@ def _parameters(c: SelfCalibration) -> ReportTable:
         column("Unit", _unit),
         column("t", "t", "2", mark=lambda p: "good" if p.significant else ""),
     ]
-    note = f"True = measured + correction. Sigmas {c.sigma_origin}. Significant t are green."
+    note = Sentence(
+        "True = measured + correction. Sigmas {c.sigma_origin}. Significant t are green.", c=c
+    )
     return build_table("parameters", "Parameters", note, c.parameters, columns)
 
 
@@ -395,7 +404,10 @@ def _pairs(c: SelfCalibration) -> ReportTable:
         column("and", "b"),
         column("Correlation", "value", "3", mark=lambda p: "bad" if abs(p.value) > 0.9 else ""),
     ]
-    note = "Above 0.7, strongest first; those with orientations belong to the datum."
+    note = Sentence(
+        "Above {limit:g}, strongest first; those with orientations belong to the datum.",
+        limit=LIMITS[0],
+    )
     return build_table("correlations", "Correlations", note, c.correlations, columns, most=500)
 
 
@@ -449,7 +461,9 @@ def _remedies(c: SelfCalibration) -> ReportTable:
         column("Addition", "what"),
         column("Estimable", lambda r: len(r.estimable), "0"),
         column("Well separated", lambda r: len(r.well_separated), "0"),
-        column("Best gain", largest, lambda gain, _: f"sigma divided by {gain:.1f}"),
+        column(
+            "Best gain", largest, lambda gain, _: Sentence("sigma divided by {gain:1}", gain=gain)
+        ),
     ]
     note = (
         f"Now {len(c.proposal.names)} are estimable and {len(c.proposal.recommended)} of them well "

@@ -98,7 +98,7 @@ def answer_of(check: FieldCheck) -> Answer:
     tables += [_distances(*both) for both in zip(check.distances, check.statistics, strict=True)]
     tables += [] if check.lengths is None else [_lengths(check.lengths)]
     shown = [table_text(table) for table in (*faces, *tables) if table.rows]
-    lines = "\n".join(wrapped(f"- {sentence}") for sentence in said)
+    lines = "\n".join(wrapped("- " + sentence) for sentence in said)
     return Answer(
         "Field check of a scanner",
         check.title,
@@ -463,9 +463,10 @@ def _detectable(test: TwoFaceTest) -> ReportTable:
             lambda value, r: written(value, _unit(r[0])) if math.isfinite(value) else "never",
         ),
     ]
-    note = (
+    note = Sentence(
         "Each parameter by itself: from this size on it is found with 80 %, at an error "
-        "probability of 0.1 %."
+        "probability of {alpha:%g}.",
+        alpha=0.001,
     )
     rows = list(test.detectable.items())
     return build_table("signatures", "What these faces show", note, rows, columns)
@@ -494,15 +495,19 @@ def _distances(test: DistanceCheck, of_standard: DistanceStatistics) -> ReportTa
         column("difference Δ", "difference", "mm2"),
         *_difference_columns(),
         column(
-            f"limit of the standard, ± {written(limit, 'mm2')}",
+            Sentence("limit of the standard, ± {limit:mm2}", limit=limit),
             lambda r: "beyond" if abs(r.difference) > limit else "kept",
         ),
     ]
-    note = (
-        f"{a} less {b}, the largest beside its limit first. The limits hold together with "
-        f"{percent(1 - test.alpha)} or more (Šidák); the verdict is that of the chi-square over "
-        f"all. The limit of the standard is for each difference alone, with "
-        f"{percent(1 - of_standard.alpha_standard)}."
+    note = Sentence(
+        "{a} less {b}, the largest beside its limit first. The limits hold together "
+        "with {test:%} or more (Šidák); the verdict is that of the chi-square over "
+        "all. The limit of the standard is for each difference alone, with "
+        "{of_standard:%}.",
+        a=a,
+        b=b,
+        test=1 - test.alpha,
+        of_standard=1 - of_standard.alpha_standard,
     )
     title = f"Distances from {a} and {b}{_of_series(test.scans)}"
     rows = _ordered(test.pairs)
@@ -525,10 +530,11 @@ def _lengths(test: LengthCheck) -> ReportTable:
         column("difference", "difference", "mm2"),
         *_difference_columns(),
     ]
-    note = (
-        "Mean over the series of a station less the known length, the largest beside its limit "
-        f"first. The limits hold together with {percent(1 - test.alpha)} or more (Šidák); "
-        f"the verdict is that of the chi-square over all, and of the scale."
+    note = Sentence(
+        "Mean over the series of a station less the known length, the largest beside "
+        "its limit first. The limits hold together with {test:%} or more (Šidák); the "
+        "verdict is that of the chi-square over all, and of the scale.",
+        test=1 - test.alpha,
     )
     return build_table("lengths", "Known lengths", note, _ordered(test.rows), columns, most=_SHOWN)
 
@@ -552,7 +558,10 @@ def _picture(test: TwoFaceTest) -> Picture:
             panel.line(ends, (0.0, 0.0), "s0")
             for at, value, by in zip(x, half, reach, strict=True):
                 panel.line((at, at), (value - by, value + by), "faint")
-            said = [f"{v:.2f} ± {by:.2f} {unit} (2 σ)" for v, by in zip(half, reach, strict=True)]
+            said = [
+                Sentence("{v:2} ± {by:2} {unit} (2 σ)", v=v, by=by, unit=unit)
+                for v, by in zip(half, reach, strict=True)
+            ]
             panel.points(x, half, said)
             panels.append(panel)
         rows.append(panels)

@@ -27,6 +27,7 @@ from tribrach.report.comparison import (
 )
 from tribrach.report.findings import Finding
 from tribrach.report.page import FrontPage
+from tribrach.sentences import Sentence
 
 __all__ = ["FORM", "ComparedClouds", "answer_of"]
 
@@ -71,8 +72,13 @@ def answer_of(
         first=first,
         pictures=pictures,
         tables=tables,
-        footer=f"A: {a}; B, the reference: {b}; limit {1e3 * found.limit:g} mm. Nearest-neighbour "
-        "distances are no accuracy: read them beside their floor.",
+        footer=Sentence(
+            "A: {a}; B, the reference: {b}; limit {found.limit:mmg}. Nearest-neighbour "
+            "distances are no accuracy: read them beside their floor.",
+            a=a,
+            b=b,
+            found=found,
+        ),
         # the question that was asked comes first
         terminal=[*said, *first, *tables, *warned, *(replace(one, warns=True) for one in notes)],
         files=files or {},

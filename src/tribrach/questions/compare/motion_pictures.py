@@ -9,6 +9,7 @@ from tribrach.questions.compare.motions import CloudMotions, ComparedPlaces, Mov
 from tribrach.report.charts import Chart, beside, colour_bar, legend, shades
 from tribrach.report.figures import Picture
 from tribrach.report.views import SIZE, View, views_in_words, views_of
+from tribrach.sentences import Sentence
 
 __all__ = ["motions_pictures"]
 
@@ -54,10 +55,12 @@ def _distances(places: ComparedPlaces) -> Picture:
         panels.append([panel])
     scale = colour_bar(-top, top, "A minus B along the normal [mm]", SIZE[0], _SIGNED)
     title = "Distances along normals"
-    caption = (
-        f"{views_in_words(views)}; {len(values):,} core points that were compared, colours to the "
-        "98 % quantile of their sizes. Red lies further out, towards the scanner of B, in the "
-        "later cloud A."
+    caption = Sentence(
+        "{views_in_words}; {values:,} core points that were compared, colours to the "
+        "98 % quantile of their sizes. Red lies further out, towards the scanner of B, "
+        "in the later cloud A.",
+        views_in_words=views_in_words(views),
+        values=len(values),
     )
     drawing = beside(panels, title, scale)
     return Picture("motions-distances", title, drawing, caption, wide=True)
@@ -98,9 +101,11 @@ def _membership(motions: CloudMotions) -> Picture:
     title = "What moved"
     caption = f"{views_in_words(views)}; core points that were compared."
     if scale > 0:
-        caption += (
-            f" Arrows: shift along the mean normal of what moved, where its sign is sure with 95 "
-            f"%, drawn {scale:,.0f} times as long as it is (1 mm is {1e-3 * scale:.2g} m)."
+        caption += Sentence(
+            " Arrows: shift along the mean normal of what moved, where its sign is sure "
+            "with 95 %, drawn {scale:0,} times as long as it is (1 mm is {by:mg2}).",
+            scale=scale,
+            by=0.001 * scale,
         )
     drawing = beside(panels, title, legend(entries, SIZE[0]))
     return Picture("motions-parts", title, drawing, caption, wide=True)

@@ -27,7 +27,8 @@ from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding, words
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, build_table
-from tribrach.sentences import Sentence, joined, written
+from tribrach.sentences import Sentence, joined
+from tribrach.units import DEG, MM
 
 __all__ = ["FORM", "answer_of"]
 
@@ -89,9 +90,12 @@ def answer_of(title: str, found: Completeness) -> Answer:
             )
             for (name, what), some in zip(_GAPS.items(), gaps, strict=True)
         ],
-        footer=f"Cells of {found.cell:g} m; a station sees a cell if it has points in it or in one "
-        "that shares a face with it.",
-        terminal=["\n".join(lines)],
+        footer=Sentence(
+            "Cells of {found.cell:mg}; a station sees a cell if it has points in it or in "
+            "one that shares a face with it.",
+            found=found,
+        ),
+        terminal=[joined("\n", lines)],
     )
 
 
@@ -132,16 +136,20 @@ def _front(found: Completeness, said: list[Finding]) -> FrontPage:
     """How much was seen, or is as exact as required; the sentence is one of the findings."""
     n, everywhere = max(1, found.cells), False
     if found.sigma is None and found.modelled:
-        verdict = f"{written(1 - found.seen_by['no station'] / n, '%')} of the model seen"
+        verdict = Sentence("{found:%} of the model seen", found=1 - found.seen_by["no station"] / n)
     elif found.sigma is None:
-        verdict = (
-            f"{written(1 - found.seen_by['one station'] / n, '%')} seen by two stations or more"
+        verdict = Sentence(
+            "{found:%} seen by two stations or more", found=1 - found.seen_by["one station"] / n
         )
     else:
         reached, there = found.sigma["reached"], sum(found.sigma.values())
         everywhere = reached == there and not found.seen_by["no station"]
-        where = "everywhere" if everywhere else f"on {written(reached / max(1, there), '%')}"
-        verdict = f"The required sigma is reached {where}"
+        where = (
+            "everywhere"
+            if everywhere
+            else Sentence("on {reached:%}", reached=reached / max(1, there))
+        )
+        verdict = Sentence("The required sigma is reached {where}", where=where)
     sentence = said[0 if found.sigma is None else -1].words
     signed = "What these clouds cover, in cells of the size and with the sigma stated here."
     return FrontPage("good" if everywhere else "none", verdict, sentence, signed=signed)
@@ -185,8 +193,17 @@ def _panels(found: Completeness, which: NDArray[np.int64], shares: Array) -> lis
     azimuth = np.degrees(np.arctan2(axes[0, 0], axes[0, 1])) % 180
     origin = np.round(xyz[:, :2].mean(axis=0), -1)
     views = (
-        ((xyz[:, :2] - origin).T, (f"x - {origin[0]:.0f} [m]", f"y - {origin[1]:.0f} [m]")),
-        ((plan @ axes[0], xyz[:, 2]), (f"along {azimuth:.0f}° [m]", "height [m]")),
+        (
+            (xyz[:, :2] - origin).T,
+            (
+                Sentence("x - {origin[0]:0} [m]", origin=origin),
+                Sentence("y - {origin[1]:0} [m]", origin=origin),
+            ),
+        ),
+        (
+            (plan @ axes[0], xyz[:, 2]),
+            (Sentence("along {azimuth:°0} [m]", azimuth=azimuth * DEG), "height [m]"),
+        ),
     )
     panels = []
     for (u, v), names in views:
@@ -202,9 +219,11 @@ def _map(found: Completeness) -> Picture:
     panels = _panels(found, which, _SHARES[np.minimum(found.seen[which], 3)])
     entries = [(shade(float(s), TESTED), text) for s, text in zip(_SHARES, SEEN_BY, strict=True)]
     title = "Seen by how many stations"
-    caption = (
-        f"{len(which):,} of {found.cells:,} cells in plan and from the side; what fewer stations "
-        "see lies on top."
+    caption = Sentence(
+        "{which:,} of {found.cells:,} cells in plan and from the side; what fewer "
+        "stations see lies on top.",
+        which=len(which),
+        found=found,
     )
     drawing = beside([panels], title, legend(entries, 1200.0))
     return Picture("seen", title, drawing, caption, wide=True)
@@ -220,8 +239,9 @@ def _sigma_map(found: Completeness) -> Picture:
         return Picture("sigma", title, Drawing(600.0, 0.0, (), title), "No cell has a sigma.")
     panels = _panels(found, which, 1e3 * found.sigmas[which] / top)
     scale = colour_bar(0.0, top, "3D sigma [mm]", 1200.0, TESTED)
-    caption = (
-        f"Sigma of the best station in every cell; yellow is the {top / 2:g} mm that are required, "
-        "red twice as much or more."
+    caption = Sentence(
+        "Sigma of the best station in every cell; yellow is the {top:mmg} that are "
+        "required, red twice as much or more.",
+        top=top / 2 * MM,
     )
     return Picture("sigma", title, beside([panels], title, scale), caption, wide=True)

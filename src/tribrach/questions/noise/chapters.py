@@ -19,7 +19,7 @@ from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, build_table
 from tribrach.scan.noise_law import LastingEffect
-from tribrach.sentences import Sentence, written
+from tribrach.sentences import Sentence, capital, joined
 from tribrach.units import percent
 
 __all__ = ["FORM", "answer_of", "findings_of"]
@@ -51,9 +51,13 @@ def answer_of(estimate: NoiseEstimate) -> Answer:
         f"{s.source}: {s.patches} planar patches with {s.points} points" for s in estimate.scans
     ]
     lines += [
-        f"  {r.by} {_limits(r)}: {r.patches} patches, {written(r.observed, 'mm2')} seen, "
-        f"{written(r.fitted, 'mm2')} by the law (chi²/dof {r.chi2_dof:.2f})"
-        + ("" if np.isnan(r.stated) else f", stated {written(r.stated, 'mm2')}")
+        Sentence(
+            "  {r.by} {limits}: {r.patches} patches, {r.observed:mm2} seen, {r.fitted:mm2} "
+            "by the law (chi²/dof {r.chi2_dof:2})",
+            r=r,
+            limits=_limits(r),
+        )
+        + ("" if np.isnan(r.stated) else Sentence(", stated {r.stated:mm2}", r=r))
         for r in rows
     ]
     title = ", ".join(scan.source for scan in estimate.scans[:6])
@@ -71,22 +75,23 @@ def answer_of(estimate: NoiseEstimate) -> Answer:
         pictures=[_picture(estimate)],
         tables=[_classes(rows), _figures(estimate), _scans(estimate)],
         footer="Patches are fitted by planes; what they lose of the degrees of freedom is counted.",
-        terminal=["\n".join([*lines, *(one.line() for one in found)])],
+        terminal=[joined("\n", [*lines, *(one.line() for one in found)])],
     )
 
 
 def _limits(row: NoiseRow) -> str:
     """Limits of a class with their unit."""
     if row.by == "range":
-        return f"{row.low:.1f} to {row.high:.1f} m"
+        return Sentence("{row.low:m1~} to {row.high:m1}", row=row)
     if row.by == "incidence":
-        return f"{np.degrees(row.low):.0f} to {np.degrees(row.high):.0f}°"
-    return f"{_light(row.low)} to {_light(row.high)}"
+        return Sentence("{row.low:°0~} to {row.high:°0}", row=row)
+    return Sentence("{low} to {high}", low=_light(row.low), high=_light(row.high))
 
 
 def _light(intensity: float) -> str:
     """An intensity of any scale."""
-    return f"{intensity:.0f}" if abs(intensity) >= 1000 else f"{intensity:.3g}"
+    spec = "0" if abs(intensity) >= 1000 else "g3"
+    return Sentence(f"{{intensity:{spec}}}", intensity=intensity)
 
 
 def findings_of(estimate: NoiseEstimate) -> Iterator[Finding]:
@@ -103,15 +108,18 @@ def _law(estimate: NoiseEstimate) -> Iterator[Finding]:
     fitted, law = estimate.fitted, estimate.fitted.law
     if law is not None:
         light = np.array([law.low, np.sqrt(law.low * law.high), law.high])
-        figures = ", ".join(
-            f"{{s[{k}]:mm2}} (sigma {{e[{k}]:mmg2~}}) at {_light(i)}" for k, i in enumerate(light)
+        figures = joined(
+            ", ",
+            (
+                Sentence("{s:mm2} (sigma {e:mmg2~}) at {light}", s=s, e=e, light=_light(i))
+                for s, e, i in zip(law.sigma(light), fitted.law_sigma(light), light, strict=True)
+            ),
         )
         yield Finding.of(
             "law",
-            f"Noise of ranges is a law of the intensity: {{law.words}}; {figures}.",
+            "Noise of ranges is a law of the intensity: {law.words}; {figures}.",
             law=law,
-            s=law.sigma(light),
-            e=fitted.law_sigma(light),
+            figures=figures,
         )
         yield Finding.of(
             "units",
@@ -235,7 +243,7 @@ def _left(estimate: NoiseEstimate) -> Iterator[Finding]:
     shared, filtered = estimate.neighbours, estimate.filtered
     if shared is not None:
         said = shared.sentence()
-        yield Finding(f"{said[0].upper()}{said[1:]}.", key="neighbours")
+        yield Finding(capital(said) + ".", key="neighbours")
         if filtered is not None:
             yield Finding.of(
                 "filtered",
@@ -250,7 +258,7 @@ def _left(estimate: NoiseEstimate) -> Iterator[Finding]:
             )
     if estimate.stated is not None:
         factor = _against_stated(estimate)
-        verdict = f"as stated within {percent(_APART - 1)}"
+        verdict: str = Sentence("as stated within {share:%}", share=_APART - 1)
         if factor > _APART:
             verdict = "more than stated"
             verdict += ", for which surfaces may be the reason" if estimate.doubts else ""
@@ -293,13 +301,14 @@ def _rests(estimate: NoiseEstimate) -> Iterator[Finding]:
     if step:
         least = fitted.range if fitted.law is None else fitted.law.limits[0]
         unseen = least < _UNSEEN * step
-        said = "Coordinates are stored in steps of {mm} mm, whose rounding of {rounding:mm2} is "
-        said += "taken off" + ("; noise below {below} mm cannot be seen in them" * unseen) + "."
-        mm, below = f"{1e3 * step:g}", f"{1e3 * _UNSEEN * step:g}"
-        yield Finding.of("step", said, unseen, mm=mm, below=below, rounding=step / 12**0.5)
+        said = "Coordinates are stored in steps of {step:mmg}, whose rounding of {rounding:mm2} is "
+        said += "taken off" + ("; noise below {below:mmg} cannot be seen in them" * unseen) + "."
+        yield Finding.of(
+            "step", said, unseen, step=step, below=_UNSEEN * step, rounding=step / 12**0.5
+        )
     if estimate.doubts:
         said = "This is an upper bound and not the noise of the scanner: {doubts}."
-        yield Finding.of("upper_bound", said, True, doubts="; ".join(estimate.doubts))
+        yield Finding.of("upper_bound", said, True, doubts=joined("; ", estimate.doubts))
     for scan in estimate.scans:
         if scan.remark:
             yield Finding.of("nothing", "{s.source} told nothing: {s.remark}.", True, s=scan)
@@ -312,7 +321,11 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
         return FrontPage("none", "An upper bound", said, signed=_SIGNED)
     if estimate.stated is None:
         patches = counted(estimate.patches, "smooth planar patch", "smooth planar patches")
-        said = f"{patches} with {estimate.points:,} points; no data sheet or project is given to "
+        said = Sentence(
+            "{patches} with {estimate.points:,} points; no data sheet or project is given to ",
+            patches=patches,
+            estimate=estimate,
+        )
         said += "compare them with."
         return FrontPage("none", "Noise of the scanner by its scans", said, signed=_SIGNED)
     factor, said = _against_stated(estimate), f"{_ratio(estimate)}."

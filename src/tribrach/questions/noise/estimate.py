@@ -23,6 +23,7 @@ from tribrach.scan.noise_law import (
 )
 from tribrach.scan.observed_noise import GATES, ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 from tribrach.units import MM, SEC
 
@@ -262,23 +263,41 @@ class NoiseEstimate(
     @property
     def doubts(self) -> list[str]:
         """Why these figures may be those of the surfaces, or of a filter, rather than of beams."""
-        out = []
+        out: list[str] = []
         spread = self.fitted.spread
         if spread > _SURFACES:
             out.append(
-                f"the variances of the patches scatter {spread:.1f} times as widely about the law "
-                f"as noise would make them (limit {_SURFACES:g})"
+                Sentence(
+                    "the variances of the patches scatter {spread:1} times as widely about the law "
+                    "as noise would make them (limit {surfaces:g})",
+                    spread=spread,
+                    surfaces=_SURFACES,
+                )
             )
         for one in self.widths:
-            words = (
-                f"patches of {1e3 * one.width:.0f} mm give {one.factor:.2f} times the sigma of "
-                f"those of {1e3 * GATES.width:.0f} mm"
+            words = Sentence(
+                "patches of {one.width:mm0} give {one.factor:2} times the sigma of those of "
+                "{gates.width:mm0}",
+                one=one,
+                gates=GATES,
             )
             wider = one.width > GATES.width
             if one.factor > _BENT and wider:
-                out.append(f"{words} (limit {_BENT:g}): surfaces bend, or points share errors")
+                out.append(
+                    Sentence(
+                        "{words} (limit {bent:g}): surfaces bend, or points share errors",
+                        words=words,
+                        bent=_BENT,
+                    )
+                )
             elif one.factor < _SHARED and not wider:
-                out.append(f"{words} (limit {_SHARED:g}): surfaces bend, or points share errors")
+                out.append(
+                    Sentence(
+                        "{words} (limit {shared:g}): surfaces bend, or points share errors",
+                        words=words,
+                        shared=_SHARED,
+                    )
+                )
         return out
 
     @property
@@ -458,7 +477,9 @@ def _unit(scan: Scan) -> str:
     light = next((item for item in scan.fields if item.name == "intensity"), None)
     if light is None or light.low is None or light.high is None:
         return "a scale that the file does not name"
-    return f"a scale that the file says to go from {light.low:g} to {light.high:g}"
+    return Sentence(
+        "a scale that the file says to go from {light.low:g} to {light.high:g}", light=light
+    )
 
 
 def _of_width(

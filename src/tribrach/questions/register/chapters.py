@@ -23,7 +23,7 @@ from tribrach.report.names import some_of
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, Spec, build_table
-from tribrach.sentences import written
+from tribrach.sentences import Sentence, capital, joined, written
 
 __all__ = ["FORM", "answer_of"]
 
@@ -50,7 +50,7 @@ def answer_of(files: RegisteredFiles) -> Answer:
         _front(registration),
         files,
         FORM,
-        findings=[Finding(f"{text[:1].upper()}{text[1:]}.") for text in files.sentences],
+        findings=[Finding(capital(text) + ".", key="file") for text in files.sentences],
         pictures=[_plan(group, registration, files.walls, k) for k, group in enumerate(joined)],
         tables=[
             loops, *stations, _verdicts(registration), pairs, _refused(registration), _files(files),
@@ -59,7 +59,7 @@ def answer_of(files: RegisteredFiles) -> Answer:
         "good as its sigmas, which hold the floor, and as the loops that it is in.",
         terminal=[
             pairs, *([loops] if loops.rows else []), *stations,
-            *(Finding(text, True) for text in files.sentences),
+            *(Finding(text, True, "file") for text in files.sentences),
         ],
     )  # fmt: skip
 
@@ -78,8 +78,13 @@ def _head(registration: CloudRegistration) -> str:
         return f"{words}."
     worst = max(sigmas, key=lambda name: sigmas[name])
     size = sigmas[worst]
-    told = f"{1e3 * size:.1f} mm" if size < 1 else f"{size:.1f} m"
-    return f"{words}. The place of {worst} is known least, σ {told}."
+    told = Sentence("{size:mm1}", size=size) if size < 1 else Sentence("{size:m1}", size=size)
+    return Sentence(
+        "{words}. The place of {worst} is known least, σ {told}.",
+        words=words,
+        worst=worst,
+        told=told,
+    )
 
 
 def _place_sigmas(group: CloudGroup) -> dict[str, float]:
@@ -200,7 +205,7 @@ def _tests(registration: CloudRegistration) -> dict[frozenset[str], Edge]:
 
 def _refused(registration: CloudRegistration) -> ReportTable:
     """Pairs that were tried and have no pose."""
-    columns = [_PAIR, column("Why", lambda p: "; ".join(p.sentences))]
+    columns = [_PAIR, column("Why", lambda p: joined("; ", p.sentences))]
     pairs = [p for p in registration.pairs if not p.registered]
     return build_table("cloud_refused", "Pairs that were not registered", "", pairs, columns)
 
@@ -245,7 +250,7 @@ def _plan(
                 colour, words = "faint", words + "nothing controls it"
             else:
                 colour = shade(min(ratio / _WORST, 1.0), TESTED)
-                words += f"test {ratio:.2f} times its limit"
+                words += Sentence("test {ratio:2} times its limit", ratio=ratio)
             _line(chart, at[edge.first], at[edge.second], colour, words)
     for edge in registration.consistency.dropped:
         if edge.ends <= set(at):

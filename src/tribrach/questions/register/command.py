@@ -91,5 +91,5 @@ def register(
     )
     written, said = ([], []) if output is None else write_placed(result, output, progress)
     answer = answer_of(result)
-    terminal = [*answer.terminal, *(Finding(text, True) for text in said)]
+    terminal = [*answer.terminal, *(Finding(text, True, "written") for text in said)]
     return replace(answer, terminal=terminal, written=written)

@@ -41,6 +41,7 @@ from tribrach.registration.clouds.together import (
 )
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Scan
+from tribrach.sentences import Sentence
 
 __all__ = ["PlacedOutput", "RegisteredFiles", "register_files", "write_placed"]
 
@@ -197,7 +198,7 @@ class RegisteredFiles(
     def sentences(self) -> tuple[str, ...]:
         """What was left out of the scans, and what the registration has to say."""
         beams = [
-            f"{name}: {scan.no_return.sentence}"
+            Sentence("{name}: {scan.no_return.sentence}", name=name, scan=scan)
             for name, scan in self.files.items()
             if scan.no_return is not None
         ]

@@ -16,6 +16,7 @@ from tribrach.report.regression import (
     regression_tables,
     units_of,
 )
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["FORM", "answer_of"]
 
@@ -31,19 +32,26 @@ def answer_of(title: str, table: NumberTable, found: Regression) -> Answer:
         verdict += "; the causes cannot be told apart"
     lines = [f"{found.rows} rows; {units_of(found, table.units)}"]
     lines += [
-        f"{one.y} against {one.x}: quadratic R² {one.quadratic.r2:.4f}, line R² {one.line.r2:.4f}, "
-        f"t of the curvature {one.t_curvature:.2f}, taken: {_formula(one.taken)}"
+        Sentence(
+            "{one.y} against {one.x}: quadratic R² {one.quadratic.r2:4}, line R² "
+            "{one.line.r2:4}, t of the curvature {one.t_curvature:2}, taken: {formula}",
+            one=one,
+            formula=_formula(one.taken),
+        )
         for one in found.relations
     ]
-    lines += [f"physical: {_formula(fit)}, R² {fit.r2:.4f}" for fit in found.physical]
-    lines += [f"! {text}" for text in (*words(said), *table.remarks)]
+    lines += [
+        Sentence("physical: {formula}, R² {fit.r2:4}", formula=_formula(fit), fit=fit)
+        for fit in found.physical
+    ]
+    lines += ["! " + text for text in (*words(said), *table.remarks)]
     return Answer(
         "Regression on range and incidence",
         title,
         FrontPage(
             "none",
             verdict,
-            f"{found.rows} rows, tests at {100 * found.confidence:g} %.",
+            Sentence("{found.rows} rows, tests at {found.confidence:%g}.", found=found),
             signed="The relations stated here, for these rows, with the confidence of their tests.",
         ),
         RegressionFigures(**vars(found)),
@@ -52,12 +60,22 @@ def answer_of(title: str, table: NumberTable, found: Regression) -> Answer:
         pictures=regression_pictures(table.values, table.units, found),
         tables=regression_tables(found, table.units),
         footer="Ordinary least squares; all rows have the same weight.",
-        terminal=["\n".join(lines)],
+        terminal=[joined("\n", lines)],
     )
 
 
 def _formula(fit: RegressionFit) -> str:
     """The fitted equation."""
     first, *others = fit.terms
-    parts = [f"{'-' if one.value < 0 else '+'} {abs(one.value):.5g} {one.name}" for one in others]
-    return f"{fit.y} = {first.value:.5g} {' '.join(parts)}"
+    parts = [
+        Sentence(
+            "{sign} {size:g5} {name}",
+            sign="-" if one.value < 0 else "+",
+            size=abs(one.value),
+            name=one.name,
+        )
+        for one in others
+    ]
+    return Sentence(
+        "{fit.y} = {first.value:g5} {parts}", fit=fit, first=first, parts=joined(" ", parts)
+    )

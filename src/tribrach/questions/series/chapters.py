@@ -25,7 +25,8 @@ from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, build_table
 from tribrach.report.times import clock, clocks, time_label, time_ticks
-from tribrach.units import percent
+from tribrach.sentences import Sentence
+from tribrach.units import GON, MM, percent
 
 __all__ = ["FORM", "alarm_lines", "answer_of"]
 
@@ -58,7 +59,9 @@ def answer_of(found: Series, title: str) -> Answer:
     every = [_Along(p, fit) for p in found.points for fit in p.fits]
     points, cycles = _points(every), _cycles(found)
     drawn = sorted(found.points, key=lambda p: -_size(p))[:_DRAWN]
-    scaled = f", times {np.sqrt(found.factor):.2f}" if found.factor > 1.0 else ""
+    scaled = (
+        Sentence(", times {found:2}", found=np.sqrt(found.factor)) if found.factor > 1.0 else ""
+    )
     return Answer(
         "Series",
         title,
@@ -69,7 +72,10 @@ def answer_of(found: Series, title: str) -> Answer:
         findings,
         pictures=[_chart(p, found, k) for k, p in enumerate(drawn)],
         tables=[points, cycles],
-        footer=f"Sigmas of displacements are a priori, from those of the readings{scaled}.",
+        footer=Sentence(
+            "Sigmas of displacements are a priori, from those of the readings{scaled}.",
+            scaled=scaled,
+        ),
         terminal=[points.first(_SHOWN).narrow(), *findings],
     )
 
@@ -156,7 +162,7 @@ def _along(direction: Array) -> str:
     if abs(direction[2]) > np.hypot(direction[0], direction[1]):
         return "in height"
     azimuth = np.arctan2(direction[0], direction[1]) / np.pi * 200 % 200
-    return f"along {azimuth:.0f} gon"
+    return Sentence("along {azimuth:gon0}", azimuth=azimuth * GON)
 
 
 def _moved(found: Series) -> Iterator[Finding]:
@@ -331,7 +337,7 @@ def _chart(p: PointSeries, found: Series, k: int) -> Picture:
             ticks=time_ticks(*ends, _TICKS),
         )
         said = [
-            f"{clock(at)}: {v:.2f} mm, sigma {1e3 * s:.2f} mm"
+            Sentence("{clock}: {v:mm2}, sigma {s:mm2}", clock=clock(at), v=v * MM, s=s)
             for at, v, s in zip(x, y, p.sigma[:, axis], strict=True)
         ]
         panel.points(x, y, said)

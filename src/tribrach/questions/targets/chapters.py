@@ -14,7 +14,7 @@ from tribrach.job.grouping import file_name
 from tribrach.job.state import FOUND
 from tribrach.report.answer import Answer
 from tribrach.report.panoramas import panorama_file
-from tribrach.sentences import written
+from tribrach.sentences import Sentence, written
 from tribrach.targets.detection import Detection
 
 __all__ = ["FOLDER", "FORM", "LIST", "answer_of", "write_found"]
@@ -65,14 +65,23 @@ def _lines(finding: Findings) -> list[str]:
     for number, d in enumerate(finding.detections, start=1):
         x, y, z = d.center
         sigma = ", ".join(written(s, "mm2~") for s in d.sigmas)
-        far = f"  range {d.range:.2f} m" if isfinite(d.range) else ""
+        far = Sentence("  range {d.range:m2}", d=d) if isfinite(d.range) else ""
         lines.append(
-            f"  {number}  {d.kind}  {x:.5f} {y:.5f} {z:.5f} m  sigma {sigma} mm  rms "
-            f"{written(d.rms, 'mm2')} within the limit of its fit  {d.points} points{far}"
+            Sentence(
+                "  {number}  {d.kind}  {x:5} {y:5} {z:m5}  sigma {sigma} mm  rms {d.rms:mm2} "
+                "within the limit of its fit  {d.points} points{far}",
+                number=number,
+                d=d,
+                x=x,
+                y=y,
+                z=z,
+                sigma=sigma,
+                far=far,
+            )
         )
     for r in finding.rejected:
         x, y, z = r.center
-        lines.append(f"  x  {r.kind} at {x:.3f} {y:.3f} {z:.3f}: {r.reason}")
+        lines.append(Sentence("  x  {r.kind} at {x:3} {y:3} {z:3}: {r.reason}", r=r, x=x, y=y, z=z))
     return lines
 
 

@@ -18,6 +18,7 @@ from tribrach.report.columns import column, component
 from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import Style
 from tribrach.report.tables import ReportTable, build_table
+from tribrach.sentences import Sentence, capital
 from tribrach.statistics import chi2
 from tribrach.transformation.outcome import ALPHA, CHECK
 
@@ -39,7 +40,7 @@ def answer_of(found: FittedTransformation, angle: Literal["gon", "deg"] = "gon")
         cut = [f"{table.left_out} more rows in the JSON file"] if table.left_out else []
         terminal += [table, *cut, Finding(table.note)]
     said = [one.words for one in (*findings, *_alone(found))]
-    terminal += [Finding(f"{one[:1].upper()}{one[1:]}", True) for one in said]
+    terminal += [Finding(capital(one), True) for one in said]
     return Answer(
         "Transformation",
         f"{found.from_} to {found.to}",
@@ -169,7 +170,7 @@ def _parameters(found: FittedTransformation, style: Style) -> ReportTable:
         column("value", value),
         column("σ", sigma),
     ]
-    title = found.words.capitalize()
+    title = capital(found.words)
     return build_table("parameters", title, note, list(_in_words(found)), columns)
 
 
@@ -197,9 +198,11 @@ def _in_words(found: FittedTransformation) -> Iterator[FittedParameter]:
 
 def _points(found: FittedTransformation, style: Style) -> ReportTable:
     """Common points; of too many those that fit worst."""
-    note = (
-        "Differences b - T(a). The test of a point is against 0.1 %, that of a check point "
-        "against 1 %; it cannot tell whether A or B is wrong."
+    note = Sentence(
+        "Differences b - T(a). The test of a point is against {alpha:%}, that of a check point "
+        "against {check:%}; it cannot tell whether A or B is wrong.",
+        alpha=0.001,
+        check=1 - CHECK,
     )
     columns = [
         column("Point", "name"),

@@ -145,7 +145,14 @@ def consistent(edges: Sequence[CloudEdge]) -> Consistency:
         doubtful = [e for e in worst.edges if standing[id(e)] == least]
         names = " and ".join(e.name for e in doubtful)
         how = "is" if len(doubtful) == 1 else "are"
-        sentences.append(f"the loop {worst.words} does not close; {names} {how} not used")
+        sentences.append(
+            Sentence(
+                "the loop {worst.words} does not close; {names} {how} not used",
+                worst=worst,
+                names=names,
+                how=how,
+            )
+        )
         kept = [e for e in kept if not any(e is d for d in doubtful)]
         dropped += doubtful
 

@@ -411,7 +411,7 @@ def _words(direction: Array, lever: float) -> str:
         parts.append("a shift along " + _axis(shift))
     if np.linalg.norm(turn) > GATES.told_part:
         parts.append("a turn about " + _axis(turn))
-    return " together with ".join(parts)
+    return joined(" together with ", parts)
 
 
 def _unheld_sigma(direction: Array) -> str:

@@ -35,7 +35,7 @@ from tribrach.registration.planes.poses import (
 from tribrach.registration.pose_graph import GATES as LOOP
 from tribrach.registration.pose_graph import Joint, PoseGraph, join
 from tribrach.registration.views import Surroundings, merged, seen
-from tribrach.sentences import Sentence
+from tribrach.sentences import Sentence, joined
 from tribrach.units import GON
 
 __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
@@ -305,9 +305,11 @@ def _obstacle(station: Surroundings, pairs: Sequence[PairPoses]) -> str:
     if shared and len(shared) == len(own_pairs) and not any(p.sure for p in own_pairs):
         pair = min(shared, key=lambda p: len(p.open))
         other = pair.second if pair.first == station.name else pair.first
-        return (
-            f"the planes that it has in common with {other} leave open {_along(pair.open)}; a "
-            f"plane across that direction that both see, a target or their clouds would hold it"
+        return Sentence(
+            "the planes that it has in common with {other} leave open {along}; a plane "
+            "across that direction that both see, a target or their clouds would hold it",
+            other=other,
+            along=_along(pair.open),
         )
     if any(p.sure for p in own_pairs):
         return "the pairs that it fits contradict the others, or nothing confirms them"
@@ -329,10 +331,13 @@ def _ways(name: str, pair: PairPoses) -> str:
         if angle < np.degrees(GATES.shifted_rad)
         else Sentence("turned by {angle:0} deg", angle=angle)
     )
-    return (
-        f"it fits on {other} in {len(pair.poses)} ways ({how} for instance: a repeated pattern or "
-        "a symmetric room) and nothing that they see tells which; a target that both see, or a "
-        "station that sees the end of the pattern, would"
+    return Sentence(
+        "it fits on {other} in {ways} ways ({how} for instance: a repeated pattern or "
+        "a symmetric room) and nothing that they see tells which; a target that both "
+        "see, or a station that sees the end of the pattern, would",
+        other=other,
+        ways=len(pair.poses),
+        how=how,
     )
 
 
@@ -350,10 +355,14 @@ def lacking_words(station: Surroundings, lacking: Array) -> str:
     if count == 0:
         return "no plane was found in its scans; a target or an overlapping cloud would place it"
     kinds = 3 - len(lacking)
-    return (
-        f"its {count} planes stand in only {kinds} independent direction{'s' * (kinds > 1)} and "
-        f"leave open {_along(lacking)}; a plane across that, a target or an overlapping cloud "
-        "would hold it"
+    return Sentence(
+        "its {count} planes stand in only {kinds} independent direction{plural} and "
+        "leave open {along}; a plane across that, a target or an overlapping cloud "
+        "would hold it",
+        count=count,
+        kinds=kinds,
+        plural="s" * (kinds > 1),
+        along=_along(lacking),
     )
 
 
@@ -373,4 +382,4 @@ def _along(directions: Array) -> str:
                 around=around * GON,
             )
         )
-    return " and ".join(words)
+    return joined(" and ", words)

@@ -207,7 +207,7 @@ def _remarks(head: Head) -> tuple[str, ...]:
         *(f.sentence for f in _disagreement(seen, head) if not f.act),
         *_off(head.observations),
     ]
-    return tuple(warning.text for warning in warned(Severity.NOTE, found))
+    return tuple(warning.text for warning in warned(Severity.NOTE, found, "remark"))
 
 
 def _words(kind: str, start: str, end: str, source: str) -> str:

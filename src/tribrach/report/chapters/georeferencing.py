@@ -128,7 +128,8 @@ def site_warnings(head: Head, job: JobResults) -> tuple[ReportWarning, ...]:
         known = sigma[:, effect.axes][np.isfinite(sigma[:, effect.axes])]
         place = float(np.sqrt((known**2).mean())) if len(known) else 0.0
         counts = effect.size > _COUNTS * place
-        out += warned(Severity.INPUT if counts else Severity.NOTE, [effect.sentence])
+        severity = Severity.INPUT if counts else Severity.NOTE
+        out += warned(severity, [effect.sentence], "flat_site")
     return tuple(out)
 
 

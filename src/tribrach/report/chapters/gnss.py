@@ -146,8 +146,8 @@ def gnss_chapter(adjustment: Adjustment, sessions: Sequence[SessionResult] = ())
     loops = loops_of(baselines)
     reference = adjustment.network.reference
     warnings = (
-        *warned(Severity.BLUNDER, _loop_warnings(baselines, loops)),
-        *warned(Severity.INPUT, raised_antennas(adjustment, sessions)),
+        *warned(Severity.BLUNDER, _loop_warnings(baselines, loops), "loops"),
+        *warned(Severity.INPUT, raised_antennas(adjustment, sessions), "antenna_height"),
     )
     sentences = [
         *_session_sentences(sessions),

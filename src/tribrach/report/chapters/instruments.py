@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -11,18 +12,21 @@ from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+from tribrach.sentences import Sentence
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "InstrumentFigure"]
 
-_NOTE = (
+_NOTE = Sentence(
     "What the a-priori sigmas and the footprint of the beam were taken from. Angles by ISO 17123-3 "
-    "or DIN 18723 are of the mean of both faces, and one reading in one face has 1.41 times as "
-    "much. Other figures of makers are of good conditions and mean one sigma or a limit, as each "
-    "maker likes: compare them with the sheet of the instrument at hand, and with a field check. "
-    "Defaults stand where the maker publishes nothing. Units are those of sheets and project files."
+    "or DIN 18723 are of the mean of both faces, and one reading in one face has {more:2} "
+    "times as much. Other figures of makers are of good conditions and mean one sigma or a limit, "
+    "as each maker likes: compare them with the sheet of the instrument at hand, and with a field "
+    "check. Defaults stand where the maker publishes nothing. Units are those of sheets and "
+    "project files.",
+    more=math.sqrt(2),
 )
 #: ends of keys with the units that they name, the longest first
 _UNITS = {

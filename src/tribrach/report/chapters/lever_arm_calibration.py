@@ -42,7 +42,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     """The chapter, where stations carry antennas or prisms on lever arms that were estimated."""
     if job.antennas is None:
         return
-    warnings = warned(Severity.BLUNDER, job.antennas.heights)
+    warnings = warned(Severity.BLUNDER, job.antennas.heights, "antenna_height")
     if job.antennas.lever_arms:
         yield _chapter(job.antennas.lever_arms, head, warnings)
     elif warnings:

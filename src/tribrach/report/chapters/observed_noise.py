@@ -134,9 +134,9 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
             f"{_basis(found)} states too much noise of single points, so that sigmas of clouds "
             "are too large: "
         )
-        yield from warned(Severity.NOTE, [text + _figures(found, found.whole)])
+        yield from warned(Severity.NOTE, [text + _figures(found, found.whole)], "less_noise")
     elif found.farthest is not None:
-        yield from warned(Severity.NOTE, [_departs(found, *found.farthest)])
+        yield from warned(Severity.NOTE, [_departs(found, *found.farthest)], "noise_departs")
 
 
 def _with_incidence(found: StatedNoise) -> str | None:

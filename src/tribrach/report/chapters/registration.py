@@ -93,6 +93,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         warned(
             Severity.BLUNDER,
             [*_outliers(pair_edges, head.columns.style), *_contradictions(seen)],
+            "pairs",
         ),
     )
 

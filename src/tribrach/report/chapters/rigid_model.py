@@ -66,8 +66,9 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     if job.antennas.rigid is not None:
         yield _chapter(job.antennas.rigid, head.adjustment, head.columns)
     elif job.antennas.obstacle:
-        text = f"The stations make no rigid model by themselves: {job.antennas.obstacle}"
-        yield Chapter("rigid_model", _TITLE, warnings=warned(Severity.WEAK, [text]))
+        text = "The stations make no rigid model by themselves: " + job.antennas.obstacle
+        warnings = warned(Severity.WEAK, [text], "no_rigid_model")
+        yield Chapter("rigid_model", _TITLE, warnings=warnings)
 
 
 def _chapter(rigid: RigidModel, adjustment: Adjustment, columns: ColumnSet) -> Chapter:

@@ -222,15 +222,15 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 def _warnings(placed: PlacedScans) -> tuple[ReportWarning, ...]:
     """What looks wrong in scans, what corrected them, what clouds do not carry, weak reaches."""
-    odd = [f"{s.scan.source}: {text}" for s in placed.scans for text in s.scan.warnings]
+    odd = [f"{s.scan.source}: " + text for s in placed.scans for text in s.scan.warnings]
     unseen = [text for finding in placed.findings for text in finding.sentences]
     lacking = [text for product in placed.products for text in product.sentences]
     loose = ["Nothing ties the stations to the frame of the truth: they are not compared with it"]
     return (
-        *warned(Severity.INPUT, [*odd, *unseen]),
-        *warned(Severity.NOTE, [*placed.corrected, *lacking]),
-        *warned(Severity.WEAK, placed.reach),
-        *warned(Severity.NOTE, loose if placed.loose else []),
+        *warned(Severity.INPUT, [*odd, *unseen], "scans"),
+        *warned(Severity.NOTE, [*placed.corrected, *lacking], "clouds"),
+        *warned(Severity.WEAK, placed.reach, "reach"),
+        *warned(Severity.NOTE, loose if placed.loose else [], "not_tied"),
     )
 
 

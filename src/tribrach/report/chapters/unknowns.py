@@ -32,12 +32,16 @@ from tribrach.report.tables import (
     number_cell,
     text_cell,
 )
+from tribrach.sentences import Sentence
 from tribrach.statistics import largest_first
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
 __all__ = ["SUBJECT", "correlations", "other_unknowns"]
+
+#: correlations of unknowns from here on are told
+CORRELATED = 0.7
 
 #: at most this many unknowns are compared, and this many pairs of correlated ones listed
 MOST_UNKNOWNS = 1500
@@ -109,7 +113,7 @@ def _planes(adjustment: Adjustment, factor: float) -> list[PlaneUnknown]:
     ]
 
 
-def correlations(adjustment: Adjustment, limit: float = 0.7) -> tuple[CorrelationRow, ...]:
+def correlations(adjustment: Adjustment, limit: float = CORRELATED) -> tuple[CorrelationRow, ...]:
     """Pairs of unknowns other than point coordinates with ``|rho| > limit``, strongest first.
 
     Points are left out: how their coordinates go together shows in their ellipses. In networks
@@ -206,7 +210,10 @@ def _correlation_table(head: Head) -> ReportTable:
         head.columns.word("and", "b"),
         head.columns.plain("correlation", "value", 3),
     ]
-    note = "Pairs of unknowns other than point coordinates, stronger than 0.7."
+    note = Sentence(
+        "Pairs of unknowns other than point coordinates, stronger than {limit:g}.",
+        limit=0.7,
+    )
     return build_table("correlations", "Correlations", note, head.correlations, columns)
 
 

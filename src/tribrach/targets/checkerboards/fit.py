@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.instruments.neighbours import SharedNoise
+from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 from tribrach.targets.checkerboards.pattern import GATES as PATTERN
 from tribrach.targets.checkerboards.pattern import (
@@ -29,6 +30,7 @@ from tribrach.targets.checkerboards.pattern import (
 from tribrach.targets.prints.edges import EdgePoints, locate_edge, noise_of_colours, usual_noise
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 from tribrach.targets.prints.search import Refused
+from tribrach.units import DEG
 
 __all__ = ["CheckerboardFit", "fit_checkerboard"]
 
@@ -152,7 +154,7 @@ def not_square(skew: float, points: int, more: float = 0.0) -> str:
     rows = GATES.square_rows / float(np.sqrt(max(1, points)))
     if abs(skew) <= max(GATES.square_rad, rows) + more:
         return ""
-    return f"its edges meet at {90 + np.degrees(skew):.0f} degrees"
+    return Sentence("its edges meet at {skew:degrees0}", skew=(90 + np.degrees(skew)) * DEG)
 
 
 def doubt(
@@ -181,12 +183,18 @@ def doubt(
     if reason:
         return reason
     if contrast < GATES.least_contrast:
-        return (
-            f"its contrast is {contrast:.1f} times the noise, {GATES.least_contrast:g} are needed"
+        return Sentence(
+            "its contrast is {contrast:1} times the noise, {gates.least_contrast:g} are needed",
+            contrast=contrast,
+            gates=GATES,
         )
     if explained < GATES.explained_share:
         needed = 100 * GATES.explained_share
-        return f"the pattern explains {100 * explained:.0f} % of the light, {needed:.0f} are needed"
+        return Sentence(
+            "the pattern explains {explained:%0} of the light, {needed:0} are needed",
+            explained=explained,
+            needed=needed,
+        )
     d = flat - p[:2]
     a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
     inside = (np.abs(a) < half) & (np.abs(b) < half)
@@ -551,7 +559,7 @@ def _plane(
         return Refused("the points around it lie in no plane", texture=True)
     incidence = _incidence(near, plane)
     if incidence > GATES.steepest_rad:
-        return Refused(f"the beam meets it at {np.degrees(incidence):.0f} degrees")
+        return Refused(Sentence("the beam meets it at {incidence:degrees0}", incidence=incidence))
     return plane
 
 

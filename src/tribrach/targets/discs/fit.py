@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from tribrach._types import Array, Mask
 from tribrach.instruments.neighbours import RangeCorrelation, SharedNoise
+from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 from tribrach.targets.discs.edge import GATES as EDGE
 from tribrach.targets.discs.edge import DiscShape, EdgeFit, departure, light_of, posterior, solve
@@ -427,7 +428,7 @@ class _Patch:
         slope = abs(float(near @ plane.normal)) / away
         self.incidence = float(np.arccos(min(1.0, slope)))
         if self.incidence > GATES.steepest_rad:
-            return Refused(f"the beam meets it at {np.degrees(self.incidence):.0f} degrees")
+            return Refused(Sentence("the beam meets it at {own.incidence:degrees0}", own=self))
         self.flat = plane.project(self.xyz)
         self.residual = self._residual()
         gate = max(GATES.on_plane_sigmas * plane.rms, GATES.on_plane_radii * self.radius)
@@ -438,8 +439,12 @@ class _Patch:
         most = max(GATES.most_rms_radii * self.radius, GATES.most_rms_sigmas * self._range_sigma())
         if plane.rms > most:
             return Refused(
-                f"it is not flat: its points scatter by {1e3 * plane.rms:.1f} mm about their plane "
-                f"(root mean square, limit {1e3 * most:.1f} mm)"
+                Sentence(
+                    "it is not flat: its points scatter by {plane.rms:mm1} about their plane (root "
+                    "mean square, limit {most:mm1})",
+                    plane=plane,
+                    most=most,
+                )
             )
         self.shape = self._shape(near, int((self.on & within).sum()))
         return None
@@ -539,42 +544,53 @@ class _Patch:
         )
         on_disc = int((away < self.radius).sum())
         if contrast < GATES.least_contrast:
-            text = f"its contrast is {contrast:.1f} times the noise, "
-            text += f"{GATES.least_contrast:g} are needed"
+            text = Sentence("its contrast is {contrast:1} times the noise, ", contrast=contrast)
+            text += Sentence("{gates.least_contrast:g} are needed", gates=GATES)
             return Refused(text, explained < GATES.texture_explained_share)
         if seen < GATES.edge_seen_share:
             return Refused(
-                f"its edge is seen on one side only, on {100 * seen:.0f} % of the circle, "
-                f"{100 * GATES.edge_seen_share:.0f} are needed"
+                Sentence(
+                    "its edge is seen on one side only, on {seen:%0} of the circle, "
+                    "{edge_seen_share:0} are needed",
+                    seen=seen,
+                    edge_seen_share=100 * GATES.edge_seen_share,
+                )
             )
         if on_disc < GATES.fewest_on_disc:
             return Refused(f"only {on_disc} points on it, {GATES.fewest_on_disc} are needed")
         if shown < GATES.edge_shown_share:
             return Refused(
-                f"light changes on {100 * shown:.0f} % of its edge only",
+                Sentence("light changes on {shown:%0} of its edge only", shown=shown),
                 shown < GATES.texture_shown_share,
             )
         needed = self._needed(contrast)
         if explained < needed:
-            text = (
-                f"a disc explains {100 * explained:.0f} % of its light, "
-                f"{100 * needed:.0f} are needed"
+            text = Sentence(
+                "a disc explains {explained:%0} of its light, {needed:0} are needed",
+                explained=explained,
+                needed=100 * needed,
             )
             return Refused(text, explained < GATES.texture_disc_share)
         if wrong > limit or limit > GATES.vague_radius_share * self.radius:
-            radii = f"{1e3 * fit.p[5]:.1f} mm, not {1e3 * self.radius:g} mm"
-            return Refused(f"it has the wrong radius: {radii}")
+            radii = Sentence("{fit.p[5]:mm1}, not {own.radius:mmg}", fit=fit, own=self)
+            return Refused(Sentence("it has the wrong radius: {radii}", radii=radii))
         size, sigma = departure(flat, light, fit, self.shape)
         sigma = float(np.hypot(sigma, np.sqrt(2) * self.shape.step))
         most = max(GATES.radius_share * self.radius, GATES.radius_sigmas * sigma)
         if size > most:
             return Refused(
-                f"its edge is no circle: it departs from one by {1e3 * size:.1f} mm (largest "
-                f"amplitude of a wave around it, limit {1e3 * most:.1f} mm)"
+                Sentence(
+                    "its edge is no circle: it departs from one by {size:mm1} (largest amplitude "
+                    "of a wave around it, limit {most:mm1})",
+                    size=size,
+                    most=most,
+                )
             )
         sag, sigma = self._bend(fit)
         if sag > max(GATES.bend_radii * self.radius, GATES.radius_sigmas * sigma):
-            return Refused(f"it is not flat: it bends by {1e3 * sag:.1f} mm over its radius")
+            return Refused(
+                Sentence("it is not flat: it bends by {sag:mm1} over its radius", sag=sag)
+            )
         return None
 
     def _needed(self, contrast: float) -> float:

@@ -20,6 +20,7 @@ from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
 from tribrach.kernels import in_threads, njit
 from tribrach.scan.range_image import RangeImage
+from tribrach.sentences import Sentence
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.discs.fit import DiscFit, fit_disc
 from tribrach.targets.prints.search import PrintCandidate, PrintSearch, Refused, footprint_at
@@ -308,10 +309,14 @@ def _detection(fit: DiscFit, radius: float, scan: str) -> Detection:
     if fit.points < GATES.few_points:
         sentences.append(f"only {fit.points} points on and around it")
     if fit.coverage < GATES.part_seen_share:
-        sentences.append(f"its edge is seen on {100 * fit.coverage:.0f} % of the circle")
+        sentences.append(Sentence("its edge is seen on {fit.coverage:%0} of the circle", fit=fit))
     if fit.retro:
         taken = "whose distance is taken" if fit.gain > 0 else "which is the lighter one"
-        sentences.append(f"its print reads {1e3 * fit.split:+.1f} mm against the ground, {taken}")
+        sentences.append(
+            Sentence(
+                "its print reads {fit.split:mm+1} against the ground, {taken}", fit=fit, taken=taken
+            )
+        )
     return Detection(
         kind="disc",
         scan=scan,

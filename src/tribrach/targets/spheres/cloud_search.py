@@ -15,6 +15,7 @@ from pykdtree.kdtree import KDTree
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere_orthogonal
@@ -196,16 +197,21 @@ def _reason(fit: SphereFit, free: SphereFit, inside: float, cover: float, sigma:
     """Why a fit is no sphere; empty if it is one."""
     most = GATES.fit_ratio * np.hypot(sigma, GATES.form_m)
     if fit.rms > most:
-        return (
-            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are above the limit "
-            f"{1e3 * most:.1f} mm, with a noise of {1e3 * sigma:.1f} mm"
+        return Sentence(
+            "residuals of {fit.rms:mm1} (root mean square) are above the limit {most:mm1}, "
+            "with a noise of {sigma:mm1}",
+            fit=fit,
+            most=most,
+            sigma=sigma,
         )
     if inside > GATES.inside_share:
-        return f"{100 * inside:.0f} % as many points lie inside the sphere as on it"
+        return Sentence("{inside:%0} as many points lie inside the sphere as on it", inside=inside)
     if cover < GATES.cover_share:
-        return f"only {100 * cover:.0f} % of its surface is seen"
+        return Sentence("only {cover:%0} of its surface is seen", cover=cover)
     if abs(free.radius - fit.radius) > max(
         GATES.radius_share * fit.radius, GATES.radius_sigmas * free.sigma_radius
     ):
-        return f"its own radius is {1e3 * free.radius:.1f} mm, not {1e3 * fit.radius:.1f} mm"
+        return Sentence(
+            "its own radius is {free.radius:mm1}, not {fit.radius:mm1}", free=free, fit=fit
+        )
     return ""

@@ -19,12 +19,14 @@ from tribrach.instruments.beam import Beam
 from tribrach.instruments.neighbours import SharedNoise
 from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
+from tribrach.sentences import Sentence
 from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.range_noise import estimate_range_noise
 from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere, fit_sphere_orthogonal, noise_doubt
 from tribrach.targets.spheres.shape import shape_of
 from tribrach.targets.spheres.votes import vote_for_centers
+from tribrach.units import MM
 
 __all__ = ["find_spheres"]
 
@@ -471,8 +473,10 @@ def _of_radius(
         : GATES.most_listed
     ]:
         w, h = 2e3 * radius * parts.width[k], 2e3 * radius * parts.height[k]
-        size = f"{w:.0f} mm wide and {h:.0f} mm high is not the size of a sphere"
-        reason = f"{size} of {2e3 * radius:.0f} mm"
+        size = Sentence(
+            "{w:mm0} wide and {h:mm0} high is not the size of a sphere", w=w * MM, h=h * MM
+        )
+        reason = Sentence("{size} of {radius:mm0}", size=size, radius=2000.0 * radius * MM)
         if not any(np.linalg.norm(r.center - parts.center[k]) < radius for r in rejected):
             rejected.append(Rejected("sphere", parts.center[k], reason))
     return spheres, [r for r in rejected if not lies_on(r.center, spheres)]
@@ -642,28 +646,39 @@ def _first_reason(fit: SphereFit, seen: _Seen, noise: _Noise) -> str:
     """Why the fit itself speaks against a sphere; empty if it does not."""
     most = np.exp(GATES.noise_sigmas * noise_doubt(int(fit.inliers.sum())) / 2)
     if fit.s0 > most:
-        return (
-            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {fit.s0:.1f} times what "
-            f"noise of {1e3 * noise.range:.1f} mm along the beam, its width and its incidence "
-            f"explain, limit {most:.1f} times"
+        return Sentence(
+            "residuals of {fit.rms:mm1} (root mean square) are {fit.s0:1} times what noise "
+            "of {noise.range:mm1} along the beam, its width and its incidence explain, "
+            "limit {most:1} times",
+            fit=fit,
+            noise=noise,
+            most=most,
         )
     if fit.rms > GATES.most_rms_share * fit.radius:
         share = 100 * fit.rms / fit.radius
-        return (
-            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {share:.0f} % of the "
-            f"radius, limit {100 * GATES.most_rms_share:.0f} %"
+        return Sentence(
+            "residuals of {fit.rms:mm1} (root mean square) are {share:%0} of the radius, "
+            "limit {gates.most_rms_share:%0}",
+            fit=fit,
+            share=share * 0.01,
+            gates=GATES,
         )
     if seen.inside > GATES.inside_share:
-        return (
-            f"{100 * seen.inside:.0f} % of its points lie inside the ball, behind its surface: "
-            "leaves or a hollow, no closed surface"
+        return Sentence(
+            "{seen.inside:%0} of its points lie inside the ball, behind its surface: "
+            "leaves or a hollow, no closed surface",
+            seen=seen,
         )
     if seen.share < GATES.inlier_share:
-        return f"only {100 * seen.share:.0f} % of the points behind its outline lie on the sphere"
+        return Sentence(
+            "only {seen.share:%0} of the points behind its outline lie on the sphere", seen=seen
+        )
     if seen.open < GATES.open_share:
-        return f"only {100 * seen.open:.0f} % of the pixels that should see the sphere do"
+        return Sentence(
+            "only {seen.open:%0} of the pixels that should see the sphere do", seen=seen
+        )
     if seen.cover < GATES.cover_share:
-        return f"only {100 * seen.cover:.0f} % of the sphere is seen"
+        return Sentence("only {seen.cover:%0} of the sphere is seen", seen=seen)
     return ""
 
 
@@ -677,6 +692,6 @@ def _best_radius(spheres: list[Detection]) -> tuple[list[Detection], list[Reject
         if rival is None:
             kept.append(d)
         else:
-            reason = f"a radius of {1e3 * rival.radius:.1f} mm fits better"
+            reason = Sentence("a radius of {rival.radius:mm1} fits better", rival=rival)
             beaten.append(Rejected("sphere", d.center, reason))
     return sorted(kept, key=lambda d: d.range), beaten

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere, noise_doubt
@@ -136,32 +137,41 @@ def shape_of(
     unsure = GATES.one_in_hundred * sigma
     reason, sentence = "", ""
     if unsure > GATES.radius_share * fit.radius:
-        reason = (
-            f"its points tell its radius to {1e3 * sigma:.1f} mm only: too few or too noisy for "
-            "telling it from other bodies"
+        reason = Sentence(
+            "its points tell its radius to {sigma:mm1} only: too few or too noisy for "
+            "telling it from other bodies",
+            sigma=sigma,
         )
     elif abs(off) > min(limit, GATES.radius_share * fit.radius):
-        reason = (
-            f"its own radius is {1e3 * free.radius:.1f} mm, known to {1e3 * sigma:.2f} mm, not "
-            f"{1e3 * fit.radius:.1f} mm"
+        reason = Sentence(
+            "its own radius is {free.radius:mm1}, known to {sigma:mm2}, not {fit.radius:mm1}",
+            free=free,
+            sigma=sigma,
+            fit=fit,
         )
     elif probability < GATES.false_alarm:
-        reason = (
-            f"its surface departs from a sphere by {1e3 * form:.1f} mm (root mean square) where "
-            f"noise makes {1e3 * sigma_form:.1f} mm, beyond a limit of {GATES.false_alarm:.0e} for "
-            "the probability of as much by chance"
+        reason = Sentence(
+            "its surface departs from a sphere by {form:mm1} (root mean square) where noise makes "
+            "{sigma:mm1}, beyond a limit of {limit} for the probability of as much by chance",
+            form=form,
+            sigma=sigma_form,
+            limit=f"{GATES.false_alarm:.0e}",
         )
     elif seen > _surface(fit.alike) and fit.s0 > (
         most := np.exp(GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2)
     ):
-        reason = (
-            f"residuals of {1e3 * fit.rms:.1f} mm (root mean square) are {fit.s0:.1f} times the "
-            f"noise, limit {most:.1f} times, and alike among neighbours: a rough surface or leaves"
+        reason = Sentence(
+            "residuals of {fit.rms:mm1} (root mean square) are {fit.s0:1} times the noise, "
+            "limit {most:1} times, and alike among neighbours: a rough surface or leaves",
+            fit=fit,
+            most=most,
         )
     elif limit + unsure > GATES.told_share * fit.radius:
-        sentence = (
-            f"its points tell its radius to {1e3 * sigma:.1f} mm: a ball with one "
-            f"{1e3 * (limit + unsure):.0f} mm off could pass for it"
+        sentence = Sentence(
+            "its points tell its radius to {sigma:mm1}: a ball with one {limit:mm0} off "
+            "could pass for it",
+            sigma=sigma,
+            limit=limit + unsure,
         )
     return Shape(free.radius, sigma, form, sigma_form, probability, like, reason, sentence)
 

@@ -24,6 +24,8 @@ from tribrach.io.survey.comp3d.points import Comp3dPoints, read_points
 from tribrach.io.survey.comp3d.project import DEFAULT_LATITUDE, Comp3dProject, read_project
 from tribrach.io.survey.comp3d.text import Problems
 from tribrach.network.survey import Survey
+from tribrach.sentences import Sentence
+from tribrach.units import DEG
 
 __all__ = ["read"]
 
@@ -76,8 +78,15 @@ def _located(project: Comp3dProject, points: Comp3dPoints, problems: Problems) -
     centre = np.mean([record.enh for record in points.records.values()], axis=0).round(-1)
     easting, northing = float(centre[0]), float(centre[1])
     problems.warnings.append(
-        f"No project file: a local stereographic grid around {easting:.0f} {northing:.0f} at "
-        f"latitude {DEFAULT_LATITUDE:g} degrees and refraction {project.refraction:g} are assumed."
+        Sentence(
+            "No project file: a local stereographic grid around {easting:0} {northing:0} "
+            "at latitude {latitude:degreesg} and refraction {project.refraction:g} are "
+            "assumed.",
+            easting=easting,
+            northing=northing,
+            latitude=DEFAULT_LATITUDE * DEG,
+            project=project,
+        )
     )
     crs = stereographic(DEFAULT_LATITUDE, easting, northing)
     return replace(project, grid=ProjectedGrid(crs, easting, northing))

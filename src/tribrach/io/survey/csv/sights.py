@@ -15,6 +15,7 @@ from tribrach.network.shared_heights import SharedHeight, share_heights
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import CsvColumns, SightLength, SightLine
 from tribrach.observations.sights import Angles
+from tribrach.sentences import Sentence
 
 __all__ = ["AngleReader", "SightReader"]
 
@@ -117,9 +118,9 @@ class SightReader(_Sighted):
         words = self.table.words
         if end == "target":
             height = np.nan_to_num(self.table.number("height_target")[row])
-            return f"over {words['to'][row]}, {height:.4f} m"
+            return Sentence("over {words}, {height:m4}", words=words["to"][row], height=height)
         one = words.get("set", [""] * len(self.table))[row]
-        return f"at {words['from'][row]}" + (f", set {one}" if one else "")
+        return Sentence("at {words}", words=words["from"][row]) + (f", set {one}" if one else "")
 
     def _add(self, name: str, rows: Index) -> None:
         kind, columns = SIGHT_KINDS[name]

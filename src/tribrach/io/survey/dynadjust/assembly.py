@@ -52,6 +52,7 @@ from tribrach.observations.ellipsoidal import (
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Angles, Azimuths, Directions, SlopeDistances, ZenithAngles
+from tribrach.sentences import Sentence
 
 __all__ = ["assemble"]
 
@@ -89,7 +90,7 @@ def add_clusters(
         if min(cluster.scales) <= 0:
             refused.add(
                 cluster.place.error(
-                    f"a covariance scale is {min(cluster.scales):g}",
+                    Sentence("a covariance scale is {cluster:g}", cluster=min(cluster.scales)),
                     "give scales above zero",
                 )
             )
@@ -242,8 +243,13 @@ def _in_network_frame(
             out[rows], accuracy = frames.transform(xyz[rows], name, stations.frame, years)
         if positions and not accuracy <= ACCURATE:
             survey.warnings.append(
-                f"{name} and {stations.frame} differ by an uncertain amount (stated accuracy "
-                f"{accuracy:g} m): measured points carry it"
+                Sentence(
+                    "{name} and {stations.frame} differ by an uncertain amount (stated accuracy "
+                    "{accuracy:mg}): measured points carry it",
+                    name=name,
+                    stations=stations,
+                    accuracy=accuracy,
+                )
             )
         late = np.abs(years - stations.year).max() > SAME_EPOCH
         if moving and stations.dynamic and late:

@@ -15,6 +15,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.alignment import umeyama
+from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, norm
 
 __all__ = ["GridScale", "grid_scale", "grid_sentence"]
@@ -98,10 +99,13 @@ def grid_scale(
 def grid_sentence(found: GridScale, crs: str) -> str:
     """What to say of a scale that is there."""
     name = f" ({crs})" if crs else ""
-    return (
-        f"control fits the measured distances with a scale of {found.scale * 1e6:+.1f} ppm, sigma "
-        f"{found.sigma * 1e6:.1f} ppm (test value {found.test_value:.1f}, limit "
-        f"{found.limit:.2f}), and not without: its grid{name} is not Cartesian, as that of a map "
-        "projection is not, or all ranges have this scale; no single control point is wrong by it; "
-        "give the control in a CSV file of a project whose site has the crs of the grid"
+    return Sentence(
+        "control fits the measured distances with a scale of {found.scale:ppm+1}, "
+        "sigma {found.sigma:ppm1} (test value {found.test_value:1}, limit "
+        "{found.limit:2}), and not without: its grid{name} is not Cartesian, as that "
+        "of a map projection is not, or all ranges have this scale; no single control "
+        "point is wrong by it; give the control in a CSV file of a project whose site "
+        "has the crs of the grid",
+        found=found,
+        name=name,
     )

@@ -12,6 +12,7 @@ from tribrach.errors import InputError
 from tribrach.io.survey.riscan.links import linked_stations
 from tribrach.io.survey.riscan.reader import is_geocentric, read
 from tribrach.io.survey.riscan.records import RiscanProject, ScanPosition, parse
+from tribrach.sentences import capital, stopped
 
 __all__ = ["ProjectDescription", "describe_project"]
 
@@ -149,7 +150,7 @@ class ProjectDescription(
     @property
     def sentences(self) -> list[str]:
         """What looks wrong or is worth knowing, one sentence each."""
-        return [f"{w[:1].upper()}{w[1:].rstrip('.')}." for w in self.warnings]
+        return [stopped(capital(w)) for w in self.warnings]
 
 
 def describe_project(path: Path) -> ProjectDescription:

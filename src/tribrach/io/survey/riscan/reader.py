@@ -43,6 +43,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations, TargetCentres
+from tribrach.sentences import Sentence
 
 __all__ = [
     "COMMON_SHARE",
@@ -87,9 +88,15 @@ def identities(stations: Sequence[ScanPosition]) -> tuple[list[list[str]], list[
                 others.setdefault(name, earlier.name)
         for name, earlier_name in others.items():
             warnings.append(
-                f"reflector {name} of {station.name} is not that of {earlier_name}: its distances "
-                f"to the others differ by more than {SAME_TARGET:g} m; it is called "
-                f"{name}@{station.name}"
+                Sentence(
+                    "reflector {name} of {station.name} is not that of {earlier_name}: its "
+                    "distances to the others differ by more than {same_target:mg}; it is called "
+                    "{name}@{station.name}",
+                    name=name,
+                    station=station,
+                    earlier_name=earlier_name,
+                    same_target=SAME_TARGET,
+                )
             )
         own = [f"{t.name}@{station.name}" if t.name in others else t.name for t in station.targets]
         names.append(own)
@@ -438,8 +445,12 @@ def _tilts(survey: Survey, stations: Sequence[ScanPosition], frames: Frames) -> 
     )
     names = ", ".join(s.name for s in levelled)
     survey.warnings.append(
-        f"the tilt of {names} is taken from the inclination sensors with a standard deviation of "
-        f"{np.degrees(TILT_SIGMA):g} degrees: its SOP is roll and pitch without yaw"
+        Sentence(
+            "the tilt of {names} is taken from the inclination sensors with a standard "
+            "deviation of {tilt_sigma:degreesg}: its SOP is roll and pitch without yaw",
+            names=names,
+            tilt_sigma=TILT_SIGMA,
+        )
     )
     return len(levelled)
 
@@ -459,8 +470,11 @@ def _control(survey: Survey, project: RiscanProject, frames: Frames) -> int:
             raise point.error(f"control point {point.name} has no accuracy above zero")
         if point.height:
             survey.warnings.append(
-                f"{point.source}: the height {point.height:g} m of control point {point.name} is "
-                "not applied: its coordinates are taken as those of the reflector"
+                Sentence(
+                    "{point.source}: the height {point.height:mg} of control point {point.name} is "
+                    "not applied: its coordinates are taken as those of the reflector",
+                    point=point,
+                )
             )
         if not point.active:
             survey.warnings.append(f"{point.source}: control point {point.name} is {OFF}")
@@ -474,6 +488,9 @@ def _control(survey: Survey, project: RiscanProject, frames: Frames) -> int:
         )
     if any(point.accuracy is None for point in project.glcs):
         survey.warnings.append(
-            f"control points without accuracy are given {CONTROL_SIGMA * 1000:g} mm"
+            Sentence(
+                "control points without accuracy are given {control_sigma:mmg}",
+                control_sigma=CONTROL_SIGMA,
+            )
         )
     return sum(point.active for point in project.glcs)

@@ -18,7 +18,7 @@ from tribrach.io.survey.starnet.recognition import PROJECTS, is_settings
 from tribrach.io.survey.starnet.records import StarnetRecords
 from tribrach.io.survey.starnet.settings import StarnetSettings, read_settings
 from tribrach.network.survey import Survey
-from tribrach.units import SEC
+from tribrach.sentences import Sentence, joined
 
 __all__ = ["read"]
 
@@ -115,22 +115,27 @@ def _listed(where: Path, settings: StarnetSettings) -> list[Path]:
 def _assumed(records: StarnetRecords, settings: StarnetSettings) -> list[str]:
     """The sentence on standard errors that nobody gave."""
     errors = settings.default
-    distances = f"distances {errors.distance * 1e3:g} mm + {errors.distance_ppm * 1e6:g} ppm"
+    distances = Sentence(
+        "distances {errors.distance:mmg} + {errors.distance_ppm:ppmg}", errors=errors
+    )
     figures = {
-        "direction": f"directions {errors.direction / SEC:g} arcsec",
-        "angle": f"angles {errors.angle / SEC:g} arcsec",
-        "bearing": f"bearings {errors.azimuth / SEC:g} arcsec",
-        "zenith angle": f"zenith angles {errors.zenith / SEC:g} arcsec",
+        "direction": Sentence("directions {errors.direction:arcsecg}", errors=errors),
+        "angle": Sentence("angles {errors.angle:arcsecg}", errors=errors),
+        "bearing": Sentence("bearings {errors.azimuth:arcsecg}", errors=errors),
+        "zenith angle": Sentence("zenith angles {errors.zenith:arcsecg}", errors=errors),
         "slope distance": distances,
         "horizontal distance": distances,
-        "height difference": f"height differences {errors.rise * 1e3:g} mm",
-        "levelling": f"levelling {settings.levelling * 1e3 * 1000**0.5:.2g} mm per root of a km",
+        "height difference": Sentence("height differences {errors.rise:mmg}", errors=errors),
+        "levelling": Sentence(
+            "levelling {settings:mmg2} per root of a km",
+            settings=settings.levelling * 1000**0.5,
+        ),
     }
     used = list(dict.fromkeys(figures[what] for what in figures if what in records.assumed))
     if not used:
         return []
     return [
         "There is no project file, and lines leave their standard errors to it; assumed are "
-        + ", ".join(used)
+        + joined(", ", used)
         + ". Give the project file (.snproj, .prj) with the data."
     ]
