@@ -98,7 +98,7 @@ def test_degrees_are_described_and_refused_as_lengths(tmp_path: Path, crs: str) 
         hold(scan)
     told = describe(scan)
     assert told.angles
-    assert told.to_json()["unit"]["metres"] is None
+    assert told.unit.metres is None
     assert np.allclose(told.figures.bounds, [xyz.min(axis=0), xyz.max(axis=0)], atol=1e-8)
 
 
@@ -162,7 +162,7 @@ def test_a_ply_in_millimetres(tmp_path: Path) -> None:
     head += "".join(f"property double {c}\n" for c in "xyz") + "end_header\n"
     (scan,) = read_scans(written(tmp_path, "a.ply", head + "1000 2000 3000\n-500 0 250\n"))
     assert np.allclose(whole(scan).xyz, [[1, 2, 3], [-0.5, 0, 0.25]], rtol=1e-15)
-    assert describe(scan).to_json()["unit"]["metres"] == [1e-3] * 3
+    assert describe(scan).unit.metres == (1e-3,) * 3
 
 
 @pytest.mark.parametrize("scale", [1000.0, 100.0, 1.0])
