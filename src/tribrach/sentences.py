@@ -77,8 +77,6 @@ class Notation:
         """The text of a number, with a decimal point, in this notation; what is none stays."""
         if isinstance(text, Sentence):
             return text.written(self)
-        if self.decimal == "." and not self.thousands:
-            return text
         plain = self.decimal == "." and not self.thousands
         found = _CELL.fullmatch(text)
         if found is None:

@@ -29,6 +29,7 @@ from tribrach.calibration.target_distances import (
 )
 from tribrach.calibration.two_face import TwoFaceTest, two_face_test
 from tribrach.errors import InputError
+from tribrach.sentences import Sentence
 
 __all__ = ["FOUND", "TOLD", "Earlier", "FieldCheck", "check_readings"]
 
@@ -125,7 +126,7 @@ class FieldCheck(
     @property
     def unseen(self) -> list[str]:
         """Errors that a scanner may have and these readings would not show, in words."""
-        out = []
+        out: list[str] = []
         if self.two_face is None:
             out.append("errors that change sign with the face: no target was read in both")
         if self.lengths is None and not self.distances:
@@ -133,8 +134,13 @@ class FieldCheck(
         elif self.lengths is None:
             least = min(FOUND * d.range_zero.sigma for d in self.distances)
             if not least <= TOLD * self.range_sigma:
-                words = f"one of less than {1e3 * least:.1f} mm" if np.isfinite(least) else "any"
-                out.append(f"a range zero: these distances would not show {words}")
+                words = Sentence("one of less than {least:mm1}", least=least)
+                out.append(
+                    Sentence(
+                        "a range zero: these distances would not show {words}",
+                        words=words if np.isfinite(least) else "any",
+                    )
+                )
         return out
 
     @property

@@ -41,11 +41,14 @@ class ApproximatePoses:
         """What they are used for, without the final stop; nothing without poses."""
         if not self.poses:
             return ()
-        turn = np.degrees(self.sigma.turn)
         return (
-            f"approximate poses of {len(self.poses)} scans ({self.origin}) with sigmas of "
-            f"{self.sigma.shift:g} m and {turn:.3g} degrees say where to look first; they are no "
-            "observations, and the frame of the results does not come from them",
+            Sentence(
+                "approximate poses of {count} scans ({own.origin}) with sigmas of "
+                "{own.sigma.shift:g} m and {own.sigma.turn:degreesg3} say where to look first; "
+                "they are no observations, and the frame of the results does not come from them",
+                count=len(self.poses),
+                own=self,
+            ),
         )
 
 

@@ -21,9 +21,10 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.units import as_filed, unit_of_crs
 from tribrach.report.answer import Answer
 from tribrach.scan.scan import Field, Lattice, Scan
+from tribrach.sentences import Sentence, joined
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["WrittenCloud", "as_copc", "convert", "convert_scans"]
+__all__ = ["ConvertedCloud", "as_copc", "convert", "convert_scans"]
 
 #: step of coordinates of clouds that come without one [m], and steps across their extent at least
 _FINEST, _MANY = 1e-4, 1e5
@@ -36,7 +37,7 @@ _REACH = 2**31 - 2
 _NORMALS = ("normal_x", "normal_y", "normal_z")
 
 
-class WrittenCloud(NamedTuple):
+class ConvertedCloud(NamedTuple):
     """A file that was written."""
 
     path: Path
@@ -76,7 +77,7 @@ def convert_scans(
     placed: bool,
     step: float | None,
     progress: Callable[[str, int, int | None], None],
-) -> list[WrittenCloud]:
+) -> list[ConvertedCloud]:
     """Write each scan; several into files with the scan's number before the suffix.
 
     placed : carry points by the pose of the scan, formats with a pose of their own keep it
@@ -128,7 +129,7 @@ def _convert(
     progress: Callable[[str, int, int | None], None],
     *,
     metric: bool = False,
-) -> WrittenCloud:
+) -> ConvertedCloud:
     """Write one scan; ``metric`` carries it into metres, as E57 is by its standard."""
     keeps_pose = path.suffix.lower() == ".e57"
     if placed and scan.pose is None:
@@ -159,7 +160,7 @@ def _convert(
             writer.write(pose @ chunk.xyz if moved else chunk.xyz, _turned(values, pose))
             done += len(chunk)
             progress(scan.name, done, scan.records)
-    return WrittenCloud(path, done, "" if path.suffix.lower() == ".ply" else cost)
+    return ConvertedCloud(path, done, "" if path.suffix.lower() == ".ply" else cost)
 
 
 @dataclass
@@ -302,10 +303,10 @@ def _steps(scan: Scan, seen: _Seen, step: float | None, *, moved: bool) -> tuple
     if free.all() or seen.bounds is None:
         return _lattice(wanted, offsets), ""
     costs = wanted * metres
-    words = " and ".join(
-        f"{1e3 * size:.3g} mm" for size in dict.fromkeys(np.round(costs[~free], 9).tolist())
-    )
-    return _lattice(wanted, offsets), f"coordinates are rounded to steps of {words}"
+    sizes = dict.fromkeys(np.round(costs[~free], 9).tolist())
+    words = joined(" and ", (Sentence("{size:mmg3}", size=size) for size in sizes))
+    cost = Sentence("coordinates are rounded to steps of {words}", words=words)
+    return _lattice(wanted, offsets), cost
 
 
 def _lattice(steps: Array, offsets: Array) -> Lattice:
