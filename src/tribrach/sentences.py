@@ -211,9 +211,7 @@ def _text(value: float, before: str, how: str, digits: str) -> str:
         value, how, digits = float(f"{value:.{digits}g}"), "", "0"
     if not digits and not how:
         return f"{int(value) if value == int(value) else value:{before}}"
-    text = f"{value:{before}{digits and '.' + digits}{'g' if how else 'f'}}"
-    # nobody reads 4.13e+03 in a sentence
-    return f"{float(text):{before}.0f}" if "e+" in text else text
+    return f"{value:{before}{digits and '.' + digits}{'g' if how else 'f'}}"
 
 
 def _filled(template: str, values: Mapping[str, Any], notation: Notation) -> str:

@@ -63,7 +63,7 @@ def test_a_fault_of_the_program_is_a_sentence(
     def broken(*given: object) -> None:
         raise ZeroDivisionError("secret")
 
-    monkeypatch.setattr("tribrach.cli.scans.read_scans", broken)
+    monkeypatch.setattr("tribrach.questions.info.read_scans", broken)
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     result = RUN.invoke(app, ["info", str(tmp_path / "c.xyz")])
     assert result.exit_code == 3

@@ -175,7 +175,7 @@ def receivers(folder: Path) -> None:
 
 def handmade(folder: Path) -> None:
     (folder / "base.obs").write_text(rinex_2())
-    (folder / "rover.obs").write_text(rinex_2())
+    (folder / "rover.obs").write_text(rinex_2().replace("20000000.123", "20000321.987"))
     (folder / "day.nav").write_text(navigation())
 
 

@@ -17,7 +17,7 @@ from tests.io.scans.scan_files import whole
 from tribrach.errors import InputError
 from tribrach.io.clouds.formats import WRITERS
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.convert import convert_scans
+from tribrach.questions.convert import convert_scans
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 TYPES = ("u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f4", "f8", "bool", "3f4", "5u1")

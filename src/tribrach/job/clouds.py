@@ -516,10 +516,19 @@ class CloudProduct:
         )
 
     def _light(self, field: Field) -> Field:
-        """The intensity of all scans: without limits and steps where these are not alike."""
+        """The intensity of all scans: with the limits of all, without a step where these differ."""
         others = [f for scan in self.scans for f in scan.scan.fields if f.name == "intensity"]
-        alike = all((f.low, f.high, f.step) == (field.low, field.high, field.step) for f in others)
-        return field if alike else Field("intensity", field.dtype)
+        low = [f.low for f in others if f.low is not None]
+        high = [f.high for f in others if f.high is not None]
+        known = len(low) == len(high) == len(others)
+        return Field(
+            "intensity",
+            field.dtype,
+            low=min(low) if known else None,
+            high=max(high) if known else None,
+            description=field.description,
+            step=field.step if all(f.step == field.step for f in others) else None,
+        )
 
     def _facts(self) -> dict[str, str]:
         """Frame, stations, pose, and where the sigmas come from, in words that ``info`` gives back.

@@ -108,7 +108,7 @@ def test_every_point_is_there_with_everything(cloud: Path) -> None:
         assert (returns == plain.header.number_of_points_by_return).all()
         assert ours.header.parse_crs() == plain.header.parse_crs()
         names = list(ours.header.point_format.extra_dimension_names)
-        assert names == ["row", "sigma_x"]
+        assert names == ["row", "sigma_x", "intensity_as_measured"]
     (scan,) = read_scans(cloud)
     assert sum(len(chunk) for chunk in scan.chunks()) == 300_000
 

@@ -456,10 +456,10 @@ def read(path: Path) -> tuple[Scan, ...]:
             records = there
         facts = _facts(header)
         light = facts.pop(LIGHT, None)
-        if light is not None:
-            facts.pop("intensity", None)  # says how the column is stretched that is not taken
+        # what says how the other column is stretched is what these lie between
+        limits = _limits(facts.pop("intensity", "")) if light is not None else (None, None)
         given = [d for d in header.point_format.dimensions if not _coordinate(d.name)]
-        fields = tuple(f for d in given for f in _fields(d, light))
+        fields = tuple(f for d in given for f in _fields(d, light, limits))
     return (
         LasScan(
             name=scan_name(path),
@@ -486,7 +486,18 @@ def _facts(header: laspy.LasHeader) -> dict[str, str]:
     return {}
 
 
-def _fields(dimension: Any, light: str | None) -> Iterator[Field]:
+def _limits(told: str) -> tuple[float | None, float | None]:
+    """Limits of an intensity from what is said of it: ``0.0 to 1.0``."""
+    try:
+        low, high = map(float, told.split(" to "))
+    except ValueError:
+        return None, None
+    return (low, high) if np.isfinite([low, high]).all() and low < high else (None, None)
+
+
+def _fields(
+    dimension: Any, light: str | None, limits: tuple[float | None, float | None]
+) -> Iterator[Field]:
     """Name, type and limits of a dimension; of an array, of each of its values."""
     name = _RENAMED.get(dimension.name, dimension.name)
     if name == "intensity":
@@ -494,7 +505,7 @@ def _fields(dimension: Any, light: str | None) -> Iterator[Field]:
             yield Field(name, "float32", 0.0, 65535.0, step=1.0)
         return
     if name == light:
-        yield Field("intensity", "float32")
+        yield Field("intensity", "float32", *limits)
         return
     kind, description = dimension.dtype, str(dimension.description or "")
     if kind is None:
