@@ -6,7 +6,8 @@ package returns, its parameters, variables and result are searched for that numb
 gon or in radians, alone or within lists, dictionaries and arrays: a file with such a function is
 one that the direction passes. Its forms are the classes of the package that have it in a field,
 where functions of two files or more have their objects in hand: what stays within a file is the
-matter of that file.
+matter of that file. A file that is only asked whether the beginning of the text is in its format
+is no part of the way.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ import tribrach
 
 __all__ = ["DIGITS", "Way", "traverse", "way"]
 
+#: functions that say whether a text is in their format
+_ASKED = {"sniff", "recognised", "vector_reader"}
 #: the reading of the direction, in 1e-5 gon
 DIGITS = "5712843"
 _GON = int(DIGITS) / 1e5
@@ -68,7 +71,8 @@ class Way:
         hands = [*frame.f_locals.values(), result]
         file = code.co_filename.removeprefix(_PACKAGE)
         if any(_holds(value, _DEPTH) for value in hands):
-            self.files[file].add(code.co_qualname)
+            if code.co_qualname.split(".")[0] not in _ASKED:
+                self.files[file].add(code.co_qualname)
         for value in hands:
             self._form(value, file)
 

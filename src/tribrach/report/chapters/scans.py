@@ -40,7 +40,7 @@ from tribrach.report.tables import (
     text_cell,
 )
 from tribrach.report.warnings import ReportWarning, Severity, warned
-from tribrach.sentences import Sentence, joined
+from tribrach.sentences import Sentence, joined, stopped
 from tribrach.units import MM
 
 if TYPE_CHECKING:
@@ -162,7 +162,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
     beams = [_beams(scan) for scan in placed.scans if scan.scan.no_return is not None]
     clouds = [_cloud(product, placed.placements, placed.frame) for product in placed.products]
     said = () if placed.named is None else placed.named.identification.sentences
-    placement = tuple(text if text.endswith(".") else f"{text}." for text in said)
+    placement = tuple(map(stopped, said))
     precision = _precision(placed.products, placed.frame)
     if clouds:
         yield Chapter(
