@@ -70,9 +70,9 @@ class Way:
             return
         hands = [*frame.f_locals.values(), result]
         file = code.co_filename.removeprefix(_PACKAGE)
-        if any(_holds(value, _DEPTH) for value in hands):
-            if code.co_qualname.split(".")[0] not in _ASKED:
-                self.files[file].add(code.co_qualname)
+        asked = code.co_qualname.split(".")[0] in _ASKED
+        if not asked and any(_holds(value, _DEPTH) for value in hands):
+            self.files[file].add(code.co_qualname)
         for value in hands:
             self._form(value, file)
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from pathlib import Path
 
-import laspy
 import numpy as np
 import pytest
 
@@ -17,6 +16,7 @@ from tests.registration.clouds.scenes import (
 )
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
+from tribrach.io.scans.formats import read_scans
 from tribrach.registration.clouds.pair import register_pair, symmetries
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.simulate.scene import Scene
@@ -72,14 +72,21 @@ def test_a_yard_has_no_symmetry() -> None:
     assert [symmetries(scan) for scan in (a, b, c)] == [(), (), ()]
 
 
-@pytest.mark.parametrize(
-    "world", ["01-stairwell-one-storey-off", "02-bridge-half-turn", "03-tunnel-half-turn"]
+#: pairs of others that were taken at a wrong place
+OTHERS = (
+    "worlds/01-stairwell-one-storey-off/S1.laz S2.laz",
+    "worlds/02-bridge-half-turn/S1.laz S2.laz",
+    "worlds/03-tunnel-half-turn/S1.laz S2.laz",
+    "algorithms/17-confidently-wrong-pose/a.ply b.ply",
+    "scans2/02-street-corner/1.ply 5.ply",
 )
-def test_worlds_of_others(world: str, shared_data: Path) -> None:
-    scans = []
-    for name in ("S1", "S2"):
-        cloud = laspy.read(shared_data / "faults" / "worlds" / world / f"{name}.laz")
-        scans.append(prepare(name, [np.stack([cloud.x, cloud.y, cloud.z], axis=1)]))
+
+
+@pytest.mark.parametrize("pair", OTHERS)
+def test_pairs_of_others(pair: str, shared_data: Path) -> None:
+    folder, name = (shared_data / "faults" / pair.split()[0]).parent, pair.split()[1]
+    paths = (shared_data / "faults" / pair.split()[0], folder / name)
+    scans = [prepare(p.stem, (c.xyz for c in read_scans(p)[0].chunks())) for p in paths]
     found = register_pair(*scans)
     assert found.fit is None
     assert len(found.rivals) >= 2
