@@ -200,7 +200,6 @@ def test_levelling_project(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("file", "old", "new", "words"),
     [
-        ("levels", "height_difference_m", "height_difference", "unit"),
         ("levels", "height_difference_m", "hight_difference_m", "height_difference"),
         ("levels", "sigma_height_difference_mm", "sigma_height_difference_furlong", "furlong"),
         ("levels", "A,P,1.001,1", "A,P,1.001,0", "levels.csv:2"),

@@ -130,15 +130,17 @@ def test_a_damaged_scan_is_simulated_again(copy: Path, harm: str) -> None:
 def test_other_wishes_make_another_project(copy: Path) -> None:
     twin = few_boards("hanoi-facade", 10_000, 2)
     before = (copy / SCAN).read_bytes()
-    write_twin(twin, copy)
-    assert (copy / SCAN).read_bytes() != before
-    assert json.loads((copy / "truth" / "truth.json").read_text())["seed"] == 2
+    with pytest.raises(InputError, match="--overwrite"):
+        write_twin(twin, copy)
+    assert (copy / SCAN).read_bytes() == before
+    assert json.loads((copy / "truth" / "truth.json").read_text())["seed"] == 1
 
 
 def test_an_interrupted_simulation_leaves_no_project(
     copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     twin = few_boards("hanoi-facade", 10_000, 3)
+    shutil.rmtree(copy)
 
     def interrupted(self: Twin, number: int) -> object:
         raise KeyboardInterrupt

@@ -280,6 +280,7 @@ def wrong(folder: Path) -> dict[str, tuple[list[str], str]]:
     other_day = rinex_2().replace(" 05  4  2", " 05  4  3")
     others = rinex_2(satellites=("G11", "G12", "G13", "G14"))
     packed = gzip.compress(rinex_2().encode())
+    rover = file("rover.obs", rinex_2().replace("20000000.123", "20000321.987"))
     return {
         "empty": ([good, file("empty.obs", ""), nav], "empty"),
         "truncated": ([good, file("short.obs", rinex_2()[:-30]), nav], "ends within the epoch"),
@@ -289,7 +290,7 @@ def wrong(folder: Path) -> dict[str, tuple[list[str], str]]:
         "no common satellite": ([good, file("sats.obs", others), nav], "no satellite in common"),
         "orbits of another day": ([good, good, file("day.nav", navigation(day=20))], "orbits"),
         "no orbits": ([good, good, good], "not navigation data"),
-        "nothing to compute": ([good, good, nav], "no baseline from"),
+        "nothing to compute": ([good, rover, nav], "no baseline from"),
         "no file": ([good, str(folder / "none.obs"), nav], "cannot be read"),
     }
 

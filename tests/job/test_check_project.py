@@ -271,7 +271,7 @@ def test_what_is_doubtful_is_said_before_scans_that_fit_nowhere(tmp_path: Path) 
     error = InputError("station S1 cannot be matched", record="S1", cure="name its targets")
     said = str(after_doubts(error, job.project, job.survey))
     assert said.startswith("S1: 4 given points (PF1001, PF1002, PF1003, PF1004) do not fit")
-    assert said.endswith("place? As it is, station S1 cannot be matched; name its targets.")
+    assert said.endswith("place? As it is: station S1 cannot be matched; name its targets.")
     job = open_job(site(tmp_path, control_csv=control()))
     assert after_doubts(error, job.project, job.survey) is error
 

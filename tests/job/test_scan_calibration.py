@@ -192,7 +192,7 @@ def test_parameters_may_be_unknowns_of_an_ordinary_project(folder: Path) -> None
     assert "calibration: mirror tilt (collimation)" in text_report.render(content)
     for u in content.unknowns:
         true = MISALIGNMENTS[u.name.split("(")[0]]
-        assert u.values[0] == pytest.approx(true, abs=4 * u.sigma[0])
+        assert u.value == pytest.approx(true, abs=4 * u.sigma)
 
 
 def test_what_points_share_stands_beside_the_clouds(folder: Path) -> None:

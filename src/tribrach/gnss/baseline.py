@@ -450,12 +450,6 @@ def compute_baseline(
         Files damaged, truncated, empty, of other days, without common satellites; no solution;
         engine missing or too slow.
     """
-    if base.is_file() and rover.is_file() and contents(base) == contents(rover):
-        raise InputError(
-            f"these are the observations of the base, {base.name}, once more",
-            file=rover,
-            cure="give those of the other receiver",
-        )
     settings = processing or Processing()
     reference = np.asarray(base_xyz, dtype=float)
     if reference.shape != (3,) or not 6e6 < np.linalg.norm(reference) < 7e6:
@@ -468,6 +462,12 @@ def compute_baseline(
     orbits = read_orbits(navigation).for_engine()
     progress("reading RINEX", 2 + len(navigation), 2 + len(navigation))
     check_together(first, second, orbits.broadcast)
+    if contents(base) == contents(rover):
+        raise InputError(
+            f"these are the observations of the base, {base.name}, once more",
+            file=rover,
+            cure="give those of the other receiver",
+        )
     systems = usable_systems(first, second, orbits.broadcast, settings.systems)
     if orbits.precise is not None:
         check_precise(orbits.precise, first, second)

@@ -15,7 +15,6 @@ import typer
 from typer.models import ArgumentInfo, ParameterInfo
 
 from tribrach.io.outputs import Content, write_texts
-from tribrach.io.scans.reading import as_told
 from tribrach.report.answer import Answer
 from tribrach.report.characters import visible
 from tribrach.report.findings import Finding
@@ -116,7 +115,11 @@ def command(
             claim(inputs, files, place, overwrite=overwrite)
             given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
-                stack.enter_context(as_told(**told))
+                if told:
+                    # the readers of scans take their time, which other commands should not spend
+                    from tribrach.io.scans.reading import as_told
+
+                    stack.enter_context(as_told(**told))
                 if progress:
                     given["progress"] = stack.enter_context(shown(silent))
                 if crew is not None:

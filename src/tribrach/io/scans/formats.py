@@ -117,7 +117,9 @@ def _shape(path: Path) -> str | None:
         if lines[0].isdigit():
             return None
         points = heads(text_start(path))[1]
-        return "xyz" if len(points) > 1 and xyz.row_of_numbers(points) else None
+        if len(points) == 1 and not xyz.numeric(points[0].replace(";", " ").encode()):
+            return None
+        return "xyz" if points and xyz.row_of_numbers(points) else None
     widths = tuple(len(line.split()) for line in lines)
     if widths == ptx.HEADER:
         return "ptx"

@@ -21,6 +21,8 @@ __all__ = ["COMMENTS", "TextForm", "agreement", "form_of", "heads", "text_start"
 COMMENTS = ("#", "//", "%", "!", "'")
 #: bytes and lines that are looked at
 _LOOKED, _LINES = 1 << 18, 2000
+#: how a line of numbers begins; some programs write nan and inf
+_BEGINS = re.compile(r'"?(?:[-+.,]?\d|[-+]?(?:nan|inf(?:inity)?)\b)', re.IGNORECASE)
 #: share of the lines that must have one number of cells, and share of numbers in a column of them
 _WHOLE, _NUMBERS = 0.9, 0.9
 _EXPONENT = r"(?:[eEdD][-+]?\d+)?"
@@ -116,7 +118,7 @@ def heads(text: str) -> tuple[list[str], list[str]]:
     lines = [line for line in text.splitlines() if line.strip()]
     for k, line in enumerate(lines):
         bare = line.strip()
-        if re.match(r'"?[-+.,]?\d', bare) and not bare.startswith(COMMENTS) and not bare.isdigit():
+        if _BEGINS.match(bare) and not bare.startswith(COMMENTS) and not bare.isdigit():
             return lines[:k], lines[k:]
     return lines, []
 

@@ -120,6 +120,9 @@ class CloudPairGates:
     #: turns and shifts that lay a scan on itself, at most, and how many of their products are tried
     own_most: int = 4
     own_products: int = 12
+    #: a place that holds fewer directions than the best is none if more of what would exclude it
+    #: is looked through
+    hardly_through: float = 0.3
     #: proposals that are fitted, and those of them that differ only where nothing holds
     fitted: int = 5
     fitted_alike: int = 2
@@ -336,10 +339,13 @@ def _repeated(
 
 def _open(best: PairFit, fit: PairFit) -> bool:
     """True if nothing that is looked through speaks for the best place against another."""
-    if best.precision.rank < 6:
-        # somewhere along an open direction the other place may agree better than where it was put
-        return _clean(fit.verdict)
-    return _excess(fit.verdict.through, best.verdict.through) <= 1
+    if not _clean(fit.verdict):
+        return False
+    if best.precision.rank < 6 <= fit.precision.rank + 1:
+        # somewhere along an open direction it may agree better than where it was put
+        return True
+    through = _excess(fit.verdict.through, best.verdict.through)
+    return through <= (1.0 if fit.precision.rank >= best.precision.rank else GATES.hardly_through)
 
 
 def _elsewhere(a: PreparedScan, b: PreparedScan, pose: Pose) -> list[Candidate]:
