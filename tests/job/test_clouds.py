@@ -178,7 +178,8 @@ def test_merged_is_all_scans_in_one_file(tmp_path: Path) -> None:
         assert np.abs(cloud.xyz[number == k] - part.xyz).max() <= merged.step + 1e-9
         for name in ("height", "sigma_x", "sigma_y", "sigma_z"):
             assert (np.array(cloud[name])[number == k] == np.array(part[name])).all()
-    assert extra(merged.path) == {"height", "station", "sigma_x", "sigma_y", "sigma_z", "sigma"}
+    sigmas = {"sigma_x", "sigma_y", "sigma_z", "sigma"}
+    assert extra(merged.path) == {"height", "station", "intensity_as_measured"} | sigmas
     (facts,) = [v for v in cloud.vlrs if v.user_id == "tribrach"]
     said = json.loads(facts.record_data)
     assert said["stations"] == f"0 {scans[0].name}; 1 {scans[1].name}"
@@ -190,7 +191,7 @@ def test_one_unknown_scanner_leaves_the_whole_without_sigmas(tmp_path: Path) -> 
     scans = [first, replace(second, noise=None)]
     places = placed(scans)
     (merged,) = made(scans, places, WORK, tmp_path / "b", format="las", merged=True)
-    assert extra(merged.path) == {"height", "station"}
+    assert extra(merged.path) == {"height", "station", "intensity_as_measured"}
     (said,) = merged.sentences
     assert f"because of scan {second.name}: no instrument" in said
     known, unknown = made(scans, places, WORK, tmp_path / "a", format="las")

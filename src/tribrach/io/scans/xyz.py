@@ -255,7 +255,8 @@ def _refuse_doubtful(path: Path, xyz: Array, listed: bool) -> None:
     if not len(xyz) or not np.isfinite(xyz).all():
         return
     height = float(np.median(np.abs(xyz[:, 2])))
-    radius = float(np.median(np.linalg.norm(xyz, axis=1)))
+    with np.errstate(over="ignore"):
+        radius = float(np.median(np.linalg.norm(xyz, axis=1)))
     if height > _HIGHEST and not _GEOCENTRIC[0] < radius < _GEOCENTRIC[1]:
         plane = np.median(np.abs(xyz[:, :2]), axis=0)
         if height > 5 * plane.min() and np.ptp(xyz[:, 2]) < _ALIKE * height:
