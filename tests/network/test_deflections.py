@@ -218,9 +218,9 @@ def test_the_project_gives_constants_and_grids(
     write(tmp_path, 'deflection = { grid = "grids/g.gtx", sigma_arcsec = 0 }')
     # as the command does from the folder of the project
     monkeypatch.chdir(tmp_path)
-    curvature = 0.17 * SEC * np.sin(2 * np.radians(37.87)) * 2000
+    curvature = 0.1713 * SEC * np.sin(2 * np.radians(37.87)) * 2000
     found = heights(Path("p.toml"))
-    assert found - plain == pytest.approx([-2000 * 10 * SEC + curvature, 2000 * 4 * SEC], abs=4e-4)
+    assert found - plain == pytest.approx([-2000 * 10 * SEC - curvature, 2000 * 4 * SEC], abs=4e-4)
 
 
 def test_the_error_of_the_deflection_is_shared(tmp_path: Path) -> None:

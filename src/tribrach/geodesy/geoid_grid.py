@@ -2,7 +2,7 @@
 
 Nothing is ever downloaded. The deflection of the vertical follows from the slope of the geoid
 (method section 7.5): ``xi = -(1/M) dN/dphi``, ``eta = -(1/(nu cos phi)) dN/dlambda``, with the
-curvature of the normal plumb line, ``-0.17 arcsec per km of height times sin 2 phi``, added to xi.
+curvature of the normal plumb line, ``0.1713 arcsec per km of height times sin 2 phi``, added to xi.
 """
 
 from __future__ import annotations
