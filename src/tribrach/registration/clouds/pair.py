@@ -488,7 +488,9 @@ def register_pair(
     if carried and not (fits and _consistent(fits[0].verdict)):
         return CloudPair(a.name, b.name, None, (), (_suspect(a.name, b.name, carried[0]),))
     if not fits:
-        return CloudPair(a.name, b.name, None, (), (_not_found(a.name, b.name, most),))
+        return CloudPair(
+            a.name, b.name, None, (), (_not_found(a.name, b.name, most, prior is not None),)
+        )
     best = fits[0] if prior is None else _nearest(fits, prior)
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
@@ -729,13 +731,14 @@ def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
     return float(np.linalg.norm(off - basis @ (basis.T @ off))), apart(fit.pose, prior)[1]
 
 
-def _not_found(a: str, b: str, most: float) -> str:
+def _not_found(a: str, b: str, most: float, given: bool) -> str:
     return Sentence(
-        "no place was found for {b} in {a}: of the places tried (plans, one frame, an approximate "
-        "pose) the best lets {most} of one scan agree with the other, less than {least} or too "
+        "no place was found for {b} in {a}: of the places tried (plans, one frame{given}) the "
+        "best lets {most} of one scan agree with the other, less than {least} or too "
         "small an area; give an approximate pose, or targets",
         a=a,
         b=b,
+        given=", the approximate pose" if given else "",
         most=percent(most),
         least=percent(GATES.least_overlap),
     )
