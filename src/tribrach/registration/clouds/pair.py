@@ -509,8 +509,8 @@ def register_pair(
             sentence = _too_little(a.name, b.name, prior, best)
             return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
         sentence = (
-            f"{a.name} and {b.name} fit in {len(rivals) + 1} places alike; the one at the "
-            "approximate pose is taken"
+            f"{a.name} and {b.name} may lie in {len(rivals) + 1} places that look alike; "
+            "the one at the approximate pose is taken"
         )
         best = _with_all(a, b, near, floor)
         sentences = [sentence, *best.precision.sentences(a.name, b.name)]
@@ -790,8 +790,9 @@ def _ambiguous(a: str, b: str, best: PairFit, rivals: Sequence[PairFit]) -> str:
     shift, turn = apart(best.pose, rivals[0].pose)
     count = len(rivals) + 1
     return Sentence(
-        "{a} and {b} fit in {count} places alike, {shift:2} m and {turn:degrees0} "
-        "apart (something repeats itself, or is symmetric): no pose is taken from them",
+        "{a} and {b} may lie in {count} places that look alike, {shift:2} m and "
+        "{turn:degrees0} apart (something repeats itself, or is symmetric): no pose is taken from "
+        "them",
         a=a,
         b=b,
         count=count,
