@@ -342,3 +342,26 @@ def test_one_face_passes_nothing(tmp_path: Path) -> None:
     data = json.loads((tmp_path / "c.json").read_text())
     assert data["passed"] is None
     assert any("face" in words for words in data["unseen"])
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.1])
+def test_targets_near_the_horizon_pass_no_tilt_of_an_axis(tmp_path: Path, tilt: float) -> None:
+    """Errors that both faces show at steep sights alone are named."""
+    flat = TARGETS * [1.0, 1.0, tilt]
+    given = readings(np.random.default_rng(3), targets=flat)
+    data = checked(tmp_path, polar_table(given), *SIGMAS)
+    assert data["passed"] is None
+    assert "tilt of the trunnion axis" in data["unseen"][0]
+
+
+def test_a_coarse_length_passes_no_range(tmp_path: Path) -> None:
+    """A tape of a decimetre says nothing of a scanner's millimetre."""
+    given = readings(np.random.default_rng(3), stations={"in": np.zeros(3)})
+    length = np.linalg.norm(TARGETS[0] - TARGETS[1])
+    tables = {}
+    for sigma in (0.3, 100.0):
+        (tmp_path / "d.csv").write_text(f"from,to,distance_m,sigma_mm\nT0,T1,{length},{sigma}\n")
+        options = ("--lengths", str(tmp_path / "d.csv"), "--overwrite")
+        tables[sigma] = checked(tmp_path, polar_table(given), *SIGMAS, *options)
+    assert tables[0.3]["passed"]
+    assert tables[100.0]["passed"] is None
