@@ -233,6 +233,33 @@ def test_an_outlier_is_named() -> None:
 HEAD = "time,station,target,direction_gon,zenith_gon,slope_distance_m"
 
 
+@pytest.mark.parametrize(("offset", "refused"), [("", True), ("+02:00", False), ("Z", False)])
+def test_an_hour_that_local_times_repeat_is_refused(
+    tmp_path: Path, offset: str, refused: bool
+) -> None:
+    """Clocks are put back: 02:00 is there twice, and would be one cycle."""
+    hours = ["01:00", "02:00", "02:00", "03:00"]
+    late = {"+02:00": "+01:00"}.get(offset, offset)
+    rows = [
+        f"2025-10-26T{hour}:{s:02d}{offset if k < 2 else late},{station},P{s},1,90,5"
+        for k, hour in enumerate(hours)
+        for station in ("S", "T")
+        for s in range(3)
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([HEAD, *rows]))
+    if refused:
+        with pytest.raises(InputError, match="summer time") as error:
+            read_timed_readings(path)
+        assert error.value.line == 14
+    else:
+        cycles = read_timed_readings(path).cycles(1800)
+        assert len(cycles) == (3 if offset == "Z" else 4)
+    day = path.read_text().replace("-10-", "-06-")
+    path.write_text(day)
+    assert len(read_timed_readings(path).seconds) == 24
+
+
 @pytest.mark.parametrize(
     ("text", "what"),
     [

@@ -1,6 +1,7 @@
 """Readings of total stations through time: ``time,station,target,direction_gon,zenith_gon,...``.
 
-A CSV table as robotic total stations leave it. ``time`` is ISO 8601 (UTC where no offset is given);
+A CSV table as robotic total stations leave it. ``time`` is ISO 8601 (UTC where no offset is given;
+local times over the end of summer time are refused, since one hour is there twice);
 directions and zenith angles in gon or degrees, slope distances in metres, and if there are any
 ``prism_constant_mm``, which is added, and ``height_target_m``. Sights form a cycle until a pause.
 """
@@ -21,6 +22,11 @@ from tribrach.units import GON, LARGEST, MM
 
 __all__ = ["TimedReadings", "read_timed_readings"]
 
+#: of one sight: seconds, both ends, numbers and line
+_Row = tuple[float, str, str, tuple[float, ...], int]
+_HOUR = 3600.0
+#: months in which summer time ends somewhere, and hours to which clocks are put back
+_ENDS, _BACK = (2, 3, 4, 9, 10, 11), (23, 0, 1, 2)
 _NAMES = ("time", "station", "target")
 _ANGLES = {"_gon": GON, "_deg": float(np.pi / 180)}
 
@@ -81,13 +87,14 @@ def read_timed_readings(path: Path) -> TimedReadings:
     missing = [name for name in wanted if name not in places]
     if missing:
         raise InputError(f"there is no column {missing[0]}", file=path, line=top)
-    table: list[tuple[float, str, str, tuple[float, ...], int]] = []
+    table: list[_Row] = []
     with RefusalCollector() as refused:
         for line, row in zip(lines, cells, strict=True):
             with refused.record():
                 table.append(_row(path, line, row, len(titles), places))
     if not table:
         raise InputError("the table has no readings", file=path, cure="give some")
+    _refuse_double_hour(path, table, [cells[k][places["time"][0]] for k in range(len(cells))])
     table.sort(key=lambda row: row[0])
     values = np.array([row[3] for row in table])
     return TimedReadings(
@@ -101,6 +108,39 @@ def read_timed_readings(path: Path) -> TimedReadings:
         values[:, 3],
         np.array([row[4] for row in table], dtype=np.int64),
     )
+
+
+def _refuse_double_hour(path: Path, table: list[_Row], written: list[str]) -> None:
+    """Refuse local times that an hour repeats, where the file is in the order of time otherwise.
+
+    A clock that is put back steps back once, by an hour at most, for every station alike.
+    """
+    last: dict[str, int] = {}
+    back: dict[str, list[int]] = {}
+    for k, (seconds, station, *_) in enumerate(table):
+        before = last.get(station)
+        if before is not None and seconds < table[before][0]:
+            back.setdefault(station, []).append(k)
+        last[station] = k
+    for station, steps in back.items():
+        k = steps[0]
+        before = max(j for j in range(k) if table[j][1] == station)
+        when = datetime.fromtimestamp(table[k][0], UTC)
+        zoned = datetime.fromisoformat(written[k].strip().replace("Z", "+00:00")).tzinfo is not None
+        if (
+            len(steps) == 1
+            and not zoned
+            and table[before][0] - table[k][0] <= _HOUR
+            and when.month in _ENDS
+            and when.hour in _BACK
+        ):
+            raise InputError(
+                f"the times of {station} go back from {written[before].strip()} to "
+                f"{written[k].strip()}, as local times do when summer time ends",
+                file=path,
+                line=table[k][4],
+                cure="write UTC, or each time with its offset, such as 2025-10-26T02:00:00+02:00",
+            )
 
 
 def _column(title: str) -> tuple[str | None, float]:
@@ -121,7 +161,7 @@ def _column(title: str) -> tuple[str | None, float]:
 
 def _row(
     path: Path, line: int, cells: list[str], width: int, places: dict[str, tuple[int, float]]
-) -> tuple[float, str, str, tuple[float, ...], int]:
+) -> _Row:
     """One sight."""
     if len(cells) != width:
         raise InputError(f"{len(cells)} cells instead of {width}", file=path, line=line)
