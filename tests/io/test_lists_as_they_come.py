@@ -230,13 +230,6 @@ def test_what_unpacks_without_end_is_refused(tmp_path: Path) -> None:
         read_table(path)
 
 
-def test_without_the_library_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = book(tmp_path, {"a": [["Nr", "E", "N"], ["A", 1, 2]]})
-    monkeypatch.setitem(__import__("sys").modules, "openpyxl", None)
-    with pytest.raises(InputError, match=r"install tribrach\[xlsx\], or save the sheet as CSV"):
-        read_table(path)
-
-
 @given(
     st.floats(-1e8, 1e8, allow_nan=False),
     st.integers(0, 6),

@@ -113,6 +113,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "cli.simulate",
         "Simulate a whole survey job: scans, observations, project file and its truth.",
     ),
+    "doctor": (
+        "cli.doctor",
+        "Say which version runs where, where compiled code is kept, and what is missing for what.",
+    ),
 }
 #: headings in the list of commands, in its order; what is under none of them is a tool
 GROUPS: dict[str, tuple[str, ...]] = {

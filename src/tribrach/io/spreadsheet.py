@@ -1,4 +1,4 @@
-"""Sheets of spreadsheets in the format xlsx, through openpyxl where it is installed.
+"""Sheets of spreadsheets in the format xlsx, through openpyxl.
 
 Values are read as they were saved: no formula is computed, no link followed. A file may hold so
 much and no more, unpacked too, and XML that declares a document type is refused before the
@@ -13,7 +13,6 @@ import warnings
 import zipfile
 from contextlib import redirect_stdout
 from datetime import date, datetime, time
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -65,14 +64,9 @@ def sheet_names(path: Path, data: bytes) -> list[str]:
 def _opened(path: Path, data: bytes, *, values: bool) -> Any:
     """The workbook of a file whose parts have been looked at."""
     _refuse_parts(path, data)
-    try:
-        openpyxl = import_module("openpyxl")
-    except ImportError:
-        raise InputError(
-            "reading xlsx needs openpyxl, which is not installed",
-            file=path,
-            cure="install tribrach[xlsx], or save the sheet as CSV",
-        ) from None
+    # half a second, which only spreadsheets should spend
+    import openpyxl
+
     try:
         # a style that the file does not hold is printed by the library before it is an error
         with warnings.catch_warnings(), redirect_stdout(io.StringIO()):

@@ -29,7 +29,6 @@ from typing import Any, BinaryIO, Self
 import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
-from pye57 import libe57
 from pyproj import CRS
 from scipy.spatial.transform import Rotation
 
@@ -51,6 +50,7 @@ from tribrach.io.e57_pages import (
     verify,
 )
 from tribrach.io.json_text import json_text
+from tribrach.io.libe57 import libe57
 from tribrach.io.scans.e57 import OURS, pose_of
 from tribrach.scan.scan import Field
 

@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 from lxml import etree
 from numpy.typing import NDArray
-from pye57 import libe57
 from pyproj import CRS
 from pyproj.exceptions import CRSError
 from scipy.spatial.transform import Rotation
@@ -39,6 +38,7 @@ from tribrach.io.e57_pages import (
     read_xml,
     verify_section,
 )
+from tribrach.io.libe57 import libe57
 from tribrach.io.scans.facts import told_facts
 from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Origin, Scan
