@@ -80,7 +80,7 @@ def results(project: Path) -> dict[str, bytes]:
     kept = [path for path in files if not path.match(".tribrach/file-*")]
     contents = {str(path.relative_to(out)): path.read_bytes() for path in kept}
     listed = json.loads(contents[f"{STATE_FOLDER}/{MANIFEST}"])["written"]
-    held = {name: [(size, digest) for size, _, digest in known] for name, known in listed.items()}
+    held = {name: [(one[0], *one[2:]) for one in known] for name, known in listed.items()}
     return contents | {f"{STATE_FOLDER}/{MANIFEST}": json.dumps(held).encode()}
 
 

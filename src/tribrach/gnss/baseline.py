@@ -57,7 +57,6 @@ from tribrach.io.gnss.solution_file import (
     read_solution,
     read_status,
 )
-from tribrach.io.opened_files import contents
 from tribrach.scratch import scratch_folder
 from tribrach.sentences import Sentence
 from tribrach.units import percent
@@ -462,7 +461,7 @@ def compute_baseline(
     orbits = read_orbits(navigation).for_engine()
     progress("reading RINEX", 2 + len(navigation), 2 + len(navigation))
     check_together(first, second, orbits.broadcast)
-    if contents(base) == contents(rover):
+    if first.body == second.body:
         raise InputError(
             f"these are the observations of the base, {base.name}, once more",
             file=rover,

@@ -15,30 +15,30 @@ from tribrach.io.keeping import keep
 
 __all__ = ["contents", "opened_once"]
 
-_KEPT: ContextVar[dict[Path, bytes] | None] = ContextVar("files that were opened", default=None)
-
-
 #: larger files are no survey files and are not kept [bytes]
 _LARGEST = 200_000_000
+#: what was opened, and the size of the largest file that is kept
+_KEPT: ContextVar[tuple[dict[Path, bytes], int] | None] = ContextVar("opened", default=None)
 
 
 def contents(path: Path, most: int | None = None) -> bytes:
     """Return the bytes of a file, from memory where it was opened before."""
-    kept = _KEPT.get()
+    kept, largest = _KEPT.get() or ({}, -1)
     keep([path])
-    if kept is None or (path not in kept and path.stat().st_size > _LARGEST):
+    # what comes through a pipe has no size
+    if path not in kept and not (path.is_file() and path.stat().st_size <= largest):
         with path.open("rb") as file:
             return file.read(-1 if most is None else most)
     if path not in kept:
         with path.open("rb") as file:
-            kept[path] = file.read(_LARGEST + 1)
+            kept[path] = file.read(largest + 1)
     return kept[path][:most]
 
 
 @contextmanager
-def opened_once(kept: dict[Path, bytes]) -> Iterator[None]:
-    """Open each file at most once within a block."""
-    token = _KEPT.set(kept)
+def opened_once(kept: dict[Path, bytes], largest: int = _LARGEST) -> Iterator[None]:
+    """Open each file up to a size at most once within a block."""
+    token = _KEPT.set((kept, largest))
     try:
         yield
     finally:

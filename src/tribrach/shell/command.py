@@ -14,6 +14,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.models import ArgumentInfo, ParameterInfo
 
+from tribrach.io.opened_files import opened_once
 from tribrach.io.outputs import Content, write_texts
 from tribrach.report.answer import Answer
 from tribrach.report.characters import visible
@@ -40,6 +41,8 @@ WRITTEN = "written"
 FOLDER = "folder"
 #: marks the one that names a project in whose folder of results something is kept
 RESULTS = "results"
+#: what is larger is no project file [bytes]
+_PROJECT = 1_000_000
 #: terminals with as many columns show all columns of the tables
 _WIDE = 118
 
@@ -112,9 +115,11 @@ def command(
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
             files |= {f"--{form}": _paths([path]) for form, path in outputs.items()}
             place = given[folder[0]] if folder else _results(*(given[name] for name in project))
-            claim(inputs, files, place, overwrite=overwrite)
             given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
+                # who claims the files of a project reads it, as the work does
+                stack.enter_context(opened_once({}, _PROJECT))
+                claim(inputs, files, place, overwrite=overwrite)
                 if told:
                     # the readers of scans take their time, which other commands should not spend
                     from tribrach.io.scans.reading import as_told

@@ -73,6 +73,11 @@ class RinexObservations:
         return float(np.median(np.diff(self.times))) if len(self.times) > 1 else 0.0
 
     @property
+    def body(self) -> bytes:
+        """What was observed, without the header."""
+        return self.text.partition(b"END OF HEADER")[2].strip()
+
+    @property
     def systems(self) -> frozenset[str]:
         """Letters of the satellite systems."""
         return frozenset(name[0] for name in self.satellites)
