@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,7 +37,7 @@ from tribrach.network.results import (
     TableName,
 )
 from tribrach.network.solved import SolvedSystem
-from tribrach.network.start.one_place import without_dummies
+from tribrach.network.start.placeholders import misplaced, without_dummies, without_placeholders
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.unknowns import State
 
@@ -231,8 +231,20 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
     NotConverged
         The iteration did not reach a minimum.
     """
+    options = options or Options()
+    solve = partial(_adjusted, options=options)
+    network = without_dummies(network)
     try:
-        return _adjusted(network, options or Options())
+        try:
+            found = solve(network)
+        except NotConverged:
+            better = without_placeholders(network, solve)
+            if better is None:
+                raise
+            return solve(better)
+        if misplaced(network, found) and (better := without_placeholders(network, solve)):
+            return solve(better)
+        return found
     except AdjustmentError as error:
         names = network.start.layout.names
         error.also(defects.left_out(network))
@@ -242,7 +254,6 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
 
 def _adjusted(network: Network, options: Options) -> Adjustment:
     """The solution; what it raises names no alike names yet."""
-    network = without_dummies(network)
     network = network.with_start(find_start(network))
     assembly = Assembly(network)
     datum = defects.datum_mask(network, assembly.free_columns)
@@ -329,7 +340,7 @@ class _System:
                 assembly, self.design, self.constraints, self.motions.basis, state
             )
         if cofactor is None:
-            raise AdjustmentError("the normal matrix cannot be factored")
+            raise NotConverged("the normal matrix cannot be factored where the iteration went")
         self.cofactor: Cofactor = cofactor
 
     def step(self, moved: Array) -> Array:

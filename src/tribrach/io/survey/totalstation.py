@@ -25,10 +25,11 @@ from tribrach.instruments.precision import Precision
 from tribrach.instruments.reduction import LIMIT, Means, Reduction, reduce
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
+from tribrach.network.adjustment import adjust
 from tribrach.network.facts import Fact, facts_of
 from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum
-from tribrach.network.start.one_place import dummy_places, dummy_words
+from tribrach.network.start.placeholders import contradiction, dummy_places, dummy_words
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
@@ -458,6 +459,15 @@ def _coordinates(survey: Survey, files: Sequence[RawFile], held: bool) -> None:
     if dummies := dummy_places(survey.network(), places) if len(places) > 1 else []:
         survey.warnings.append(dummy_words(dummies))
         chosen = {n: c for n, c in chosen.items() if not any(n in group for group in dummies)}
+    keyed = {n: xyz for n, (xyz, given, _) in chosen.items() if given}
+    wrong = contradiction(survey.network(), keyed, adjust)
+    if wrong is not None:
+        survey.warnings.append(wrong.sentence())
+        # what the instrument computed follows from what was keyed in
+        chosen = {n: c for n, c in chosen.items() if n in wrong.kept}
+        for name in wrong.heights:
+            xyz, given, source = chosen[name]
+            chosen[name] = (np.array([*xyz[:2], np.nan]), given, source)
     fixed = tuple(name for name, (_, given, _) in chosen.items() if given)
     hold = held and len(fixed) >= 2
     # one place alone would keep the start values from a frame of their own
@@ -467,16 +477,17 @@ def _coordinates(survey: Survey, files: Sequence[RawFile], held: bool) -> None:
         else:
             survey.point(name, xyz, source=source)
     survey.datum = Datum("control") if hold else Datum("free", fixed if len(fixed) >= 2 else ())
-    survey.warnings.append(_datum_words(len(fixed), hold))
+    survey.warnings.append(_datum_words(len(fixed), hold, bool(dummies) or wrong is not None))
 
 
-def _datum_words(given: int, hold: bool) -> str:
+def _datum_words(given: int, hold: bool, dropped: bool) -> str:
     """What holds a network of raw files alone."""
     if hold:
         return f"The {given} points that the files give coordinates of are held."
     if given >= 2:
         return f"The network is fitted to the {given} points that the files give coordinates of."
+    which = "no control" if not dropped else "no control that can be used"
     return (
-        "The files give no control: all points carry the datum. Where coordinates have to be in a "
+        f"The files give {which}: all points carry the datum. Where coordinates have to be in a "
         "given system, state control points in a project ([[points]])."
     )

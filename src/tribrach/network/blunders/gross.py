@@ -7,6 +7,7 @@ explanation passes as well. Looked at are
 * angles that run the other way, all of them, those of a file or of a station, or a single one whose
   ends are exchanged;
 * given heights that are all equal, as where none was keyed in;
+* given coordinates that contradict the sights by metres, and names exchanged in them;
 * circle readings off by 100, 200 or 300 gon, zenith angles of the other face or counted from the
   horizon, height differences with their ends exchanged;
 * distances in feet that are taken for metres, and the reverse;
@@ -31,6 +32,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.angle_slips import turned_angles
 from tribrach.network.blunders.clearing import Cleared, from_adjusted, from_start, loosened
 from tribrach.network.blunders.equal_heights import equal_heights
+from tribrach.network.blunders.given_places import given_places
 from tribrach.network.blunders.setup_slips import setup_of, wrong_setup
 from tribrach.network.blunders.slip_search import GROSS, LEFT, Slip, SlipSearch
 from tribrach.network.blunders.suspects import Key
@@ -81,6 +83,9 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
     if found := turned_angles(network, adjustment, before, search):
         return found
     if found := equal_heights(network, before, search):
+        return found
+    search.go_on()
+    if found := given_places(network, before, search, single=adjustment is None):
         return found
     search.go_on()
     clear = from_start(network, search.run)
@@ -216,14 +221,17 @@ def _feet(network: Network, before: float, search: SlipSearch) -> Slip | None:
         return None
     for factor, words in (
         (_FOOT, "the distances are in feet and were taken for metres"),
-        (1 / _FOOT, "the distances are in metres and were taken for feet"),
+        (
+            1 / _FOOT,
+            "the distances are in metres, the coordinates or all else in feet",
+        ),
     ):
         observations = tuple(
             replace(o, values=o.values * factor) if length else o
             for o, length in zip(network.observations, lengths, strict=True)
         )
-        after = search.factor(replace(network, observations=observations))
-        if after is not None and after < LEFT * before:
+        after = search.explained(replace(network, observations=observations), before)
+        if after is not None:
             return Slip(
                 words,
                 Sentence("times {factor:4}", factor=factor),

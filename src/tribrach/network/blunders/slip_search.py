@@ -47,6 +47,8 @@ class Slip:
     kind: str = ""
     #: the observations (table, item) that it is in; empty where it is in names or given values
     keys: frozenset[Key] = frozenset()
+    #: the points whose given coordinates it is in
+    names: tuple[str, ...] = ()
 
     def sentence(self) -> str:
         """The finding in one sentence."""
