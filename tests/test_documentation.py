@@ -121,7 +121,7 @@ def test_options_named_in_the_text_exist() -> None:
     listed = typer.main.get_command(app).commands.values()  # type: ignore[attr-defined]
     single = [command.loaded for command in listed]
     single += [c for group in single for c in getattr(group, "commands", {}).values()]
-    known = {o for c in single for p in c.params for o in p.opts}
+    known = {o for c in single for p in c.params for o in (*p.opts, *p.secondary_opts)}
     for page, text in PAGES.items():
         named = {word.split()[0] for word in words(text) if word.startswith("--")}
         assert named <= known, page

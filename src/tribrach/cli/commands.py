@@ -104,6 +104,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "questions.diff.command",
         "Say what differs between two results: what moved, sigmas, states of observations, edits.",
     ),
+    "seal": (
+        "cli.seal",
+        "Put a job into one file: inputs, decisions, results, versions, digests, a signature.",
+    ),
+    "verify": (
+        "cli.seal",
+        "Test a sealed job: is every file unchanged, who signed it, does a run give the same?",
+    ),
     "info": (
         "questions.info",
         "Say what is in files of scans: points, extents, fields, grid, poses, what looks wrong.",
@@ -120,7 +128,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
 }
 #: headings in the list of commands, in its order; what is under none of them is a tool
 GROUPS: dict[str, tuple[str, ...]] = {
-    "A job from its files to its results": ("init", "check-project", "run", "demo"),
+    "A job from its files to its results": (
+        "init",
+        "check-project",
+        "run",
+        "demo",
+        "seal",
+        "verify",
+    ),
     "Networks": ("adjust", "plan", "epochs", "series", "diff", "export", "transform", "baseline"),
     "Results in a browser": ("view", "workbench"),
     "Scans": ("info", "targets", "register", "convert"),

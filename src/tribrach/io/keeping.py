@@ -50,9 +50,11 @@ __all__ = [
     "keeping",
     "looking",
     "note_written",
+    "read_for",
     "refuse_changes",
     "refuse_loss",
     "refuse_mixture",
+    "written_in",
 ]
 
 #: folder of what the program keeps for itself inside a folder of results
@@ -162,6 +164,10 @@ class _Scope:
             self.stamps.setdefault(resolved, stamp)
             if stamp is not None:
                 self.numbers.add(stamp.number)
+
+    def files(self) -> list[Path]:
+        """The files that are read, resolved."""
+        return [path for path, stamp in self.stamps.items() if stamp is not None]
 
     def reads(self, path: Path) -> bool:
         """Is this one of the files that are read?"""
@@ -479,7 +485,8 @@ def _add(place: Path, scope: _Scope, files: Mapping[Path, Path]) -> None:
                 # a run that is killed before the file gets its name leaves the one that was there
                 there = [old for old in listed.get(name, []) if scope.holds(path, old)]
                 listed[name] = [*(old for old in there if old != content), content]
-            scope.lists[place] = _list(place, listed), listed
+            read = sorted(os.path.relpath(path, place.parent.parent) for path in scope.files())
+            scope.lists[place] = _list(place, listed, read), listed
     except OSError as error:
         # a folder where only the file itself may be written: it will not be known as ours; on a
         # full disk a file that is not listed would stand in the way of the next run
@@ -528,8 +535,8 @@ def _alone(state: Path, scope: _Scope) -> Iterator[None]:
         lock.release()
 
 
-def _list(place: Path, written: _Written) -> _Stamp | None:
-    """Write the list of what the program wrote; what tells it from others.
+def _list(place: Path, written: _Written, read: list[str]) -> _Stamp | None:
+    """Write the list of what the program wrote and last read; what tells it from others.
 
     Raises
     ------
@@ -539,7 +546,7 @@ def _list(place: Path, written: _Written) -> _Stamp | None:
     handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(json_text({"written": dict(sorted(written.items()))}))
+            file.write(json_text({"read": read, "written": dict(sorted(written.items()))}))
         stamp = _stamp(Path(part))
         os.replace(part, place)
         return stamp
@@ -599,6 +606,25 @@ def _read(place: Path) -> _Written:
         return {name: [_Content(*content) for content in known] for name, known in listed.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return {}
+
+
+def written_in(folder: Path, command: str) -> dict[str, bool]:
+    """The files that a command wrote into a folder of results: is each still as it was written?"""
+    scope, found = _Scope(command=command), dict[str, bool]()
+    for name, known in _read(folder / STATE_FOLDER / MANIFEST).items():
+        mine = [content for content in known if content.command == command]
+        if mine and (folder / name).is_file():
+            found[name] = any(scope.holds(folder / name, content) for content in mine)
+    return found
+
+
+def read_for(folder: Path) -> list[Path]:
+    """The files that the last work read whose results are in a folder, as far as they are there."""
+    with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+        names = json.loads((folder / STATE_FOLDER / MANIFEST).read_text(encoding="utf-8"))["read"]
+        paths = (_plain(folder / name) for name in names)
+        return [path for path in paths if path.is_file()]
+    return []
 
 
 def _refuse_links(path: Path, folder: Path) -> None:

@@ -26,6 +26,7 @@ from tribrach.geometry import rotation
 from tribrach.geometry.pose import Pose
 from tribrach.io.arrays import read_named
 from tribrach.io.json_file import read_json
+from tribrach.io.keeping import keep
 from tribrach.job.each import Item, each
 from tribrach.job.name_targets import Named
 from tribrach.job.scans import MeasuredScan, StationScan
@@ -185,6 +186,7 @@ def against_truth(
         file = folder / f"truth-{scan.name}.npz"
         where = placements[scan.name]
         if file.is_file() and where.noise is not None:
+            keep([file])
             matrix = np.array(truth["stations"][scan.station]["world_from_scanner"])
             items.append(_item(scan, where, Pose.from_matrix(matrix), file, incidence))
     errors = each(_cloud_error, items, state=state, progress=progress)

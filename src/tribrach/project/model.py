@@ -212,8 +212,12 @@ class Project(Section):
         that no key can be forgotten.
         """
         own = () if self._file is None else (self._file,)
-        named = {self._folder / text for text in _texts(self.model_dump())}
-        return (*own, *sorted(path for path in named if _is_file(path)))
+        return (*own, *sorted(set(self.named_files().values())))
+
+    def named_files(self) -> dict[str, Path]:
+        """The files that the project names, by the texts that name them."""
+        named = {text: self._folder / text for text in _texts(self.model_dump())}
+        return {text: path for text, path in named.items() if _is_file(path)}
 
     @property
     def logo(self) -> Path | None:
