@@ -108,8 +108,6 @@ class TargetsAround:
                     "{degrees:°0}: what was scanned on the other sides is extrapolated",
                     own=self,
                     degrees=degrees * DEG,
-                    low=20 * DEG,
-                    high=160 * DEG,
                 )
             )
         if not self.levelled and count > 2 and self.slenderness < _COLLINEAR:
