@@ -104,6 +104,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "questions.diff.command",
         "Say what differs between two results: what moved, sigmas, states of observations, edits.",
     ),
+    "pdf": (
+        "cli.pdf",
+        "Make a PDF/A-3 of a page: equal figures, JSON inside, a field for a signature.",
+    ),
     "seal": (
         "cli.seal",
         "Put a job into one file: inputs, decisions, results, versions, digests, a signature.",

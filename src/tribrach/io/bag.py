@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
@@ -42,6 +42,8 @@ __all__ = [
     "write_bag",
 ]
 
+#: what may be wrong with a file
+Wrong = Literal["changed", "missing", "not listed"]
 #: what the seal says of itself, what is signed, and the signature
 ABOUT, SIGNED, SIGNATURE = "seal.json", "tagmanifest-sha256.txt", "signature.p7s"
 _MANIFEST, _FETCH, _PAYLOAD = "manifest-sha256.txt", "fetch.txt", "data/"
@@ -209,9 +211,9 @@ class Bag:
         """A file that is no payload; None if there is none."""
         return _read(self.archive, f"{self.root}/{name}", self.path)
 
-    def differing(self) -> dict[str, str]:
-        """What is wrong with files, by name: changed, missing, or not listed."""
-        found: dict[str, str] = {}
+    def differing(self) -> dict[str, Wrong]:
+        """What is wrong with files, by name."""
+        found: dict[str, Wrong] = {}
         there = {info.filename for info in self.archive.infolist() if not info.is_dir()}
         wanted = dict(self.tags)
         wanted |= {_PAYLOAD + name: digest for name, digest in self.payload.items()}
@@ -223,7 +225,9 @@ class Bag:
             elif self._digest(member) != digest:
                 found[name] = "changed"
         free = {f"{self.root}/{name}" for name in (*wanted, SIGNED, SIGNATURE)}
-        return found | {name.removeprefix(f"{self.root}/"): "not listed" for name in there - free}
+        for member in there - free:
+            found[member.removeprefix(f"{self.root}/")] = "not listed"
+        return found
 
     def _digest(self, member: str) -> str:
         """Digest of a member, "" where it is damaged."""

@@ -23,8 +23,13 @@ class _Missing:
         )
 
 
-libe57: Any
-try:
-    from pye57 import libe57
-except ImportError:
-    libe57 = _Missing()
+def _library() -> Any:
+    """The library, or what refuses in its place."""
+    try:
+        from pye57 import libe57
+    except ImportError:
+        return _Missing()
+    return libe57
+
+
+libe57 = _library()

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -152,7 +153,8 @@ def _other_way(network: Network, first: int, second: int) -> Network:
             continue
         position = np.asarray(getattr(o, at.name))
         to = np.where(position == first, second, np.where(position == second, first, position))
-        observations[table] = replace(o, **{at.name: to})
+        changed: dict[str, Any] = {at.name: to}
+        observations[table] = replace(o, **changed)
     start = replace(network.start, points=points)
     return replace(network, start=start, observations=tuple(observations))
 

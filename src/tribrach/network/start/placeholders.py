@@ -14,7 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tribrach._types import Array, Mask
+from tribrach._types import Array, Index, Mask
 from tribrach.errors import TribrachError
 from tribrach.network.network import Datum, Network, is_given
 from tribrach.network.solved import SolvedSystem
@@ -167,8 +167,11 @@ class Contradiction:
             )
         if self.heights:
             out.append(
-                f"The given heights of {listed(self.heights)} contradict the sights by metres: "
-                "they are not used."
+                Sentence(
+                    "The given heights of {points} contradict the sights by metres: they are not "
+                    "used.",
+                    points=listed(self.heights),
+                )
             )
         return " ".join(out) if len(out) > 1 else out[0]
 
@@ -273,7 +276,7 @@ def _observed(network: Network) -> Mask:
 
 def _figure(
     network: Network,
-    index: Array,
+    index: Index,
     given: Array,
     solve: Callable[[Network], SolvedSystem],
     rough: bool,
@@ -294,7 +297,7 @@ def _figure(
     return None
 
 
-def unplaced(network: Network, index: Array, *, heights: bool = True) -> Network:
+def unplaced(network: Network, index: Index, *, heights: bool = True) -> Network:
     """The network without the given coordinates of some points, free to move in plan.
 
     heights : the points are free to move in height as well, where other points are.
@@ -430,8 +433,7 @@ def _worst_pair(given: Array, figure: Array, good: Mask) -> tuple[tuple[int, int
     ]  # fmt: skip
     apart = np.abs(d[0] - d[1])
     apart[np.ix_(good, good)] = -1.0
-    i, j = np.unravel_index(int(np.argmax(apart)), apart.shape)
-    i, j = sorted((int(i), int(j)))
+    i, j = sorted(map(int, np.unravel_index(int(np.argmax(apart)), apart.shape)))
     return (i, j), float(d[0][i, j]), float(d[1][i, j])
 
 

@@ -62,12 +62,15 @@ def _signer(wish: Signing) -> Signer:
     for path in filter(None, (wish.certificate, wish.key)):
         if not path.is_file():
             raise InputError("there is no such file", file=path, cure="check its name")
+    found: Signer | None
     try:
         if wish.certificate.suffix.lower() in (".p12", ".pfx"):
-            found = SimpleSigner.load_pkcs12(str(wish.certificate), passphrase=wish.passphrase)
+            found = SimpleSigner.load_pkcs12(  # type: ignore[no-untyped-call]
+                str(wish.certificate), passphrase=wish.passphrase
+            )
         else:
             key = wish.key or wish.certificate
-            found = SimpleSigner.load(
+            found = SimpleSigner.load(  # type: ignore[no-untyped-call]
                 str(key), str(wish.certificate), key_passphrase=wish.passphrase
             )
     except Exception:  # what the package raises for a damaged file is not of one kind
@@ -123,7 +126,8 @@ def read_signature(data: bytes, of: bytes, trusted: Sequence[Path] = ()) -> Sign
     from pyhanko_certvalidator import ValidationContext
 
     try:
-        roots = list(load_certs_from_pemder([str(path) for path in trusted]))
+        names = [str(path) for path in trusted]
+        roots = list(load_certs_from_pemder(names))  # type: ignore[no-untyped-call]
     except Exception as error:
         raise InputError(
             "this certificate cannot be read", file=trusted[0], cure="give PEM or DER files"

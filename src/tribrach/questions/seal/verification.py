@@ -209,8 +209,8 @@ def differences(sealed: Any, now: Any) -> list[DifferentFigure]:
         if len(numbers) == 2 and (sigma := _sigma(sealed, keys)) > 0:
             sigmas = abs(other - one) / sigma
         place = "/".join(map(str, keys))
-        texts = [json_text(value)[:200] for value in (one, other)]
-        found.append(DifferentFigure(place, *texts, sigmas, len(numbers) < 2))
+        was, now_is = (json_text(value)[:200] for value in (one, other))
+        found.append(DifferentFigure(place, was, now_is, sigmas, len(numbers) < 2))
     return found
 
 
