@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "export": (
         "cli.export",
-        "Write a network for another program; what its format cannot hold is named.",
+        "Write a result for an office (DXF, LandXML, GIS, lists), or a network for a program.",
     ),
     "view": (
         "cli.view",

@@ -24,6 +24,7 @@ from pydantic import (
 from tribrach.errors import InputError
 from tribrach.geodesy.epochs import PLATES, Motion, Realisation
 from tribrach.io.csv_rows import SEPARATORS, ListForm
+from tribrach.io.delivery.names import TEMPLATE, DeliveryFormat
 from tribrach.network.network import Datum
 from tribrach.units import LARGEST
 
@@ -518,11 +519,21 @@ class OutputSection(Section):
         Between groups of three digits, in numbers of five digits and more.
     epoch
         True to write epoch.json, the coordinates with their joint covariance, for later epochs.
+    deliver
+        Formats of offices that the result is written in besides: dxf, landxml, gpkg, geojson,
+        kml, xlsx, csv, list.
+    drawing_scale
+        Denominator of the scale that texts of a drawing print at, such as 500.
+    list_template
+        Line of a list for each point.
     """
 
     folder: Annotated[str, Field(min_length=1)] = "out"
     angle: Literal["gon", "deg"] = "gon"
     epoch: bool = False
+    deliver: tuple[DeliveryFormat, ...] = ()
+    drawing_scale: PositiveFloat | None = None
+    list_template: Annotated[str, Field(min_length=1)] = TEMPLATE
     decimal: Literal[".", ","] = "."
     thousands: Literal["", " ", "'", ".", ","] = ""
 
