@@ -20,6 +20,7 @@ __all__ = [
     "Fact",
     "FrameChange",
     "ListReading",
+    "OverGeoid",
     "PointCodes",
     "Reference",
     "codes_of",
@@ -64,6 +65,13 @@ class PointCodes(Fact):
 
     #: name and code, in the order of the file
     given: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class OverGeoid(Fact):
+    """Points whose heights were given over the geoid."""
+
+    names: tuple[str, ...]
 
 
 def codes_of(facts: Iterable[Fact]) -> Mapping[str, str]:
