@@ -13,8 +13,10 @@ import re
 import struct
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.errors import InputError
@@ -72,7 +74,7 @@ def _refuse_shape(path: Path, table: HeightTable) -> None:
         )
 
 
-def _nodes(path: Path, begin: int, rows: int, columns: int, kind: str) -> np.ndarray:
+def _nodes(path: Path, begin: int, rows: int, columns: int, kind: str) -> NDArray[Any]:
     """Nodes (rows, columns) of a binary file, which stay there."""
     if not (0 < rows <= _MOST and 0 < columns <= _MOST):
         raise ValueError(f"{rows} rows and {columns} columns")

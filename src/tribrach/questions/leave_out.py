@@ -15,7 +15,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from tribrach._types import Array, Progress
+from tribrach._types import Array, Index, Progress
 from tribrach.answers import Form, Number, Result, Table, Test, Vector
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.io.survey.exported import ValueCovariances
@@ -155,7 +155,7 @@ def _units(network: Network) -> dict[str, list[Place]]:
 def _compared(name: str, places: Sequence[Place], adjustment: Adjustment) -> LeftOutPosition:
     """The mean difference of what was given of a position, and what it should be."""
     network = adjustment.network
-    rows: list[tuple[int, float, Array, Array]] = []
+    rows: list[tuple[int, float, Index, Array]] = []
     values = ValueCovariances(network)
     keys: list[tuple[int, int, int]] = []
     for table in dict.fromkeys(table for table, _ in places):

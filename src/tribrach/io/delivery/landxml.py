@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from lxml import etree
@@ -32,18 +33,16 @@ def write(delivery: Delivery) -> bytes:
             "LandXML has no displacements", cure="export compared epochs as dxf, gpkg, csv or xlsx"
         )
     now = datetime.now(UTC)
-    root = etree.Element(
-        "LandXML",
-        {
-            "version": "1.2",
-            "date": now.strftime("%Y-%m-%d"),
-            "time": now.strftime("%H:%M:%S"),
-            "readOnly": "false",
-            "language": "English",
-            etree.QName(_INSTANCE, "schemaLocation"): _SCHEMA,
-        },
-        nsmap={None: NAMESPACE, "xsi": _INSTANCE},  # type: ignore[dict-item]
-    )
+    spaces: dict[Any, str] = {None: NAMESPACE, "xsi": _INSTANCE}
+    given = {
+        "version": "1.2",
+        "date": now.strftime("%Y-%m-%d"),
+        "time": now.strftime("%H:%M:%S"),
+        "readOnly": "false",
+        "language": "English",
+        f"{{{_INSTANCE}}}schemaLocation": _SCHEMA,
+    }
+    root = etree.Element("LandXML", given, nsmap=spaces)
     units = etree.SubElement(root, "Units")
     etree.SubElement(
         units,

@@ -47,7 +47,10 @@ def columns_of(delivery: Delivery) -> tuple[Mapping[str, int | None], list[dict[
     """Heads with their digits, None for texts, and rows; None where there is no number."""
     table: Mapping[str, tuple[int | None, Callable[[Any], Any]]]
     items: Sequence[Any]
-    table, items = (_MOVED, delivery.moves) if delivery.moves else (_COLUMNS, delivery.positions)
+    if delivery.moves:
+        table, items = _MOVED, delivery.moves
+    else:
+        table, items = _COLUMNS, delivery.positions
     rows = [{head: value(item) for head, (_, value) in table.items()} for item in items]
     for row in rows:
         for head, (digits, _) in table.items():
