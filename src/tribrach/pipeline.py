@@ -60,7 +60,7 @@ def run(
     folder = project.results if folder is None else Path(folder)
     kept = keeping(project.inputs(), folder, overwrite=overwrite, command="run")
     with kept, watched(progress) as told:
-        refuse_reports(folder)
+        refuse_reports(folder, project.output)
         settings, logo = AdjustmentSettings.of(project), read_logo(project.logo)
         job = open_job(project, told)
         found = find(job, folder, told, engine, writes=True) if project.scans else None

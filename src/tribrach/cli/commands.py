@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "export": (
         "cli.export",
-        "Write a network for another program; what its format cannot hold is named.",
+        "Write a result for an office (DXF, LandXML, GIS, lists), or a network for a program.",
     ),
     "view": (
         "cli.view",
@@ -50,6 +50,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "workbench": (
         "cli.workbench",
         "Work on a project in the browser: switch observations off, see at once what moves.",
+    ),
+    "leave-out": (
+        "questions.leave_out",
+        "Compare control with the rest: left out in turn, and 3, 5, 9 of n as control.",
     ),
     "plan": (
         "questions.plan.command",
@@ -140,7 +144,17 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "seal",
         "verify",
     ),
-    "Networks": ("adjust", "plan", "epochs", "series", "diff", "export", "transform", "baseline"),
+    "Networks": (
+        "adjust",
+        "leave-out",
+        "plan",
+        "epochs",
+        "series",
+        "diff",
+        "export",
+        "transform",
+        "baseline",
+    ),
     "Results in a browser": ("view", "workbench"),
     "Scans": ("info", "targets", "register", "convert"),
     "Instruments": ("calibrate", "check", "noise"),

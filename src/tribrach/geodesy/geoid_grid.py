@@ -1,4 +1,4 @@
-"""Geoid heights from a grid that the user brings (GTX or GeoTIFF, as PROJ reads them).
+"""Geoid heights from a grid that the user brings: a table of its nodes, or a file that PROJ reads.
 
 Nothing is ever downloaded. The deflection of the vertical follows from the slope of the geoid
 (method section 7.5): ``xi = -(1/M) dN/dphi``, ``eta = -(1/(nu cos phi)) dN/dlambda``, with the
@@ -19,6 +19,7 @@ from pyproj.exceptions import ProjError
 
 from tribrach._types import Array
 from tribrach.errors import InputError
+from tribrach.geodesy.height_table import HeightTable
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80
 from tribrach.units import SEC
@@ -35,10 +36,12 @@ _CURVATURE = 0.1713e-3 * SEC
 
 @dataclass(frozen=True)
 class GeoidGrid:
-    """A grid of geoid heights on disk; PROJ opens and reads it."""
+    """A grid of geoid heights on disk; PROJ opens and reads it if it is not read here."""
 
-    #: A GTX or GeoTIFF file
+    #: of the file
     path: Path
+    #: its nodes, where they were read
+    table: HeightTable | None = None
 
     @cached_property
     def _transformer(self) -> Any:
@@ -75,9 +78,12 @@ class GeoidGrid:
         (n,) array
             Geoid heights [m].
         """
-        zero = np.zeros(np.shape(latitude))
-        up = self._transformer.transform(longitude, latitude, zero, radians=True)[2]
-        height: Array = np.asarray(up, dtype=float)
+        if self.table is not None:
+            height = self.table.at(latitude, longitude).reshape(np.shape(latitude))
+        else:
+            zero = np.zeros(np.shape(latitude))
+            up = self._transformer.transform(longitude, latitude, zero, radians=True)[2]
+            height = np.asarray(up, dtype=float)
         outside = np.flatnonzero(~np.isfinite(np.atleast_1d(height)))
         if len(outside):
             k = outside[0]

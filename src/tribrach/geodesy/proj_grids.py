@@ -16,7 +16,7 @@ from pyproj.transformer import TransformerGroup
 from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 
-__all__ = ["missing_grid_sentences", "offline", "vertical_name"]
+__all__ = ["geoid_names", "missing_grid_sentences", "offline", "vertical_name"]
 
 _GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
 
@@ -72,3 +72,22 @@ def vertical_name(crs: str) -> str | None:
         if part.is_vertical:
             return str(part.name)
     return None
+
+
+def geoid_names(crs: str) -> list[str]:
+    """Files of geoid heights that PROJ knows for a compound system, the most accurate first."""
+    offline()
+    whole = CRS.from_user_input(crs)
+    if whole.geodetic_crs is None:
+        return []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        try:
+            group = TransformerGroup(whole, whole.geodetic_crs.to_3d(), always_xy=True)
+        except (CRSError, ProjError):
+            return []
+    known = [(t.accuracy, g.short_name) for t in group.transformers
+             for o in t.operations or () for g in o.grids]  # fmt: skip
+    known += [(o.accuracy, g.short_name) for o in group.unavailable_operations for g in o.grids]
+    known.sort(key=lambda one: one[0] if one[0] >= 0 else 1e9)
+    return list(dict.fromkeys(name for _, name in known))

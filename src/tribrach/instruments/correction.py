@@ -35,6 +35,8 @@ class Correction:
     #: which face measured the points: always ``front``, always ``back``, or ``dome``: the back
     #: where H is above 180 degrees
     faces: Faces = "front"
+    #: of the air that ranges were read in: they are ``1 + scale`` times as long [1]
+    scale: float = 0.0
 
     def face(self, h: Array) -> Array:
         """Faces (n,) of +1 or -1 at horizontal angles (n,) [rad]."""
@@ -44,6 +46,7 @@ class Correction:
 
     def corrected(self, xyz: Array) -> Array:
         """Points (n, 3) [m] without the errors of the scanner."""
+        xyz = xyz * (1.0 + self.scale) if self.scale else xyz
         used = np.flatnonzero(self.values)
         if len(used) == 0 or len(xyz) == 0:
             return xyz

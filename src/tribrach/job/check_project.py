@@ -138,6 +138,9 @@ def _named_files(project: Project) -> Iterator[tuple[Place, Place, str]]:
             yield ("comparison", k, "sites"), ("comparison", k, "sites"), comparison.sites
     if project.site.geoid_grid is not None:
         yield ("site", "geoid_grid"), ("site", "geoid_grid"), project.site.geoid_grid
+    if project.site.geoid_sigma_grid is not None:
+        keys = ("site", "geoid_sigma_grid")
+        yield keys, keys, project.site.geoid_sigma_grid
     if project.truth is not None:
         yield ("truth",), ("truth",), project.truth
     further: tuple[tuple[Place, tuple[str, ...]], ...] = (

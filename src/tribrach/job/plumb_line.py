@@ -6,10 +6,10 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.plumb import PlumbField
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geodesy.work_frame import WorkFrame
+from tribrach.io.geoid_files import read_geoid
 from tribrach.network.survey import ObservationTable, Survey
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.levelling import HeightDifferences
@@ -50,7 +50,7 @@ def plumb_line(project: Project, frame: WorkFrame) -> PlumbLine | None:
                 "a geoid grid needs a place on the ellipsoid, and the site is flat",
                 "give the site a latitude and longitude or a crs, or give xi_arcsec and eta_arcsec",
             )
-        grid = GeoidGrid(project.folder / deflection.grid)
+        grid = read_geoid(project.folder / deflection.grid)
         # a grid that is not there or of another region is refused before anything is adjusted
         grid.deflection(frame.site.latitude, frame.site.longitude, frame.site.ellipsoidal_height)
         return PlumbLine(PlumbField(grid=grid, frame=frame), sigma, deflection.grid)

@@ -6,6 +6,7 @@ Where a station has scans of both faces, a target gives one observation for each
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -82,9 +83,9 @@ def _face(scan: StationScan, d: Detection) -> float:
 
 
 def _reading(scan: StationScan, d: Detection) -> Array:
-    """The centre (3,) as the scanner measured it."""
+    """The centre (3,) as the scanner measured it, in the air that its ranges are meant for."""
     correction = scan.scan.correction
     if correction is None:
         return np.asarray(d.center)
-    centre: Array = correction.raw(np.asarray(d.center)[None])[0]
+    centre: Array = replace(correction, scale=0.0).raw(np.asarray(d.center)[None])[0]
     return centre

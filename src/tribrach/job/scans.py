@@ -12,12 +12,13 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError, among
 from tribrach.instruments.calibration import CalibrationModel
-from tribrach.instruments.common_errors import CommonErrors
+from tribrach.instruments.common_errors import COMMON, CommonErrors
 from tribrach.instruments.correction import Correction, Faces
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.reading import as_told
+from tribrach.job.air import air_of
 from tribrach.job.state import Remembered
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.scan.no_return import find_no_return
@@ -44,9 +45,9 @@ __all__ = [
 # Calibrations of the scanners behind scans: known before the adjustment, adjusted after it.
 
 
-def known_correction(calibration: Calibration, faces: Faces) -> Correction:
-    """The correction that a calibration file describes."""
-    return Correction(calibration.columns(), calibration.values, faces)
+def known_correction(calibration: Calibration, faces: Faces, scale: float = 0.0) -> Correction:
+    """The correction that a calibration file describes, and the scale of the air."""
+    return Correction(calibration.columns(), calibration.values, faces, scale)
 
 
 def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[StationScan]:
@@ -61,7 +62,7 @@ def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[St
             out.append(scan)
             continue
         model, index = calibrated
-        correction = Correction(model, adjustment.state.scalars[index], scan.faces)
+        correction = Correction(model, adjustment.state.scalars[index], scan.faces, scan.air)
         out.append(replace(scan, scan=corrected_scan(scan.scan, correction)))
     return out
 
@@ -151,6 +152,8 @@ class StationScan(MeasuredScan):
     faces: Faces = "front"
     #: what all points of the station have in common besides, None where nothing is said
     common: CommonErrors | None = None
+    #: what ranges are scaled by for the air they were read in
+    air: float = 0.0
     #: beams without return are to be left out, and it is not known yet which these are
     unscreened: bool = False
 
@@ -214,7 +217,7 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
         else:
             faces, parts = ("front", "back"), sides(scan)
         for part, face in zip(parts, faces, strict=True):
-            member = _at_station(job, entry, part, station, face)
+            member = _at_station(job, k, entry, part, station, face)
             members.append(replace(member, unscreened=unscreened))
     return members
 
@@ -259,13 +262,19 @@ def _from_origin(entry: ScanFile, scan: Scan) -> Scan:
     return scan if entry.origin is None else seen_from(scan, entry.origin)
 
 
-def _at_station(job: Job, entry: ScanFile, scan: Scan, station: str, face: Faces) -> StationScan:
+def _at_station(
+    job: Job, k: int, entry: ScanFile, scan: Scan, station: str, face: Faces
+) -> StationScan:
     """A scan with what the project says about its station."""
     section = job.project.stations.get(station)
     instrument = job.instruments.of_station(station)
     known = None if instrument is None else job.calibrations.known.get(instrument)
+    air = air_of(job.project, k, entry, scan, instrument)
     if known is not None:
-        scan = corrected_scan(scan, known_correction(known, face))
+        scan = corrected_scan(scan, known_correction(known, face, air.scale))
+    elif air.scale:
+        nothing = Correction(COMMON.select([]), np.zeros(0), face, air.scale)
+        scan = corrected_scan(scan, nothing)
     return StationScan(
         name=station,
         station=station,
@@ -275,5 +284,6 @@ def _at_station(job: Job, entry: ScanFile, scan: Scan, station: str, face: Faces
         names=entry.names,
         known=known,
         faces=face,
-        common=job.instruments.common(instrument),
+        common=air.shared(job.instruments.common(instrument), instrument or station),
+        air=air.scale,
     )

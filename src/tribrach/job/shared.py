@@ -109,7 +109,7 @@ class _Rows:
             return correction, rows
         for effect, sigma in common.effects.items():
             owner = common.instrument if effect == RANGE_SCALE else scan.station
-            self.errors[effect, owner] = sigma
+            self.errors[effect, owner] = max(sigma, self.errors.get((effect, owner), 0.0))
             rows.append((effect, owner))
         model = COMMON.select(list(common.effects))
         values = np.zeros(len(model.parameters))

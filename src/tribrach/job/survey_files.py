@@ -12,12 +12,13 @@ from tribrach.calibration.calibrated import scanned_stations
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.geodesy.epochs import Passage, Realisation
 from tribrach.geodesy.geoid_grid import GeoidGrid
-from tribrach.geodesy.proj_grids import vertical_name
+from tribrach.geodesy.proj_grids import geoid_names, vertical_name
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, ecef_from_geodetic
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
 from tribrach.io.csv_rows import ListForm
+from tribrach.io.geoid_files import read_geoid
 from tribrach.io.gnss import files as gnss_files
 from tribrach.io.levels import files as levels
 from tribrach.io.survey import totalstation
@@ -28,6 +29,7 @@ from tribrach.io.survey.csv.reader import Context
 from tribrach.io.survey.formats import carried_words, format_of, read_files
 from tribrach.io.survey.starnet import reader as starnet
 from tribrach.job.calibrations import Calibrations
+from tribrach.job.geoid_sigma import apply_geoid_sigma
 from tribrach.job.gnss_observations import (
     add_sessions,
     compute_sessions,
@@ -135,6 +137,7 @@ class _Reader:
             for k, part in enumerate(self.project.points):
                 with refused.record():
                     self._points(k, part)
+        apply_geoid_sigma(self.project, self.survey)
 
     def _points(self, k: int, part: PointFile) -> None:
         """One file of points."""
@@ -198,10 +201,11 @@ class _Reader:
         assert site.crs is not None
         system = vertical_name(site.crs)
         if system is not None and site.geoid_grid is None and not site.geoid_height_m:
+            such = "".join(f", which is {name} for PROJ," for name in geoid_names(site.crs)[:1])
             raise self.project.error(
                 ("site", "crs"),
                 f"{site.crs} has heights of {system}, which are not ellipsoidal",
-                "give geoid_grid or geoid_height_m, or the crs without its heights",
+                f"give geoid_grid{such} or geoid_height_m, or the crs without its heights",
             )
         easting, northing, height = self._centre()
         place = EllipsoidSite(*ProjectedGrid(site.crs, easting, northing).place, 0.0)
@@ -213,7 +217,7 @@ class _Reader:
     def _geoid(self) -> GeoidGrid | None:
         """The geoid grid that the site names."""
         name = self.project.site.geoid_grid
-        return None if name is None else GeoidGrid(self.project.folder / name)
+        return None if name is None else read_geoid(self.project.folder / name)
 
     def _centre(self) -> Array:
         """E, N, height (3,) in the middle of the first file of points, to 10 m."""

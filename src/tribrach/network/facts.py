@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -19,7 +20,10 @@ __all__ = [
     "Fact",
     "FrameChange",
     "ListReading",
+    "OverGeoid",
+    "PointCodes",
     "Reference",
+    "codes_of",
     "facts_of",
     "frame_sentences",
 ]
@@ -53,6 +57,31 @@ class ListReading(Fact):
     file: str
     #: what was taken for what, without the stop
     sentences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PointCodes(Fact):
+    """Codes and descriptions of points, as often as a file gives them."""
+
+    #: name and code, in the order of the file
+    given: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class OverGeoid(Fact):
+    """Points whose heights were given over the geoid."""
+
+    names: tuple[str, ...]
+
+
+def codes_of(facts: Iterable[Fact]) -> Mapping[str, str]:
+    """The code of each point that has one: the one given most often, the first of equals."""
+    found: dict[str, Counter[str]] = {}
+    for fact in facts_of(facts, PointCodes):
+        for name, code in fact.given:
+            if words := " ".join("".join(c if c.isprintable() else " " for c in code).split()):
+                found.setdefault(name, Counter())[words] += 1
+    return {name: counted.most_common(1)[0][0] for name, counted in found.items()}
 
 
 @dataclass(frozen=True)

@@ -733,6 +733,10 @@ class Survey:
             columns = self._tables[index[0][a]].columns
             columns["covariance"][index[1][a], index[2][a], index[2][b]] = matrix[a, b]
 
+    def correlated_tables(self) -> set[int]:
+        """Numbers of the tables of which some values have a covariance with others."""
+        return {int(n) for joint in self._joint for n in joint.table}
+
     def copy(self) -> Survey:
         """Copy the survey so that what is added to one does not come to the other.
 

@@ -84,6 +84,10 @@ class Instrument(Section):
         Of the scale of a scanner's ranges, one for all its points and stations.
     refraction_sigma
         Of the coefficient of refraction of a scanner's beams, one for each station.
+    wavelength_um
+        Of a scanner's light [micrometres].
+    reference_temperature_c, reference_pressure_hpa, reference_humidity_percent
+        The air that a scanner computes its ranges for.
     scan_angle_accuracy_arcsec
         Of both angles of a scanner, noise and systematic part together, as makers state it; what
         it is beyond the noise is common to neighbouring points and does not average out.
@@ -129,6 +133,10 @@ class Instrument(Section):
     range_ppm: NonNegativeFloat = 0.0
     range_scale_common_ppm: NonNegativeFloat = 0.0
     refraction_sigma: NonNegativeFloat = 0.0
+    wavelength_um: float = Field(default=0.658, ge=0.4, le=1.7)
+    reference_temperature_c: float = 12.0
+    reference_pressure_hpa: PositiveFloat = 1013.25
+    reference_humidity_percent: float = Field(default=60.0, ge=0, le=100)
     scan_angle_arcsec: PositiveFloat | None = None
     scan_angle_accuracy_arcsec: PositiveFloat | None = None
     range_law_a_mm: NonNegativeFloat | None = None

@@ -24,6 +24,7 @@ from pydantic import (
 from tribrach.errors import InputError
 from tribrach.geodesy.epochs import PLATES, Motion, Realisation
 from tribrach.io.csv_rows import SEPARATORS, ListForm
+from tribrach.io.delivery.names import TEMPLATE, DeliveryFormat
 from tribrach.network.network import Datum
 from tribrach.units import LARGEST
 
@@ -518,11 +519,21 @@ class OutputSection(Section):
         Between groups of three digits, in numbers of five digits and more.
     epoch
         True to write epoch.json, the coordinates with their joint covariance, for later epochs.
+    deliver
+        Formats of offices that the result is written in besides: dxf, landxml, gpkg, geojson,
+        kml, xlsx, csv, list.
+    drawing_scale
+        Denominator of the scale that texts of a drawing print at, such as 500.
+    list_template
+        Line of a list for each point.
     """
 
     folder: Annotated[str, Field(min_length=1)] = "out"
     angle: Literal["gon", "deg"] = "gon"
     epoch: bool = False
+    deliver: tuple[DeliveryFormat, ...] = ()
+    drawing_scale: PositiveFloat | None = None
+    list_template: Annotated[str, Field(min_length=1)] = TEMPLATE
     decimal: Literal[".", ","] = "."
     thousands: Literal["", " ", "'", ".", ","] = ""
 
@@ -675,6 +686,12 @@ class ScanFile(Section):
         Columns of a file of text, such as ``number y x z - code``, ``-`` for one to leave out.
     decimal
         What stands before decimals in a file of text.
+    temperature_c, pressure_hpa, humidity_percent
+        The air at the scanner: ranges are corrected from the reference air of the instrument.
+    air
+        ``header`` takes what is not given of it from the header of the file (E57).
+    sigma_temperature_c, sigma_pressure_hpa
+        Standard deviations of the air along the beams, a scale that all points share.
     """
 
     file: str
@@ -688,6 +705,19 @@ class ScanFile(Section):
     unit: str | None = None
     columns: str | None = None
     decimal: Literal["point", "comma"] | None = None
+    temperature_c: float | None = Field(default=None, ge=-60, le=80)
+    pressure_hpa: float | None = Field(default=None, ge=300, le=1200)
+    humidity_percent: float | None = Field(default=None, ge=0, le=100)
+    air: Literal["header"] | None = None
+    sigma_temperature_c: NonNegativeFloat = 1.0
+    sigma_pressure_hpa: NonNegativeFloat = 1.0
+
+    @model_validator(mode="after")
+    def _both_of_air(self) -> Self:
+        """Temperature and pressure come together."""
+        if self.air is None and (self.temperature_c is None) != (self.pressure_hpa is None):
+            raise ValueError("give temperature_c and pressure_hpa together")
+        return self
 
 
 class TargetSection(Section):

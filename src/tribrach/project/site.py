@@ -76,6 +76,11 @@ class SiteSection(Section):
         Coordinate reference system, such as ``EPSG:5897``.
     geoid_height_m, geoid_grid
         Make given heights ellipsoidal, by one number or point by point.
+    geoid_sigma_mm, geoid_sigma_grid
+        Standard deviation of the geoid, one number or a grid of its own: part of the covariance
+        of heights of control points.
+    geoid_correlation_km
+        Distance at which errors of the geoid share 1/e of their variance.
     deflection
         How the plumb line leans against the normal of the ellipsoid, or the third axis.
     frame
@@ -93,6 +98,9 @@ class SiteSection(Section):
     crs: str | None = None
     geoid_height_m: float = 0.0
     geoid_grid: str | None = None
+    geoid_sigma_mm: NonNegativeFloat = 0.0
+    geoid_sigma_grid: str | None = None
+    geoid_correlation_km: PositiveFloat = 30.0
     deflection: Deflection | None = None
     frame: str | None = None
     epoch: float | None = Field(default=None, gt=1900, lt=2200)
@@ -123,5 +131,10 @@ class SiteSection(Section):
             raise ValueError("geoid_grid needs a place on the ellipsoid, and the site is flat")
         if self.geoid_grid is not None and self.geoid_height_m:
             raise ValueError("give either geoid_grid or geoid_height_m")
+        if self.geoid_sigma_grid is not None and self.geoid_sigma_mm:
+            raise ValueError("give either geoid_sigma_mm or geoid_sigma_grid")
+        uncertain = self.geoid_sigma_grid is not None or self.geoid_sigma_mm > 0
+        if uncertain and self.geoid_grid is None and not self.geoid_height_m:
+            raise ValueError("a sigma of the geoid needs geoid_grid or geoid_height_m")
         check_reference(self.crs, self.frame, self.epoch)
         return self

@@ -163,7 +163,7 @@ class Ellipsoid:
 class Point(
     Result,
     without=("name", "sigma", "ellipse", "height_interval", "ellipsoid"),
-    maybe=("geodetic", "ecef", "ecef_covariance", "projected"),
+    maybe=("code", "geodetic", "ecef", "ecef_covariance", "projected"),
 ):
     """A point of the network."""
 
@@ -185,6 +185,8 @@ class Point(
     ecef_covariance: Matrix | None = None
     #: easting, northing and height in the grid of the site [m]
     projected: tuple[float, float, float] | None = None
+    #: code or description of the files it was read from
+    code: str = ""
 
 
 @dataclass(frozen=True)
@@ -222,7 +224,7 @@ class Control:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SetUp(Result, maybe=("orientation",)):
+class SetUp(Result, maybe=("orientation", "geodetic", "ecef", "ecef_covariance", "projected")):
     """A scanner station by its pose; a set-up on a point by its orientation unknowns."""
 
     #: 4 x 4
@@ -231,6 +233,12 @@ class SetUp(Result, maybe=("orientation",)):
     covariance: Matrix | None = None
     #: unknowns [rad] by name
     orientation: dict[str, Estimate] = field(default_factory=dict)
+    #: of the scanner's origin: latitude, longitude [rad] and ellipsoidal height [m]
+    geodetic: tuple[float, float, float] | None = None
+    ecef: tuple[float, float, float] | None = None
+    ecef_covariance: Matrix | None = None
+    #: easting, northing and height in the grid of the site [m]
+    projected: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

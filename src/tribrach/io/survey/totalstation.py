@@ -26,7 +26,7 @@ from tribrach.instruments.reduction import LIMIT, Means, Reduction, reduce
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
 from tribrach.network.adjustment import adjust
-from tribrach.network.facts import Fact, facts_of
+from tribrach.network.facts import Fact, PointCodes, facts_of
 from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum
 from tribrach.network.start.placeholders import contradiction, dummy_places, dummy_words
@@ -276,6 +276,7 @@ def survey_of(
         )
     for raw in files:
         survey.warnings += file_words(raw)
+        survey.facts += (PointCodes(raw.codes),) if raw.codes else ()
     reductions = [reduce_file(raw) for raw in measured]
     if alone:
         known = {str(n) for raw in files for n in raw.points.name[raw.points.given]}

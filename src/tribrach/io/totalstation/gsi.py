@@ -189,7 +189,9 @@ class _Reader:
             self._sight(line, name, by_index, values)
         if any(i in by_index for i in ("81", "82", "83")):
             xyz = [values.get(i, math.nan) for i in ("81", "82", "83")]
-            self.recorder.point(line, name, xyz[0], xyz[1], xyz[2], given=not reading)
+            self.recorder.point(
+                line, name, xyz[0], xyz[1], xyz[2], given=not reading, code=_remark(by_index)
+            )
             self.recorder.understood["coordinates"] += 1
 
     def _code(self, line: int, words: list[Word]) -> None:
@@ -235,7 +237,12 @@ class _Reader:
             zenith=values.get("22", math.nan),
             distance=values.get("31", math.nan),
             height=values.get("87", math.nan),
-            code=by_index["71"].text.strip("-") if "71" in by_index else "",
+            code=_remark(by_index),
         )
         self.sights += 1
         self.recorder.understood["sight"] += 1
+
+
+def _remark(by_index: dict[str, Word]) -> str:
+    """The code of a point, word 71."""
+    return by_index["71"].text.strip("-") if "71" in by_index else ""

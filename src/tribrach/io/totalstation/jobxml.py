@@ -121,7 +121,7 @@ class _Reader:
         if grids and not deleted:
             e, n, u = (number(_text(grids[0], tag)) for tag in ("East", "North", "Elevation"))
             given = circle is None and (grids[0].tag == "Grid" or method in _GIVEN)
-            self.recorder.point(line, name, e, n, u, given=given)
+            self.recorder.point(line, name, e, n, u, given=given, code=_text(record, "Code"))
             self.recorder.understood["coordinates"] += 1
         if circle is not None:
             self._sight(line, record, circle, name, "deleted in the field" if deleted else "")

@@ -126,7 +126,13 @@ class _Reader:
             raise ValueError(f"point {name} has {len(cells)} coordinates")
         up = cells[2] if len(cells) == 3 else math.nan
         self.recorder.point(
-            xml_file.line_of(element) or 0, name, cells[1], cells[0], up, given=given
+            xml_file.line_of(element) or 0,
+            name,
+            cells[1],
+            cells[0],
+            up,
+            given=given,
+            code=element.get("code") or (element.get("desc") or "").removeprefix(name),
         )
         self.recorder.understood["coordinates"] += 1
 

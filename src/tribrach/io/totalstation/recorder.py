@@ -70,7 +70,7 @@ class Recorder:
         self._setups: list[_Setup] = []
         self._used: list[bool] = []
         self._shots: list[tuple[Any, ...]] = []
-        self._points: list[tuple[str, tuple[float, float, float], bool, int]] = []
+        self._points: list[tuple[str, tuple[float, float, float], bool, str, int]] = []
         self._problems: list[Problem] = []
         self._notes: dict[str, None] = {}
 
@@ -227,7 +227,15 @@ class Recorder:
         )  # fmt: skip
 
     def point(
-        self, line: int, name: str, e: float, n: float, u: float, *, given: bool = True
+        self,
+        line: int,
+        name: str,
+        e: float,
+        n: float,
+        u: float,
+        *,
+        given: bool = True,
+        code: str = "",
     ) -> None:
         """Add coordinates of a point.
 
@@ -241,10 +249,12 @@ class Recorder:
             Coordinates [m].
         given
             False if the instrument computed them.
+        code
+            Code or description.
         """
         if not name:
             raise ValueError("the point has no name")
-        self._points.append((name, (e, n, u), given, line))
+        self._points.append((name, (e, n, u), given, code, line))
 
     def problem(self, line: int, what: str) -> None:
         """Note a record of a known kind that cannot be used."""
@@ -327,11 +337,12 @@ class Recorder:
         )  # fmt: skip
 
     def _point_columns(self) -> StoredPoints:
-        name, xyz, given, line = _columns(self._points, 4)
+        name, xyz, given, code, line = _columns(self._points, 5)
         return StoredPoints(
             _words(name),
             np.array(xyz, dtype=float).reshape(-1, 3),
             np.array(given, dtype=bool),
+            _words(code),
             np.array(line, dtype=np.int64),
         )
 

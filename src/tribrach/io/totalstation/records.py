@@ -90,6 +90,8 @@ class StoredPoints:
     xyz: Array
     #: (n,), true if they were keyed in or uploaded, False if the instrument computed them
     given: NDArray[np.bool_]
+    #: (n,), codes or descriptions, "" without
+    code: NDArray[Any]
     #: (n,), of the file, from 1
     line: Index
 
@@ -135,6 +137,13 @@ class RawFile:
     def name(self) -> str:
         """Name of the file in sources, in names of unknowns and in reports."""
         return self.label or self.path.name
+
+    @property
+    def codes(self) -> tuple[tuple[str, str], ...]:
+        """Names of points with their codes, in the order of coordinates and then of sights."""
+        names = (*self.points.name.tolist(), *self.shots.target.tolist())
+        codes = (*self.points.code.tolist(), *self.shots.code.tolist())
+        return tuple((name, code) for name, code in zip(names, codes, strict=True) if code)
 
     def source(self, line: int) -> str:
         """``file:line`` of a record."""

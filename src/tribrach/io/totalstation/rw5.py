@@ -87,9 +87,10 @@ class _Reader:
         kind, *cells = body.split(",")
         kind = kind.strip()
         fields = {name.strip(): cell[2:].strip() for cell in cells for name in _name(cell)}
+        fields["--"] = note.strip()
         try:
             if kind in _FACES:
-                self._sight(line, fields, _FACES[kind], note.strip())
+                self._sight(line, fields, _FACES[kind])
             elif kind in self._handlers:
                 self._handlers[kind](line, fields)
                 self.recorder.understood[kind] += 1
@@ -111,7 +112,7 @@ class _Reader:
 
     def _point(self, line: int, fields: dict[str, str]) -> None:
         e, n, u = (self._length(fields.get(name, "")) for name in ("E", "N", "EL"))
-        self.recorder.point(line, fields.get("PN", ""), e, n, u)
+        self.recorder.point(line, fields.get("PN", ""), e, n, u, code=fields["--"])
 
     def _occupy(self, line: int, fields: dict[str, str]) -> None:
         self.station = fields.get("OP", "")
@@ -132,7 +133,7 @@ class _Reader:
         if "HR" in fields:
             self.recorder.target_height = self._length(fields["HR"])
 
-    def _sight(self, line: int, fields: dict[str, str], face: int, note: str) -> None:
+    def _sight(self, line: int, fields: dict[str, str], face: int) -> None:
         """Readings; the set-up is the current one unless something about it has changed."""
         station = fields.get("OP", self.station)
         if station != self.station:
@@ -150,7 +151,7 @@ class _Reader:
         )  # fmt: skip
         self.recorder.shot(
             line, fields.get("FP", ""), direction=self._direction(fields), zenith=zenith,
-            distance=distance, face=face, code=note,
+            distance=distance, face=face, code=fields["--"],
         )  # fmt: skip
         self.recorder.understood["sight"] += 1
 

@@ -148,15 +148,17 @@ class _Reader:
         self.horizon = record[50:51] == "2"
         self.recorder.understood["instrument"] += 1
 
-    def _coordinates(self, line: int, name: str, numbers: list[str], given: bool) -> None:
+    def _coordinates(
+        self, line: int, name: str, numbers: list[str], given: bool, code: str
+    ) -> None:
         first, second, up = (self._length(text) for text in numbers[:3])
         east, north = (first, second) if self.layout.east_first else (second, first)
-        self.recorder.point(line, name, east, north, up, given=given)
+        self.recorder.point(line, name, east, north, up, given=given, code=code)
 
     def _station(self, line: int, record: str) -> None:
-        (name,), numbers, _ = self.layout.fields(record, 1, 4)
+        (name,), numbers, code = self.layout.fields(record, 1, 4)
         self.recorder.setup(line, name, height=self._length(numbers[3]))
-        self._coordinates(line, name, numbers, True)
+        self._coordinates(line, name, numbers, True, code)
         self.recorder.understood["set-up"] += 1
 
     def _target_height(self, line: int, record: str) -> None:
@@ -179,8 +181,8 @@ class _Reader:
         self.recorder.understood["backsight"] += 1
 
     def _point(self, line: int, record: str) -> None:
-        (name,), numbers, _ = self.layout.fields(record, 1, 3)
-        self._coordinates(line, name, numbers, record[2:4] != "TP")
+        (name,), numbers, code = self.layout.fields(record, 1, 3)
+        self._coordinates(line, name, numbers, record[2:4] != "TP", code)
         self.recorder.understood["coordinates"] += 1
 
     def _sight(self, line: int, record: str) -> None:

@@ -9,12 +9,14 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from tribrach.errors import InputError, NothingFound, TribrachError
+from tribrach.io.delivery.names import DeliveryOptions, refuse_missing, suffix_of
 from tribrach.io.keeping import refuse_loss
 from tribrach.io.outputs import Content, write_texts
 from tribrach.job.antenna_lever_arms import lever_arm_files
 from tribrach.job.nothing_found import search_sentences
 from tribrach.job.opened import Job
 from tribrach.job.steps import FoundInScans, scans_to_tell_of
+from tribrach.project import OutputSection
 from tribrach.questions.epochs.from_files import EPOCH, epoch_text
 from tribrach.questions.targets.chapters import FOLDER, LIST, write_found
 from tribrach.report import html, json_result, text
@@ -33,10 +35,17 @@ _REPORTS: dict[str, Callable[[Report], Content]] = {
 }
 
 
-def refuse_reports(folder: Path) -> None:
-    """Refuse reports that would take the place of another file, before any work is done."""
-    for name in _REPORTS:
+def refuse_reports(folder: Path, output: OutputSection) -> None:
+    """Refuse what could not be written or would take the place of another file, before any work."""
+    for format in output.deliver:
+        refuse_missing(format)
+    for name in (*_REPORTS, *map(_delivered_name, output.deliver)):
         refuse_loss(folder / name)
+
+
+def _delivered_name(format: str) -> str:
+    """The name of a result in a format of offices."""
+    return f"result{suffix_of(format)}"
 
 
 def write(content: Report, folder: Path) -> list[Path]:
@@ -48,7 +57,23 @@ def write(content: Report, folder: Path) -> list[Path]:
     }
     if job.project is not None and job.project.output.epoch:
         files[folder / EPOCH] = epoch_text(content.adjustment, job.project.title)
-    return write_texts(files | {folder / name: make(content) for name, make in _REPORTS.items()})
+    written = write_texts(files | {folder / name: make(content) for name, make in _REPORTS.items()})
+    return written + _deliver(content, folder)
+
+
+def _deliver(content: Report, folder: Path) -> list[Path]:
+    """Write the result in the formats of offices that the project wants."""
+    output = OutputSection() if content.job.project is None else content.job.project.output
+    if not output.deliver:
+        return []
+    from tribrach.io.delivery.content import delivered_network
+    from tribrach.io.delivery.formats import delivered
+
+    result = delivered_network(json_result.network(content))
+    options = DeliveryOptions(output.drawing_scale, output.list_template)
+    return write_texts(
+        {folder / _delivered_name(f): delivered(result, f, options) for f in output.deliver}
+    )
 
 
 @contextmanager

@@ -197,6 +197,14 @@ def _system(project: Project) -> str:
         heights = f"heights through the geoid grid {site.geoid_grid}"
     elif site.geoid_height_m:
         heights = Sentence("heights with one geoid height of {site.geoid_height_m:mg}", site=site)
+    if site.geoid_sigma_grid is not None:
+        heights = f"{heights} with the sigmas of {site.geoid_sigma_grid}"
+    elif site.geoid_sigma_mm:
+        heights = Sentence(
+            "{heights} with a sigma of {sigma:mmg}",
+            heights=heights,
+            sigma=site.geoid_sigma_mm / 1e3,
+        )
     name = site.crs or "geocentric and local coordinates on GRS80"
     return Sentence("{name}, {heights}, converted point by point", name=name, heights=heights)
 

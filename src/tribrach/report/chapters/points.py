@@ -11,6 +11,7 @@ from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
+from tribrach.network.facts import codes_of
 from tribrach.network.roles import point_roles, used_axes
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import AXES, ColumnSet, component
@@ -37,7 +38,7 @@ from tribrach.units import GON, format_angle
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "Uncertainty", "points", "position_uncertainty"]
+__all__ = ["SUBJECT", "Uncertainty", "places_of", "points", "position_uncertainty"]
 
 #: elevation [rad] from which on an axis counts as upright
 _UPRIGHT = np.radians(90) - 0.5 * GON
@@ -118,7 +119,8 @@ def points(
     sigma = triples(sigmas(covariances[: len(names)]) if names else np.zeros((0, 3)))
     covariance = matrices(covariances[: len(names)])
     roles = point_roles(adjustment)
-    places = _places(adjustment, covariances)
+    places = places_of(adjustment, adjustment.state.points, covariances)
+    codes = codes_of(adjustment.network.facts)
     return tuple(
         Point(
             name=name,
@@ -129,15 +131,16 @@ def points(
             ellipse=uncertainty.ellipse(i),
             height_interval=uncertainty.height(i),
             ellipsoid=uncertainty.ellipsoid(i),
+            code=codes.get(name, ""),
             **{key: coordinates[i] for key, coordinates in places.items()},
         )
         for i, name in enumerate(names)
     )
 
 
-def _places(adjustment: Adjustment, covariances: Array) -> dict[str, list[Any]]:
-    """Coordinates of all points in the other systems that the site knows, by field."""
-    site, x = adjustment.network.site, adjustment.state.points
+def places_of(adjustment: Adjustment, x: Array, covariances: Array) -> dict[str, list[Any]]:
+    """Coordinates of positions (n, 3) in the other systems that the site knows, by field."""
+    site = adjustment.network.site
     if not isinstance(site, EllipsoidSite) or len(x) == 0:
         return {}
     turn = site.w_from_ecef

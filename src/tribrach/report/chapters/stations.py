@@ -13,7 +13,7 @@ from tribrach._types import Array
 from tribrach.geometry.rotation import skew
 from tribrach.network.adjustment import Adjustment
 from tribrach.report.chapter import Chapter
-from tribrach.report.chapters.points import Uncertainty
+from tribrach.report.chapters.points import Uncertainty, places_of
 from tribrach.report.content import Head, ReportSettings, StationRow
 from tribrach.report.numbers import matrix, number, sigmas, triple
 from tribrach.report.subject import Subject
@@ -102,6 +102,7 @@ def stations(
     covariance = adjustment.family_covariances("pose") * factor
     view = attitude(state.pose_r)
     sigma, spread = sigmas(covariance), view.sigma(covariance[:, 3:, 3:])
+    places = places_of(adjustment, state.pose_t, covariance[:, :3, :3])
     pose = np.tile(np.eye(4), (len(names), 1, 1))
     pose[:, :3, :3], pose[:, :3, 3] = state.pose_r, state.pose_t
     return tuple(
@@ -121,6 +122,7 @@ def stations(
             tilt_sigma=number(spread[i, 3]),
             ellipse=uncertainty.ellipse(first + i),
             height_interval=uncertainty.height(first + i),
+            **{key: coordinates[i] for key, coordinates in places.items()},
         )
         for i, name in enumerate(names)
     )

@@ -18,7 +18,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.io.survey.csv.reader import Reader, located
-from tribrach.network.facts import AssumedSigmas, FrameChange
+from tribrach.network.facts import AssumedSigmas, FrameChange, OverGeoid, PointCodes
 from tribrach.observations.control import (
     CHECK_SIGMA,
     Coordinate,
@@ -293,6 +293,11 @@ class CoordinateReader(_Placed):
                 self._single(role, rest, given, sigma, names)
         if self.matrix is not None:
             self._correlate(self.matrix, names, given)
+        if not self.table.has("ecef_x"):
+            self.survey.facts += (OverGeoid(tuple(names)),)
+        comments = self.table.words.get("comment", [])
+        if coded := tuple((n, c) for n, c in zip(names, comments, strict=False) if c):
+            self.survey.facts += (PointCodes(coded),)
 
     def _check_matrix(self, matrix: CoordinateCovariance, names: list[str]) -> None:
         """Refuse covariances of points and axes that the file does not have."""

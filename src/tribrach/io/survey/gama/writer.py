@@ -26,7 +26,7 @@ from tribrach.geodesy.site import FlatSite
 from tribrach.io.survey.exported import Exported, Place, Sieve, ValueCovariances
 from tribrach.io.survey.gama.element import NAMESPACE
 from tribrach.io.survey.gama.reader import GamaFacts
-from tribrach.network.facts import facts_of
+from tribrach.network.facts import codes_of, facts_of
 from tribrach.network.network import Network
 from tribrach.observations.base import Observations
 from tribrach.observations.control import Coordinate, Coordinates, Heights
@@ -107,7 +107,7 @@ def write(network: Network) -> Exported:
     body = etree.SubElement(root, "network", {"axes-xy": "ne", "angles": "left-handed"})
     if network.title:
         etree.SubElement(body, "description").text = network.title
-    known = facts_of(network.facts, GamaFacts)
+    known, codes = facts_of(network.facts, GamaFacts), codes_of(network.facts)
     etree.SubElement(
         body,
         "parameters",
@@ -120,6 +120,9 @@ def write(network: Network) -> Exported:
     section = etree.SubElement(body, "points-observations")
     for attributes in _points(network, [e for cluster in clusters for e in cluster]):
         etree.SubElement(section, "point", attributes)
+        if code := codes.get(attributes["id"]):
+            # points have no attribute for it; two hyphens would end a remark
+            section.append(etree.Comment(f" {code.replace('-', ' ')} "))
     for cluster in clusters:
         _write_cluster(section, cluster, correlations)
     text = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")

@@ -30,7 +30,7 @@ from tribrach.io.survey.starnet.records import (
 )
 from tribrach.io.survey.starnet.settings import StarnetSettings
 from tribrach.io.survey.starnet.weights import sigmas_of
-from tribrach.network.facts import Reference
+from tribrach.network.facts import PointCodes, Reference
 from tribrach.network.side_shots import SideShots
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -83,6 +83,8 @@ def assemble(
     builder = _Builder(records, settings, places, refused, part)
     survey = builder.survey
     survey.warnings += [*places.warnings, *records.warnings]
+    if records.codes:
+        survey.facts += (PointCodes(tuple(records.codes)),)
     if part != "planned":
         places.hold_heights(builder.without_heights(), survey.warnings)
         # targets of side shots alone are computed, whatever is given of them

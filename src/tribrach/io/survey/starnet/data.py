@@ -50,6 +50,9 @@ _LEVELLED = (Quantity.LEVEL_DISTANCE, Quantity.RISE)
 #: readings of one target in both faces differ by half a circle, to this [rad]
 _FACES_APART = math.radians(0.5)
 _MARKS = {mark.value: mark for mark in SigmaMark}
+#: data types whose description is that of the point that they begin with, or that they end at
+_NAMED = ("C", "CH", "P", "PH", "E", "EH", "DB", "DN", "DM")
+_SIGHTED = ("A", "B", "D", "V", "DV", "M", "BM", "SS")
 #: the word for an observation that was not made
 _NOTHING = "?"
 
@@ -163,6 +166,9 @@ class DataReader:
         if self._vector is not None and line.code not in ("G2", "G3"):
             self._vector = None
         getattr(self, CODES[line.code])(line)
+        if line.description and line.code in (*_NAMED, *_SIGHTED):
+            name = self._names[-1] if line.code in _SIGHTED else line.words[0]
+            self.records.codes.append((name, line.description))
 
     # Words of a line.
 

@@ -193,5 +193,7 @@ class StarnetRecords:
     shots: list[SideShot] = field(default_factory=list)
     #: standard errors of the default instrument were used although nothing gives them
     assumed: set[str] = field(default_factory=set)
+    #: points and their descriptions
+    codes: list[tuple[str, str]] = field(default_factory=list)
     #: what has no effect
     warnings: list[str] = field(default_factory=list)

@@ -66,6 +66,8 @@ class DataLine:
     words: tuple[str, ...]
     #: where files named on the line are looked for
     folder: Path
+    #: behind an apostrophe
+    description: str = ""
 
     @property
     def source(self) -> str:
@@ -81,6 +83,7 @@ def data_line(text: str, path: Path, label: str, number: int) -> DataLine | None
     """One line in words, None if it has no data."""
     text = text.split("#", 1)[0]
     description = _DESCRIPTION.search(text)
+    words_of_it = "" if description is None else text[description.end() :].strip()
     if description:
         text = text[: description.start()]
     words = text.split()
@@ -89,7 +92,8 @@ def data_line(text: str, path: Path, label: str, number: int) -> DataLine | None
     if any(map(_MARKS.match, words)):
         # marks of standard errors that run together, as &&* and !!*
         words = [part for word in words for part in (word if _MARKS.match(word) else (word,))]
-    return DataLine(str(path), label, number, words[0].upper(), tuple(words[1:]), path.parent)
+    code, rest = words[0].upper(), tuple(words[1:])
+    return DataLine(str(path), label, number, code, rest, path.parent, words_of_it)
 
 
 def text_of(path: Path) -> str:

@@ -28,6 +28,7 @@ from tribrach.io.survey.starnet.settings import (
     StarnetSettings,
     name_of_grid,
 )
+from tribrach.network.facts import codes_of
 from tribrach.network.network import Network, axes_in_use
 from tribrach.observations.base import Observations
 from tribrach.observations.control import (
@@ -91,6 +92,8 @@ class _Writer:
         used = axes_in_use(axes, network.site)
         self.plane, self.levels = not used[2], not used[0]
         self.written = 0
+        #: of points, until a line says them
+        self.codes = dict(codes_of(network.facts))
         count = len(self.names)
         self.free = network.free[: 3 * count].reshape(-1, 3)
         self.x = network.start.points.copy()
@@ -104,6 +107,7 @@ class _Writer:
     def exported(self) -> Exported:
         """The whole file."""
         self._given()
+        places = list(self._points())
         lines = list(self._observations())
         if not self.written:
             raise InputError(
@@ -118,7 +122,7 @@ class _Writer:
             head.append(f".SEPARATOR {self.separator}")
         if self.grid is not None:
             head.append(".GPS WEIGHT COVARIANCES")
-        text = "\n".join([*head, "", *self._points(), "", *lines, ""])
+        text = "\n".join([*head, "", *places, "", *lines, ""])
         beside = {} if self.grid is None else {".snproj": _project(self.grid)}
         sieve = self.sieve
         return Exported(text, self.written, sieve.sentences(), sieve.notes(), beside)
@@ -153,11 +157,17 @@ class _Writer:
             plan, height = np.isfinite(xyz[:2]).all(), np.isfinite(xyz[2])
             if self.levels or (height and not plan):
                 if height:
-                    yield f"E {name} {float(xyz[2])!r} {marks[2]}"
+                    yield " ".join(["E", name, repr(float(xyz[2])), marks[2], *self._said(name)])
             elif plan:
                 axes = (1, 0) if self.plane or not height else (1, 0, 2)
                 words = [repr(float(xyz[axis])) for axis in axes] + [marks[axis] for axis in axes]
-                yield " ".join(["C", name, *words])
+                yield " ".join(["C", name, *words, *self._said(name)])
+
+    def _said(self, name: str) -> list[str]:
+        """The description of a point as one word, where it was not said before."""
+        code = self.codes.pop(name, "")
+        # a number sign would begin a comment
+        return [f"'{code.replace('#', '')}"] if code else []
 
     def _observations(self) -> Iterator[str]:
         """Lines of all observations; conditions are fixed observations."""
@@ -223,10 +233,11 @@ class _Writer:
         sets: dict[tuple[int, int], list[str]] = {}
         for i, sigma in self._rows(o, table, ("orientation", *_HEIGHTS)):
             words = ["DN", self.names[o.end[i]], _angle(o.values[i, 0]), sigma]
-            line = " ".join(words + self._heights_over(o, i))
+            line = " ".join(words + self._heights_over(o, i) + self._said(words[1]))
             sets.setdefault((int(o.orientation[i]), int(o.start[i])), []).append(line)
         for (_, start), lines in sets.items():
-            yield from (f"DB {self.names[start]}", *lines, "DE")
+            name = self.names[start]
+            yield from (" ".join(["DB", name, *self._said(name)]), *lines, "DE")
 
     def _sights(self, o: Observations, table: int | None) -> Iterator[str]:
         """Angles, bearings, distances and zenith angles."""
@@ -254,7 +265,8 @@ class _Writer:
                 ends.append(o.foresight[i])
             value = repr(float(values[i])) if o.units[0] == "m" else _angle(values[i])
             words = [code, self._line(*ends), value, sigma]
-            yield " ".join(words + self._heights_over(o, i))
+            said = self._said(self.names[ends[-1]])
+            yield " ".join(words + self._heights_over(o, i) + said)
         if level and not self.plane:
             yield ".DELTA OFF"
 
