@@ -43,6 +43,7 @@ from tribrach.observations.sights import (
     HorizontalDistances,
     SlopeDistances,
     ZenithAngles,
+    face_two_words,
 )
 
 __all__ = ["Part", "assemble"]
@@ -85,6 +86,8 @@ def assemble(
     survey.warnings += [*places.warnings, *records.warnings]
     if records.codes:
         survey.facts += (PointCodes(tuple(records.codes)),)
+    if records.face_two:
+        survey.warnings.append(face_two_words(records.face_two))
     if part != "planned":
         places.hold_heights(builder.without_heights(), survey.warnings)
         # targets of side shots alone are computed, whatever is given of them

@@ -195,5 +195,7 @@ class StarnetRecords:
     assumed: set[str] = field(default_factory=set)
     #: points and their descriptions
     codes: list[tuple[str, str]] = field(default_factory=list)
+    #: where zenith angles of face two stand
+    face_two: list[str] = field(default_factory=list)
     #: what has no effect
     warnings: list[str] = field(default_factory=list)
