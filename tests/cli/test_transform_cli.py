@@ -221,3 +221,18 @@ def test_points_that_fit_exactly(tmp_path: Path) -> None:
     run("apply", fit, a, out)
     moved, ground = read_point_list(Path(out)), read_point_list(Path(b))
     np.testing.assert_allclose(moved.xyz, ground.xyz, atol=1e-4)
+
+
+def test_points_know_how_few_residuals_their_sigmas_rest_on(tmp_path: Path) -> None:
+    """Without sigmas of the points: 12 values, 7 parameters, t of 5 degrees of freedom."""
+    rng = np.random.default_rng(8)
+    a = rng.uniform(0, 100, (4, 3))
+    for name, xyz in (("a", a), ("b", a + 3 + rng.normal(0, 0.01, a.shape))):
+        rows = ["point,x_m,y_m,z_m"]
+        rows += [f"{k},{x:.4f},{y:.4f},{z:.4f}" for k, (x, y, z) in enumerate(xyz)]
+        (tmp_path / f"{name}.csv").write_text("\n".join(rows) + "\n")
+    fit = str(tmp_path / "f.json")
+    run("fit", str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--json", fit, "-q")
+    assert read_transformation(Path(fit)).freedom == 5
+    said = run("apply", fit, str(tmp_path / "a.csv"), str(tmp_path / "c.csv"))
+    assert "2.57" in said

@@ -95,6 +95,19 @@ def test_independent_stations_would_predict_too_much() -> None:
     assert np.mean(ratio) < 0.8
 
 
+def test_a_bound_of_angles_makes_no_offset_too_small() -> None:
+    rng = np.random.default_rng(13)
+    pair = two_stations.pair()
+    found = predicted(rng, rng.multivariate_normal(np.zeros(12), joint_covariance()))
+    plain = compare_offsets(found, pair)
+    wide = compare_offsets([replace(one, angles=0.1) for one in found], pair)
+    assert plain is not None
+    assert wide is not None
+    assert wide.statistic < 1e-2 < plain.least
+    assert wide.least == 0
+    assert wide.agrees
+
+
 def test_random_part_takes_the_nearest_normal() -> None:
     """Range noise over the cosine of the incidence; without it the straight one."""
     core = ORIGIN + np.array([[0.0, 8.0, 2.0], [5.0, 8.0, 2.0]])

@@ -233,7 +233,7 @@ def test_directions_and_distances_of_niemeier_with_variance_components() -> None
     assert at(adjustment, "Z108")[:2] == pytest.approx((40759.3769, 27816.1166), abs=5e-5)
     assert at(adjustment, "Z110")[:2] == pytest.approx((41373.0193, 27904.0042), abs=5e-5)
     assert adjustment.sigma0_posterior == pytest.approx(0.9664, abs=5e-5)
-    found = estimate_components(network, minimum_redundancy=1).components
+    found = estimate_components(network, minimum_redundancy=1, alpha=None).components
     factors = {c.group: (c.sigma_factor, c.redundancy) for c in found}
     assert 0.5 * factors["direction"][0] == pytest.approx(0.454, abs=1e-3)
     assert 5 * factors["horizontal_distance"][0] == pytest.approx(5.09, abs=5e-3)
@@ -242,7 +242,7 @@ def test_directions_and_distances_of_niemeier_with_variance_components() -> None
 
 
 def test_groups_with_little_redundancy_keep_their_sigmas() -> None:
-    components = estimate_components(niemeier().network()).components
+    components = estimate_components(niemeier().network(), alpha=None).components
     assert all(c.sigma_factor == 1.0 and "below 5" in c.note for c in components)
 
 

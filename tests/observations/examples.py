@@ -82,6 +82,8 @@ def sights(kind: type[Observations], rng: np.random.Generator, site: Site, **mor
         "height_target_unknown": mixed(rng, 18),
         "xi_error": mixed(rng, 18),
         "eta_error": mixed(rng, 18),
+        "eccentricity_instrument": mixed(rng, 2),
+        "eccentricity_target": mixed(rng, 2),
         "plumb": plumb_lines(rng),
         "site": site,
         **more,
@@ -313,13 +315,19 @@ BUILDERS: dict[str, Build] = {
     "frame_coordinate": lambda k, g, s: frame(k, g, s, axis=g.integers(0, 3, N)),
     "frame_angle": lambda k, g, s: frame(k, g, s, circle=g.integers(0, 2, N)),
     "frame_distance": lambda k, g, s: frame(k, g, s),
-    "scalar_prior": lambda k, g, s: {**common(k, g), "scalar": g.integers(0, 18, N)},
+    **dict.fromkeys(
+        ("scalar_prior", "refraction_change"),
+        lambda k, g, s: {**common(k, g), "scalar": g.integers(0, 18, N)},
+    ),
     "vector_prior": lambda k, g, s: {**common(k, g), "vector": g.integers(0, 2, N)},
-    "vector_component_prior": lambda k, g, s: {
-        **common(k, g),
-        "vector": g.integers(0, 2, N),
-        "axis": g.integers(0, 3, N),
-    },
+    **dict.fromkeys(
+        ("vector_component_prior", "centring"),
+        lambda k, g, s: {
+            **common(k, g),
+            "vector": g.integers(0, 2, N),
+            "axis": g.integers(0, 3, N),
+        },
+    ),
 }
 
 

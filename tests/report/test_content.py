@@ -166,14 +166,13 @@ def test_single_unknowns_are_numbers_in_their_columns() -> None:
 
 
 def test_a_level_axis_has_the_azimuth_of_the_ellipse() -> None:
-    adjustment = scanner_content().adjustment
     covariances = np.zeros((3, 3, 3))
     # to the south-east, the same with its other end up, and one that is inclined to the south
     for k, (azimuth, elevation) in enumerate(((135, 1e-3), (135, -1e-3), (180, 30))):
         a, e = np.radians([azimuth, elevation])
         axis = np.array([np.sin(a) * np.cos(e), np.cos(a) * np.cos(e), np.sin(e)])
         covariances[k] = 1e-6 * np.eye(3) + 8e-6 * np.outer(axis, axis)
-    found = Uncertainty(covariances, adjustment, scanner_content().settings)
+    found = Uncertainty(covariances, np.full((3, 3), np.inf), scanner_content().settings)
     level = [found.ellipsoid(k) for k in (0, 1)]
     for k, one in enumerate(level):
         assert one is not None
@@ -241,7 +240,7 @@ def test_logs_of_snooping_and_components_are_listed() -> None:
     table = [o.kind for o in network.observations].index("target_centre")
     network.observations[table].values[3, 1] += 0.03
     adjustment, log = snoop(network)
-    found = estimate_components(adjustment.network)
+    found = estimate_components(adjustment.network, alpha=None)
     content = build(found.adjustment, assess(found.adjustment), snooping=log, components=found)
     assert "T3" in content.snooping[0].observation
     assert {c.group for c in content.components} >= {"target_centre", "control"}
@@ -318,7 +317,7 @@ def test_the_confidence_sets_the_limits_of_verdicts() -> None:
 
 def test_variance_components_are_said_beside_the_sigmas() -> None:
     adjustment = scanner()
-    found = estimate_components(adjustment.network, minimum_redundancy=1)
+    found = estimate_components(adjustment.network, minimum_redundancy=1, alpha=None)
     content = build(found.adjustment, assess(found.adjustment), components=found)
     assert "unscaled" not in content.sigma_origin
     assert "factors of their variance components" in content.sigma_origin

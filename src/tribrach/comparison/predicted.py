@@ -295,7 +295,8 @@ class OffsetTest(Result, also=("agrees",)):
     count: int
     #: ``L^T C^-1 L`` with ``C = A S A^T + D``, what the sites share included
     statistic: float
-    #: 2.5 and 97.5 % of chi-square of their number
+    #: 2.5 and 97.5 % of chi-square of their number; 0 where nothing can be too small, since what
+    #: angles err by is a bound and no sigma
     least: float
     limit: float
 
@@ -311,9 +312,17 @@ def compare_offsets(predictions: Sequence[Prediction], stations: StationPair) ->
         return None
     rows = np.array([one.row for one in predictions])
     offsets = np.array([one.offset for one in predictions])
-    own = np.array([np.hypot(one.offset_noise, one.angles) for one in predictions])
-    covariance = rows @ stations.covariance @ rows.T + np.diag(own**2)
-    statistic = float(offsets @ np.linalg.solve(covariance, offsets))
+    noise = np.array([one.offset_noise for one in predictions])
+    angles = np.array([one.angles for one in predictions])
+
+    def statistic(own: Array) -> float:
+        covariance = rows @ stations.covariance @ rows.T + np.diag(own**2)
+        return float(offsets @ np.linalg.solve(covariance, offsets))
+
     k = len(predictions)
     tail = (1 - _LEVEL) / 2
-    return OffsetTest(k, statistic, float(chi2.ppf(tail, k)), float(chi2.ppf(1 - tail, k)))
+    found, least = statistic(np.hypot(noise, angles)), float(chi2.ppf(tail, k))
+    # systematic angles are a bound: offsets may be as small as they would be without them
+    if found < least <= statistic(noise):
+        least = 0.0
+    return OffsetTest(k, found, least, float(chi2.ppf(1 - tail, k)))

@@ -8,6 +8,7 @@ instrument says nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -16,7 +17,16 @@ from tribrach.geometry.polar import POLE, polar_from_xyz, xyz_by_polar
 from tribrach.instruments import centring
 from tribrach.units import SEC
 
-__all__ = ["Precision", "beam_covariance", "covariance_of_readings", "pointing_sigma"]
+__all__ = [
+    "CentringPer",
+    "Precision",
+    "beam_covariance",
+    "covariance_of_readings",
+    "pointing_sigma",
+]
+
+#: what stands over a mark with one error of centring
+CentringPer = Literal["setup", "mark", "sight"]
 
 #: pointing of a telescope of magnification one
 _POINTING = 60 * SEC
@@ -36,6 +46,9 @@ class Precision:
     centring: float = 0.0
     #: of the height of either end [m]
     height: float = 0.0
+    #: what has one eccentricity: a set-up of an instrument, with each of its targets; a mark,
+    #: whatever stands there on one tripod; or every sight by itself
+    centring_per: CentringPer = "setup"
     #: of a height difference [m] per square root of a kilometre
     levelling: float | None = None
     #: of a scanner's ranges [m] and [m/m]
@@ -63,8 +76,12 @@ class Precision:
     eccentricity: float = 0.0
     #: coefficient of the place, not a standard deviation
     refraction: float = 0.13
+    #: of that coefficient at one set-up, for sights of a total station that are long
+    refraction_sigma: float = 0.0
 
-    def of_directions(self, length: Array, repetitions: Array) -> Array | None:
+    def of_directions(
+        self, length: Array, repetitions: Array, ends: Array | float = 2.0
+    ) -> Array | None:
         """Standard deviations (n,) of directions [rad], None where the instrument says nothing.
 
         Parameters
@@ -73,10 +90,14 @@ class Precision:
             Lengths of the sights [m]; NaN leaves the errors of centring out.
         repetitions : (n,)
             Readings that a value is the mean of.
+        ends : (n,) or float
+            How many of the two ends have an error of centring that is the sight's own.
         """
-        return _angle(self.direction, self.centring, length, repetitions)
+        return _angle(self.direction, self.centring, length, repetitions, ends)
 
-    def of_zeniths(self, length: Array, repetitions: Array) -> Array | None:
+    def of_zeniths(
+        self, length: Array, repetitions: Array, ends: Array | float = 2.0
+    ) -> Array | None:
         """Standard deviations (n,) of zenith angles [rad], None where the instrument says nothing.
 
         Parameters
@@ -85,14 +106,18 @@ class Precision:
             Lengths of the sights [m]; NaN leaves the errors of heights out.
         repetitions : (n,)
             Readings that a value is the mean of.
+        ends : (n,) or float
+            How many of the two ends have an error of height that is the sight's own.
         """
-        return _angle(self.zenith, self.height, length, repetitions)
+        return _angle(self.zenith, self.height, length, repetitions, ends)
 
     def of_angles(self, repetitions: Array) -> Array | None:
         """Standard deviations (n,) of angles between two directions [rad], without centring."""
         return None if self.direction is None else np.sqrt(2 / repetitions) * self.direction
 
-    def of_distances(self, length: Array, repetitions: Array) -> Array | None:
+    def of_distances(
+        self, length: Array, repetitions: Array, ends: Array | float = 2.0
+    ) -> Array | None:
         """Standard deviations (n,) of distances [m] with both ends centred.
 
         Parameters
@@ -101,11 +126,13 @@ class Precision:
             The distances [m].
         repetitions : (n,)
             Readings that a value is the mean of.
+        ends : (n,) or float
+            How many of the two ends have an error of centring that is the sight's own.
         """
         if self.distance is None:
             return None
         own = (self.distance + self.scale * length) / np.sqrt(repetitions)
-        sigma: Array = np.hypot(own, np.sqrt(2) * self.centring)
+        sigma: Array = np.hypot(own, np.sqrt(ends) * self.centring)
         return sigma
 
     def of_lines(self, length: Array) -> Array | None:
@@ -236,12 +263,18 @@ def beam_covariance(xyz: Array, along: Array, across: Array) -> Array:
     return covariance
 
 
-def _angle(reading: float | None, end: float, length: Array, repetitions: Array) -> Array | None:
-    """An angle's standard deviation from its reading and errors of both ends across the sight."""
+def _angle(
+    reading: float | None,
+    end: float,
+    length: Array,
+    repetitions: Array,
+    count: Array | float,
+) -> Array | None:
+    """An angle's standard deviation from its reading and errors of its ends across the sight."""
     if reading is None:
         return None
-    # both ends count alike, in plan and in height
-    ends = centring.of_directions(np.where(length > 0, length, 1.0), end, end)
+    # the ends count alike, in plan and in height
+    ends = centring.of_directions(np.where(length > 0, length, 1.0), np.sqrt(count) * end, 0.0)
     variance = np.where(np.isnan(length), 0.0, ends)
     sigma: Array = np.sqrt(reading**2 / repetitions + variance)
     return sigma

@@ -35,10 +35,13 @@ class StoredTransformation:
         Ready to be applied.
     covariance : (k, k) or None
         Of its parameters, None if unknown.
+    freedom : int or None
+        Degrees of freedom of the variance that it rests on, None where sigmas were given.
     """
 
     transformation: Transformation
     covariance: Array | None
+    freedom: int | None = None
 
 
 def read_transformation(path: Path) -> StoredTransformation:
@@ -61,6 +64,8 @@ def read_transformation(path: Path) -> StoredTransformation:
         factors = _array(data["factors"], (d,))
         given = data["covariance"]
         covariance = None if given is None else _array(given, (k, k))
+        estimated = covariance is not None and data["covariance_is"] == "posterior"
+        freedom = int(data["sigma0"]["dof"]) if estimated else None
     except (ValueError, TypeError, KeyError) as error:
         raise InputError("this is no transformation", file=path, cure=cure) from error
     except InputError as error:
@@ -76,7 +81,9 @@ def read_transformation(path: Path) -> StoredTransformation:
         raise InputError(
             "the covariance is not symmetric and positive definite", file=path, cure=cure
         )
-    return StoredTransformation(transformation, covariance)
+    if freedom is not None and freedom < 1:
+        raise InputError("the redundancy is not above zero", file=path, cure=cure)
+    return StoredTransformation(transformation, covariance, freedom)
 
 
 def _proper(covariance: Array) -> bool:

@@ -323,7 +323,9 @@ class _System:
         if motions is not None and motions.basis.shape[1] == 0:
             self.motions = motions
         else:
-            self.motions = open_motions(self.design, state, assembly.free_columns, self.constraints)
+            centred = assembly.centred(state)
+            design = self.design if centred is state else assembly.design(centred)
+            self.motions = open_motions(design, state, assembly.free_columns, self.constraints)
         if motions is None:
             defects.check_datum(assembly, self.design, self.constraints, self.motions, datum)
         transposed = sp.csr_array(self.design.T)

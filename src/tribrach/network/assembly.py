@@ -7,7 +7,7 @@ kind knows about weights; joint covariances across observations are one sparse f
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from tribrach._types import Array, Index
 from tribrach.network.network import JointCovariance, Network
 from tribrach.observations.base import Block, Observations, Use
+from tribrach.observations.sights import ECCENTRICITY_UNKNOWN
 from tribrach.observations.unknowns import State
 
 __all__ = ["Assembly", "Rows"]
@@ -209,6 +210,29 @@ class Assembly:
         if self.joint_whitener is None or not whitened:
             return matrix
         return sp.csr_array(self.joint_whitener @ matrix)
+
+    def centred(self, state: State) -> State:
+        """The state without eccentricities, at which motions are open that no sight sees.
+
+        Eccentricities are not turned with the network, so that a turn seems to be seen a little.
+        """
+        if not len(self._eccentric):
+            return state
+        vectors = state.vectors.copy()
+        vectors[self._eccentric] = 0.0
+        return replace(state, vectors=vectors)
+
+    @cached_property
+    def _eccentric(self) -> Index:
+        """Numbers (k,) of the vectors that are eccentricities."""
+        used = [
+            getattr(o, reference.name)
+            for o in self.network.observations
+            for reference in o.references()
+            if reference.means == ECCENTRICITY_UNKNOWN
+        ]
+        index = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *used]))
+        return index[index >= 0]
 
     def _triples(
         self, block: Block, items: Index, white: Array, first: int

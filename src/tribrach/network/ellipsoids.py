@@ -1,7 +1,8 @@
 """Confidence ellipses and ellipsoids of positions.
 
 Factor on the standard ellipsoid: ``sqrt(chi2_d)`` with the a-priori sigma0, ``sqrt(d F_{d,r})``
-with the a-posteriori one of redundancy r (method section 3.4).
+with the a-posteriori one of redundancy r or with variances of r degrees of freedom (method sections
+3.4 and 3.6).
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.statistics import chi2, f
@@ -23,11 +25,17 @@ __all__ = [
 ]
 
 
-def confidence_factor(dimension: int, confidence: float, dof: int | None = None) -> float:
-    """Factor from the standard ellipsoid to that of a confidence."""
-    if dof is None:
-        return float(np.sqrt(chi2.ppf(confidence, dimension)))
-    return float(np.sqrt(dimension * f.ppf(confidence, dimension, dof)))
+def confidence_factor(
+    dimension: int, confidence: float, dof: Array | float | None = None
+) -> NDArray[np.float64]:
+    """Factors from standard ellipsoids to those of a confidence, in the shape of ``dof``.
+
+    With None or infinitely many degrees of freedom the variances are known.
+    """
+    freedom = np.asarray(np.inf if dof is None else dof, dtype=float)
+    known = np.isinf(freedom)
+    finite = dimension * f.ppf(confidence, dimension, np.where(known, 1.0, freedom))
+    return np.sqrt(np.where(known, chi2.ppf(confidence, dimension), finite))
 
 
 @dataclass(frozen=True)
@@ -41,18 +49,18 @@ class Ellipses:
     azimuth: Array
 
 
-def plan_ellipses(covariances: Array, factor: float = 1.0) -> Ellipses:
-    """Ellipses of the E, N part of covariances (n, 3, 3) [m^2], enlarged by a factor."""
+def plan_ellipses(covariances: Array, factor: Array | float = 1.0) -> Ellipses:
+    """Ellipses of the E, N part of covariances (n, 3, 3) [m^2], enlarged by a factor or (n,)."""
     values, vectors = np.linalg.eigh(covariances[:, :2, :2])
-    axes = factor * np.sqrt(np.maximum(values, 0.0))
+    axes = np.reshape(factor, (-1, 1)) * np.sqrt(np.maximum(values, 0.0))
     azimuth = np.arctan2(vectors[:, 0, 1], vectors[:, 1, 1]) % np.pi
     return Ellipses(axes[:, 1], axes[:, 0], azimuth)
 
 
-def principal_axes(covariances: Array, factor: float = 1.0) -> tuple[Array, Array]:
+def principal_axes(covariances: Array, factor: Array | float = 1.0) -> tuple[Array, Array]:
     """Semi-axes (n, 3) [m], longest first, and unit directions (n, 3, 3) as rows."""
     values, vectors = np.linalg.eigh(covariances)
-    axes = factor * np.sqrt(np.maximum(values[:, ::-1], 0.0))
+    axes = np.reshape(factor, (-1, 1)) * np.sqrt(np.maximum(values[:, ::-1], 0.0))
     return axes, vectors[:, :, ::-1].transpose(0, 2, 1)
 
 

@@ -25,6 +25,7 @@ __all__ = [
     "Constraint",
     "Datum",
     "Edit",
+    "EstimatedFactors",
     "JointCovariance",
     "Network",
     "PointRole",
@@ -146,6 +147,16 @@ class JointCovariance:
 
 
 @dataclass(frozen=True)
+class EstimatedFactors:
+    """Variance factors that residuals gave: no sigma of the network is known better than they."""
+
+    #: the g groups whose covariances were multiplied
+    groups: tuple[str, ...]
+    #: (g, g), covariance of the factors, each divided by its value
+    covariance: Array
+
+
+@dataclass(frozen=True)
 class Constraint:
     """Observations that must hold exactly (method section 2.13): their covariance is not used."""
 
@@ -202,6 +213,8 @@ class Network:
         What was changed by hand.
     point_sources
         ``file:line`` of points by name, where it is known.
+    factors
+        Variance factors that were estimated and are in the covariances; None if there are none.
     """
 
     start: State
@@ -218,6 +231,7 @@ class Network:
     facts: tuple[Fact, ...] = ()
     edits: tuple[Edit, ...] = ()
     point_sources: Mapping[str, str] = field(default_factory=dict)
+    factors: EstimatedFactors | None = None
 
     def __repr__(self) -> str:
         layout, tables = self.start.layout, self.observations

@@ -110,9 +110,10 @@ class PointResult:
     role: Role
     #: whether the covariance is a priori or a posteriori
     scale: Scale
-    #: probability of ellipses, and the redundancy that they are taken with a posteriori
+    #: probability of ellipses
     confidence: float = 0.95
-    dof: int | None = None
+    #: degrees of freedom (3,) of the variances along E, N, U; infinite where sigmas are given
+    freedom: Array = field(default_factory=lambda: np.full(3, np.inf))
 
     @property
     def sigma(self) -> Array:
@@ -122,7 +123,7 @@ class PointResult:
     @property
     def ellipse(self) -> ConfidenceEllipse:
         """Confidence ellipse in plan."""
-        factor = confidence_factor(2, self.confidence, self.dof)
+        factor = confidence_factor(2, self.confidence, self.freedom[0])
         plan = plan_ellipses(self.covariance[None], factor)
         return ConfidenceEllipse(
             float(plan.major[0]), float(plan.minor[0]), float(plan.azimuth[0]), self.confidence
@@ -131,7 +132,7 @@ class PointResult:
     @property
     def ellipsoid(self) -> ConfidenceEllipsoid:
         """Confidence ellipsoid."""
-        factor = confidence_factor(3, self.confidence, self.dof)
+        factor = confidence_factor(3, self.confidence, self.freedom.min())
         axes, directions = principal_axes(self.covariance[None], factor)
         return ConfidenceEllipsoid(axes[0], directions[0], self.confidence)
 
@@ -232,11 +233,10 @@ class Results:
         """Whether covariances of unknowns are a priori or a posteriori."""
         return self.adjustment.scale(posterior=self.posterior)
 
-    @property
-    def _confidence_dof(self) -> int | None:
-        """The redundancy that confidence regions are taken with; None a priori."""
-        solved = self.adjustment
-        return solved.dof if solved.scaled(posterior=self.posterior) else None
+    @cached_property
+    def _freedom(self) -> Array:
+        """Degrees of freedom (P + S, 3) that confidence regions are taken with."""
+        return self.adjustment.freedom(posterior=self.posterior)
 
     @cached_property
     def datum(self) -> str:
@@ -259,12 +259,12 @@ class Results:
         covariances, roles = self._covariances("point"), point_roles(self.adjustment)
         names = self.adjustment.layout.names["point"]
         xyz = np.where(used_axes(self.adjustment), self.adjustment.state.points, np.nan)
-        dof = self._confidence_dof
+        freedom, scale, confidence = self._freedom, self.scale, self.confidence
 
         def point(k: int) -> PointResult:
             name = names[k]
             role = roles.get(name, "free")
-            return PointResult(name, xyz[k], covariances[k], role, self.scale, self.confidence, dof)
+            return PointResult(name, xyz[k], covariances[k], role, scale, confidence, freedom[k])
 
         return Names("point", names, point, self._context)
 
@@ -429,8 +429,8 @@ class Results:
         covariances = np.concatenate(
             [self._covariances("point"), self._covariances("pose")[:, :3, :3]]
         )
-        dof = self._confidence_dof
-        ellipses = plan_ellipses(covariances, confidence_factor(2, self.confidence, dof))
+        factor = confidence_factor(2, self.confidence, self._freedom[:, 0])
+        ellipses = plan_ellipses(covariances, factor)
         size = float(np.ptp(positions, axis=0).max()) if len(positions) else 1.0
         largest = float(ellipses.major.max(initial=0.0))
         enlarged = _round_factor(0.06 * size / largest) if largest > 0 else 1.0

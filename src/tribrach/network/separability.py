@@ -115,7 +115,12 @@ def confusable(adjustment: SolvedSystem, quality: Quality, limit: float = LIMIT)
         return []
     other, suspect, rho = _beyond(weigh(adjustment), suspicious, limit)
     pairs: dict[tuple[int, int], float] = {}
+    # a sight that is alone in seeing a mark says of its centring what it says of itself
+    shared = [o.facts.nuisance for o in adjustment.network.observations]
+    of_readings = ~np.array(shared, dtype=bool)[adjustment.rows.table]
     for a, b, value in zip(suspect, other, rho, strict=True):
+        if not (of_readings[a] and of_readings[b]):
+            continue
         pairs.setdefault((int(min(a, b)), int(max(a, b))), float(value))
     return [_alike(adjustment, group, pairs) for group in _groups(pairs)]
 

@@ -27,6 +27,8 @@ _Kept = TypeVar("_Kept")
 #: what covariances are scaled by
 Scale = Literal["a priori", "a posteriori"]
 
+#: unknowns up to which variance factors are followed into each position
+_DENSE = 600
 #: roundings of a value and of the unknowns behind it that a residual may consist of
 _ROUNDINGS = 16
 
@@ -134,6 +136,67 @@ class SolvedSystem:
         """Return what multiplies a-priori covariances of unknowns."""
         return self.posterior_factor if self.scaled(posterior=posterior) else 1.0
 
+    def freedom(self, *, posterior: bool) -> Array:
+        """Degrees of freedom (P + S, 3) that variances of all positions have, along E, N and U.
+
+        Infinite a priori, the redundancy a posteriori. Where variance factors were estimated they
+        follow from the share of each group and the covariance of the factors (Satterthwaite 1946;
+        method section 3.6), alike along E and N.
+        """
+        scaled = self.scaled(posterior=posterior)
+        count = len(self.state.positions)
+        if self.network.factors is None:
+            return np.full((count, 3), float(self.dof) if scaled else np.inf)
+        found = self.once("freedom", self._freedom)
+        return np.minimum(found, self.dof) if scaled else found
+
+    def _freedom(self) -> Array:
+        """As :meth:`freedom`, from estimated variance factors."""
+        factors = self.network.factors
+        assert factors is not None
+        place = self.reduced[self.layout.position_columns(np.arange(len(self.state.positions)))]
+        smallest = 2 / np.diag(factors.covariance).max()
+        if self.n_unknowns > _DENSE:
+            return np.full(place.shape, smallest)
+        q, parts = self._group_parts()
+        share = np.stack([np.append(np.diag(part @ q), 0.0)[place] for part in parts])
+        whole = np.append(np.diag(q), 0.0)[place]
+        for one in (share, whole):
+            one[..., :2] = one[..., :2].sum(axis=-1, keepdims=True)
+        spread = np.einsum("gpi,gh,hpi->pi", share, factors.covariance, share)
+        found = np.full(place.shape, np.inf)
+        some = spread > 0
+        found[some] = 2 * whole[some] ** 2 / spread[some]
+        return np.maximum(found, smallest)
+
+    def _group_parts(self) -> tuple[Array, list[Array]]:
+        """``Q`` and ``Q N_g`` (u, u) of each group whose variance factor was estimated."""
+        assert self.network.factors is not None
+        table = np.array([o.group for o in self.network.observations], dtype=object)
+        group = table[self.rows.table]
+        q = self.cofactor.solve(np.eye(self.n_unknowns))
+        rows = [self.design[np.flatnonzero(group == name)] for name in self.network.factors.groups]
+        return q, [q @ (part.T @ part).toarray() for part in rows]
+
+    @cached_property
+    def _small_sample(self) -> Array | None:
+        """What estimated factors leave out of ``Q`` (u, u); None where none were estimated.
+
+        Weights that residuals gave are not the best ones, and make the result look better than it
+        is (Kackar and Harville 1984, Kenward and Roger 1997; method section 3.6).
+        """
+        factors = self.network.factors
+        if factors is None or self.n_unknowns > _DENSE:
+            return None
+        q, parts = self._group_parts()
+        mean = np.zeros_like(q)
+        for i, one in enumerate(parts):
+            mixed = sum(w * other for w, other in zip(factors.covariance[i], parts, strict=True))
+            mean += one @ (factors.covariance[i, i] * np.eye(len(q)) - mixed)
+        bias = 2 * mean @ q
+        out: Array = (bias + bias.T) / 2
+        return out
+
     def once(self, key: Hashable, make: Callable[[], _Kept]) -> _Kept:
         """What several ask for, computed for the first of them."""
         kept = self.__dict__.setdefault("_kept", {})
@@ -171,17 +234,22 @@ class SolvedSystem:
         good = np.ix_(np.flatnonzero(i >= 0), np.flatnonzero(j >= 0))
         grid_i, grid_j = np.meshgrid(i[i >= 0], j[j >= 0], indexing="ij")
         values = self.cofactor.entries(grid_i.ravel(), grid_j.ravel())
+        if self._small_sample is not None:
+            values = values + self._small_sample[grid_i.ravel(), grid_j.ravel()]
         out[good] = values.reshape(grid_i.shape)
         return out
 
     def family_covariances(self, family: str) -> Array:
         """A-priori blocks (n, w, w) of all unknowns of a family; fixed components are zero."""
         columns = self.layout.columns(family, np.arange(self.layout.count(family)))
-        return (
-            self.cofactor.blocks(self.reduced[columns])
-            if len(columns)
-            else np.zeros((0, WIDTH[family], WIDTH[family]))
-        )
+        if not len(columns):
+            return np.zeros((0, WIDTH[family], WIDTH[family]))
+        place = self.reduced[columns]
+        blocks = self.cofactor.blocks(place)
+        if self._small_sample is not None:
+            seen = (place[:, :, None] >= 0) & (place[:, None, :] >= 0)
+            blocks = blocks + seen * self._small_sample[place[:, :, None], place[:, None, :]]
+        return blocks
 
     def position_covariances(self) -> Array:
         """A-priori 3x3 blocks (P + S, 3, 3) of all points, then of all station positions."""

@@ -12,6 +12,7 @@ go together, and costs a dense matrix of the size of the unknowns.
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -22,8 +23,9 @@ from tribrach._types import Array, Index, Mask
 from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.snooping import restart
-from tribrach.network.network import Network
+from tribrach.network.network import EstimatedFactors, Network, is_given
 from tribrach.sentences import Sentence
+from tribrach.statistics import chi2
 
 __all__ = ["VarianceComponent", "VarianceComponents", "estimate_components"]
 
@@ -83,37 +85,94 @@ def estimate_components(
     minimum_redundancy: float = 5.0,
     max_iterations: int = 50,
     limits: tuple[float, float] = (0.1, 100.0),
+    alpha: float | None = 0.05,
 ) -> VarianceComponents:
     """Estimate one variance factor for each group and adjust with it (method section 3.6).
 
-    A group that falls below ``minimum_redundancy`` on the way keeps its sigmas too.
+    A group that falls below ``minimum_redundancy`` on the way keeps its sigmas. So does one whose
+    factor the residuals do not tell from 1 at ``alpha``, and control that would become better than
+    it was given; with ``alpha`` None every factor is taken as it comes.
     """
     groups = _Groups(network)
-    low, high = limits[0] ** 2, limits[1] ** 2
-    variance, usable = np.ones(len(groups.names)), np.ones(len(groups.names), dtype=bool)
-    adjustment = adjust(network)
-    start = adjustment.network
-    converged, iteration = False, 0
+    first = adjust(network)
+    kept: dict[int, Sentence] = {}
+    total = 0
     while True:
-        shares = groups.shares(adjustment)
-        usable &= shares.redundancy >= minimum_redundancy
-        ratio = _estimate(method, groups, adjustment, shares, usable)
-        updated = np.where(usable, np.clip(variance * ratio, low, high), 1.0)
-        converged = bool(np.abs(updated / variance - 1).max(initial=0.0) < SETTLED)
-        if converged or iteration == max_iterations:
+        round_ = _iterate(groups, first, method, minimum_redundancy, max_iterations, limits, kept)
+        total += round_.iterations
+        found = {} if alpha is None else groups.not_significant(network, round_, alpha)
+        if not found:
             break
-        variance, iteration = updated, iteration + 1
-        scaled = _rescaled(start, variance[groups.number])
-        adjustment = adjust(restart(scaled, adjustment))
-    spread = groups.spread(adjustment, shares, usable)
-    notes = _notes(shares, usable, updated, minimum_redundancy, (low, high))
-    factor = np.sqrt(variance)
+        kept |= found
+    notes = _notes(round_, minimum_redundancy, limits, kept)
+    shares, factor, spread = round_.shares, np.sqrt(round_.variance), round_.spread
     rows = zip(groups.names, shares.count, shares.redundancy, factor, spread, notes, strict=True)
     table = tuple(
         VarianceComponent(name, int(n), float(r), float(s), float(s * d), note)
         for name, n, r, s, d, note in rows
     )
-    return VarianceComponents(adjustment, table, iteration, converged)
+    return VarianceComponents(round_.stated(groups), table, total, round_.converged)
+
+
+@dataclass(frozen=True)
+class _Round:
+    """Factors of some groups while the others keep their sigmas."""
+
+    adjustment: Adjustment
+    #: (g,), redundancy and squares, variance factors, and which of them are estimated
+    shares: _Shares
+    variance: Array
+    usable: Mask
+    #: (g, g), covariance of the factors divided by their values; zero where they are kept
+    covariance: Array
+    iterations: int
+    converged: bool
+
+    @property
+    def spread(self) -> Array:
+        """Relative sigmas (g,) of the roots of the factors; NaN where they are kept."""
+        out = np.sqrt(np.maximum(np.diag(self.covariance), 0.0)) / 2
+        return np.where(self.usable, out, np.nan)
+
+    def stated(self, groups: _Groups) -> Adjustment:
+        """The adjustment, whose network knows how well its sigmas are known."""
+        used = np.flatnonzero(self.usable)
+        if not len(used):
+            return self.adjustment
+        known = EstimatedFactors(
+            tuple(groups.names[k] for k in used), self.covariance[np.ix_(used, used)]
+        )
+        network = replace(self.adjustment.network, factors=known)
+        return replace(self.adjustment, network=network)
+
+
+def _iterate(
+    groups: _Groups,
+    first: Adjustment,
+    method: Method,
+    minimum: float,
+    most: int,
+    limits: tuple[float, float],
+    kept: Collection[int],
+) -> _Round:
+    """Variance factors of all groups that are not kept, until they are those of the residuals."""
+    low, high = limits[0] ** 2, limits[1] ** 2
+    size = len(groups.names)
+    variance, usable = np.ones(size), ~np.isin(np.arange(size), list(kept))
+    adjustment, iteration = first, 0
+    while True:
+        shares = groups.shares(adjustment)
+        usable &= shares.redundancy >= minimum
+        ratio = _estimate(method, groups, adjustment, shares, usable)
+        updated = np.where(usable, np.clip(variance * ratio, low, high), 1.0)
+        converged = bool(np.abs(updated / variance - 1).max(initial=0.0) < SETTLED)
+        if converged or iteration == most:
+            break
+        variance, iteration = updated, iteration + 1
+        scaled = _rescaled(first.network, variance[groups.number])
+        adjustment = adjust(restart(scaled, adjustment))
+    covariance = groups.covariance(adjustment, shares, usable)
+    return _Round(adjustment, shares, variance, usable, covariance, iteration, converged)
 
 
 @dataclass(frozen=True)
@@ -157,18 +216,43 @@ class _Groups:
             np.bincount(group, square, size).astype(float),
         )
 
-    def spread(self, adjustment: Adjustment, shares: _Shares, usable: Mask) -> Array:
-        """Relative sigmas (g,) of the roots of the components, from ``2 H^-1``.
+    def covariance(self, adjustment: Adjustment, shares: _Shares, usable: Mask) -> Array:
+        """Covariance ``2 H^-1`` (g, g) of the factors divided by their values.
 
-        Both estimates have it at convergence; NaN for groups that keep their sigmas, which are
-        not estimated.
+        Both estimates have it at convergence; zero for groups that keep their sigmas.
         """
-        out = np.full(len(self.names), np.nan)
+        out = np.zeros((len(self.names), len(self.names)))
         if usable.any():
             small = adjustment.n_unknowns <= EXACT
             matrix = self.helmert_matrix(adjustment) if small else self._probed(adjustment, shares)
-            inverse = np.linalg.inv(matrix[np.ix_(usable, usable)])
-            out[usable] = np.sqrt(np.maximum(2 * np.diag(inverse), 0.0)) / 2
+            square = np.ix_(usable, usable)
+            out[square] = 2 * np.linalg.inv(matrix[square])
+        return out
+
+    def not_significant(self, network: Network, found: _Round, alpha: float) -> dict[int, Sentence]:
+        """Why groups keep their sigmas: residuals do not tell their factors from 1.
+
+        ``nu s^2`` is about chi-square of nu = 2 over the relative variance of ``s^2``.
+        """
+        given = {o.group for o in network.observations if is_given(type(o), o.group)}
+        out: dict[int, Sentence] = {}
+        for k in np.flatnonzero(found.usable).tolist():
+            square, nu = float(found.variance[k]), 2 / max(float(found.covariance[k, k]), 1e-12)
+            low, high = (
+                float(np.sqrt(square * nu / chi2.ppf(p, nu))) for p in (1 - alpha / 2, alpha / 2)
+            )
+            if low <= 1 <= high:
+                out[k] = Sentence(
+                    "{factor:2} is not told from 1 ({low:2} to {high:2}): sigmas kept as given",
+                    factor=float(np.sqrt(square)),
+                    low=low,
+                    high=high,
+                )
+            elif square < 1 and self.names[k] in given:
+                out[k] = Sentence(
+                    "{factor:2}: control is not made better than it was given",
+                    factor=float(np.sqrt(square)),
+                )
         return out
 
     def _probed(self, adjustment: Adjustment, shares: _Shares) -> Array:
@@ -220,12 +304,14 @@ def _estimate(
 
 
 def _notes(
-    shares: _Shares, usable: Mask, variance: Array, minimum: float, limits: tuple[float, float]
+    found: _Round, minimum: float, limits: tuple[float, float], kept: Mapping[int, Sentence]
 ) -> list[str]:
     """Why a component is not simply what the residuals say; empty if it is."""
     out: list[str] = []
-    for r, good, s in zip(shares.redundancy, usable, variance, strict=True):
-        if not good:
+    for k, (r, s) in enumerate(zip(found.shares.redundancy, found.variance, strict=True)):
+        if k in kept:
+            out.append(kept[k])
+        elif not found.usable[k]:
             out.append(
                 Sentence(
                     "redundancy {r:1} is below {minimum:g}: sigmas kept as given",
@@ -233,7 +319,7 @@ def _notes(
                     minimum=minimum,
                 )
             )
-        elif s in limits:
+        elif s in (limits[0] ** 2, limits[1] ** 2):
             out.append(
                 Sentence(
                     "the factor stopped at its limit {value:g}: look for blunders", value=np.sqrt(s)

@@ -28,11 +28,13 @@ from tribrach.observations.unknowns import Layout, State
 
 __all__ = [
     "CHECK_SIGMA",
+    "Centrings",
     "Coordinate",
     "Coordinates",
     "DirectedComponents",
     "Heights",
     "Offsets",
+    "RefractionChanges",
     "ScalarPriors",
     "VectorComponentPriors",
     "VectorPriors",
@@ -415,3 +417,57 @@ class VectorComponentPriors(Observations):
         values = np.zeros((len(self), 1, 3))
         values[np.arange(len(self)), 0, self._axis] = 1.0
         return [Block(columns, values)]
+
+
+@dataclass(kw_only=True)
+class Centrings(VectorComponentPriors):
+    """Components [m] of the eccentricity of what stands over a mark, zero as far as is known.
+
+    Whoever centres an instrument or a target means the vector to be zero; all sights of one
+    occupation have the same (method section 2.3).
+    """
+
+    kind: ClassVar[str] = "centring"
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="centring",
+        computed="zero eccentricity of an occupation, which its sights have in common",
+        role=Role.READING,
+        category=Category.CENTRING,
+        axes=ObservedAxes.NONE,
+        repeats=Repetition.NEVER,
+        start=StartTie.NONE,
+        csv=(),
+        nuisance=True,
+    )
+
+    def end_names(self, layout: Layout) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
+        """The occupation with the component; no other end."""
+        vectors = layout.name_array("vector")[self.vector]
+        names = np.empty(len(self), dtype=object)
+        names[:] = [
+            f"{vector.removeprefix(self.kind + ' ')}, {'ENU'[axis]}"
+            for vector, axis in zip(vectors, self._axis, strict=True)
+        ]
+        return names, np.full(len(self), "", dtype=object)
+
+
+@dataclass(kw_only=True)
+class RefractionChanges(ScalarPriors):
+    """What refraction of a set-up differs by from that of the place, zero as far as is known.
+
+    All long sights of a set-up pass the same air (method section 2.3).
+    """
+
+    kind: ClassVar[str] = "refraction_change"
+    facts: ClassVar[KindFacts] = KindFacts(
+        title="change of refraction",
+        computed="zero change of the coefficient of refraction, which sights of a set-up share",
+        role=Role.READING,
+        category=Category.TOTAL_STATION,
+        axes=ObservedAxes.NONE,
+        repeats=Repetition.NEVER,
+        start=StartTie.VALUE,
+        csv=(),
+        of_unknown=True,
+        nuisance=True,
+    )

@@ -229,6 +229,8 @@ class KindFacts:
         Are its values read on a full circle?
     of_unknown : bool
         Have its values the unit of the unknown they refer to?
+    nuisance : bool
+        Is it what is known beforehand of an error that sights share, and no reading of anybody?
     """
 
     title: str
@@ -248,6 +250,7 @@ class KindFacts:
     common_to_stations: str = ""
     full_circle: bool = False
     of_unknown: bool = False
+    nuisance: bool = False
 
     def budget(self, own: bool) -> Category:
         """Category in the budget of a station; own: observed from the station itself."""
@@ -270,6 +273,8 @@ class SightLine:
         How often each value was measured.
     planned : bool
         Is it a plan, and nothing measured yet?
+    ends : array (n,) or float
+        How many of the two ends have an error of centring that is the sight's own.
     """
 
     value: Array
@@ -277,6 +282,7 @@ class SightLine:
     levelled: Array
     repetitions: Array
     planned: bool = False
+    ends: Array | float = 2.0
 
 
 def refers(

@@ -31,6 +31,7 @@ from tribrach.observations.ties import Lengths, Rays, TieCollector, Zeniths
 from tribrach.observations.unknowns import State
 
 __all__ = [
+    "ECCENTRICITY_UNKNOWN",
     "HEIGHT_UNKNOWNS",
     "Angles",
     "Azimuths",
@@ -48,6 +49,10 @@ __all__ = [
 HEIGHT_UNKNOWNS = ("instrument height", "target height")
 
 
+#: what an unknown error of centring is
+ECCENTRICITY_UNKNOWN = "eccentricity"
+
+
 #: what an error of the deflection of the vertical is called
 DEFLECTION_UNKNOWN = "deflection of the vertical"
 
@@ -58,7 +63,8 @@ class Sights(Observations):
 
     ``u = L(X_S) (X_T + ht g_T - X_S) - hi e_3`` is the vector from the instrument's axis to the
     target in the local axes ``L`` (rows east, north, up) at the instrument's position; ``g`` is the
-    local vertical of the site (method section 2.3).
+    local vertical of the site (method section 2.3). Eccentricities of both ends are added to the
+    positions (method section 2.3).
 
     Parameters
     ----------
@@ -69,6 +75,8 @@ class Sights(Observations):
     height_instrument_unknown, height_target_unknown : array of int (n,), optional
         Scalars *added* to those heights, -1 for none: with a height of zero the scalar is the whole
         height, which sights of one set-up or of one target may share.
+    eccentricity_instrument, eccentricity_target : array of int (n,), optional
+        Vectors of the work frame [m] from the marks to what stands over them, -1 for none.
     site : Site
         Normals of the place.
     plumb : PlumbLines
@@ -87,6 +95,8 @@ class Sights(Observations):
     height_target_unknown: Index = refers(
         "scalar", optional=True, means=HEIGHT_UNKNOWNS[1], unit="m"
     )
+    eccentricity_instrument: Index = refers("vector", optional=True, means=ECCENTRICITY_UNKNOWN)
+    eccentricity_target: Index = refers("vector", optional=True, means=ECCENTRICITY_UNKNOWN)
     xi_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     eta_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     site: Site = field(default_factory=FlatSite)
@@ -124,40 +134,57 @@ class Sights(Observations):
             return self.site.axes(x)[:, 2]
         return self.site.leaning(x, self.plumb.deflection(self.site, index, x))[:, 2]
 
+    def _eccentricities(self, end: Index) -> list[tuple[Index, float]]:
+        """Vectors at both ends that are unknown, with their signs in the sight."""
+        ends = [(self.eccentricity_instrument, -1.0)]
+        if end is self.end:  # another end stands elsewhere
+            ends.append((self.eccentricity_target, 1.0))
+        return [(index, sign) for index, sign in ends if (index >= 0).any()]
+
+    def _chord(self, state: State, end: Index) -> Array:
+        """From what stands over the marks at the start to the targets (n, 3), in the work frame."""
+        ht = self.height_target + state.scalar(self.height_target_unknown)
+        # coordinates may be millions: what is millimetres is added to their difference
+        chord: Array = state.positions[end] + ht[:, None] * self._up(state, end)
+        chord = chord - state.positions[self.start]
+        for index, sign in self._eccentricities(end):
+            chord += sign * np.where(index[:, None] >= 0, state.vectors[index], 0.0)
+        return chord
+
     def sight(self, state: State, end: Index | None = None) -> Array:
         """Vectors ``u`` (n, 3) from instrument to target (or to another ``end``), local axes."""
         end = self.end if end is None else end
-        x_from, x_to = state.positions[self.start], state.positions[end]
         hi = self.height_instrument + state.scalar(self.height_instrument_unknown)
-        ht = self.height_target + state.scalar(self.height_target_unknown)
-        chord = x_to + ht[:, None] * self._up(state, end) - x_from
-        u: Array = np.einsum("nij,nj->ni", self._axes(state), chord)
+        u: Array = np.einsum("nij,nj->ni", self._axes(state), self._chord(state, end))
         u[:, 2] -= hi
         return u
 
-    def sight_blocks(
-        self, state: State, by_u: Array, end: Index | None = None, *, from_instrument: bool = True
-    ) -> list[Block]:
+    def sight_blocks(self, state: State, by_u: Array, end: Index | None = None) -> list[Block]:
         """Chain ``by_u`` (n, rows, 3), the derivative of the values by ``u``, to the unknowns."""
         end = self.end if end is None else end
         layout = state.layout
         x_from, x_to = state.positions[self.start], state.positions[end]
         axes, up = self._axes(state), self._up(state, end)
         ht = self.height_target + state.scalar(self.height_target_unknown)
-        chord = x_to + ht[:, None] * up - x_from
+        chord = self._chord(state, end)
         in_w = by_u @ axes
         # moving the target turns its own vertical, moving the instrument turns the local axes
         by_end = in_w @ (np.eye(3) - ht[:, None, None] * (skew(up) @ self.site.turn(x_to)))
         by_start = in_w @ (skew(chord) @ self.site.turn(x_from) - np.eye(3))
-        blocks = [Block(layout.position_columns(end), by_end)]
-        if from_instrument:
-            blocks.append(Block(layout.position_columns(self.start), by_start))
-            if (self.height_instrument_unknown >= 0).any():
-                columns = layout.columns("scalar", self.height_instrument_unknown)
-                blocks.append(Block(columns, -by_u[:, :, 2:]))
+        blocks = [
+            Block(layout.position_columns(end), by_end),
+            Block(layout.position_columns(self.start), by_start),
+        ]
+        if (self.height_instrument_unknown >= 0).any():
+            columns = layout.columns("scalar", self.height_instrument_unknown)
+            blocks.append(Block(columns, -by_u[:, :, 2:]))
         if (self.height_target_unknown >= 0).any():
             columns = layout.columns("scalar", self.height_target_unknown)
             blocks.append(Block(columns, in_w @ up[:, :, None]))
+        blocks += [
+            Block(layout.columns("vector", index), sign * in_w)
+            for index, sign in self._eccentricities(end)
+        ]
         return blocks + self._by_deflection(state, by_u, np.einsum("nij,nj->ni", axes, chord))
 
     def _by_deflection(self, state: State, by_u: Array, c: Array) -> list[Block]:
@@ -248,7 +275,7 @@ class Directions(Sights):
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Of a reading, and of centring by the length of the sight."""
-        return precision.of_directions(line.sight, line.repetitions)
+        return precision.of_directions(line.sight, line.repetitions, line.ends)
 
     @classmethod
     def sigma_by_length(cls, precision: Precision) -> bool:
@@ -524,7 +551,7 @@ class ZenithAngles(Sights):
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Of a reading, and of heights by the length of the sight."""
-        return precision.of_zeniths(line.sight, line.repetitions)
+        return precision.of_zeniths(line.sight, line.repetitions, line.ends)
 
     @classmethod
     def sigma_by_length(cls, precision: Precision) -> bool:
@@ -601,7 +628,7 @@ class SlopeDistances(Sights):
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Of the distance and of centring."""
-        return precision.of_distances(line.value, line.repetitions)
+        return precision.of_distances(line.value, line.repetitions, line.ends)
 
 
 @dataclass(kw_only=True)
@@ -675,7 +702,7 @@ class HorizontalDistances(Sights):
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Of the distance and of centring."""
-        return precision.of_distances(line.value, line.repetitions)
+        return precision.of_distances(line.value, line.repetitions, line.ends)
 
 
 @dataclass(kw_only=True)
@@ -707,7 +734,11 @@ class Distances(SlopeDistances):
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Of a planned distance; the sigma of a measured one is that of its standard."""
-        return precision.of_distances(line.value, line.repetitions) if line.planned else None
+        return (
+            precision.of_distances(line.value, line.repetitions, line.ends)
+            if line.planned
+            else None
+        )
 
 
 @dataclass(kw_only=True)

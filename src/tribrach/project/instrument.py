@@ -19,7 +19,7 @@ from pydantic import (
 
 from tribrach.errors import InputError
 from tribrach.instruments.common_errors import CommonErrors
-from tribrach.instruments.precision import Precision
+from tribrach.instruments.precision import CentringPer, Precision
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.instrument_sheets import Figure, find_sheet
@@ -71,6 +71,10 @@ class Instrument(Section):
         Of a distance, added linearly.
     centring_mm, height_mm
         Of either end of a sight.
+    centring_per
+        What has one error of centring and of height: each ``setup`` of the instrument and each
+        target seen from it, on tripods; each ``mark``, where tripods stay and only what is on
+        them changes (forced centring); or each ``sight`` by itself.
     levelling_mm_per_sqrt_km
         Of height differences.
     range_mm, range_ppm, scan_angle_arcsec
@@ -83,7 +87,8 @@ class Instrument(Section):
     range_scale_common_ppm
         Of the scale of a scanner's ranges, one for all its points and stations.
     refraction_sigma
-        Of the coefficient of refraction of a scanner's beams, one for each station.
+        Of the coefficient of refraction: of a scanner's beams, one for each station, none if not
+        given; of a total station's set-up with sights longer than 150 m, 0.1 if not given.
     wavelength_um
         Of a scanner's light [micrometres].
     reference_temperature_c, reference_pressure_hpa, reference_humidity_percent
@@ -127,12 +132,13 @@ class Instrument(Section):
     distance_mm: PositiveFloat | None = None
     distance_ppm: NonNegativeFloat = 0.0
     centring_mm: NonNegativeFloat = 0.0
+    centring_per: CentringPer = "setup"
     height_mm: NonNegativeFloat = 0.0
     levelling_mm_per_sqrt_km: PositiveFloat | None = None
     range_mm: PositiveFloat | None = None
     range_ppm: NonNegativeFloat = 0.0
     range_scale_common_ppm: NonNegativeFloat = 0.0
-    refraction_sigma: NonNegativeFloat = 0.0
+    refraction_sigma: NonNegativeFloat | None = None
     wavelength_um: float = Field(default=0.658, ge=0.4, le=1.7)
     reference_temperature_c: float = 12.0
     reference_pressure_hpa: PositiveFloat = 1013.25
@@ -309,6 +315,7 @@ class Instrument(Section):
             distance=scaled(self.distance_mm, MM),
             scale=self.distance_ppm * 1e-6,
             centring=self.centring_mm * MM,
+            centring_per=self.centring_per,
             height=self.height_mm * MM,
             levelling=scaled(self.levelling_mm_per_sqrt_km, MM),
             range=scaled(self.range_mm, MM),
@@ -324,6 +331,7 @@ class Instrument(Section):
             bubble=scaled(self.bubble_arcmin, 60 * SEC),
             eccentricity=self.eccentricity_mm * MM,
             refraction=self.refraction,
+            refraction_sigma=0.1 if self.refraction_sigma is None else self.refraction_sigma,
         )
 
     def noise(self) -> ScanNoise | None:
@@ -353,9 +361,10 @@ class Instrument(Section):
         name
             Of the instrument in the project.
         """
-        if not (self.range_scale_common_ppm or self.refraction_sigma):
+        bend = self.refraction_sigma or 0.0
+        if not (self.range_scale_common_ppm or bend):
             return None
-        return CommonErrors(name, self.range_scale_common_ppm * 1e-6, self.refraction_sigma)
+        return CommonErrors(name, self.range_scale_common_ppm * 1e-6, bend)
 
     def _law(self) -> RangeLaw | None:
         """The law of the noise of ranges, None without one."""

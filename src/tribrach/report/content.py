@@ -163,7 +163,7 @@ class Ellipsoid:
 class Point(
     Result,
     without=("name", "sigma", "ellipse", "height_interval", "ellipsoid"),
-    maybe=("code", "geodetic", "ecef", "ecef_covariance", "projected"),
+    maybe=("code", "dof", "geodetic", "ecef", "ecef_covariance", "projected"),
 ):
     """A point of the network."""
 
@@ -179,6 +179,9 @@ class Point(
     #: half its width [m]
     height_interval: Number = None
     ellipsoid: Ellipsoid | None = None
+    #: degrees of freedom of the variances along E, N, U, null where they are known; left out where
+    #: no sigma comes from residuals
+    dof: Triple | None = None
     #: latitude, longitude [rad] and ellipsoidal height [m]
     geodetic: tuple[float, float, float] | None = None
     ecef: tuple[float, float, float] | None = None
@@ -224,13 +227,15 @@ class Control:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SetUp(Result, maybe=("orientation", "geodetic", "ecef", "ecef_covariance", "projected")):
+class SetUp(Result, maybe=("dof", "orientation", "geodetic", "ecef", "ecef_covariance", "projected")):
     """A scanner station by its pose; a set-up on a point by its orientation unknowns."""
 
     #: 4 x 4
     world_from_scanner: Matrix | None = None
     #: 6 x 6 of the translation [m] and of left rotation increments [rad]
     covariance: Matrix | None = None
+    #: degrees of freedom of the variances of E, N, U as those of points
+    dof: Triple | None = None
     #: unknowns [rad] by name
     orientation: dict[str, Estimate] = field(default_factory=dict)
     #: of the scanner's origin: latitude, longitude [rad] and ellipsoidal height [m]

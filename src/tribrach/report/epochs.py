@@ -444,7 +444,7 @@ def epochs_tables(compared: ComparedEpochs, angle: Angle = "gon") -> list[Report
 
 def _factor(c: Comparison) -> float:
     """From standard to confidence ellipses; the covariances are scaled already."""
-    return confidence_factor(2, c.settings.confidence, c.limits.dof or None)
+    return float(confidence_factor(2, c.settings.confidence, c.limits.dof or None))
 
 
 def _axes(d: Displacement, factor: float) -> tuple[float, float]:

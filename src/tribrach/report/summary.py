@@ -28,12 +28,14 @@ def sigma_origin(
     own = ""
     if components is not None:
         factors = [component.sigma_factor for component in components.components]
-        own = Sentence(
-            " Those of the observations are as given times {least:g3} to {most:g3}, "
-            "the factors of their variance components.",
-            least=min(factors),
-            most=max(factors),
-        )
+        own = " No variance component changes those of the observations."
+        if any(factor != 1 for factor in factors):
+            own = Sentence(
+                " Those of the observations are as given times {least:g3} to {most:g3}, "
+                "the factors of their variance components.",
+                least=min(factors),
+                most=max(factors),
+            )
     if adjustment.scaled(posterior=posterior):
         scale = float(np.sqrt(adjustment.posterior_factor))
         return Sentence(

@@ -1,8 +1,9 @@
 """A total station's raw file of a simulated survey: both faces, sets, axis errors of the day.
 
 GSI with 16 characters of data, as Leica instruments write it: a block for each set-up with the
-height of the instrument, and one for each sight. Readings scatter by themselves; the errors of
-centring and heights are the same in all readings of a sight, as the instrument's precision says.
+height of the instrument, and one for each sight. Readings scatter by themselves; errors of
+centring and heights are those of occupations, and refraction is that of a set-up, as the
+instrument's precision says.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.instruments.precision import Precision
-from tribrach.simulate.surveying import true_sights
+from tribrach.simulate.surveying import eccentricities, refraction, true_sights
 from tribrach.units import GON, SEC
 
 __all__ = ["InstrumentDay", "gsi"]
@@ -61,7 +62,12 @@ def gsi(
     """
     day = day or InstrumentDay()
     direction, zenith, distance = true_sights(
-        places, lines, height_instrument, height_target, precision.refraction
+        places,
+        lines,
+        height_instrument,
+        height_target,
+        refraction(lines, precision, rng),
+        eccentricities(lines, precision, rng),
     )
     readings = _readings(direction, zenith, distance, precision, rng, day)
     setups: dict[str, list[int]] = {}
@@ -101,10 +107,6 @@ def _readings(
 ) -> Array:
     """Directions, zenith angles and distances (3, sets, faces, n) as the instrument reads them."""
     n = len(distance)
-    ends = np.sqrt(2) * np.stack(
-        [precision.centring / distance, precision.height / distance,
-         np.full(n, precision.centring)]
-    )  # fmt: skip
     assert precision.direction is not None
     assert precision.zenith is not None
     assert precision.distance is not None
@@ -115,15 +117,13 @@ def _readings(
             precision.distance + precision.scale * distance,
         ]
     )
-    common = ends * rng.normal(size=(3, n))
     noise = own[:, None, None] * rng.normal(size=(3, day.sets, 2, n))
     off = day.collimation / np.sin(zenith)
-    h, v, s = (x + error for x, error in zip((direction, zenith, distance), common, strict=True))
     both = np.stack(
         [
-            np.stack([h + off, h + np.pi - off]),
-            np.stack([v + day.index, 2 * np.pi - v + day.index]),
-            np.stack([s, s]),
+            np.stack([direction + off, direction + np.pi - off]),
+            np.stack([zenith + day.index, 2 * np.pi - zenith + day.index]),
+            np.stack([distance, distance]),
         ]
     )
     read: Array = both[:, None] + noise

@@ -71,24 +71,19 @@ def sights(
     rng
         Draws errors and orientations.
     """
-    survey = _survey(places)
-    start, end = (list(side) for side in zip(*lines, strict=True))
     xyz = {name: np.asarray(x, dtype=float) for name, x in places.items()}
     length = np.array([np.linalg.norm(xyz[a] - xyz[b]) for a, b in lines])
     ones = np.ones(len(lines))
-    common: dict[str, Any] = {
-        "start": start,
-        "end": end,
-        "height_instrument": np.array([height_instrument.get(a, 0.0) for a in start]),
-        "height_target": np.array([height_target.get(b, 0.0) for b in end]),
-    }
-    circles = [f"orientation of {a}" for a in start]
-    sigma = [f(length, ones) for f in (precision.of_directions, precision.of_zeniths)]
-    survey.add(Directions, values=ones, sigma=sigma[0], orientation=circles, **common)
-    refraction = precision.refraction
-    survey.add(ZenithAngles, values=ones, sigma=sigma[1], refraction=refraction, **common)
-    survey.add(SlopeDistances, values=ones, sigma=precision.of_distances(length, ones), **common)
-    network = survey.network()
+    sigma = [
+        precision.of_directions(length, ones, 0.0),
+        precision.of_zeniths(length, ones, 0.0),
+        precision.of_distances(length, ones, 0.0),
+    ]
+    eccentric = eccentricities(lines, precision, rng)
+    bent = refraction(lines, precision, rng)
+    network, common = _sights(
+        places, lines, height_instrument, height_target, bent, eccentric, sigma
+    )
     network.start.scalars[:] = rng.uniform(0, 2 * np.pi, len(network.start.scalars))
     seen = {o.kind: o.values[:, 0] for o in observe(network, network.start, rng).observations}
     rows = ["from,to,direction_gon,zenith_gon,slope_distance_m,height_instrument_m,height_target_m"]
@@ -106,9 +101,10 @@ def true_sights(
     lines: Sequence[tuple[str, str]],
     height_instrument: Mapping[str, float],
     height_target: Mapping[str, float],
-    refraction: float,
+    refraction: Array | float,
+    eccentric: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Sights without errors.
+    """Sights without errors of readings.
 
     Parameters
     ----------
@@ -119,7 +115,9 @@ def true_sights(
     height_instrument, height_target
         By name [m], zero for names that are missing.
     refraction
-        Coefficient of refraction.
+        Coefficient of refraction, of all or of each sight (n,).
+    eccentric
+        Vectors (n, 3) from the marks of both ends to what stands over them [m].
 
     Returns
     -------
@@ -130,6 +128,61 @@ def true_sights(
     distance : (n,)
         Slope distances [m].
     """
+    network, _ = _sights(
+        places, lines, height_instrument, height_target, refraction, eccentric, [1.0, 1.0, 1.0]
+    )
+    network.start.scalars[:] = 0.0
+    true = {o.kind: o.predict(network.start)[:, 0] for o in network.observations}
+    return true["direction"], true["zenith"], true["slope_distance"]
+
+
+def eccentricities(
+    lines: Sequence[tuple[str, str]], precision: Precision, rng: np.random.Generator
+) -> tuple[Array, Array]:
+    """Vectors (n, 3) from the marks of both ends of sights to what stands over them [m].
+
+    One for each occupation, as the instrument's ``centring_per`` says.
+    """
+    sigma = np.array([precision.centring, precision.centring, precision.height])
+    drawn: dict[object, Array] = {}
+
+    def one(*occupation: object) -> Array:
+        return drawn.setdefault(occupation, sigma * rng.normal(size=3))
+
+    ends = []
+    for k, (start, end) in enumerate(lines):
+        if precision.centring_per == "mark":
+            ends.append((one(start), one(end)))
+        elif precision.centring_per == "setup":
+            ends.append((one("at", start), one("of", end, start)))
+        else:
+            ends.append((one("at", k), one("of", k)))
+    both = np.array(ends).reshape(-1, 2, 3)
+    return both[:, 0], both[:, 1]
+
+
+def refraction(
+    lines: Sequence[tuple[str, str]], precision: Precision, rng: np.random.Generator
+) -> Array:
+    """Coefficients of refraction (n,) of sights, another one at every set-up."""
+    starts = dict.fromkeys(start for start, _ in lines)
+    change = dict.fromkeys(starts, 0.0)
+    if precision.refraction_sigma:
+        drawn = precision.refraction_sigma * rng.normal(size=len(starts))
+        change = dict(zip(starts, drawn.tolist(), strict=True))
+    return precision.refraction + np.array([change[start] for start, _ in lines])
+
+
+def _sights(
+    places: Mapping[str, Array],
+    lines: Sequence[tuple[str, str]],
+    height_instrument: Mapping[str, float],
+    height_target: Mapping[str, float],
+    refraction: Array | float,
+    eccentric: tuple[Array, Array] | None,
+    sigma: Sequence[Any],
+) -> tuple[Network, dict[str, Any]]:
+    """Directions, zenith angles and distances with these sigmas, at their places; heights."""
     survey = _survey(places)
     start, end = (list(side) for side in zip(*lines, strict=True))
     ones = np.ones(len(lines))
@@ -139,14 +192,15 @@ def true_sights(
         "height_instrument": np.array([height_instrument.get(a, 0.0) for a in start]),
         "height_target": np.array([height_target.get(b, 0.0) for b in end]),
     }
+    for side, moved in zip(("instrument", "target"), eccentric or (), strict=False):
+        names = [f"eccentricity of {side} {k}" for k in range(len(lines))]
+        survey.vectors |= {name: (v, False) for name, v in zip(names, moved, strict=True)}
+        common[f"eccentricity_{side}"] = names
     circles = [f"orientation of {a}" for a in start]
-    survey.add(Directions, values=ones, sigma=1.0, orientation=circles, **common)
-    survey.add(ZenithAngles, values=ones, sigma=1.0, refraction=refraction, **common)
-    survey.add(SlopeDistances, values=ones, sigma=1.0, **common)
-    network = survey.network()
-    network.start.scalars[:] = 0.0
-    true = {o.kind: o.predict(network.start)[:, 0] for o in network.observations}
-    return true["direction"], true["zenith"], true["slope_distance"]
+    survey.add(Directions, values=ones, sigma=sigma[0], orientation=circles, **common)
+    survey.add(ZenithAngles, values=ones, sigma=sigma[1], refraction=refraction, **common)
+    survey.add(SlopeDistances, values=ones, sigma=sigma[2], **common)
+    return survey.network(), common
 
 
 def levelling(

@@ -26,6 +26,8 @@ class Carrier:
     covariance: Array | None = None
     #: true from B to A
     backwards: bool = False
+    #: degrees of freedom of the variance that the covariance rests on; None where sigmas were given
+    freedom: int | None = None
 
     def matrix(self, d: int) -> Array:
         """Linear part (d, d) for points of dimension d."""

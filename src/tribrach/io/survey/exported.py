@@ -23,6 +23,7 @@ from tribrach._types import Array, Index
 from tribrach.errors import UnknownName
 from tribrach.geodesy.plumb import PlumbLines
 from tribrach.network.network import Network
+from tribrach.network.occupations import by_sight
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.levelling import HeightDifferences
 
@@ -75,7 +76,7 @@ def export(network: Network, format: str) -> Exported:
     if format not in WRITERS:
         raise UnknownName("format", format, WRITERS)
     module = importlib.import_module(f"tribrach.io.survey.{WRITERS[format]}")
-    return cast(_Writer, module).write(network)
+    return cast(_Writer, module).write(by_sight(network))
 
 
 def packed_seconds(angle: float, decimals: int) -> tuple[int, int, str]:

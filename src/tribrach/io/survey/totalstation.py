@@ -29,6 +29,7 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.facts import Fact, PointCodes, facts_of
 from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum, is_given
+from tribrach.network.occupations import Ends, Occupied, occupy, share_refraction
 from tribrach.network.start.placeholders import contradiction, dummy_places, dummy_words
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -187,7 +188,13 @@ def _some(words: list[str], name: str) -> list[str]:
 
 #: of an instrument that nobody has described
 TYPICAL = Precision(
-    direction=3 * SEC, zenith=3 * SEC, distance=2e-3, scale=2e-6, centring=1e-3, height=1e-3
+    direction=3 * SEC,
+    zenith=3 * SEC,
+    distance=2e-3,
+    scale=2e-6,
+    centring=1e-3,
+    height=1e-3,
+    refraction_sigma=0.1,
 )
 
 
@@ -404,6 +411,8 @@ class _Writer:
         """Directions, zenith angles and distances."""
         reduction, precision = self.reduced.reduction, self.precision
         circle = reduction.directions
+        level, far = reduction.zeniths, reduction.distances
+        turned, tilted, reached = self._occupied(circle, level, far)
         keys = list(zip(circle.setup.tolist(), circle.circle.tolist(), strict=True))
         # a direction alone says nothing: its orientation takes all of it
         kept = ~self.out[circle.target]
@@ -411,15 +420,37 @@ class _Writer:
         use = np.array([count[key] > 1 for key in keys], dtype=bool)
         orientation = [self._orientation(setup, turn) for setup, turn in keys]
         readings = circle.readings.astype(float)
-        sigma = precision.of_directions(self._length(circle), readings)
-        self._add(Directions, circle, sigma, use, {"orientation": np.array(orientation, object)})
-        level = reduction.zeniths
-        sigma = precision.of_zeniths(self._length(level), level.readings.astype(float))
-        refraction = {"refraction": np.full(len(level.value), precision.refraction)}
-        self._add(ZenithAngles, level, sigma, np.ones(len(level.value), dtype=bool), refraction)
-        far = reduction.distances
-        sigma = precision.of_distances(far.value, far.readings.astype(float))
-        self._add(SlopeDistances, far, sigma, np.ones(len(far.value), dtype=bool), {})
+        sigma = precision.of_directions(self._length(circle), readings, turned.ends)
+        further = {"orientation": np.array(orientation, object), **turned.columns}
+        self._add(Directions, circle, sigma, use, further)
+        readings = level.readings.astype(float)
+        sigma = precision.of_zeniths(self._length(level), readings, tilted.ends)
+        further = {"refraction": np.full(len(level.value), precision.refraction), **tilted.columns}
+        further |= share_refraction(
+            self.survey,
+            precision,
+            self.reduced.raw.name,
+            self._ends_of(ZenithAngles, level),
+            self._length(level),
+        )
+        self._add(ZenithAngles, level, sigma, np.ones(len(level.value), dtype=bool), further)
+        sigma = precision.of_distances(far.value, far.readings.astype(float), reached.ends)
+        every = np.ones(len(far.value), dtype=bool)
+        self._add(SlopeDistances, far, sigma, every, dict(reached.columns))
+
+    def _occupied(self, circle: Means, level: Means, far: Means) -> list[Occupied]:
+        """Errors of centring that directions, zenith angles and distances have in common."""
+        kinds = ((Directions, circle), (ZenithAngles, level), (SlopeDistances, far))
+        ends = [self._ends_of(kind, means) for kind, means in kinds]
+        return occupy(self.survey, self.precision, self.reduced.raw.name, ends)
+
+    def _ends_of(self, kind: type[Observations], means: Means) -> Ends:
+        """Where means of a kind go, and from which set-up of a mark that has several."""
+        names = self.reduced.station
+        setup = np.full(len(names), "", dtype=object)
+        for k in np.flatnonzero([(names == name).sum() > 1 for name in names]):
+            setup[k] = f"set-up {k + 1}"
+        return Ends(kind, self._starts(means), self._ends(means), setup[means.setup])
 
     def _orientation(self, setup: int, circle: int) -> str:
         """Name of the unknown of one position of the circle."""

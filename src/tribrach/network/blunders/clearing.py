@@ -207,5 +207,8 @@ def _standing_out(adjustment: Adjustment, wild: frozenset[Key]) -> frozenset[Key
     w = np.nan_to_num(np.abs(weigh(adjustment).w))
     keys = list(zip(rows.table.tolist(), rows.item.tolist(), strict=True))
     w[[key in wild for key in keys]] = 0.0
+    # errors that sights share are in every network; what is looked for is a reading
+    shared = [o.facts.nuisance for o in adjustment.network.observations]
+    w[np.array(shared, dtype=bool)[rows.table]] = 0.0
     limit = max(_STANDS_OUT, w_critical(), _SHARE * float(w.max(initial=0.0)))
     return frozenset(keys[k] for k in np.flatnonzero(w >= limit))

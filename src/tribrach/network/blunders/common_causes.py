@@ -527,7 +527,9 @@ class _Candidates:
     def _single(self) -> Iterator[tuple[_Cause, _Triples]]:
         """Whole observations that the tests reject."""
         tables = self.adjustment.network.observations
-        for suspect in find_suspects(self.system)[:_SINGLE]:
+        # what sights share is a common cause under another name
+        found = [s for s in find_suspects(self.system) if not tables[s.key[0]].facts.nuisance]
+        for suspect in found[:_SINGLE]:
             table, item = suspect.key
             o = tables[table]
             rows = self._rows_of(table, np.array([item])).ravel()

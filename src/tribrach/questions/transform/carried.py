@@ -16,6 +16,8 @@ from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 from tribrach.io.point_list import point_list_text, read_point_list
 from tribrach.scan.scan import Field, Scan
+from tribrach.sentences import Sentence
+from tribrach.statistics import t
 from tribrach.transformation.carrying import Carrier
 
 __all__ = ["move_cloud", "move_points"]
@@ -48,7 +50,22 @@ def move_points(source: Path, carrier: Carrier) -> tuple[str, list[str]]:
         sentences.append("the transformation has no covariance: that of the points alone is turned")
     else:
         sentences.append("what the transformation contributes is common to all points")
+    sentences += _freedom(carrier)
     return point_list_text(given.names, carrier.points(given.xyz), covariance), sentences
+
+
+def _freedom(carrier: Carrier) -> list[str]:
+    """How much wider intervals are where the variance comes from few residuals."""
+    if carrier.freedom is None:
+        return []
+    return [
+        Sentence(
+            "the sigmas of the transformation rest on {own.freedom} redundant values: 95 % "
+            "intervals take {factor:2} of them, not 1.96",
+            own=carrier,
+            factor=float(t.ppf(0.975, carrier.freedom)),
+        )
+    ]
 
 
 def move_cloud(
@@ -158,4 +175,4 @@ def _cloud_sentences(own: bool, carrier: Carrier, scan: Scan) -> list[str]:
         out.append("correlations of the points are not in the source and are taken as zero")
     if own and carrier.covariance is not None:
         out.append("what the transformation contributes is common to all points")
-    return out
+    return out + _freedom(carrier)

@@ -68,7 +68,7 @@ def apply(
 ) -> Answer:
     """Carry points or a cloud through a transformation, with their covariances."""
     stored = read_transformation(transformation)
-    carrier = Carrier(stored.transformation, stored.covariance, inverse)
+    carrier = Carrier(stored.transformation, stored.covariance, inverse, stored.freedom)
     files = {}
     if source.suffix.lower() == ".csv":
         if destination.suffix.lower() != ".csv":

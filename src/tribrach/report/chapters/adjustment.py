@@ -357,6 +357,8 @@ def _disagreement(seen: _Seen, head: Head) -> list[_Disagreement]:
 def _uncontrolled(head: Head) -> list[str]:
     """Values that no other value controls, or hardly, by name."""
     active = head.observations.chosen(head.observations.column("state") == "active")
+    shared = [kind_named(kind).facts.nuisance for kind in active.column("kind").tolist()]
+    active = active.chosen(~np.array(shared, dtype=bool))
     without = np.isnan(active.column("w"))
     none, tested = active.chosen(without), active.chosen(~without)
     redundancy = np.nan_to_num(tested.column("redundancy"))

@@ -21,8 +21,9 @@ from tribrach.report.content import (
     Head,
     Point,
     ReportSettings,
+    Triple,
 )
-from tribrach.report.numbers import matrices, sigmas, triples
+from tribrach.report.numbers import matrices, sigmas, triple, triples
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -56,15 +57,14 @@ class Uncertainty:
     Parameters
     ----------
     covariances : (n, 3, 3) [m^2], scaled.
+    freedom : (n, 3), degrees of freedom of the variances along E, N and U.
     """
 
-    def __init__(
-        self, covariances: Array, adjustment: Adjustment, settings: ReportSettings
-    ) -> None:
-        scaled = adjustment.scaled(posterior=settings.posterior)
+    def __init__(self, covariances: Array, freedom: Array, settings: ReportSettings) -> None:
+        self.freedom = freedom
+        used = (freedom[:, 2], freedom[:, 0], freedom.min(axis=1))
         self._factor = [
-            confidence_factor(k, settings.confidence, adjustment.dof if scaled else None)
-            for k in (1, 2, 3)
+            confidence_factor(k, settings.confidence, dof) for k, dof in enumerate(used, start=1)
         ]
         self._free = np.einsum("nii->ni", covariances) > 0
         self._plan = plan_ellipses(covariances, self._factor[1])
@@ -86,7 +86,12 @@ class Uncertainty:
 
     def height(self, i: int) -> float | None:
         """Half width of the height interval [m]; None if U is held."""
-        return float(self._factor[0] * self._sigma_u[i]) if self._free[i, 2] else None
+        return float(self._factor[0][i] * self._sigma_u[i]) if self._free[i, 2] else None
+
+    def dof(self, i: int) -> Triple | None:
+        """Degrees of freedom of the variances along E, N, U; None where sigmas are given."""
+        found = self.freedom[i]
+        return None if np.isinf(found).all() else triple(np.where(np.isinf(found), np.nan, found))
 
     def ellipsoid(self, i: int) -> Ellipsoid | None:
         """Ellipsoid; None if a coordinate is held."""
@@ -107,7 +112,8 @@ def position_uncertainty(
     covariances = adjustment.position_covariances() * adjustment.variance_factor(
         posterior=settings.posterior
     )
-    return covariances, Uncertainty(covariances, adjustment, settings)
+    freedom = adjustment.freedom(posterior=settings.posterior)
+    return covariances, Uncertainty(covariances, freedom, settings)
 
 
 def points(
@@ -132,6 +138,7 @@ def points(
             height_interval=uncertainty.height(i),
             ellipsoid=uncertainty.ellipsoid(i),
             code=codes.get(name, ""),
+            dof=uncertainty.dof(i),
             **{key: coordinates[i] for key, coordinates in places.items()},
         )
         for i, name in enumerate(names)

@@ -110,6 +110,7 @@ def stations(
             name=name,
             world_from_scanner=matrix(pose[i]),
             covariance=matrix(covariance[i]),
+            dof=uncertainty.dof(first + i),
             xyz=triple(state.pose_t[i]),
             sigma=triple(sigma[i, :3]),
             heading=float(view.angles[i, 0]),

@@ -10,6 +10,7 @@ import numpy as np
 from tribrach.instruments.calibration import meaning_of
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.roles import scalar_roles, unknown_references
+from tribrach.observations.sights import ECCENTRICITY_UNKNOWN
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import (
     CorrelationRow,
@@ -58,7 +59,7 @@ _WORST = Worst("all but orientations, and the orientations with the largest sigm
 
 
 def other_unknowns(adjustment: Adjustment, settings: ReportSettings) -> tuple[Unknown, ...]:
-    """Scalars, vectors and planes, in this order."""
+    """Scalars, vectors and planes, in this order; eccentricities are residuals of centrings."""
     factor = adjustment.variance_factor(posterior=settings.posterior)
     return (
         *_scalars(adjustment, factor),
@@ -82,9 +83,14 @@ def _scalars(adjustment: Adjustment, factor: float) -> list[ScalarUnknown]:
     return out
 
 
+def _roles(adjustment: Adjustment) -> dict[int, str]:
+    """What the vectors are, by number."""
+    return {i: r.means for _, r, i, _ in unknown_references(adjustment, "vector") if r.means}
+
+
 def _vectors(adjustment: Adjustment, factor: float) -> list[VectorUnknown]:
     covariance = adjustment.family_covariances("vector") * factor
-    roles = {i: r.means for _, r, i, _ in unknown_references(adjustment, "vector") if r.means}
+    roles = _roles(adjustment)
     return [
         VectorUnknown(
             name,
@@ -94,6 +100,7 @@ def _vectors(adjustment: Adjustment, factor: float) -> list[VectorUnknown]:
             numbers(sigmas(covariance[i])),
         )
         for i, name in enumerate(adjustment.layout.names["vector"])
+        if roles.get(i) != ECCENTRICITY_UNKNOWN
     ]
 
 
@@ -116,12 +123,16 @@ def _planes(adjustment: Adjustment, factor: float) -> list[PlaneUnknown]:
 def correlations(adjustment: Adjustment, limit: float = CORRELATED) -> tuple[CorrelationRow, ...]:
     """Pairs of unknowns other than point coordinates with ``|rho| > limit``, strongest first.
 
-    Points are left out: how their coordinates go together shows in their ellipses. In networks
+    Points are left out: how their coordinates go together shows in their ellipses. So are
+    eccentricities, which nobody wants to know. In networks
     with more than :data:`MOST_UNKNOWNS` such unknowns the list is empty.
     """
     layout = adjustment.layout
     columns = adjustment.free_columns
-    chosen = np.flatnonzero(columns >= 3 * layout.count("point"))
+    shared = [i for i, role in _roles(adjustment).items() if role == ECCENTRICITY_UNKNOWN]
+    eccentric = layout.columns("vector", np.array(shared, dtype=np.int64))
+    others = (columns >= 3 * layout.count("point")) & ~np.isin(columns, eccentric)
+    chosen = np.flatnonzero(others)
     if len(chosen) < 2 or len(chosen) > MOST_UNKNOWNS:
         return ()
     unit = np.zeros((len(columns), len(chosen)))

@@ -68,22 +68,34 @@ class _PlannedReader(SightReader):
             f"write one of {', '.join(PLANNED)}",
         )
         self._check_repetitions()
+        planned = {}
         for name, (_, sight) in _SIGHTS.items():
             whole = sight.planned is Planned.TOTAL_STATION
             both = (kinds == name) | ((kinds == "total_station") & whole)
-            rows = np.flatnonzero(both)
-            if len(rows):
-                self._plan(name, rows)
+            if both.any():
+                planned[name] = np.flatnonzero(both)
+        self.occupy(planned)
+        for name, rows in planned.items():
+            self._plan(name, rows)
         self._gnss(np.flatnonzero(kinds == GnssPositions.kind), baseline=False)
         self._gnss(np.flatnonzero(kinds == GnssBaselines.kind), baseline=True)
         scans = np.flatnonzero(kinds == "scan")
         ends = [self.table.names(side, scans) for side in ("from", "to")]
         self.scans = list(zip(*ends, strict=True))
 
+    def sigmas_of(self, name: str) -> tuple[str, ...]:
+        """Columns that hold a kind's sigma."""
+        return (f"sigma_{name}", *_SIGHTS[name][1].sigmas)
+
+    def lengths_of(self, rows: Index) -> Array:
+        """Lengths (n,) of planned sights [m]."""
+        lengths: Array = np.linalg.norm(self._ends_between(rows)[2], axis=1)
+        return lengths
+
     def _check_repetitions(self) -> None:
         self.repetitions(self.all)
 
-    def _ends(self, rows: Index) -> tuple[list[str], list[str], Array]:
+    def _ends_between(self, rows: Index) -> tuple[list[str], list[str], Array]:
         """Names of both ends and the vectors (n, 3) between them."""
         start, end = (self.table.names(side, rows) for side in ("from", "to"))
         xyz = []
@@ -100,7 +112,7 @@ class _PlannedReader(SightReader):
 
     def _plan(self, name: str, rows: Index) -> None:
         """Planned values of one kind; lengths are real ones, others are placeholders."""
-        start, end, chord = self._ends(rows)
+        start, end, chord = self._ends_between(rows)
         length = np.linalg.norm(chord, axis=1)
         level = np.linalg.norm(chord[:, :2], axis=1)
         given = self.table.number("length")[rows]
@@ -116,13 +128,15 @@ class _PlannedReader(SightReader):
             np.where(np.isnan(given), level, given),
             self.repetitions(rows),
             planned=True,
+            ends=self.occupied[name].ends,
         )
-        titles = (f"sigma_{name}", *sight.sigmas)
         self.add(
             kind,
             rows,
             values=values,
-            sigma=self.sigma(titles, rows, lambda: kind.instrument_sigma(self.precision, line)),
+            sigma=self.sigma(
+                self.sigmas_of(name), rows, lambda: kind.instrument_sigma(self.precision, line)
+            ),
             start=start,
             end=end,
             **self.further(name, rows),
@@ -149,7 +163,7 @@ class _PlannedReader(SightReader):
         )
         sigma /= np.sqrt(self.repetitions(rows))[:, None]
         if baseline:
-            start, end, chord = self._ends(rows)
+            start, end, chord = self._ends_between(rows)
             self.add(GnssBaselines, rows, values=chord, sigma=sigma, start=start, end=end)
             return
         names = self.table.names("from", rows)

@@ -122,9 +122,7 @@ class Reader(ABC):
         self, columns: tuple[str, ...], rows: Index, default: Callable[[], Array | None]
     ) -> Array:
         """Sigmas (len(rows),): the first of the columns that is filled, or the instrument's."""
-        given = np.full(len(rows), np.nan)
-        for column in columns:
-            given = np.where(np.isnan(given), self.table.number(column)[rows], given)
+        given = self.given_sigma(columns, rows)
         empty = np.flatnonzero(np.isnan(given))
         if len(empty) == 0:
             return given
@@ -135,6 +133,13 @@ class Reader(ABC):
             f"there is no {columns[0]}",
             "add the column with its unit, or name an instrument in the project",
         )
+        return given
+
+    def given_sigma(self, columns: tuple[str, ...], rows: Index) -> Array:
+        """Sigmas (len(rows),) of the file: the first of the columns that is filled, or NaN."""
+        given = np.full(len(rows), np.nan)
+        for column in columns:
+            given = np.where(np.isnan(given), self.table.number(column)[rows], given)
         return given
 
     def covariance(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, Literal
 
@@ -11,6 +11,7 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.io.survey.csv.columns import SIGHT_KINDS
 from tribrach.io.survey.csv.reader import Reader, located
+from tribrach.network.occupations import Ends, Occupied, occupy, share_refraction
 from tribrach.network.shared_heights import SharedHeight, share_heights
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import CsvColumns, SightLength, SightLine
@@ -65,6 +66,11 @@ class AngleReader(_Sighted):
 class SightReader(_Sighted):
     """Sights ``from`` an instrument ``to`` a target, each with one or several values."""
 
+    #: errors of centring that sights have in common, by what was measured
+    occupied: dict[str, Occupied]
+    #: the column of zenith angles with unknown changes of refraction
+    bent: dict[str, Any]
+
     def read(self) -> None:
         """All values of the file; a cell that is empty was not measured."""
         measured = [name for name in SIGHT_KINDS if name in self.table.numbers]
@@ -79,6 +85,7 @@ class SightReader(_Sighted):
                 f"{self.table.titles['sigma']} could mean {' or '.join(measured)}",
                 f"name it sigma_{measured[0]} with its unit",
             )
+        self.occupy(rows)
         for name in measured:
             if len(rows[name]):
                 self._add(name, rows[name])
@@ -132,21 +139,50 @@ class SightReader(_Sighted):
         if kind is ZenithAngles and (over := (values > np.pi) & (values < 2 * np.pi)).any():
             values = np.where(over, 2 * np.pi - values, values)
             self.survey.warnings.append(face_two_words(self.sources[rows[over]].tolist()))
-        titles = (f"sigma_{name}", *self._other_sigmas(columns))
         self.add(
             kind,
             rows,
             values=values,
-            sigma=self.sigma(tuple(dict.fromkeys(titles)), rows, self._default(name, rows)),
+            sigma=self.sigma(self.sigmas_of(name), rows, self._default(name, rows)),
             start=self.table.names("from", rows),
             end=self.table.names("to", rows),
             **self.further(name, rows),
         )
 
-    @staticmethod
-    def _other_sigmas(columns: CsvColumns) -> tuple[str, ...]:
-        """Columns that hold a kind's sigma where its own does not."""
-        return (*columns.sigmas, "sigma")
+    def sigmas_of(self, name: str) -> tuple[str, ...]:
+        """Columns that hold a kind's sigma."""
+        return tuple(dict.fromkeys((f"sigma_{name}", *SIGHT_KINDS[name][1].sigmas, "sigma")))
+
+    def occupy(self, rows: Mapping[str, Index]) -> None:
+        """Find the errors of centring that sights without a sigma of their own have in common."""
+        own = {n: np.isnan(self.given_sigma(self.sigmas_of(n), rows[n])) for n in rows}
+        ends = [self._ends(name, rows[name][mask]) for name, mask in own.items()]
+        found = occupy(self.survey, self.precision, self.table.name, ends)
+        self.occupied = {}
+        for (name, mask), one in zip(own.items(), found, strict=True):
+            whole = [np.full(len(mask), "", dtype=object) for _ in range(2)]
+            whole[0][mask], whole[1][mask] = one.instrument, one.target
+            self.occupied[name] = Occupied(*whole)
+        self.bent = {}
+        if ZenithAngles.kind in rows:
+            zeniths = rows[ZenithAngles.kind]
+            length = self.lengths_of(zeniths)
+            ends_of = self._ends(ZenithAngles.kind, zeniths)
+            self.bent = share_refraction(
+                self.survey, self.precision, self.table.name, ends_of, length
+            )
+
+    def _ends(self, name: str, rows: Index) -> Ends:
+        """Where rows of a kind go."""
+        start, end = (
+            np.array(self.table.names(side, rows), dtype=object) for side in ("from", "to")
+        )
+        return Ends(SIGHT_KINDS[name][0], start, end, np.full(len(rows), "", dtype=object))
+
+    def lengths_of(self, rows: Index) -> Array:
+        """Lengths (n,) of sights [m], NaN where they are not known."""
+        lengths: Array = self._lengths[rows]
+        return lengths
 
     def further(self, name: str, rows: Index) -> dict[str, Any]:
         """What a kind wants besides its value and its ends."""
@@ -156,7 +192,13 @@ class SightReader(_Sighted):
             for reference in kind.references()
             if reference.by_set
         }
-        return self.heights(columns, rows) | of_sets | kind.instrument_columns(self.precision)
+        return (
+            self.heights(columns, rows)
+            | of_sets
+            | kind.instrument_columns(self.precision)
+            | self.occupied[name].columns
+            | (self.bent if kind is ZenithAngles else {})
+        )
 
     def _names_by_set(self, means: str, rows: Index) -> list[str]:
         """One unknown for each instrument and set of the file."""
@@ -175,6 +217,7 @@ class SightReader(_Sighted):
             self._lengths[rows],
             self.table.number("length")[rows],
             self.repetitions(rows),
+            ends=self.occupied[name].ends,
         )
 
         def sigma() -> Array | None:
@@ -185,7 +228,7 @@ class SightReader(_Sighted):
 
     def _warn_of_lengths(self, kind: type[Observations], line: SightLine) -> None:
         """Say where the errors of the ends of a sight cannot be counted."""
-        unknown = int(np.isnan(line.sight).sum())
+        unknown = int((np.isnan(line.sight) & (line.ends > 0)).sum())
         if unknown and kind.sigma_by_length(self.precision):
             self.survey.warnings.append(
                 f"{self.table.path.name}: {unknown} of {len(line.sight)} {kind.facts.title}s have "
