@@ -33,7 +33,13 @@ from tribrach.registration.clouds.relative_covariance import (
     RelativeCovariance,
     relative_covariance,
 )
-from tribrach.registration.clouds.starts import kiss_pose, own_poses, plan_poses
+from tribrach.registration.clouds.starts import (
+    kiss_poses,
+    levelled_pose,
+    own_poses,
+    plan_poses,
+    slope_poses,
+)
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 from tribrach.sentences import Sentence
@@ -139,6 +145,7 @@ class Origin(Enum):
 
     GIVEN = "approximate pose"
     PLAN = "plan"
+    SLOPES = "slopes"
     FRAME = "one frame"
     KISS = "kiss-matcher"
     SYMMETRY = "what a scan has twice"
@@ -179,8 +186,9 @@ def judged(
     looked.sort(key=lambda c: -c.verdict.score)
     least = GATES.best_share * looked[0].verdict.score if looked else 0.0
     good = [c for c in looked[: GATES.second_looks] if c.verdict.score >= least]
-    # what the user gave is looked at in any case
-    good += [c for c in looked[GATES.second_looks :] if c.origin is Origin.GIVEN]
+    # what the user gave is looked at in any case, and so is one frame
+    certain = (Origin.GIVEN, Origin.FRAME)
+    good += [c for c in looked if c.origin in certain and not any(c is other for other in good)]
     candidates = refined(a, b, good)
     slid = [place for c in candidates for place in _slid(a, b, few, c)]
     return refined(a, b, [*candidates, *slid]) if slid else candidates
@@ -467,21 +475,25 @@ def register_pair(
     """
     proposed = [] if prior is None else [(prior, Origin.GIVEN)]
     proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
-    proposed += [(Pose.identity(), Origin.FRAME)]
+    level = levelled_pose(a.coarse.surfels, b.coarse.surfels)
+    frames = [Pose.identity()] if level is None else [Pose.identity(), level]
+    proposed += [(pose, Origin.FRAME) for pose in frames]
     fits, most = _fits(a, b, proposed, floor)
-    if not fits or not _consistent(fits[0].verdict):
-        matched = kiss_pose(a.coarse.surfels, b.coarse.surfels)
-        if matched is not None:
-            more, share = _fits(a, b, [(matched, Origin.KISS)], floor)
+    tried = [Origin.GIVEN] * (prior is not None) + [Origin.PLAN, Origin.FRAME]
+    for further, origin in ((slope_poses, Origin.SLOPES), (kiss_poses, Origin.KISS)):
+        if fits and _consistent(fits[0].verdict):
+            break
+        places = further(a.coarse.surfels, b.coarse.surfels)
+        if places:
+            tried.append(origin)
+            more, share = _fits(a, b, [(pose, origin) for pose in places], floor)
             fits, most = sorted([*fits, *more], key=lambda f: -f.verdict.score), max(most, share)
     carried = [f for f in fits if _carried_along(a, b, f)]
     fits = [f for f in fits if not any(f is c for c in carried)]
     if carried and not (fits and _consistent(fits[0].verdict)):
         return CloudPair(a.name, b.name, None, (), (_suspect(a.name, b.name, carried[0]),))
     if not fits:
-        return CloudPair(
-            a.name, b.name, None, (), (_not_found(a.name, b.name, most, prior is not None),)
-        )
+        return CloudPair(a.name, b.name, None, (), (_not_found(a.name, b.name, most, tried),))
     best = fits[0] if prior is None else _nearest(fits, prior)
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
@@ -710,14 +722,14 @@ def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
     return float(np.linalg.norm(off - basis @ (basis.T @ off))), apart(fit.pose, prior)[1]
 
 
-def _not_found(a: str, b: str, most: float, given: bool) -> str:
+def _not_found(a: str, b: str, most: float, tried: Sequence[Origin]) -> str:
     return Sentence(
-        "no place was found for {b} in {a}: of the places tried (plans, one frame{given}) the "
+        "no place was found for {b} in {a}: of the places tried ({tried}) the "
         "best lets {most} of one scan agree with the other, less than {least} or too "
         "small an area; give an approximate pose, or targets",
         a=a,
         b=b,
-        given=", the approximate pose" if given else "",
+        tried=", ".join(origin.value for origin in tried),
         most=percent(most),
         least=percent(GATES.least_overlap),
     )
