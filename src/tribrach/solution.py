@@ -13,7 +13,12 @@ from typing import TYPE_CHECKING, Literal
 
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.blunders.control_mistakes import WrongCoordinate, wrong_coordinate
+from tribrach.network.blunders.control_mistakes import (
+    WrongCoordinate,
+    WrongList,
+    wrong_coordinate,
+    wrong_list,
+)
 from tribrach.network.blunders.mistakes import Mistakes, first_adjustment, mistakes
 from tribrach.network.blunders.robust import RobustResult, adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, coverage_after, snoop
@@ -125,13 +130,13 @@ class Solving:
         return first_adjustment(self.network)
 
     @cached_property
-    def accused(self) -> WrongCoordinate | None:
-        """A given coordinate that looks wrong, for certain or not."""
-        return wrong_coordinate(self.first)
+    def accused(self) -> WrongCoordinate | WrongList | None:
+        """A list of given coordinates or one of them that looks wrong, for certain or not."""
+        return wrong_list(self.first) or wrong_coordinate(self.first)
 
     @property
-    def wrong(self) -> WrongCoordinate | None:
-        """A given coordinate that is wrong for certain: what else is wrong is seen without it."""
+    def wrong(self) -> WrongCoordinate | WrongList | None:
+        """What is wrong in given coordinates for certain: what else is wrong is seen without it."""
         return self.accused if self.accused is not None and self.accused.certain else None
 
     @cached_property
@@ -223,7 +228,12 @@ DIAGNOSES = (
     Diagnosis(
         "wrong_coordinate",
         Severity.INPUT,
-        lambda s: [] if s.accused is None else [s.accused.sentence()],
+        lambda s: [s.accused.sentence()] if isinstance(s.accused, WrongCoordinate) else [],
+    ),
+    Diagnosis(
+        "wrong_list",
+        Severity.INPUT,
+        lambda s: [s.accused.sentence()] if isinstance(s.accused, WrongList) else [],
     ),
     Diagnosis("mistake", Severity.INPUT, lambda s: s.mistakes.sentences),
     Diagnosis("shared_bias", Severity.NOTE, lambda s: s.mistakes.notes),
