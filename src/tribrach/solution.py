@@ -11,6 +11,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from tribrach.calibration.systematic_errors import SystematicErrors, systematic_errors
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.control_mistakes import (
@@ -131,8 +134,16 @@ class Solving:
 
     @cached_property
     def accused(self) -> WrongCoordinate | WrongList | None:
-        """A list of given coordinates or one of them that looks wrong, for certain or not."""
-        return wrong_list(self.first) or wrong_coordinate(self.first)
+        """What is wrong in given coordinates, or in all readings of the scanners, if anything.
+
+        Of several the most significant; another unit and other axes of a list leave no other.
+        """
+        listed = wrong_list(self.first)
+        if listed is not None and not np.isfinite(listed.scale):
+            return listed
+        found = [listed, systematic_errors(self.first), wrong_coordinate(self.first)]
+        told = [one for one in found if one is not None]
+        return min(told, key=lambda one: one.score, default=None)
 
     @property
     def wrong(self) -> WrongCoordinate | WrongList | None:
@@ -233,7 +244,12 @@ DIAGNOSES = (
     Diagnosis(
         "wrong_list",
         Severity.INPUT,
-        lambda s: [s.accused.sentence()] if isinstance(s.accused, WrongList) else [],
+        lambda s: [s.accused.sentence()] if type(s.accused) is WrongList else [],
+    ),
+    Diagnosis(
+        "systematic_error",
+        Severity.BLUNDER,
+        lambda s: [s.accused.sentence()] if isinstance(s.accused, SystematicErrors) else [],
     ),
     Diagnosis("mistake", Severity.INPUT, lambda s: s.mistakes.sentences),
     Diagnosis("shared_bias", Severity.NOTE, lambda s: s.mistakes.notes),

@@ -97,6 +97,12 @@ class WrongCoordinate:
         """True if nothing else explains as much."""
         return not self.alternatives
 
+    @property
+    def score(self) -> float:
+        """Logarithm of its significance."""
+        count = len(self.coordinates)
+        return float(log_significance(self.statistic ** (2 if count == 1 else 1), count))
+
     def sentence(self) -> str:
         """All of it in one sentence."""
         many = len(self.coordinates) > 1
@@ -163,14 +169,20 @@ class WrongList:
     #: the adjustment with the list as it stands, and with the list put right
     before: Adjustment
     after: Adjustment
-    #: scale of the list less one, its sigma, and the size of its test with its limit; NaN where the
-    #: list is in another unit or has other axes
+    #: scale of the list less one, and its sigma; NaN where it is in another unit or has other axes
     scale: float = np.nan
     sigma: float = np.nan
+    #: chi-square of its test with so many degrees of freedom, and its limit
     statistic: float = np.nan
     limit: float = np.nan
+    freedom: int = 1
     #: what explains as much, in words
     alternatives: tuple[str, ...] = ()
+
+    @property
+    def score(self) -> float:
+        """Logarithm of its significance."""
+        return float(log_significance(self.statistic, self.freedom))
 
     @property
     def certain(self) -> bool:
@@ -183,18 +195,17 @@ class WrongList:
         return self.words + f"; an error in {rivals} would do as well, look at both" * bool(rivals)
 
     def without(self, adjustment: Adjustment) -> Adjustment:
-        """An adjustment of the same network with the list put right."""
+        """An adjustment of the same network with what is wrong put right."""
         if adjustment.network is self.before.network:
             return self.after
         right, network = self.after.network, adjustment.network
         tables = list(network.observations)
         for k, (o, other) in enumerate(zip(tables, right.observations, strict=False)):
-            if is_given(type(o), o.group):
-                tables[k] = replace(o, values=other.values)
+            tables[k] = replace(o, values=other.values)
         return adjust(replace(network, observations=tuple(tables), start=self.after.state))
 
     def snooped(self, suspects: Mapping[Key, float]) -> tuple[Adjustment, SnoopingLog]:
-        """Snoop with the list put right, so that its symptoms stay; the log names it."""
+        """Snoop with what is wrong put right, so that symptoms stay; the log names it."""
         size = 0.0 if np.isnan(self.scale) else self.scale
         step = SnoopingStep(self.short, self.statistic, self.limit, size, "1", SUSPICIOUS)
         return _snooped(self.before, self.after, suspects, (), step)
@@ -292,9 +303,9 @@ def _scaled_list(adjustment: Adjustment) -> WrongList | None:
         after,
         scale,
         float(cause.sigma[0]),
-        float(np.sqrt(cause.statistic)),
-        float(np.sqrt(chi2.ppf(1 - _ALPHA, 1))),
-        tuple(words for _, words in close[:3]),
+        cause.statistic,
+        float(chi2.ppf(1 - _ALPHA, 1)),
+        alternatives=tuple(words for _, words in close[:3]),
     )
 
 
