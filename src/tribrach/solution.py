@@ -11,9 +11,17 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from tribrach.calibration.systematic_errors import SystematicErrors, systematic_errors
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.blunders.control_mistakes import WrongCoordinate, wrong_coordinate
+from tribrach.network.blunders.control_mistakes import (
+    WrongCoordinate,
+    WrongList,
+    wrong_coordinate,
+    wrong_list,
+)
 from tribrach.network.blunders.mistakes import Mistakes, first_adjustment, mistakes
 from tribrach.network.blunders.robust import RobustResult, adjust_robust
 from tribrach.network.blunders.snooping import SnoopingLog, coverage_after, snoop
@@ -125,13 +133,21 @@ class Solving:
         return first_adjustment(self.network)
 
     @cached_property
-    def accused(self) -> WrongCoordinate | None:
-        """A given coordinate that looks wrong, for certain or not."""
-        return wrong_coordinate(self.first)
+    def accused(self) -> WrongCoordinate | WrongList | None:
+        """What is wrong in given coordinates, or in all readings of the scanners, if anything.
+
+        Of several the most significant; another unit and other axes of a list leave no other.
+        """
+        listed = wrong_list(self.first)
+        if listed is not None and not np.isfinite(listed.scale):
+            return listed
+        found = [listed, systematic_errors(self.first), wrong_coordinate(self.first)]
+        told = [one for one in found if one is not None]
+        return min(told, key=lambda one: one.score, default=None)
 
     @property
-    def wrong(self) -> WrongCoordinate | None:
-        """A given coordinate that is wrong for certain: what else is wrong is seen without it."""
+    def wrong(self) -> WrongCoordinate | WrongList | None:
+        """What is wrong in given coordinates for certain: what else is wrong is seen without it."""
         return self.accused if self.accused is not None and self.accused.certain else None
 
     @cached_property
@@ -235,7 +251,21 @@ DIAGNOSES = (
     Diagnosis(
         "wrong_coordinate",
         Severity.INPUT,
-        lambda s: [] if s.accused is None or s.accused_of_group else [s.accused.sentence()],
+        lambda s: (
+            [s.accused.sentence()]
+            if isinstance(s.accused, WrongCoordinate) and not s.accused_of_group
+            else []
+        ),
+    ),
+    Diagnosis(
+        "wrong_list",
+        Severity.INPUT,
+        lambda s: [s.accused.sentence()] if type(s.accused) is WrongList else [],
+    ),
+    Diagnosis(
+        "systematic_error",
+        Severity.BLUNDER,
+        lambda s: [s.accused.sentence()] if isinstance(s.accused, SystematicErrors) else [],
     ),
     Diagnosis("mistake", Severity.INPUT, lambda s: s.mistakes.sentences),
     Diagnosis("shared_bias", Severity.NOTE, lambda s: s.mistakes.notes),

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from tribrach.geometry import rotation
+from tribrach.transformation.fit import CommonPoints
 from tribrach.transformation.models import find_model
-from tribrach.transformation.outcome import axis_sentences
+from tribrach.transformation.outcome import axis_sentences, examine, unit_sentences
+from tribrach.transformation.weights import Spread
 
 TITLES = ("e", "n", "u")
 
@@ -72,3 +74,25 @@ def test_one_large_blunder_is_no_exchange() -> None:
     a, b = pair()
     b[2] += [30.0, -20.0, 5.0]
     assert axis_sentences(a, b, find_model(7, 3), TITLES) == []
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(1e3, "B were in millimetres"), (1 / 0.3048, "B were in feet"), (0.3048, "A were in feet")],
+)
+def test_another_unit_is_named_and_no_point(factor: float, words: str) -> None:
+    a, b = pair()
+    (sentence,) = unit_sentences(a, factor * b)
+    assert words in sentence
+    for count in (4, 6, 7):
+        used = np.ones(len(a), dtype=bool)
+        names, none = tuple(f"P{k}" for k in range(len(a))), Spread(None)
+        points = CommonPoints(names, a, factor * b, none, none, used, ~used, ("",) * len(a))
+        outcome = examine(points, find_model(count, 3), TITLES, snoop=True)
+        assert outcome.odd == (sentence,)
+        assert not outcome.removed
+
+
+def test_a_scale_of_a_projection_is_no_unit() -> None:
+    a, b = pair()
+    assert unit_sentences(a, 0.9996 * b) == []

@@ -15,7 +15,7 @@ tile by tile; a tile takes its share of every sample, so that its result depends
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from tribrach.tasks.engine import HERE, Call, Engine
 
 __all__ = [
     "C2C",
+    "SAMPLING",
     "Pitch",
     "Sample",
     "Signed",
@@ -56,6 +57,14 @@ _PLANES, _MAP, _OWN = 400_000, 20_000, 2_000
 _MOSTLY = 0.5
 #: below this many points a figure is not worth its name; noise over pitch where debiasing fails
 _FEW, _COARSE = 30, 0.25
+#: nothing is called sampling where the mean of the distances from local planes is beyond this share
+#: of their standard deviation, or a larger share of the distances along normals beyond their levels
+_SHIFTED, _CHANGED = 0.5, 0.2
+SAMPLING = "the RMS is not above the sampling floor: nothing but sampling is left in it"
+_ACROSS = (
+    "the RMS of the nearest points is not above the sampling floor and does not show what the "
+    "distances across the surface show: go by the mean from local planes and by M3C2"
+)
 
 
 @dataclass(frozen=True)
@@ -122,6 +131,22 @@ class C2C(
     #: where the surface was looked at (p, 3), and its unit normals, NaN where there is none
     places: Array
     normals: Array
+
+    def beside(self, changed: float | None) -> C2C:
+        """The same, with nothing called sampling that distances across the surface call a change.
+
+        Parameters
+        ----------
+        changed
+            Share of the distances along normals beyond their levels, None without any.
+        """
+        plane = self.local_plane
+        moved = changed is not None and changed > _CHANGED
+        if plane is not None and plane.count > _FEW:
+            moved |= abs(plane.mean) > _SHIFTED * plane.std
+        if not moved:
+            return self
+        return replace(self, notes=tuple(_ACROSS if n == SAMPLING else n for n in self.notes))
 
     @property
     def floor_mean(self) -> float | None:
@@ -374,7 +399,7 @@ def _sentences(
             "the points themselves"
         )
     if debiased is None:
-        notes.append("the RMS is not above the sampling floor: nothing but sampling is left in it")
+        notes.append(SAMPLING)
     elif debiased > _COARSE * min(pitch.across, pitch.up):
         notes.append(
             "the points scatter across the surface by more than a quarter of the pitch, so that "

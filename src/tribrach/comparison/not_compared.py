@@ -36,6 +36,9 @@ COMPARED = -1
 STEEPEST = float(np.radians(75.0))
 #: points that scatter by more than so many of their sigmas are of an edge, a plant, two surfaces
 ROUGH = 2.0
+#: a neighbourhood that scatters about its plane by more than so many times what the points of the
+#: cylinder do is of two surfaces, such as the foot of a wall: its normal is of neither
+MIXED = 3.0
 #: places within so many cells of each other lie together; places that are listed for a reason
 _TOGETHER, _LISTED = 1.8, 5
 
@@ -86,6 +89,8 @@ def reasons_of(found: M3C2EP, pair: StationPair) -> Index:
     with np.errstate(invalid="ignore", divide="ignore"):
         rough = found.first.spread > ROUGH * found.first.expected
         rough |= found.second.spread > ROUGH * found.second.expected
+        own = np.fmax(found.first.spread, found.first.expected)
+        rough |= found.normals.roughness > MIXED * own
     flags: list[Mask] = [bare, few, oblique, rough]
     for number in reversed(range(len(flags))):
         out[flags[number]] = number

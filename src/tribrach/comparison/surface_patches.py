@@ -20,7 +20,7 @@ from tribrach.comparison.station_pair import along_normals
 from tribrach.geometry.rotation import skew
 from tribrach.statistics import chi2
 
-__all__ = ["Patches", "moving_parts", "patches_of", "stable_patches"]
+__all__ = ["Patches", "edges_of", "moving_parts", "patches_of", "stable_patches"]
 
 #: sides of patches over the width of cylinders; distances that a patch needs
 _SIDE, _FEWEST = 3.0, 5
@@ -266,6 +266,30 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
             heapq.heappush(queue, entry)
     parts = [np.array(sorted(some)) for some in members.values()]
     return sorted(parts, key=lambda some: (-int(patches.count[some].sum()), int(some[0])))
+
+
+def edges_of(patches: Patches, parts: list[Index]) -> list[bool]:
+    """Which parts are nothing but the border of a larger one.
+
+    Cylinders across the border of a part hold points of both sides, so that distances run from one
+    to the other: a ring of patches that seems to turn, and no body.
+
+    Parameters
+    ----------
+    patches
+        Of the whole surface.
+    parts
+        Patches of each part, the largest first.
+    """
+    every = np.concatenate([np.zeros(0, dtype=np.int64), *parts])
+    near = _neighbours(patches.cells, every)
+    owner = {int(k): number for number, part in enumerate(parts) for k in part}
+    out: list[bool] = []
+    for number, part in enumerate(parts):
+        beside = [{owner[j] for j in near[int(k)]} for k in part]
+        larger = set.intersection(*beside) if beside else set()
+        out.append(any(other < number and not out[other] for other in larger))
+    return out
 
 
 def _neighbours(cells: Index, rows: Index) -> dict[int, set[int]]:

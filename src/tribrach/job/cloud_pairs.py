@@ -22,9 +22,15 @@ from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses
 from tribrach.job.find_surfels import station_surfels
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
-from tribrach.registration.clouds.graph import CloudEdge, consistent
+from tribrach.registration.alternatives import (
+    APPROXIMATE,
+    ApproximateSigma,
+    OpenPair,
+    Witnesses,
+)
+from tribrach.registration.clouds.graph import CloudEdge, consistent, decided_by_loops
 from tribrach.registration.clouds.likeness import Walls, likeness
-from tribrach.registration.clouds.pair import ApproximateSigma, CloudPair, register_pair
+from tribrach.registration.clouds.pair import CloudPair, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.registration.clouds.proposals import (
     Choice,
@@ -57,6 +63,8 @@ class CloudPairs:
     sentences: tuple[str, ...]
     #: by the names of two stations why they have no pose
     obstacles: Mapping[frozenset[str], str]
+    #: pairs that lie at one of several places
+    open: tuple[OpenPair, ...] = ()
 
 
 def cloud_pairs(
@@ -66,6 +74,7 @@ def cloud_pairs(
     progress: Progress,
     known: ApproximatePoses = NO_POSES,
     choice: Choice = "proposed",
+    witnesses: Witnesses | None = None,
 ) -> CloudPairs:
     """Register the pairs of stations that are needed; those of unchanged scans are remembered.
 
@@ -81,6 +90,8 @@ def cloud_pairs(
         Approximate poses by the names of the stations.
     choice
         ``proposed`` for the pairs that promise most, ``all`` for every pair.
+    witnesses
+        What decides between places that look alike, besides the approximate poses.
     progress
         Called with what is being done.
     """
@@ -111,6 +122,7 @@ def cloud_pairs(
         plans = _plans(clouds, state, progress)
         promise = promise_of(names, plans.alike, plans.radii, priors, known.sigma.shift)
         try_proposed(names, promise, plans.radii, attempt, progress)
+    _decide(found, clouds, floor, state, witnesses or Witnesses())
     edges, ranks = [], {}
     sentences: list[str] = []
     obstacles: dict[frozenset[str], str] = {}
@@ -129,7 +141,39 @@ def cloud_pairs(
         if ranks[e.ends][0] == 6
     )
     sentences = [*known.sentences, *sentences, *graph.sentences]
-    return CloudPairs(graph.used, joints, tuple(sentences), obstacles)
+    open_ = tuple(_open(names, ends, found[ends]) for ends in sorted(found) if found[ends].places)
+    return CloudPairs(graph.used, joints, tuple(sentences), obstacles, open_)
+
+
+def _open(names: Sequence[str], ends: tuple[int, int], tried: _Tried) -> OpenPair:
+    """The places of a pair of stations of these numbers."""
+    return OpenPair(names[ends[0]], names[ends[1]], tried.places)
+
+
+def _decide(
+    found: dict[tuple[int, int], _Tried],
+    clouds: _Clouds,
+    floor: tuple[float, float],
+    state: Remembered,
+    witnesses: Witnesses,
+) -> None:
+    """Register pairs of several places where named targets or loops leave one."""
+    names = list(clouds.stations)
+    asked: set[tuple[int, int]] = set()
+    while True:
+        left = {k: _open(names, k, t) for k, t in found.items() if t.places and k not in asked}
+        chosen = [(o, *choice) for o in left.values() if (choice := witnesses.choose(o))]
+        if not chosen:
+            whole = [t.edge for t in found.values() if t.edge is not None and t.rank == 6]
+            used = consistent(whole).used
+            looped = decided_by_loops(names, used, list(left.values()))
+            chosen = [(o, pose, "their loop") for o, pose in looped]
+        if not chosen:
+            return
+        for o, pose, speaks in chosen:
+            ends = names.index(o.first), names.index(o.second)
+            asked.add(ends)
+            found[ends] = _tried(clouds, floor, state, o.first, o.second, pose, APPROXIMATE, speaks)
 
 
 def observable(
@@ -225,13 +269,16 @@ class _Tried:
     rank: int
     agree: float
     sentences: tuple[str, ...]
+    #: between which nothing decides
+    places: tuple[Pose, ...] = ()
 
     @classmethod
     def of(cls, a: str, b: str, pair: CloudPair) -> _Tried:
         """What counts of a pair of two stations."""
         fit = pair.fit
         if fit is None:
-            return cls(None, 0, 0.0, pair.sentences)
+            places = () if pair.open is None else pair.open.poses
+            return cls(None, 0, 0.0, pair.sentences, tuple(places))
         edge = CloudEdge(a, b, Pose.from_matrix(fit.pose.matrix), fit.precision.covariance)
         return cls(edge, fit.precision.rank, fit.verdict.agree, pair.sentences)
 
@@ -244,13 +291,15 @@ def _tried(
     b: str,
     prior: Pose | None,
     sigma: ApproximateSigma,
+    speaks: str = "the approximate pose",
 ) -> _Tried:
     """What became of a pair, from the last run if nothing changed."""
     sources = [(name, [s.scan for s in clouds.stations[name]]) for name in (a, b)]
-    key = state.key(_tried, sources, floor, None if prior is None else (prior.matrix, sigma))
+    given = None if prior is None else (prior.matrix, sigma, speaks)
+    key = state.key(_tried, sources, floor, given)
 
     def made() -> _Tried:
-        pair = register_pair(clouds[a], clouds[b], prior, sigma=sigma, floor=floor)
+        pair = register_pair(clouds[a], clouds[b], prior, sigma=sigma, floor=floor, speaks=speaks)
         return _Tried.of(a, b, pair)
 
     return state.once(f"clouds-{a}-{b}", key, _Tried, made)

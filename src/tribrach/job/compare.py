@@ -176,13 +176,13 @@ class _Work:
             for cloud in (a, b)
         ]
         n = c2c.tally.count + c2c.tally.beyond
-        result = SiteResult(
-            pair.name, n, seen[0], seen[1], c2c, center=_middle(pair.site, c2c.places)
-        )
+        middle = _middle(pair.site, c2c.places)
+        result = SiteResult(pair.name, n, seen[0], seen[1], c2c.beside(None), center=middle)
         if self.method == "c2c" or c2c.pitch_a is None or c2c.pitch_b is None:
             return result
         along, prediction = self._along_normals(number, cut, c2c)
-        result = replace(result, m3c2=along, prediction=prediction)
+        nearest = c2c.beside(along.changed)
+        result = replace(result, c2c=nearest, m3c2=along, prediction=prediction)
         if prediction is None:
             return result
         lights = (_mean_light(cloud) for cloud in (cut.compared, cut.reference))

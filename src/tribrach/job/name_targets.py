@@ -34,7 +34,7 @@ from tribrach.units import MM
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
 
-__all__ = ["Named", "marks_are_open", "name_targets"]
+__all__ = ["Named", "known_points", "marks_are_open", "name_targets", "named_centres"]
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,21 @@ def name_targets(
             boards += _boards(survey, sighted, identification.poses[station])
     correlate_boards(survey, boards, job.project.targets.orientation_mm * MM)
     return Named(targets, identification, survey)
+
+
+def named_centres(
+    job: Job, scans: Sequence[StationScan], findings: Sequence[Findings]
+) -> dict[str, dict[str, Array]]:
+    """Centres (3,) in the frame of each station of the targets that the user named [m]."""
+    targets = merged(findings)
+    by_hand = names_by_hand(job.edits, targets, scans)
+    out = {}
+    for station, detections in targets.items():
+        if not detections:
+            continue
+        names = _given_names(station, detections, scans, by_hand.get(station, {}))
+        out[station] = {name: np.asarray(detections[k].center) for k, name in names.items()}
+    return out
 
 
 def _observe(

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
 from tribrach.geodesy.site import Site
 from tribrach.geometry.pose import Pose
@@ -20,7 +21,7 @@ from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approxima
 from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, observable
 from tribrach.job.find_planes import surroundings
 from tribrach.job.find_targets import Findings
-from tribrach.job.name_targets import Named, name_targets
+from tribrach.job.name_targets import Named, known_points, name_targets, named_centres
 from tribrach.job.plane_pairs import remembered_pairs
 from tribrach.job.plausibility import after_doubts
 from tribrach.job.scans import StationScan
@@ -29,8 +30,8 @@ from tribrach.network.adjustment import adjust
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.observations.planes import FittedPlanes
+from tribrach.registration.alternatives import ApproximateSigma, Witnesses
 from tribrach.registration.clouds.graph import CloudEdge, observe
-from tribrach.registration.clouds.pair import ApproximateSigma
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.planes.poses import information
 from tribrach.registration.planes.stations import PlaneRegistration, register_by_planes
@@ -192,15 +193,16 @@ def register(
     settings = project.registration
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
     clouds = None
+    witnesses = _witnesses(job, scans, findings, known, with_targets)
     if "clouds" in by:
-        clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs)
+        clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs, witnesses)
     joined = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
         () if clouds is None else clouds.joints,
         _by_targets(job, scans, findings) if with_targets else None,
-        approximate=known.poses,
-        sigma=known.sigma.shift,
+        doubtful=() if clouds is None else clouds.open,
+        witnesses=witnesses,
         choice=settings.cloud_pairs,
         pair=remembered_pairs(state),
     )
@@ -255,6 +257,22 @@ def _differ(scans: Sequence[Scan]) -> bool:
     """Have scans of one station several poses in their headers?"""
     poses = [scan.pose.matrix for scan in scans if scan.pose is not None]
     return bool(poses) and not all(np.allclose(pose, poses[0]) for pose in poses)
+
+
+def _witnesses(
+    job: Job,
+    scans: Sequence[StationScan],
+    findings: Sequence[Findings],
+    known: ApproximatePoses,
+    with_targets: bool,
+) -> Witnesses:
+    """What decides between places that look alike: approximate poses, and targets with names."""
+    targets = named_centres(job, scans, findings) if with_targets else {}
+
+    def points() -> Mapping[str, Array]:
+        return {name: xyz for name, (xyz, _) in known_points(job.survey, job.edits).items()}
+
+    return Witnesses(known.poses, known.sigma, targets, points)
 
 
 def _by_targets(

@@ -32,6 +32,7 @@ from tribrach.observations.declaration import End
 
 __all__ = [
     "AXES",
+    "UNCONTROLLED",
     "GivenCoordinate",
     "GivenCoordinates",
     "coordinate_words",
@@ -43,7 +44,6 @@ __all__ = [
 AXES = "ENU"
 #: most given coordinates that are tested, those first that residuals pull at most
 _MOST = 1500
-#: right-hand sides that are solved for at once
 #: share of a bias that must be left in the residuals to be tested at all
 UNCONTROLLED = 1e-7
 

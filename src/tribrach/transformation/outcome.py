@@ -2,20 +2,19 @@
 
 Are columns of coordinates exchanged, or one of the systems left-handed? All orders and signs of the
 axes of A are tried with the turns that the model allows. Where one of them fits far better than the
-columns as they stand, the input is named as wrong and nothing is put right silently. Mirror images
-differ by a rotation only: the likely one leaves heights upright, and two exchanged columns are more
-common than a reversed one. Metres.
+columns as they stand, the input is named as wrong and nothing is put right silently. Is one of the
+systems in another unit? Its scale tells. Metres.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import permutations, product
 
 import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.geometry.axis_orders import AxisOrder, axis_orders
 from tribrach.sentences import Sentence
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
 from tribrach.transformation.model_choice import Rung, ScaleTest, ladder, scale_test
@@ -29,16 +28,19 @@ from tribrach.transformation.testing import (
     snoop_points,
 )
 
-__all__ = ["Outcome", "axis_sentences", "examine"]
+__all__ = ["Outcome", "axis_sentences", "examine", "unit_sentences"]
 
 #: so many times better must another order of the axes fit before it is named
 _RATIO = 5.0
 #: share of the points that may be switched off
 _MOST = 1 / 3
+#: units that a system may be in [m], points that tell it, and how near the scale must be
+_UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "kilometres": 1e3, "feet": 0.3048}
+_FEW, _NEAR = 3, 0.005
 #: points flatter than this share of their extent fit their mirror image as well
 _FLAT = 1e-3
-#: rms [m], permutation, signs, turn that is left [rad], is the last axis upright?
-_Order = tuple[float, tuple[int, ...], tuple[int, ...], float, bool]
+#: rms [m], order, turn that is left [rad], is the last axis upright?
+_Order = tuple[float, AxisOrder, float, bool]
 #: significance of the global test and of single check points
 ALPHA, CHECK = 0.05, 0.99
 
@@ -68,10 +70,11 @@ def examine(points: CommonPoints, model: Model, titles: tuple[str, ...], *, snoo
     """Fit a transformation and examine it."""
     used = points.used
     odd = tuple(axis_sentences(points.a[used], points.b[used], model, titles))
+    odd = odd or tuple(unit_sentences(points.a[used], points.b[used]))
     fit = fit_points(points, model)
     steps: tuple[str, ...] = ()
     removed: tuple[str, ...] = ()
-    # exchanged columns make every point suspicious
+    # exchanged columns and other units make every point suspicious
     if snoop and not odd:
         snooped = snoop_points(fit)
         refusal = _refusal(fit, snooped)
@@ -143,9 +146,8 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
     best = min(rms for rms, *_ in orders)
     if plain.rms > _RATIO * best + 1e-6:
         alike = [order for order in orders if order[0] <= 1.5 * best + 1e-6]
-        _rms, moved, signs, turn, _ = min(alike, key=_likely)
-        mirrored = _parity(moved, signs) < 0
-        head = "only as a mirror image" if mirrored else "only with other axes"
+        _rms, order, turn, _ = min(alike, key=_likely)
+        head = "only as a mirror image" if order.mirrors else "only with other axes"
         return [
             Sentence(
                 "the points fit {head} (root mean square {best:mg3} instead of "
@@ -155,7 +157,7 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
                 best=best,
                 plain=plain,
                 ratio=_RATIO,
-                named=_named(moved, signs, titles),
+                named=order.words(titles),
                 turn=turn,
             )
         ]
@@ -165,6 +167,37 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
             "the points fit only upside down: if heights go up in both systems, two columns "
             f"({titles[0]} and {titles[1]}) look exchanged in one of them"
         ]
+    return []
+
+
+def unit_sentences(a: Array, b: Array) -> list[str]:
+    """Say if one of two systems is in another unit, by the distances between its points.
+
+    Parameters
+    ----------
+    a, b : array (n, d)
+        Points that belong together [m].
+    """
+    pairs = np.triu_indices(len(a), 1)
+    own, other = (np.linalg.norm((x[:, None] - x)[pairs], axis=1) for x in (a, b))
+    seen = (own > 0) & (other > 0)
+    if len(a) < _FEW or not seen.any():
+        return []
+    ratio = other[seen] / own[seen]
+    middle = float(np.median(ratio))
+    for unit, size in _UNITS.items():
+        for name, factor in (("A", size), ("B", 1 / size)):
+            if abs(middle / factor - 1) < _NEAR:
+                return [
+                    Sentence(
+                        "the points of B lie {middle:g4} times as far apart as those of A: it "
+                        "looks as if {name} were in {unit} and the other in metres; bring both "
+                        "into metres",
+                        middle=middle,
+                        name=name,
+                        unit=unit,
+                    )
+                ]
     return []
 
 
@@ -182,24 +215,22 @@ def _tried(a: Array, b: Array, model: Model) -> tuple[_Plain, list[_Order]] | No
     flat = spread[-1] <= _FLAT * spread[0]
     orders: list[_Order] = []
     plain = None
-    for moved in permutations(range(d)):
-        for signs in product((1, -1), repeat=d):
-            if flat and model.turn == "free" and _parity(moved, signs) < 0:
-                continue
-            try:
-                transformation = start(model, a[:, moved] * signs, b)
-            except InputError:
-                return None
-            left = b - transformation(a[:, moved] * signs)
-            rms = float(np.sqrt((left**2).sum(axis=1).mean()))
-            cosine = (np.trace(transformation.rotation) - (d - 2)) / 2
-            turn = float(np.arccos(np.clip(cosine, -1, 1)))
-            if moved == tuple(range(d)) and min(signs) > 0:
-                plain = _Plain(transformation, rms)
-            else:
-                orders.append(
-                    (rms, moved, signs, turn, bool(d == 2 or transformation.rotation[2, 2] > 0.7))
-                )
+    for order in axis_orders(d):
+        if flat and model.turn == "free" and order.mirrors:
+            continue
+        try:
+            transformation = start(model, order(a), b)
+        except InputError:
+            return None
+        left = b - transformation(order(a))
+        rms = float(np.sqrt((left**2).sum(axis=1).mean()))
+        cosine = (np.trace(transformation.rotation) - (d - 2)) / 2
+        turn = float(np.arccos(np.clip(cosine, -1, 1)))
+        if order.plain:
+            plain = _Plain(transformation, rms)
+        else:
+            upright = bool(d == 2 or transformation.rotation[2, 2] > 0.7)
+            orders.append((rms, order, turn, upright))
     return None if plain is None or not orders else (plain, orders)
 
 
@@ -219,33 +250,7 @@ def _affine(a: Array, b: Array, titles: tuple[str, ...]) -> list[str]:
     ]
 
 
-def _likely(order: _Order) -> tuple[bool, bool, int, float]:
+def _likely(tried: _Order) -> tuple[bool, bool, int, float]:
     """The less, the likelier: tilted, reversed, many columns, a large turn."""
-    _, moved, signs, turn, upright = order
-    return not upright, min(signs) < 0, _changes(moved, signs), turn
-
-
-def _changes(moved: tuple[int, ...], signs: tuple[int, ...]) -> int:
-    """How many columns differ."""
-    return sum(k != i or s < 0 for i, (k, s) in enumerate(zip(moved, signs, strict=True)))
-
-
-def _parity(moved: tuple[int, ...], signs: tuple[int, ...]) -> int:
-    """Determinant of the exchange."""
-    matrix = np.eye(len(moved))[list(moved)] * np.array(signs)
-    return round(float(np.linalg.det(matrix)))
-
-
-def _named(moved: tuple[int, ...], signs: tuple[int, ...], titles: tuple[str, ...]) -> str:
-    """The exchange in words."""
-    odd = [titles[i] for i, k in enumerate(moved) if k != i]
-    negative = [titles[k] for k, s in zip(moved, signs, strict=True) if s < 0]
-    words = []
-    if odd:
-        words.append(f"the columns {' and '.join(odd)} look exchanged")
-        if len(odd) == 2 and not negative:
-            words.append(f"or one of {odd[0]} and {odd[1]} reversed")
-    if negative:
-        verb = "looks" if len(negative) == 1 else "look"
-        words.append(f"{' and '.join(negative)} {verb} reversed")
-    return ", ".join(words)
+    _, order, turn, upright = tried
+    return not upright, min(order.signs) < 0, order.changes, turn

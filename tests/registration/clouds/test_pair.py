@@ -78,7 +78,7 @@ def test_of_places_that_fit_alike_the_approximate_pose_decides() -> None:
     assert found.fit is not None
     off = found.fit.pose.translation - true.translation
     assert np.linalg.norm(off - (off @ along) * along) < 1e-3
-    assert "the one at the approximate pose is taken" in found.sentences[0]
+    assert "the approximate pose speaks for is taken" in found.sentences[0]
     assert not any("is wrong by" in text for text in found.sentences)
 
 

@@ -15,6 +15,7 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.io.keeping import keep
 from tribrach.io.poses.names import POSE_FILES
+from tribrach.io.scans.origin import seen_from_zero
 from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import Lines
 from tribrach.io.scans.text_form import heads, text_start
@@ -48,13 +49,15 @@ _MAGIC: tuple[tuple[re.Pattern[bytes], str], ...] = (
 )
 #: readers of lines of numbers, also compressed ones
 _OF_LINES = ("ptx", "pts", "xyz")
+#: readers of formats whose points are in the scanner's frame unless something says otherwise
+_SCANNER_FRAME = ("e57", "ptx")
 _PACKED = (".gz", ".xz", ".bz2")
 #: readers whose suffix says less than how a file begins
 _BY_CONTENT = frozenset((*_OF_LINES, *(reader for _, reader in _MAGIC)))
 
 
 def read_scans(path: Path) -> tuple[Scan, ...]:
-    """The scans of a file, in metres; only headers are read."""
+    """The scans of a file, in metres; only headers are read, and some points where need be."""
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check its name and folder")
     keep([path], beside=[path.with_name(name) for name in POSE_FILES])
@@ -68,6 +71,8 @@ def read_scans(path: Path) -> tuple[Scan, ...]:
     if packed and reader not in _OF_LINES:
         raise InputError("only text is read from compressed files", file=path, cure="unpack it")
     scans: tuple[Scan, ...] = _module(reader).read(path)
+    if reader not in _SCANNER_FRAME:
+        scans = tuple(seen_from_zero(scan) for scan in scans)
     return tuple(in_metres(scan, reading().unit) for scan in scans)
 
 

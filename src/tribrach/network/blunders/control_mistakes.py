@@ -1,4 +1,8 @@
-"""Names a given coordinate that contradicts everything else, whether it has a sigma or is held.
+"""Names given coordinates that contradict everything else, whether they have a sigma or are held.
+
+A list that is written otherwise as a whole is asked first (:mod:`given_lists`), and whether all of
+its distances are longer or shorter than the measured ones: a scale m of the given coordinates in
+plan is a bias ``x - x0`` of theirs. What all points share accuses none of them.
 
 One mistyped coordinate spoils all observations around it, and each of them looks wrong. Every given
 coordinate is therefore tested as a bias of its own (method section 3.4), single and with the others
@@ -20,9 +24,11 @@ import numpy as np
 
 from tribrach._types import Array, Index
 from tribrach.errors import TribrachError
+from tribrach.geodesy.site import FlatSite
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.clearing import fits
 from tribrach.network.blunders.common_causes import common_causes
+from tribrach.network.blunders.given_lists import GIVEN_LIST
 from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.rivals import ALIKE
 from tribrach.network.blunders.snooping import (
@@ -35,6 +41,7 @@ from tribrach.network.blunders.snooping import (
 from tribrach.network.blunders.suspects import Key, Suspect, find_suspects
 from tribrach.network.given_coordinates import (
     AXES,
+    UNCONTROLLED,
     GivenCoordinate,
     GivenCoordinates,
     coordinate_words,
@@ -45,11 +52,11 @@ from tribrach.network.network import Network, is_given
 from tribrach.network.quality import global_test
 from tribrach.network.reliability import weigh
 from tribrach.network.significance import log_significance
-from tribrach.observations.base import Use
+from tribrach.observations.base import Observations, Use
 from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, f
 
-__all__ = ["WrongCoordinate", "wrong_coordinate"]
+__all__ = ["WrongCoordinate", "WrongList", "wrong_coordinate", "wrong_list"]
 
 #: significance of all tests of given coordinates together
 _ALPHA = 0.001
@@ -59,6 +66,8 @@ _MANY = 15
 _OPTIMISTIC = 5.0
 #: the most promising coordinates that are released in turn
 _TRIED = 3
+#: given points in plan from which on a scale of all of them is told from an error of one
+_SCALED = 3
 #: times that it is looked again without the worst reading; once in networks with more unknowns
 _ROUNDS, _LARGE = 4, 5000
 
@@ -87,6 +96,12 @@ class WrongCoordinate:
     def certain(self) -> bool:
         """True if nothing else explains as much."""
         return not self.alternatives
+
+    @property
+    def score(self) -> float:
+        """Logarithm of its significance."""
+        count = len(self.coordinates)
+        return float(log_significance(self.statistic ** (2 if count == 1 else 1), count))
 
     def sentence(self) -> str:
         """All of it in one sentence."""
@@ -135,26 +150,189 @@ class WrongCoordinate:
 
     def snooped(self, suspects: Mapping[Key, float]) -> tuple[Adjustment, SnoopingLog]:
         """Snoop while these coordinates stand aside; they come back, and are named in the log."""
-        cleaned, log = snoop(self.after.network, suspects=suspects)
-        given, tables = self.before.network, []
-        for o, other in zip(given.observations, cleaned.network.observations, strict=False):
-            tables.append(replace(o, use=other.use.copy(), reason=other.reason.copy()))
-        for g in self.coordinates:
-            if not g.held:
-                o = given.observations[g.table]
-                tables[g.table].use[g.item] = o.use[g.item]
-                tables[g.table].reason[g.item] = o.reason[g.item]
         one = len(self.coordinates) == 1
+        error = float(self.error[0]) if one else 0.0
+        kept = [(g.table, g.item) for g in self.coordinates if not g.held]
         step = SnoopingStep(
-            coordinate_words(self.coordinates),
-            self.statistic,
-            self.limit,
-            float(self.error[0]) if one else 0.0,
-            "m",
-            SUSPICIOUS,
+            coordinate_words(self.coordinates), self.statistic, self.limit, error, "m", SUSPICIOUS
         )
-        adjustment = adjust(replace(given, observations=tuple(tables)))
-        return adjustment, SnoopingLog((step, *log.steps), log.removed)
+        return _snooped(self.before, self.after, suspects, kept, step)
+
+
+@dataclass(frozen=True)
+class WrongList:
+    """Given coordinates that all are wrong in one way: no single one of them is accused."""
+
+    #: what is wrong, in one sentence, and in a few words
+    words: str
+    short: str
+    #: the adjustment with the list as it stands, and with the list put right
+    before: Adjustment
+    after: Adjustment
+    #: scale of the list less one, and its sigma; NaN where it is in another unit or has other axes
+    scale: float = np.nan
+    sigma: float = np.nan
+    #: chi-square of its test with so many degrees of freedom, and its limit
+    statistic: float = np.nan
+    limit: float = np.nan
+    freedom: int = 1
+    #: what explains as much, in words
+    alternatives: tuple[str, ...] = ()
+
+    @property
+    def score(self) -> float:
+        """Logarithm of its significance."""
+        return float(log_significance(self.statistic, self.freedom))
+
+    @property
+    def certain(self) -> bool:
+        """True if nothing else explains as much."""
+        return not self.alternatives
+
+    def sentence(self) -> str:
+        """All of it in one sentence."""
+        rivals = " or ".join(self.alternatives)
+        return self.words + f"; an error in {rivals} would do as well, look at both" * bool(rivals)
+
+    def without(self, adjustment: Adjustment) -> Adjustment:
+        """An adjustment of the same network with what is wrong put right."""
+        if adjustment.network is self.before.network:
+            return self.after
+        right, network = self.after.network, adjustment.network
+        tables = list(network.observations)
+        for k, (o, other) in enumerate(zip(tables, right.observations, strict=False)):
+            tables[k] = replace(o, values=other.values)
+        return adjust(replace(network, observations=tuple(tables), start=self.after.state))
+
+    def snooped(self, suspects: Mapping[Key, float]) -> tuple[Adjustment, SnoopingLog]:
+        """Snoop with what is wrong put right, so that symptoms stay; the log names it."""
+        size = 0.0 if np.isnan(self.scale) else self.scale
+        step = SnoopingStep(self.short, self.statistic, self.limit, size, "1", SUSPICIOUS)
+        return _snooped(self.before, self.after, suspects, (), step)
+
+
+def _snooped(
+    before: Adjustment,
+    after: Adjustment,
+    suspects: Mapping[Key, float],
+    kept: Sequence[Key],
+    step: SnoopingStep,
+) -> tuple[Adjustment, SnoopingLog]:
+    """Snoop in one network and take what it says over into another, but for what is kept there."""
+    cleaned, log = snoop(after.network, suspects=suspects)
+    given, tables = before.network, list[Observations]()
+    for o, other in zip(given.observations, cleaned.network.observations, strict=False):
+        tables.append(replace(o, use=other.use.copy(), reason=other.reason.copy()))
+    for table, item in kept:
+        o = given.observations[table]
+        tables[table].use[item] = o.use[item]
+        tables[table].reason[item] = o.reason[item]
+    adjustment = adjust(replace(given, observations=tuple(tables)))
+    return adjustment, SnoopingLog((step, *log.steps), log.removed)
+
+
+def wrong_list(adjustment: Adjustment) -> WrongList | None:
+    """Find what is wrong in all given coordinates alike: unit, axes, or scale."""
+    slip = explain(adjustment.network, adjustment)
+    if slip is not None:
+        if slip.kind != GIVEN_LIST or slip.corrected is None:
+            return None
+        after = adjust(slip.corrected)
+        words = f"{slip.sentence()}; {slip.cure}"
+        return WrongList(words, "the list of given coordinates", adjustment, after)
+    return _scaled_list(adjustment)
+
+
+def _scaled_list(adjustment: Adjustment) -> WrongList | None:
+    """The scale of all given coordinates in plan, where it explains more than anything else."""
+    given = given_coordinates(adjustment)
+    plan = np.array([k for k, g in enumerate(given.items) if g.axis < 2], dtype=np.int64)
+    points = list(dict.fromkeys(given.items[k].point for k in plan))
+    if adjustment.dof < 2 or len(points) < _SCALED:
+        return None
+    axis = np.array([given.items[k].axis for k in plan])
+    value = np.array([_value(adjustment, given.items[k]) for k in plan])
+    centre = np.array([value[axis == a].mean() if (axis == a).any() else 0.0 for a in (0, 1)])
+    arm = value - centre[axis]
+    left = float(arm @ given.left[np.ix_(plan, plan)] @ arm)
+    if not left > UNCONTROLLED * float(np.square(arm) @ given.weight[plan]):
+        return None
+    pull = float(arm @ given.pull[plan])
+    # the scale as a cause beside single coordinates
+    cause = _Cause(plan, pull**2 / left, 1, np.array([left**-0.5]))
+    if not _significance(adjustment, cause) < _ALPHA:
+        return None
+    scale, unit = -pull / left, _unit(adjustment, cause)
+    rivals = _rivals(given, list(_causes(given)), None, find_suspects(weigh(adjustment)), unit)
+    score = cause.score(unit)
+    if any(rival < score - ALIKE for rival in rivals.values()):
+        return None
+    try:
+        begun = restart(adjustment.network, adjustment)
+        after = adjust(_rescaled(begun, given, plan, centre, scale))
+    except TribrachError:
+        return None
+    if not _explains(after):
+        return None
+    close = sorted((rival, words) for words, rival in rivals.items() if rival < score + ALIKE)
+    flat = isinstance(adjustment.network.site, FlatSite)
+    sentence = Sentence(
+        "the {count} given points lie {size:ppm1~} ± {sigma:ppm1} {apart} than what was measured "
+        "between them (test {test:1} against {limit:1}; sigma0 is {with_:2} with it and "
+        "{without:2} without it); all of them share it, so that no single point is wrong, and "
+        "{reason} look so, or ranges that have a scale: {cure}, or calibrate the ranges",
+        count=len(points),
+        size=abs(scale),
+        sigma=cause.sigma[0],
+        apart="further apart" if scale > 0 else "closer together",
+        test=float(np.sqrt(cause.statistic)),
+        limit=float(np.sqrt(chi2.ppf(1 - _ALPHA, 1))),
+        with_=adjustment.sigma0_posterior,
+        without=after.sigma0_posterior,
+        reason="grid coordinates that are taken for lengths on the ground"
+        if flat
+        else "coordinates of another projection or realisation of the frame",
+        cure="name the reference system of the list (crs)"
+        if flat
+        else "look where the list comes from",
+    )
+    return WrongList(
+        sentence,
+        "the scale of the given coordinates",
+        adjustment,
+        after,
+        scale,
+        float(cause.sigma[0]),
+        cause.statistic,
+        float(chi2.ppf(1 - _ALPHA, 1)),
+        alternatives=tuple(words for _, words in close[:3]),
+    )
+
+
+def _value(adjustment: Adjustment, g: GivenCoordinate) -> float:
+    """A given coordinate [m]."""
+    if not g.held:
+        return float(adjustment.network.observations[g.table].values[g.item, g.row])
+    return float(adjustment.state.points[adjustment.layout.position_index(g.point), g.axis])
+
+
+def _rescaled(
+    network: Network, given: GivenCoordinates, plan: Index, centre: Array, scale: float
+) -> Network:
+    """The network with the given coordinates in plan without a scale about a centre."""
+    values = [o.values.copy() for o in network.observations]
+    points, layout = network.start.points.copy(), network.start.layout
+    for g in (given.items[k] for k in plan):
+        x0 = centre[g.axis]
+        if g.held:
+            at = layout.position_index(g.point), g.axis
+            points[at] = x0 + (points[at] - x0) / (1 + scale)
+        else:
+            old = values[g.table][g.item, g.row]
+            values[g.table][g.item, g.row] = x0 + (old - x0) / (1 + scale)
+    tables = (replace(o, values=v) for o, v in zip(network.observations, values, strict=True))
+    start = replace(network.start, points=points)
+    return replace(network, observations=tuple(tables), start=start)
 
 
 def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
@@ -252,16 +430,19 @@ def _explanation(adjustment: Adjustment, suspects: list[Suspect]) -> WrongCoordi
 def _rivals(
     given: GivenCoordinates,
     failing: Sequence[_Cause],
-    cause: _Cause,
+    cause: _Cause | None,
     suspects: Sequence[Suspect],
     unit: float,
 ) -> dict[str, float]:
-    """Scores of everything else that would explain the misfit, by its words."""
+    """Scores of everything else that would explain the misfit, by its words.
+
+    Without a cause, of every coordinate that fails.
+    """
     adjustment = given.adjustment
     out = {
         given.words(other.members): other.score(unit)
         for other in failing
-        if not given.same_point(other.members, cause.members)
+        if cause is None or not given.same_point(other.members, cause.members)
     }
     for suspect in suspects:
         if not _is_given(adjustment, suspect):

@@ -8,6 +8,7 @@ explanation passes as well. Looked at are
   ends are exchanged;
 * given heights that are all equal, as where none was keyed in;
 * given coordinates that contradict the sights by metres, and names exchanged in them;
+* given coordinates that are all in another unit, or whose axes are exchanged or reversed;
 * circle readings off by 100, 200 or 300 gon, zenith angles of the other face or counted from the
   horizon, height differences with their ends exchanged;
 * distances in feet that are taken for metres, and the reverse;
@@ -32,6 +33,7 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.angle_slips import turned_angles
 from tribrach.network.blunders.clearing import Cleared, from_adjusted, from_start, loosened
 from tribrach.network.blunders.equal_heights import equal_heights
+from tribrach.network.blunders.given_lists import given_lists
 from tribrach.network.blunders.given_places import given_places
 from tribrach.network.blunders.setup_slips import setup_of, wrong_setup
 from tribrach.network.blunders.slip_search import GROSS, LEFT, Slip, SlipSearch
@@ -87,6 +89,10 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
         return found
     if found := equal_heights(network, before, search):
         return found
+    search.go_on()
+    if found := given_lists(network, before, search):
+        other = _feet(network, before, search)
+        return found if other is None else replace(found, words=f"{found.words}, or {other.words}")
     search.go_on()
     if found := given_places(network, before, search, single=adjustment is None):
         return found

@@ -49,6 +49,8 @@ class Slip:
     keys: frozenset[Key] = frozenset()
     #: the points whose given coordinates it is in
     names: tuple[str, ...] = ()
+    #: the network with the slip undone, where it is in given values
+    corrected: Network | None = None
 
     def sentence(self) -> str:
         """The finding in one sentence."""

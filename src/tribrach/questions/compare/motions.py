@@ -35,7 +35,13 @@ from tribrach.comparison.rigid_motion import (
 )
 from tribrach.comparison.sites import ComparisonSite
 from tribrach.comparison.station_pair import StationPair
-from tribrach.comparison.surface_patches import Patches, moving_parts, patches_of, stable_patches
+from tribrach.comparison.surface_patches import (
+    Patches,
+    edges_of,
+    moving_parts,
+    patches_of,
+    stable_patches,
+)
 from tribrach.job.cloud_file import CloudFile
 from tribrach.statistics import chi2
 
@@ -346,8 +352,10 @@ def _found(
         return [], number
     alpha = 1 - CONFIDENCE ** (1 / max(len(patches), 1))
     out: list[MovedPart] = []
-    for members in moving_parts(patches, stable):
-        if len(members) < _PATCHES:
+    parts = [part for part in moving_parts(patches, stable) if len(part) >= _PATCHES]
+    edges = edges_of(patches, parts)
+    for members, edge in zip(parts, edges, strict=True):
+        if edge:
             continue
         rows = np.isin(patches.of, members)
         number[rows] = len(out) + 1

@@ -57,6 +57,10 @@ def register(
     no_return: Annotated[
         bool, typer.Option("--keep-no-return", help="Keep points of beams without return.")
     ] = False,
+    origin: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the scanner stood in the coordinates of the files in metres."),
+    ] = None,
     pairs: Annotated[
         Choice, typer.Option(help="Register the pairs that are needed, or all of them.")
     ] = "proposed",
@@ -86,6 +90,7 @@ def register(
         no_return=no_return,
         choice=pairs,
         floor=(floor_mm / 1e3, floor_arcsec * SEC),
+        origin=origin,
         output=output,
         progress=progress,
     )

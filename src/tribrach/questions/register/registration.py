@@ -40,6 +40,7 @@ from tribrach.registration.clouds.together import (
     register_clouds,
 )
 from tribrach.scan.no_return import screened
+from tribrach.scan.prepared import seen_from
 from tribrach.scan.scan import Scan
 from tribrach.sentences import Sentence
 
@@ -214,6 +215,7 @@ def register_files(
     no_return: bool = False,
     choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
+    origin: tuple[float, float, float] | None = None,
     output: PlacedOutput | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> RegisteredFiles:
@@ -235,12 +237,15 @@ def register_files(
         ``proposed`` for the pairs that promise most, ``all`` for every pair.
     floor
         Sigmas [m], [rad] of what residuals never show.
+    origin
+        Where the scanner stood in the coordinates of each file [m], where the files do not say.
     output
         What will be written, so that it is refused before any work is done.
     progress
         Called with what is being done.
     """
-    scans = _named([scan for path in paths for scan in read_scans(path)])
+    read = [scan for path in paths for scan in read_scans(path)]
+    scans = _named(read if origin is None else [seen_from(scan, origin) for scan in read])
     if len(scans) < 2:
         raise InputError(
             f"there {'is one scan' if scans else 'are no scans'} in these files",
@@ -256,7 +261,8 @@ def register_files(
                 "it is not known where the scanner stood in these coordinates",
                 file=scan.path,
                 record=scan.name,
-                cure="give scans in the frame of their scanner, with it at zero",
+                cure="give its place in the coordinates of the files with --origin X Y Z, "
+                "--origin 0 0 0 if it is at zero",
             )
         if not no_return:
             progress(f"beams of {name}", 0, None)

@@ -22,6 +22,8 @@ from tribrach.geometry.rotation import log, skew
 from tribrach.network.network import Network
 from tribrach.network.survey import Survey
 from tribrach.observations.poses import RelativePoses
+from tribrach.registration.alternatives import OpenPair, by_loops
+from tribrach.registration.pose_graph import Joint, join
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 from tribrach.units import SEC
@@ -31,6 +33,7 @@ __all__ = [
     "Consistency",
     "StationLoop",
     "consistent",
+    "decided_by_loops",
     "groups",
     "loops",
     "network_of",
@@ -269,6 +272,14 @@ def groups(stations: Sequence[str], edges: Sequence[CloudEdge]) -> list[tuple[st
         out.append(tuple(n for n in left if n in group))
         left = [n for n in left if n not in group]
     return sorted(out, key=lambda group: -len(group))
+
+
+def decided_by_loops(
+    stations: Sequence[str], edges: Sequence[CloudEdge], pairs: Sequence[OpenPair]
+) -> list[tuple[OpenPair, Pose]]:
+    """Pairs of several places of which the loops over edges that hold all directions leave one."""
+    joints = [Joint(e.first, e.second, e.pose, 1.0) for e in edges]
+    return by_loops(join(stations, joints).groups, pairs)
 
 
 def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:

@@ -19,6 +19,12 @@ from tribrach._types import Array, Mask
 from tribrach.answers import Matrix, Number, Result, part
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
+from tribrach.registration.alternatives import (
+    APPROXIMATE,
+    ApproximateSigma,
+    OpenPair,
+    symmetric_places,
+)
 from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, align
 from tribrach.registration.clouds.open_directions import fit_held
 from tribrach.registration.clouds.prepared import PreparedScan
@@ -27,7 +33,13 @@ from tribrach.registration.clouds.relative_covariance import (
     RelativeCovariance,
     relative_covariance,
 )
-from tribrach.registration.clouds.starts import kiss_pose, own_poses, plan_poses
+from tribrach.registration.clouds.starts import (
+    kiss_poses,
+    levelled_pose,
+    own_poses,
+    plan_poses,
+    slope_poses,
+)
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.clouds.verdict import Verdict, judge
 from tribrach.sentences import Sentence
@@ -102,12 +114,9 @@ class CloudPairGates:
     agrees_m: float = 0.004
     #: poses that differ by less than this are the same: shift at the overlap [m]
     same_m: float = 0.3
-    #: approximate poses further off than so many of their sigmas are called wrong
-    wrong_sigmas: float = 4.0
-    #: of two places the approximate pose speaks for one if its square [sigmas] is less by so much:
-    #: a thousand to one
-    decided: float = float(2 * np.log(1000.0))
-    #: a fit along an open direction is at the approximate pose within so many of its levers
+    #: a fit along an open direction is at the approximate pose within so many of its sigmas and of
+    #: the levers of the fit
+    slid_sigmas: float = 4.0
     slid_levers: float = 2.0
     #: a pose is that of one place if it moves b by less: shift [radii of the scans], turn [rad]
     still_radii: float = 0.02
@@ -131,29 +140,12 @@ class CloudPairGates:
 GATES = CloudPairGates()
 
 
-@dataclass(frozen=True)
-class ApproximateSigma:
-    """What approximate poses may be wrong by, one relative to another.
-
-    They are no observations: these sigmas say how near a fit has to be for an approximate pose to
-    speak for it, and which scans cannot see each other.
-    """
-
-    #: sigma of the shift [m]
-    shift: float = 0.25
-    #: sigma of the turn [rad]
-    turn: float = float(np.radians(1.25))
-
-
-#: of approximate poses of which nothing is said
-APPROXIMATE = ApproximateSigma()
-
-
 class Origin(Enum):
     """What proposed a pose; the value is used in reports."""
 
     GIVEN = "approximate pose"
     PLAN = "plan"
+    SLOPES = "slopes"
     FRAME = "one frame"
     KISS = "kiss-matcher"
     SYMMETRY = "what a scan has twice"
@@ -194,8 +186,9 @@ def judged(
     looked.sort(key=lambda c: -c.verdict.score)
     least = GATES.best_share * looked[0].verdict.score if looked else 0.0
     good = [c for c in looked[: GATES.second_looks] if c.verdict.score >= least]
-    # what the user gave is looked at in any case
-    good += [c for c in looked[GATES.second_looks :] if c.origin is Origin.GIVEN]
+    # what the user gave is looked at in any case, and so is one frame
+    certain = (Origin.GIVEN, Origin.FRAME)
+    good += [c for c in looked if c.origin in certain and not any(c is other for other in good)]
     candidates = refined(a, b, good)
     slid = [place for c in candidates for place in _slid(a, b, few, c)]
     return refined(a, b, [*candidates, *slid]) if slid else candidates
@@ -350,12 +343,8 @@ def _open(best: PairFit, fit: PairFit) -> bool:
 
 def _elsewhere(a: PreparedScan, b: PreparedScan, pose: Pose) -> list[Candidate]:
     """Places of b in a that the symmetries of both scans make of one, and others along them."""
-    size, still = _size(a, b), Pose.identity()
-    own, other = [still, *symmetries(a)], [still, *symmetries(b)]
-    products = [g @ pose @ h for g in own for h in other]
-    products += [g @ g @ pose for g in own] + [pose @ h @ h for h in other]
-    places = [pose]
-    for place in products:
+    size, places = _size(a, b), [pose]
+    for place in symmetric_places(pose, symmetries(a), symmetries(b)):
         if not any(_same(known, place, size) for known in places):
             places.append(place)
     some = places[1 : 1 + GATES.own_products]
@@ -451,6 +440,13 @@ class CloudPair(
         """True if it has a pose."""
         return self.fit is not None
 
+    @property
+    def open(self) -> OpenPair | None:
+        """The places between which nothing decides, None if it has a pose or no place."""
+        if self.fit is not None or not self.rivals:
+            return None
+        return OpenPair(self.a, self.b, tuple(f.pose for f in self.rivals))
+
 
 def register_pair(
     a: PreparedScan,
@@ -459,6 +455,7 @@ def register_pair(
     *,
     sigma: ApproximateSigma = APPROXIMATE,
     floor: tuple[float, float] = COVARIANCE.floor,
+    speaks: str = "the approximate pose",
 ) -> CloudPair:
     """Find the pose of scan b in scan a without approximate values.
 
@@ -473,24 +470,30 @@ def register_pair(
         What it may be wrong by.
     floor : tuple of float
         Sigmas [m], [rad] of what residuals never show.
+    speaks : str
+        What the approximate pose comes from, in words.
     """
     proposed = [] if prior is None else [(prior, Origin.GIVEN)]
     proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
-    proposed += [(Pose.identity(), Origin.FRAME)]
+    level = levelled_pose(a.coarse.surfels, b.coarse.surfels)
+    frames = [Pose.identity()] if level is None else [Pose.identity(), level]
+    proposed += [(pose, Origin.FRAME) for pose in frames]
     fits, most = _fits(a, b, proposed, floor)
-    if not fits or not _consistent(fits[0].verdict):
-        matched = kiss_pose(a.coarse.surfels, b.coarse.surfels)
-        if matched is not None:
-            more, share = _fits(a, b, [(matched, Origin.KISS)], floor)
+    tried = [Origin.GIVEN] * (prior is not None) + [Origin.PLAN, Origin.FRAME]
+    for further, origin in ((slope_poses, Origin.SLOPES), (kiss_poses, Origin.KISS)):
+        if fits and _consistent(fits[0].verdict):
+            break
+        places = further(a.coarse.surfels, b.coarse.surfels)
+        if places:
+            tried.append(origin)
+            more, share = _fits(a, b, [(pose, origin) for pose in places], floor)
             fits, most = sorted([*fits, *more], key=lambda f: -f.verdict.score), max(most, share)
     carried = [f for f in fits if _carried_along(a, b, f)]
     fits = [f for f in fits if not any(f is c for c in carried)]
     if carried and not (fits and _consistent(fits[0].verdict)):
         return CloudPair(a.name, b.name, None, (), (_suspect(a.name, b.name, carried[0]),))
     if not fits:
-        return CloudPair(
-            a.name, b.name, None, (), (_not_found(a.name, b.name, most, prior is not None),)
-        )
+        return CloudPair(a.name, b.name, None, (), (_not_found(a.name, b.name, most, tried),))
     best = fits[0] if prior is None else _nearest(fits, prior)
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
@@ -510,7 +513,7 @@ def register_pair(
             return CloudPair(a.name, b.name, None, (best, *rivals), (sentence,))
         sentence = (
             f"{a.name} and {b.name} may lie in {len(rivals) + 1} places that look alike; "
-            "the one at the approximate pose is taken"
+            f"the one that {speaks} speaks for is taken"
         )
         best = _with_all(a, b, near, floor)
         sentences = [sentence, *best.precision.sentences(a.name, b.name)]
@@ -687,37 +690,25 @@ def _alike(one: PairFit, pose: Pose) -> bool:
 
 
 def _decided(fits: Sequence[PairFit], prior: Pose, sigma: ApproximateSigma) -> PairFit | None:
-    """Of fits at several places the one that an approximate pose speaks for, None if it does not.
-
-    Notes
-    -----
-    Errors of the approximate pose are taken as normal; the nearest place is taken if it is not
-    wrong there and no other place has more than a thousandth of its likelihood.
-    """
-
-    def square(fit: PairFit) -> float:
-        shift, turn = _off(fit, prior)
-        return (shift / sigma.shift) ** 2 + (turn / sigma.turn) ** 2
-
-    order = sorted(fits, key=square)
-    others = [f for f in order[1:] if not _alike(order[0], f.pose)]
-    least = GATES.decided + square(order[0])
-    if _wrong(order[0], prior, sigma) or any(square(f) < least for f in others):
+    """Of fits at several places the one that an approximate pose speaks for, None without."""
+    found = sigma.likely([_off(fit, prior) for fit in fits])
+    if found is None:
         return None
-    same = [f for f in fits if not any(f is other for other in others)]
+    best = fits[found[0]]
+    if not all(_alike(best, fits[k].pose) for k in found[1]):
+        return None
+    same = [f for f in fits if f is best or _alike(best, f.pose)]
     return min(same, key=lambda f: apart(f.pose, prior)[0])
 
 
 def _wrong(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
     """True if an approximate pose is nowhere near."""
-    shift, turn = _off(fit, prior)
-    k = GATES.wrong_sigmas
-    return shift >= k * sigma.shift or turn >= k * sigma.turn
+    return sigma.wrong(*_off(fit, prior))
 
 
 def _slid_away(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
     """True if a fit lies further along its open directions than they are said to be open."""
-    far = GATES.wrong_sigmas * sigma.shift + GATES.slid_levers * fit.precision.lever
+    far = GATES.slid_sigmas * sigma.shift + GATES.slid_levers * fit.precision.lever
     return apart(fit.pose, prior)[0] > far
 
 
@@ -731,14 +722,14 @@ def _off(fit: PairFit, prior: Pose) -> tuple[float, float]:
     return float(np.linalg.norm(off - basis @ (basis.T @ off))), apart(fit.pose, prior)[1]
 
 
-def _not_found(a: str, b: str, most: float, given: bool) -> str:
+def _not_found(a: str, b: str, most: float, tried: Sequence[Origin]) -> str:
     return Sentence(
-        "no place was found for {b} in {a}: of the places tried (plans, one frame{given}) the "
+        "no place was found for {b} in {a}: of the places tried ({tried}) the "
         "best lets {most} of one scan agree with the other, less than {least} or too "
         "small an area; give an approximate pose, or targets",
         a=a,
         b=b,
-        given=", the approximate pose" if given else "",
+        tried=", ".join(origin.value for origin in tried),
         most=percent(most),
         least=percent(GATES.least_overlap),
     )

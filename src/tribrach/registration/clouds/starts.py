@@ -19,7 +19,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 
-__all__ = ["kiss_pose", "own_poses", "plan_poses"]
+__all__ = ["kiss_poses", "levelled_pose", "own_poses", "plan_poses", "slope_poses"]
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,12 @@ class PlanSearchGates:
     #: places nearer than this many cells and headings than this many steps are one
     same_cells: float = 3.0
     same_steps: float = 2.5
-    #: normals: of walls below, of floors and ceilings above [sine of the slope]
+    #: normals: of walls below, of floors and ceilings above, of slopes below [sine of the slope]
     wall_sine: float = 0.5
     level_sine: float = 0.9
+    slope_sine: float = 0.985
+    #: a scan with a larger share of walls is not searched by slopes: its walls say more
+    walls_share: float = 0.1
     #: floors lean by so much, no more and no less [rad]
     least_tilt_rad: float = float(np.radians(3.0))
     most_tilt_rad: float = float(np.radians(60.0))
@@ -111,7 +114,7 @@ Plan = NDArray[np.complex64]
 
 def own_poses(a: Surfels) -> list[Pose]:
     """Propose poses at which a scan lies on itself: turns, mirrored ends, storeys, bays."""
-    return _upright_poses(a, a, _OWN)
+    return _upright_poses(a, a, _OWN) or _upright_poses(a, a, _OWN, GATES.slope_sine)
 
 
 def plan_poses(a: Surfels, b: Surfels, kept: Kept = _PAIR) -> list[Pose]:
@@ -137,6 +140,30 @@ def plan_poses(a: Surfels, b: Surfels, kept: Kept = _PAIR) -> list[Pose]:
     return out + [one.inverse @ pose @ two for pose in poses]
 
 
+def slope_poses(a: Surfels, b: Surfels) -> list[Pose]:
+    """Propose poses by the slopes of bare ground and heaps, where there are hardly any walls.
+
+    Notes
+    -----
+    The plan of walls, drawn with all that is not level: the horizontal part of a normal is the
+    longer the steeper the slope is.
+    """
+    steep = [x.area[np.abs(x.normal[:, 2]) < GATES.wall_sine].sum() / x.area.sum() for x in (a, b)]
+    if min(steep) > GATES.walls_share:
+        return []
+    one, two = (_levelling(x) or Pose.identity() for x in (a, b))
+    poses = _upright_poses(a.placed(one), b.placed(two), _PAIR, GATES.slope_sine)
+    return [one.inverse @ pose @ two for pose in poses]
+
+
+def levelled_pose(a: Surfels, b: Surfels) -> Pose | None:
+    """The pose of one frame after both scans are levelled by their floors; None if they are."""
+    one, two = (_levelling(x) for x in (a, b))
+    if one is None and two is None:
+        return None
+    return (one or Pose.identity()).inverse @ (two or Pose.identity())
+
+
 def _levelling(s: Surfels) -> Pose | None:
     """The turn that makes the largest set of upward surfaces level; None if it is, or has none."""
     up = s.subset(s.normal[:, 2] > np.cos(GATES.most_tilt_rad))
@@ -154,9 +181,9 @@ def _levelling(s: Surfels) -> Pose | None:
     return Pose(exp(lean * axis / np.linalg.norm(axis)), np.zeros(3))
 
 
-def _upright_poses(a: Surfels, b: Surfels, kept: Kept) -> list[Pose]:
-    """The same for scans whose z axes are upright."""
-    walls = [x.subset(np.abs(x.normal[:, 2]) < GATES.wall_sine) for x in (a, b)]
+def _upright_poses(a: Surfels, b: Surfels, kept: Kept, sine: float = GATES.wall_sine) -> list[Pose]:
+    """The same for scans whose z axes are upright, by surfaces steeper than a sine."""
+    walls = [x.subset(np.abs(x.normal[:, 2]) < sine) for x in (a, b)]
     if min(map(len, walls)) < GATES.fewest_surfels:
         return []
     radius = [
@@ -301,10 +328,10 @@ except ImportError:
     kiss_matcher = None
 
 
-def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
+def kiss_poses(a: Surfels, b: Surfels) -> list[Pose]:
     """Propose a pose by kiss-matcher."""
     if kiss_matcher is None or min(len(a), len(b)) < GATES.kiss_fewest:
-        return None
+        return []
     size = float(max(np.median(x.size) for x in (a, b)))
     matcher = kiss_matcher.KISSMatcher(
         kiss_matcher.KISSMatcherConfig(GATES.kiss_voxel_sizes * size)
@@ -312,8 +339,8 @@ def kiss_pose(a: Surfels, b: Surfels) -> Pose | None:
     estimate = matcher.estimate(*(list(x.center.astype(np.float32)) for x in (b, a)))
     rotation = np.asarray(estimate.rotation, dtype=np.float64)
     if not estimate.valid or np.abs(rotation @ rotation.T - np.eye(3)).max() > GATES.kiss_skewed:
-        return None
+        return []
     u, _, vt = np.linalg.svd(rotation)
     if np.linalg.det(u @ vt) < 0:
-        return None
-    return Pose(u @ vt, np.asarray(estimate.translation, dtype=np.float64).reshape(3))
+        return []
+    return [Pose(u @ vt, np.asarray(estimate.translation, dtype=np.float64).reshape(3))]

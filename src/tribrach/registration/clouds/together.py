@@ -22,6 +22,7 @@ from tribrach.registration.clouds.graph import (
     CloudEdge,
     Consistency,
     consistent,
+    decided_by_loops,
     groups,
     network_of,
 )
@@ -276,7 +277,19 @@ def pairwise(
         alike = likeness([Walls.of(scan) for scan in scans], progress)
         promise = promise_of(names, alike, radii, priors, sigma.shift)
         try_proposed(names, promise, radii, attempt, progress)
-    return [out[key] for key in sorted(out)]
+    asked: set[frozenset[str]] = set()
+    while True:
+        whole = [p for p in out.values() if p.fit is not None and p.fit.precision.rank == 6]
+        used = consistent([edge for edge in map(edge_of, whole) if edge is not None]).used
+        open_ = [p.open for p in out.values() if p.open is not None]
+        loops = decided_by_loops(names, used, [o for o in open_ if o.ends not in asked])
+        if not loops:
+            return [out[key] for key in sorted(out)]
+        for o, pose in loops:
+            asked.add(o.ends)
+            key = names.index(o.first), names.index(o.second)
+            a, b = by_name[o.first], by_name[o.second]
+            out[key] = register_pair(a, b, pose, floor=floor, speaks="their loop")
 
 
 def edge_of(pair: CloudPair) -> CloudEdge | None:

@@ -8,8 +8,9 @@ pose, several between which nothing decides (periodic facades, symmetric rooms),
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from tribrach.geometry import rotation as turns
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 from tribrach.observations.unknowns import plane_basis
+from tribrach.registration.alternatives import symmetric_places
 from tribrach.registration.planes.plane_set import PlaneSet, overlap
 from tribrach.registration.views import Agreement, Surroundings, seen
 
@@ -25,11 +27,14 @@ __all__ = [
     "PairPoses",
     "PlanePose",
     "common_planes",
+    "contradicted",
     "decided",
     "information",
     "offsets",
     "open_directions",
     "pair_poses",
+    "symmetries",
+    "with_rivals",
 ]
 
 
@@ -101,13 +106,18 @@ class PlanePairGates:
     most_conflict: float = 0.12
     #: ... and this overlap in one direction at least
     least_overlap: float = 0.08
-    #: a rival has at most so many times the conflict of the best pose, or so much more of it ...
+    #: a rival has at most so many times the points in empty space of the best pose, or more by
+    #: this share of the points that agree there ...
     rival_times: float = 2.5
     rival_more: float = 0.012
     #: ... and at least this share of its agreement
     rival_agrees: float = 0.6
     #: of two poses with like conflict the one that agrees more is the best, by this weight
     agreement_weight: float = 0.05
+    #: a station lies on itself with at most this share of points in empty space
+    own_conflict: float = 0.06
+    #: motions that lay a station on itself, at most
+    own_most: int = 4
 
 
 GATES = PlanePairGates()
@@ -410,6 +420,8 @@ class PlanePose:
     seen: Agreement
     #: the lesser share of points that the other station sees
     overlap: float
+    #: the larger one
+    most_overlap: float
     #: (f, 3), directions of the first frame along which the common planes hold nothing, so that
     #: the shift is that of the search
     open: Array
@@ -430,6 +442,11 @@ class PairPoses:
     lacking: str = ""
 
     @property
+    def ends(self) -> frozenset[str]:
+        """Names of both stations."""
+        return frozenset((self.first, self.second))
+
+    @property
     def sure(self) -> bool:
         """True if exactly one pose is possible."""
         return len(self.poses) == 1
@@ -437,13 +454,56 @@ class PairPoses:
 
 def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
     """Find the possible relative poses of two stations."""
-    levelled = first.levelled and second.levelled
-    planes_a = first.planes.largest(GATES.most_planes)
-    planes_b = second.planes.largest(GATES.most_planes)
     for one in (first, second):
         lacking = open_directions(one.planes.normal)
         if len(lacking):
             return PairPoses(first.name, second.name, (), lacking, one.name)
+    fits = _fits(first, second)
+    good = decided(fits)
+    if good and len(good[0].open):
+        return PairPoses(first.name, second.name, (), good[0].open, first.name)
+    good = tuple(f for f in good if len(f.open) == 0)
+    found = PairPoses(first.name, second.name, good, np.zeros((0, 3)))
+    if not good:
+        return found
+    own, other = symmetries(first), symmetries(second)
+    return with_rivals(first, second, found, symmetric_places(good[0].pose, own, other))
+
+
+def with_rivals(
+    first: Surroundings, second: Surroundings, found: PairPoses, places: Sequence[Pose]
+) -> PairPoses:
+    """Add the poses at further places that nothing excludes.
+
+    Parameters
+    ----------
+    first, second : Surroundings
+        The stations.
+    found : PairPoses
+        What their planes say, with a pose at least.
+    places : sequence of Pose
+        Where they may lie as well, because one of them repeats itself for instance.
+
+    Notes
+    -----
+    Such a place may have less overlap than the best and be right all the same: what the stations
+    saw is the same thing twice. Only what lies in empty space speaks against it.
+    """
+    out = list(found.poses)
+    for place in places:
+        fit = _fit(first, second, place)
+        if fit is None or any(_same(fit.pose, other.pose) for other in out):
+            continue
+        if fit.seen.agree and not contradicted(out[0], fit):
+            out.append(fit)
+    return replace(found, poses=tuple(out))
+
+
+def _fits(first: Surroundings, second: Surroundings) -> list[PlanePose]:
+    """Possible poses at all places that the planes propose."""
+    levelled = first.levelled and second.levelled
+    planes_a = first.planes.largest(GATES.most_planes)
+    planes_b = second.planes.largest(GATES.most_planes)
     trials: list[tuple[float, Pose]] = []
     for turn in rotations(planes_a, planes_b, levelled):
         shift, support = shifts(planes_a, planes_b, turn)
@@ -456,15 +516,39 @@ def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
         fit = refined(first, second, start)
         if fit is not None and not any(_same(fit.pose, other.pose) for other in fits):
             fits.append(fit)
-    good = decided(fits)
-    if good and len(good[0].open):
-        return PairPoses(first.name, second.name, (), good[0].open, first.name)
-    good = tuple(f for f in good if len(f.open) == 0)
-    return PairPoses(first.name, second.name, good, np.zeros((0, 3)))
+    return fits
+
+
+#: symmetries of stations that are at hand
+_SYMMETRIES: WeakKeyDictionary[Surroundings, tuple[Pose, ...]] = WeakKeyDictionary()
+
+
+def symmetries(station: Surroundings) -> tuple[Pose, ...]:
+    """Turns and shifts that lay a station on itself, looked for once, the best first."""
+    if station not in _SYMMETRIES:
+        fits = [f for f in _fits(station, station) if f.seen.conflict <= GATES.own_conflict]
+        fits = [f for f in fits if len(f.open) == 0 and not _same(f.pose, Pose.identity())]
+        fits.sort(key=lambda f: f.seen.conflict)
+        _SYMMETRIES[station] = tuple(f.pose for f in fits[: GATES.own_most])
+    return _SYMMETRIES[station]
+
+
+def contradicted(best: PlanePose, other: PlanePose) -> bool:
+    """True if clearly more lies in empty space than at the best pose."""
+    few, more = (f.seen.through + f.seen.sky for f in (best, other))
+    return more > max(GATES.rival_times * few, few + GATES.rival_more * best.seen.agree)
 
 
 def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | None:
-    """Fit a relative pose to all common planes."""
+    """Fit a relative pose to all common planes; None if too little or too much speaks of it."""
+    fit = _fit(first, second, start)
+    if fit is None or fit.seen.conflict > GATES.most_conflict:
+        return None
+    return fit if fit.most_overlap >= GATES.least_overlap else None
+
+
+def _fit(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | None:
+    """The same, whatever speaks of it; None if hardly a plane is common."""
     levelled = first.levelled and second.levelled
     pose = start
     pairs = np.zeros((0, 2), dtype=np.int64)
@@ -475,11 +559,10 @@ def refined(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose
         pose = _fitted(first.planes, second.planes, pairs, pose, levelled)
     held = open_directions(first.planes.normal[pairs[:, 0]])
     both, there, back = seen(first, second, pose)
-    if both.conflict > GATES.most_conflict or max(there, back) < GATES.least_overlap:
-        return None
     i, j = pairs.T
     off = offsets(first.planes, second.planes, i, j, pose)
-    return PlanePose(pose, pairs, float(np.sqrt(np.mean(off**2))), both, min(there, back), held)
+    rms = float(np.sqrt(np.mean(off**2)))
+    return PlanePose(pose, pairs, rms, both, min(there, back), max(there, back), held)
 
 
 def common_planes(
@@ -663,9 +746,8 @@ def decided(fits: Sequence[PlanePose]) -> tuple[PlanePose, ...]:
     if not fits:
         return ()
     most = max(f.seen.agree for f in fits)
-    good = [f for f in fits if f.seen.agree > GATES.rival_agrees * most]
+    good = [f for f in fits if f.seen.agree >= GATES.rival_agrees * most]
     best = min(good, key=lambda f: f.seen.conflict - GATES.agreement_weight * f.seen.agree / most)
-    limit = max(GATES.rival_times * best.seen.conflict, best.seen.conflict + GATES.rival_more)
-    rivals = [f for f in good if f is not best and f.seen.conflict <= limit]
+    rivals = [f for f in good if f is not best and not contradicted(best, f)]
     rivals.sort(key=lambda f: f.seen.conflict)
     return (best, *rivals)

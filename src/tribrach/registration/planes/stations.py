@@ -15,6 +15,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
+from tribrach.registration.alternatives import OpenPair, Witnesses, by_loops
 from tribrach.registration.clouds.graph import CloudEdge
 from tribrach.registration.clouds.likeness import Walls, likeness
 from tribrach.registration.clouds.proposals import (
@@ -28,9 +29,11 @@ from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.planes.poses import (
     PairPoses,
     PlanePose,
+    contradicted,
     decided,
     open_directions,
     pair_poses,
+    with_rivals,
 )
 from tribrach.registration.pose_graph import GATES as LOOP
 from tribrach.registration.pose_graph import Joint, PoseGraph, join
@@ -95,8 +98,8 @@ def register_by_planes(
     further: Sequence[Joint] = (),
     known: Mapping[str, Pose] | None = None,
     *,
-    approximate: Mapping[str, Pose] | None = None,
-    sigma: float = GATES.known_m,
+    doubtful: Sequence[OpenPair] = (),
+    witnesses: Witnesses | None = None,
     choice: Choice = "proposed",
     pair: Callable[[Surroundings, Surroundings], PairPoses] = pair_poses,
 ) -> PlaneRegistration:
@@ -114,11 +117,11 @@ def register_by_planes(
     known : mapping of str to Pose or None
         Poses from elsewhere, of targets for instance: a joint that contradicts them needs a loop to
         be believed.
-    approximate : mapping of str to Pose or None
-        Approximate poses of stations in one frame, which say which pairs are near each other; the
-        known ones do if there are none.
-    sigma : float
-        Sigma of their relative shifts [m].
+    doubtful : sequence of OpenPair
+        Pairs that may lie at several places by their clouds: at those places planes look as well.
+    witnesses : Witnesses or None
+        What decides between places that look alike. Its approximate poses say which pairs are near
+        each other, and so do the known ones.
     choice : Choice
         ``proposed`` for the pairs that promise most, ``all`` for every pair; all of few stations.
     pair : callable
@@ -130,23 +133,27 @@ def register_by_planes(
     until all stations are joined, or every pair across their groups was tried.
     """
     names = [s.name for s in stations]
-    pairs = _tried(
-        stations, pair, progress, {**(approximate or {}), **(known or {})}, sigma, choice
-    )
+    by_name = {s.name: s for s in stations}
+    known, witnesses = known or {}, witnesses or Witnesses()
+    priors = {**witnesses.approximate, **known}
+    pairs = _tried(stations, pair, progress, priors, witnesses.sigma.shift, choice)
+    rivals = {open_.ends: open_ for open_ in doubtful}
+    pairs = [_doubtful(by_name, p, rivals.get(p.ends)) for p in pairs]
     joints, clashes = _united([_joint(p) for p in pairs if p.sure], further)
-    joints = [_doubted(joint, known or {}) for joint in joints]
+    joints = [_doubted(joint, known) for joint in joints]
     graph = join(names, joints)
     sentences = [*clashes, *graph.sentences]
-    by_name = {s.name: s for s in stations}
     while True:
-        more = _settled(by_name, pairs, graph)
-        if more is None:
+        used = {joint.ends for joint in joints}
+        chosen = _settled(by_name, [p for p in pairs if p.ends not in used], graph, witnesses)
+        if not chosen:
             break
-        joints.append(more)
-        sentences.append(
-            f"{more.first} and {more.second} fit in several ways by their planes; the views of "
-            "the stations around leave one"
-        )
+        for joint, what in chosen:
+            joints.append(joint)
+            sentences.append(
+                f"{joint.first} and {joint.second} fit in several ways by their planes; {what} "
+                "decides"
+            )
         graph = join(names, joints)
     while True:
         more = _together(by_name, joints, graph)
@@ -251,24 +258,69 @@ def _doubted(joint: Joint, known: Mapping[str, Pose]) -> Joint:
     return joint if gap < GATES.known_m and turn < GATES.known_rad else replace(joint, alone=False)
 
 
+def _doubtful(
+    stations: Mapping[str, Surroundings], pair: PairPoses, rivals: OpenPair | None
+) -> PairPoses:
+    """The pair with the places that its clouds leave open, where its planes do not exclude them."""
+    if rivals is None or not pair.poses:
+        return pair
+    here = pair.first == rivals.first
+    places = [pose if here else pose.inverse for pose in rivals.poses]
+    return with_rivals(stations[pair.first], stations[pair.second], pair, places)
+
+
 def _settled(
-    stations: Mapping[str, Surroundings], pairs: Sequence[PairPoses], graph: PoseGraph
-) -> Joint | None:
-    """A pair with several poses of which the other stations of its groups leave one."""
+    stations: Mapping[str, Surroundings],
+    pairs: Sequence[PairPoses],
+    graph: PoseGraph,
+    witnesses: Witnesses,
+) -> list[tuple[Joint, str]]:
+    """Pairs with several poses of which something leaves one, and what it is."""
     group_of = {name: group for group in graph.groups for name in group}
-    for pair in pairs:
-        one_group, other_group = group_of[pair.first], group_of[pair.second]
-        if len(pair.poses) < 2 or one_group is other_group or len(one_group) + len(other_group) < 3:
-            continue
-        here, there = merged(stations, one_group), merged(stations, other_group)
-        trials = []
-        for pose in pair.poses:
-            between = one_group[pair.first] @ pose.pose @ other_group[pair.second].inverse
-            trials.append(replace(pose, seen=seen(here, there, between)[0]))
-        left = decided(trials)
-        if len(left) == 1:
-            return replace(_joint(pair, left[0]), alone=True)
-    return None
+    across = [p for p in pairs if group_of[p.first] is not group_of[p.second]]
+    several = [p for p in across if len(p.poses) > 1]
+    for pair in several:
+        found = witnesses.choose(_open(pair))
+        left = None if found is None else (_pose_at(pair, found[0]), found[1])
+        left = left or _by_views(stations, pair, group_of)
+        if left is not None and not len(left[0].open):
+            return [(replace(_joint(pair, left[0]), alone=True), left[1])]
+    of = {pair.ends: pair for pair in several}
+    looped = []
+    for open_, pose in by_loops(graph.groups, [_open(pair) for pair in several]):
+        pair = of[open_.ends]
+        looped.append((replace(_joint(pair, _pose_at(pair, pose)), alone=True), "their loop"))
+    return looped
+
+
+def _open(pair: PairPoses) -> OpenPair:
+    """The places of a pair."""
+    return OpenPair(pair.first, pair.second, tuple(f.pose for f in pair.poses))
+
+
+def _pose_at(pair: PairPoses, pose: Pose) -> PlanePose:
+    """The fit of a pair at one of its places."""
+    return next(f for f in pair.poses if f.pose is pose)
+
+
+def _by_views(
+    stations: Mapping[str, Surroundings],
+    pair: PairPoses,
+    group_of: Mapping[str, Mapping[str, Pose]],
+) -> tuple[PlanePose, str] | None:
+    """The only pose of a pair that the other stations of its groups leave."""
+    one_group, other_group = group_of[pair.first], group_of[pair.second]
+    if len(one_group) + len(other_group) < 3:
+        return None
+    here, there = merged(stations, one_group), merged(stations, other_group)
+    trials = []
+    for pose in pair.poses:
+        between = one_group[pair.first] @ pose.pose @ other_group[pair.second].inverse
+        trials.append(replace(pose, seen=seen(here, there, between)[0]))
+    best = decided(trials)[0]
+    if any(trial is not best and not contradicted(best, trial) for trial in trials):
+        return None
+    return best, "what the stations around see"
 
 
 def _together(
