@@ -227,7 +227,9 @@ class Control:
 
 
 @dataclass(frozen=True, kw_only=True)
-class SetUp(Result, maybe=("dof", "orientation", "geodetic", "ecef", "ecef_covariance", "projected")):
+class SetUp(
+    Result, maybe=("dof", "orientation", "geodetic", "ecef", "ecef_covariance", "projected")
+):
     """A scanner station by its pose; a set-up on a point by its orientation unknowns."""
 
     #: 4 x 4
