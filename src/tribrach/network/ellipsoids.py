@@ -35,7 +35,8 @@ def confidence_factor(
     freedom = np.asarray(np.inf if dof is None else dof, dtype=float)
     known = np.isinf(freedom)
     finite = dimension * f.ppf(confidence, dimension, np.where(known, 1.0, freedom))
-    return np.sqrt(np.where(known, chi2.ppf(confidence, dimension), finite))
+    factors: NDArray[np.float64] = np.sqrt(np.where(known, chi2.ppf(confidence, dimension), finite))
+    return factors
 
 
 @dataclass(frozen=True)

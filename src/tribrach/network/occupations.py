@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,7 +216,7 @@ def by_sight(network: Network) -> Network:
             for block in o.jacobian(state):
                 known = np.where(block.columns >= 0, prior[block.columns], 0.0)
                 covariance += np.einsum("nik,nk,njk->nij", block.values, known, block.values)
-            none = {name: np.full(len(o), -1) for name in names}
+            none: dict[str, Any] = {name: np.full(len(o), -1) for name in names}
             o = replace(o, covariance=covariance, **none)
         tables.append(o)
     number = np.full(len(network.observations), -1)

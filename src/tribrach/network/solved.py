@@ -167,7 +167,8 @@ class SolvedSystem:
         found = np.full(place.shape, np.inf)
         some = spread > 0
         found[some] = 2 * whole[some] ** 2 / spread[some]
-        return np.maximum(found, smallest)
+        least: Array = np.maximum(found, smallest)
+        return least
 
     def _group_parts(self) -> tuple[Array, list[Array]]:
         """``Q`` and ``Q N_g`` (u, u) of each group whose variance factor was estimated."""

@@ -294,7 +294,7 @@ def _findings(result: ControlLeftOut) -> Iterable[Finding]:
             "left_out_needed",
             "Without {names} the network cannot be adjusted: nothing else controls it.",
             True,
-            names=some_of(result.needed),
+            names=some_of(result.needed, 5),
         )
 
 

@@ -225,10 +225,10 @@ def by_loops(
         between.setdefault(ends, []).append((pair, placed))
     out: dict[frozenset[str], tuple[OpenPair, Pose]] = {}
     for joined in between.values():
-        for one, two in combinations(joined, 2):
-            indices = product(range(len(one[1])), range(len(two[1])))
-            closed = [(k, m) for k, m in indices if same_place(one[1][k], two[1][m])]
+        for a, b in combinations(joined, 2):
+            indices = product(range(len(a[1])), range(len(b[1])))
+            closed = [(k, m) for k, m in indices if same_place(a[1][k], b[1][m])]
             if len(closed) == 1:
-                for (pair, _), k in zip((one, two), closed[0], strict=True):
+                for (pair, _), k in zip((a, b), closed[0], strict=True):
                     out[pair.ends] = pair, pair.poses[k]
     return list(out.values())

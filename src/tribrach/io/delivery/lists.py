@@ -10,12 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from tribrach.errors import InputError
-from tribrach.io.delivery.content import DeliveredMove, DeliveredPosition, Delivery
+from tribrach.io.delivery.content import Delivery
 
 __all__ = ["columns_of", "write", "write_template"]
 
 #: columns of positions: head with its unit, digits, value
-_COLUMNS: dict[str, tuple[int | None, Callable[[DeliveredPosition], Any]]] = {
+_COLUMNS: dict[str, tuple[int | None, Callable[[Any], Any]]] = {
     "point": (None, lambda p: p.name),
     "role": (None, lambda p: p.role),
     "code": (None, lambda p: p.code),
@@ -26,7 +26,7 @@ _COLUMNS: dict[str, tuple[int | None, Callable[[DeliveredPosition], Any]]] = {
     "sigma_northing_mm": (3, lambda p: 1e3 * p.sigma[1]),
     "sigma_height_mm": (3, lambda p: 1e3 * p.sigma[2]),
 }
-_MOVED: dict[str, tuple[int | None, Callable[[DeliveredMove], Any]]] = {
+_MOVED: dict[str, tuple[int | None, Callable[[Any], Any]]] = {
     "point": (None, lambda m: m.name),
     "from_epoch": (None, lambda m: m.epochs[0]),
     "to_epoch": (None, lambda m: m.epochs[1]),
@@ -47,11 +47,11 @@ def columns_of(delivery: Delivery) -> tuple[Mapping[str, int | None], list[dict[
     """Heads with their digits, None for texts, and rows; None where there is no number."""
     table: Mapping[str, tuple[int | None, Callable[[Any], Any]]]
     items: Sequence[Any]
+    table, items = _COLUMNS, delivery.positions
     if delivery.moves:
         table, items = _MOVED, delivery.moves
-    else:
-        table, items = _COLUMNS, delivery.positions
-    rows = [{head: value(item) for head, (_, value) in table.items()} for item in items]
+    values = [(head, value) for head, (_, value) in table.items()]
+    rows = [{head: value(item) for head, value in values} for item in items]
     for row in rows:
         for head, (digits, _) in table.items():
             if digits is not None:

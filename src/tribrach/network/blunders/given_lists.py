@@ -16,7 +16,7 @@ import numpy as np
 
 from tribrach._types import Array, Index, Mask
 from tribrach.errors import InputError, TribrachError
-from tribrach.geometry.alignment import kabsch, planar
+from tribrach.geometry.alignment import Alignment, kabsch, planar
 from tribrach.geometry.axis_orders import axis_orders
 from tribrach.network.blunders.slip_search import Slip, SlipSearch
 from tribrach.network.network import Datum, Network, is_given
@@ -84,11 +84,12 @@ class _Given:
 def _anew(network: Network) -> State:
     """Start values of what is held; NaN for all that has to be found."""
     start, layout = network.start, network.start.layout
-    held = {
+    held: dict[str, Mask] = {
         family: ~network.free[layout.columns(family, np.arange(layout.count(family)))]
         for family in ("point", "pose", "plane", "scalar")
     }
-    pose, plane = held["pose"].any(axis=1), held["plane"].any(axis=1)
+    pose: Mask = np.any(held["pose"], axis=1)
+    plane: Mask = np.any(held["plane"], axis=1)
     return replace(
         start,
         points=np.where(held["point"], start.points, np.nan),
@@ -270,7 +271,7 @@ def _centred(values: Array) -> Array:
     return out
 
 
-def _rms(align: Callable[[Array, Array], object], a: Array, b: Array) -> float:
+def _rms(align: Callable[[Array, Array], Alignment], a: Array, b: Array) -> float:
     """Root mean square of what an alignment leaves, infinite where it is not determined."""
     try:
         return float(align(a, b).rms)
