@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -40,6 +41,7 @@ __all__ = [
     "Sights",
     "SlopeDistances",
     "ZenithAngles",
+    "face_two_words",
 ]
 
 #: what the unknown heights of instruments and targets are
@@ -415,6 +417,16 @@ class Azimuths(Sights):
 
 #: radius [m] of the refracted ray's correction where the site gives none
 MEAN_RADIUS = 6371000.0
+
+
+def face_two_words(sources: Sequence[str]) -> str:
+    """Zenith angles above 200 gon, by where they stand, which readers take from the circle."""
+    one = len(sources) == 1
+    return (
+        f"{sources[0]}: {'a zenith angle' if one else f'{len(sources)} zenith angles'} above "
+        f"200 gon {'is a reading' if one else 'are readings'} of face two and "
+        f"{'counts' if one else 'count'} as 400 gon less the reading."
+    )
 
 
 @dataclass(kw_only=True)

@@ -323,3 +323,27 @@ def test_lists_of_others(faults: Path, tmp_path: Path, folder: str, words: str) 
     shutil.copy(faults / folder / "control.txt", tmp_path / "control.txt")
     (found,) = look_through(tmp_path)
     assert words in found.words
+
+
+def test_face_two_in_tables_and_starnet(tmp_path: Path) -> None:
+    """Zenith angles of face two count alike wherever they stand, with one note."""
+    points = tmp_path / "points.csv"
+    points.write_text("point,easting_m,northing_m,height_m,role\nA,0,0,0,fixed\nB,100,0,0,fixed\n")
+    sights = tmp_path / "sights.csv"
+    sights.write_text(
+        "from,to,direction_gon,zenith_gon,slope_distance_m,sigma_direction_arcsec,"
+        "sigma_zenith_arcsec,sigma_slope_distance_mm\n"
+        "A,B,100,100,100,5,5,3\nA,P,50,310,71.5,5,5,3\nB,A,300,300,100,5,5,3\n"
+    )
+    job = tmp_path / "job.dat"
+    job.write_text(
+        ".UNITS METERS DMS\n.ORDER EN ATFROMTO\n.3D\nC A 0 0 0 ! ! !\nC B 100 0 0 ! ! !\n"
+        "DB A\nDM B 90-00-00 100 90-00-00\nDM P 45-00-00 71.5 279-00-00\nDE\n"
+    )
+    for paths in ([points, sights], [job]):
+        survey = read_files(paths)
+        zeniths = next(t for t in survey.tables() if t.kind.kind == "zenith")
+        values = np.asarray(zeniths.columns["values"])
+        assert (values < np.pi).all()
+        assert values.min() == pytest.approx(np.radians(81.0))
+        assert sum("face two" in text for text in survey.warnings) == 1

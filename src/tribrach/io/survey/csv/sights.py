@@ -14,7 +14,7 @@ from tribrach.io.survey.csv.reader import Reader, located
 from tribrach.network.shared_heights import SharedHeight, share_heights
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import CsvColumns, SightLength, SightLine
-from tribrach.observations.sights import Angles
+from tribrach.observations.sights import Angles, ZenithAngles, face_two_words
 from tribrach.sentences import Sentence
 
 __all__ = ["AngleReader", "SightReader"]
@@ -129,6 +129,9 @@ class SightReader(_Sighted):
             self.table.refuse(
                 rows[~(values > 0)], f"{name} is not above zero", "give a length above zero"
             )
+        if kind is ZenithAngles and (over := (values > np.pi) & (values < 2 * np.pi)).any():
+            values = np.where(over, 2 * np.pi - values, values)
+            self.survey.warnings.append(face_two_words(self.sources[rows[over]].tolist()))
         titles = (f"sigma_{name}", *self._other_sigmas(columns))
         self.add(
             kind,

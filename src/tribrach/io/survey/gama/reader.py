@@ -24,6 +24,7 @@ from tribrach.io.survey.gama.points import GamaPoint, read_points
 from tribrach.network.facts import Fact
 from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
+from tribrach.observations.sights import face_two_words
 
 __all__ = ["GamaFacts", "read"]
 
@@ -116,12 +117,7 @@ class _Reader:
         self._say_undefined()
         self._say_off()
         if turned := self.observations.face_two:
-            one = len(turned) == 1
-            self.survey.warnings.append(
-                f"{turned[0]}: {'a zenith angle' if one else f'{len(turned)} zenith angles'} above "
-                f"200 gon {'is a reading' if one else 'are readings'} of face two and "
-                f"{'counts' if one else 'count'} as 400 gon less the reading."
-            )
+            self.survey.warnings.append(face_two_words(turned))
         self._choose_datum()
 
     def _parameters(self, element: Element) -> None:

@@ -43,6 +43,7 @@ from tribrach.observations.sights import (
     HorizontalDistances,
     SlopeDistances,
     ZenithAngles,
+    face_two_words,
 )
 
 __all__ = ["Part", "assemble"]
@@ -83,6 +84,8 @@ def assemble(
     builder = _Builder(records, settings, places, refused, part)
     survey = builder.survey
     survey.warnings += [*places.warnings, *records.warnings]
+    if records.face_two:
+        survey.warnings.append(face_two_words(records.face_two))
     if part != "planned":
         places.hold_heights(builder.without_heights(), survey.warnings)
         # targets of side shots alone are computed, whatever is given of them

@@ -285,6 +285,7 @@ class DataReader:
         zenith = known.get(Quantity.ZENITH)
         if zenith is not None and zenith > math.pi:
             known[Quantity.ZENITH] = zenith = 2 * math.pi - zenith
+            self.records.face_two.append(line.source)
         slope, level = known.get(Quantity.SLOPE), known.get(Quantity.LEVEL_DISTANCE)
         length = level if level is not None else slope
         rise = known.get(Quantity.RISE) or 0.0

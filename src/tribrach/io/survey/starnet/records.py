@@ -193,5 +193,7 @@ class StarnetRecords:
     shots: list[SideShot] = field(default_factory=list)
     #: standard errors of the default instrument were used although nothing gives them
     assumed: set[str] = field(default_factory=set)
+    #: where zenith angles of face two stand
+    face_two: list[str] = field(default_factory=list)
     #: what has no effect
     warnings: list[str] = field(default_factory=list)
