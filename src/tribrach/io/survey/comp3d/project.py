@@ -65,6 +65,7 @@ def read_project(paths: Sequence[Path]) -> Comp3dProject:
         raise InputError(
             "Comp3D files are one .comp project, or one .obs and one .cor file",
             record=" ".join(path.name for path in paths),
+            cure="give the other one with it; of a file that Comp3D did not write make a CSV table",
         )
     if points.parent.resolve() != observations.parent.resolve():
         raise InputError("both files must be in one folder", file=points.name)

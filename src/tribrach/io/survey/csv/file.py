@@ -303,6 +303,11 @@ def _check_place(
     """Refuse a column that means nothing in this kind of table or is there already."""
     if not layout.knows(name):
         what, cure = f"column {title} has no meaning in a table of {layout.name}", "remove it"
+        if name.startswith("sigma") and "station" in layout.needs:
+            cure = (
+                "name the ends from and to where rows have sigmas of their own; a table of station "
+                "and target takes those of the instrument of a project"
+            )
     elif name in titles:
         what, cure = f"columns {titles[name]} and {title} say the same thing", "keep one of them"
     else:

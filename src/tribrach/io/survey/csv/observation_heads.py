@@ -53,7 +53,7 @@ _WORDS: dict[str, str] = {
     "vodorovnyuhel kat katpoziomy",
     "zenith": "zenith zenithangle zenithdistance zenitwinkel zenithwinkel zenitdistanz "
     "anglezenithal distancezenithale angulocenital distanciacenital angolozenitale angulozenital "
-    "zenithoek zenitovyuhel zenitka katzenitalny",
+    "zenithoek zenitovyuhel zenitka katzenitalny v vz va verticalcircle",
     "azimuth": "azimuth azimut bearing gisement acimut azymut richtungswinkel smernik",
     "slope_distance": "slopedistance slopedist slopedis sd sdist schragstrecke schraegstrecke "
     "schragdistanz schraegdistanz raumstrecke distanceinclinee distancesuivantlapente "
@@ -107,7 +107,7 @@ _COVARIANCE = re.compile(r"(?:cov|kov|vcv|var|c|q)([enuhxyz])([enuhxyz])$")
 #: quantities whose unit is one of angles
 _ANGULAR = {"direction", "angle", "zenith", "azimuth"}
 #: columns of names and words
-_KEYS = ("from", "to", "at", "station", "set", "comment")
+_KEYS = ("from", "to", "at", "station", "target", "set", "comment")
 
 
 def observation_heads(
@@ -145,8 +145,9 @@ def observation_heads(
     elif "station" in every and "to" in every:
         meanings = ["from" if m == "station" else m for m in meanings]
     every = {m for m in meanings if m} | {_bare(name) for name in known if name}
-    measured = every - {*_KEYS, "target", "height_instrument", "height_target", "length"}
-    if not {"from", "to"} <= every or not measured:
+    measured = every - {*_KEYS, "height_instrument", "height_target", "length"}
+    ends = {"from", "to"} <= every or {"station", "target"} <= every
+    if not ends or not measured:
         return None
     level = "height_difference" in every and not every & {"direction", "zenith", "angle"}
     names = list(known)
