@@ -90,8 +90,8 @@ def found(network: Network) -> Slip | None:
     try:
         adjustment = adjust(network)
     except TribrachError:
-        adjustment = None
-    return explain(network, adjustment)
+        return explain(network)
+    return explain(adjustment.network, adjustment)
 
 
 def ends_exchanged(rng: np.random.Generator) -> tuple[Network, str, set[int]]:

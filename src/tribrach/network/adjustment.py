@@ -7,7 +7,7 @@ descend; the covariance is always that of the undamped system at the solution (m
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -132,6 +132,9 @@ class Adjustment(SolvedSystem):
     <distance:A:B::2: 100.0050 m, residual -1.00 mm, w -0.71, active>
     """
 
+    #: start values as they were given, before those that were missing were found
+    given: State | None = field(default=None, repr=False)
+
     def results(self, *, posterior: bool = False, confidence: float = 0.95) -> Results:
         """Results by name, scaled and at a confidence of your choice.
 
@@ -254,6 +257,7 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
 
 def _adjusted(network: Network, options: Options) -> Adjustment:
     """The solution; what it raises names no alike names yet."""
+    given = network.start
     network = network.with_start(find_start(network))
     assembly = Assembly(network)
     datum = defects.datum_mask(network, assembly.free_columns)
@@ -284,7 +288,7 @@ def _adjusted(network: Network, options: Options) -> Adjustment:
         if not damped and steady and (size < 1 or rounding):
             # a step below the limits changes no derivative: the system that gave it is the last
             last = system if size < 1 else _System(assembly, state, datum, motions, 0.0)
-            final = _finish(assembly, state, last, iteration)
+            final = _finish(assembly, state, last, iteration, given)
             if _within_sigma(step, final, options.step_sigma if size < 1 else _ROUNDING):
                 return final
     raise NotConverged(
@@ -430,7 +434,9 @@ def _within_sigma(step: Array, final: Adjustment, share: float) -> bool:
     return bool((np.abs(step) <= share * sigma + 1e-9).all())
 
 
-def _finish(assembly: Assembly, state: State, system: _System, iterations: int) -> Adjustment:
+def _finish(
+    assembly: Assembly, state: State, system: _System, iterations: int, given: State
+) -> Adjustment:
     """The adjustment at the solution, with the undamped cofactor matrix of a system there."""
     network = assembly.network
     misclosure = assembly.misclosure(state)
@@ -447,4 +453,5 @@ def _finish(assembly: Assembly, state: State, system: _System, iterations: int) 
         iterations=iterations,
         warnings=network.warnings + system.warnings,
         assembly=assembly,
+        given=given,
     )

@@ -80,6 +80,9 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
     before = np.inf if adjustment is None else adjustment.posterior_factor
     if not before > GROSS**2:
         return None
+    if adjustment is not None and adjustment.given is not None and network is adjustment.network:
+        # start values that were found with the slip in them would lead astray without it
+        network = network.with_start(adjustment.given)
     if found := turned_angles(network, adjustment, before, search):
         return found
     if found := equal_heights(network, before, search):
