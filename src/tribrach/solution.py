@@ -158,6 +158,18 @@ class Solving:
         log = self.cleaned[1]
         return [] if log is None else log.undecided()
 
+    @property
+    def accused_of_group(self) -> bool:
+        """True if the coordinate that may be wrong is one of a group that is named as undecided."""
+        log = self.cleaned[1]
+        if self.accused is None or self.accused.certain or log is None:
+            return False
+        rivals = set(self.accused.alternatives)
+        return any(
+            step.undecided and not rivals.isdisjoint((step.observation, *step.alternatives))
+            for step in log.steps
+        )
+
     @cached_property
     def components(self) -> VarianceComponents | None:
         """Variance components; None if they are not wanted."""
@@ -223,7 +235,7 @@ DIAGNOSES = (
     Diagnosis(
         "wrong_coordinate",
         Severity.INPUT,
-        lambda s: [] if s.accused is None else [s.accused.sentence()],
+        lambda s: [] if s.accused is None or s.accused_of_group else [s.accused.sentence()],
     ),
     Diagnosis("mistake", Severity.INPUT, lambda s: s.mistakes.sentences),
     Diagnosis("shared_bias", Severity.NOTE, lambda s: s.mistakes.notes),

@@ -114,7 +114,10 @@ class SnoopingLog:
 
     def undecided(self) -> list[str]:
         """Which observations cannot be told from each other, and what is not to be used."""
-        return [_undecided(step) for step in self.steps if step.undecided]
+        groups = {
+            frozenset((s.observation, *s.alternatives)): s for s in self.steps[::-1] if s.undecided
+        }
+        return [_undecided(s) for s in self.steps if any(s is first for first in groups.values())]
 
 
 #: observations and points that a sentence names
