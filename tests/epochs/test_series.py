@@ -276,3 +276,12 @@ def test_tables_that_are_none_are_refused(tmp_path: Path, text: str, what: str) 
     path.write_text(text)
     with pytest.raises(InputError, match=what):
         read_timed_readings(path)
+
+
+@pytest.mark.parametrize("value", [0.0, 5.0])
+def test_values_that_are_all_alike_show_nothing(value: float) -> None:
+    """Without scatter nothing is singular, and nothing is a trend, a period or a jump."""
+    fit = fit_series(np.arange(30) / 4, np.full(30, value), np.full(30, 1e-3), "E")
+    assert fit is not None
+    assert not any((fit.trend, fit.period, fit.jumps, fit.outliers))
+    assert 0 < fit.rate_sigma < 1e-3

@@ -24,6 +24,8 @@ __all__ = ["ColouredFit", "coloured_fit"]
 _SHARES, _CORRELATIONS = (0.35, 0.7, 1.0), (0.3, 0.55, 0.75, 0.88, 0.95, 0.98)
 #: variance of the random walk over the whole span, of that of a value
 _WALKS = (0.0, 0.3, 3.0, 30.0, 300.0)
+#: share of the stated sigmas below which scatter is rounding: values that are all alike
+_RESOLVED = 1e-3
 #: probability beforehand that there is no autoregressive part, and that there is no walk
 _PLAIN = 2 / 3
 #: probability beyond one sigma of a normal distribution
@@ -54,6 +56,8 @@ class ColouredFit:
     _constant: Array
     #: (n, m), means of the values in blocks
     _blocks: Array
+    #: sum of squares below which residuals are taken for no smaller
+    _least: float
 
     @cached_property
     def estimate(self) -> Array:
@@ -101,7 +105,7 @@ class ColouredFit:
         left = (values - basis @ (np.swapaxes(basis, 1, 2) @ values))[:, :, 0]
         length = (white**2).sum(axis=1)
         seen = length > 1e-9 * np.maximum(length.max(axis=1, keepdims=True), 1e-300)
-        rss = (left**2).sum(axis=1)[:, None]
+        rss = np.maximum((left**2).sum(axis=1), self._least)[:, None]
         gain = np.einsum("kn,knm->km", left, white) ** 2 / np.where(seen, length, 1.0)
         gain = np.where(seen, gain, 0.0)
         dof = self.dof - 1
@@ -158,7 +162,8 @@ def coloured_fit(days: Array, values: Array, sigma: Array, design: Array) -> Col
     estimates = (cofactor @ (np.swapaxes(wx, 1, 2) @ wy[:, :, None]))[:, :, 0]
     left = wy - (wx @ estimates[:, :, None])[:, :, 0]
     dof = n - p
-    rss = np.maximum((left**2).sum(axis=1), 1e-300)
+    least = dof * (_RESOLVED * float(np.median(sigma))) ** 2
+    rss = np.maximum((left**2).sum(axis=1), least)
     logdet = np.log(np.einsum("knn->kn", factors)).sum(axis=1)
     constant = np.log(prior) - logdet - 0.5 * np.linalg.slogdet(normal)[1]
     likely = constant - 0.5 * dof * np.log(rss)
@@ -173,6 +178,7 @@ def coloured_fit(days: Array, values: Array, sigma: Array, design: Array) -> Col
         _factors=inverse,
         _constant=constant,
         _blocks=blocks,
+        _least=least,
     )
 
 
