@@ -163,3 +163,22 @@ def test_a_job_of_others(shared_data: Path, name: str, kept: set[str]) -> None:
     assert set(solved.network.datum.names) == kept
     assert (solved.dof, solved.defect) == (46, 4)
     assert solved.sigma0_posterior == pytest.approx(0.963, abs=0.001)
+
+
+def test_a_list_comes_before_what_was_keyed_in(shared_data: Path, tmp_path: Path) -> None:
+    """Without sigmas and roles a list fits the network; with the role fixed it holds it."""
+    path = shared_data / "faults" / "networks2" / "08-dummy-coordinates" / "b.sdr"
+    if not path.is_file():
+        pytest.skip(f"{path} is absent")
+    rows = "G3,1321472.798,480933.048\nD1,1321586.809,480954.206\nMM9,1321592.010,481029.360\n"
+    control = tmp_path / "control.csv"
+    control.write_text("point,easting_m,northing_m\n" + rows)
+    survey = read_files([path, control])
+    assert survey.datum == Datum("free", ("G3", "D1", "MM9"))
+    assert sum("neither sigmas nor a role" in text for text in survey.warnings) == 1
+    assert not any("files give no control" in text for text in survey.warnings)
+    wrong = "ST1,1,1\nST2,3,3\nST3,5,5\n"
+    control.write_text("point,easting_m,northing_m\n" + wrong)
+    assert read_files([control, path]).datum == Datum("free")
+    control.write_text("point,easting_m,northing_m,role\n" + rows.replace("\n", ",fixed\n"))
+    assert read_files([path, control]).datum == Datum("control")

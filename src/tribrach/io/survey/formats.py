@@ -189,12 +189,14 @@ def read_files(
                 by_reader.setdefault(FORMATS[name], (name, []))[1].append(path)
     surveys: list[Survey] = []
     apart = names_apart(paths) if labels is None else labels
+    # raw files come last: what they were given counts only where no list gives more
+    order = sorted(by_reader.items(), key=lambda one: one[1][0] == "totalstation")
     with RefusalCollector() as refused:
-        for reader, (name, files) in by_reader.items():
+        for reader, (name, files) in order:
             module = importlib.import_module(f"tribrach.io.{reader}")
             for together in [files] if name in JOINT else [[path] for path in files]:
                 with refused.record(), carried_angles() as carried:
-                    surveys.append(_read(module, name, together, apart))
+                    surveys.append(_read(module, name, together, apart, surveys))
                     surveys[-1].warnings += carried_words(carried, together[0].name)
     _leave_heights(surveys)
     first, *others = surveys
@@ -238,9 +240,14 @@ def carried_words(carried: Sequence[str], name: str) -> list[str]:
     ]
 
 
-def _read(module: Any, name: str, files: list[Path], labels: Mapping[Path, str]) -> Survey:
+def _read(
+    module: Any, name: str, files: list[Path], labels: Mapping[Path, str], before: Sequence[Survey]
+) -> Survey:
     """One survey of files that belong together, by the module of their format."""
     survey: Survey
+    if name == "totalstation":
+        survey = module.read_beside(files, before, labels)
+        return survey
     if name in ("gnss", "starnet", "levels"):
         survey = module.read(files, labels=labels)
     elif name in JOINT:

@@ -28,7 +28,7 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import Fact, facts_of
 from tribrach.network.identity import names_apart
-from tribrach.network.network import Datum
+from tribrach.network.network import Datum, is_given
 from tribrach.network.start.placeholders import contradiction, dummy_places, dummy_words
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -245,6 +245,61 @@ def read(
             with refused.record():
                 files.append(replace(formats.read(path), label=apart[path]))
     return survey_of(files, precision, alone=alone, site=site, known=known)
+
+
+def read_beside(
+    paths: Sequence[Path], lists: Sequence[Survey], labels: Mapping[Path, str] | None = None
+) -> Survey:
+    """The survey of raw files beside lists of points, whose coordinates come before their own."""
+    given = {
+        name: (point.xyz, point.source)
+        for survey in lists
+        for name, point in survey.points.items()
+        if np.isfinite(point.xyz[:2]).all() and point.role != "check"
+    }
+    if not given:
+        return read(paths, labels=labels)
+    raw = read(paths, alone=False, known=given.keys(), labels=labels)
+    tables = [table for survey in lists for table in survey.tables()]
+    points = [point for survey in lists for point in survey.points.values()]
+    if any(is_given(t.kind, t.group) for t in tables) or not all(p.free.all() for p in points):
+        return raw
+    _fit_to_lists(raw, lists, given)
+    return raw
+
+
+def _fit_to_lists(
+    raw: Survey, lists: Sequence[Survey], given: Mapping[str, tuple[Array, str]]
+) -> None:
+    """Datum of coordinates that have neither sigmas nor a role: the network is fitted to them."""
+    network = raw.network()
+    seen = {
+        name: xyz for name, (xyz, _) in given.items() if network.start.layout.has("point", name)
+    }
+    wrong = contradiction(network, seen, adjust)
+    off = () if wrong is None else wrong.off
+    if wrong is not None:
+        raw.warnings.append(wrong.sentence())
+        for survey in lists:
+            for name in {*off, *wrong.heights} & survey.points.keys():
+                point = survey.points[name]
+                blank = (
+                    np.array([True, True, True]) if name in off else np.array([False, False, True])
+                )
+                survey.points[name] = replace(point, xyz=np.where(blank, np.nan, point.xyz))
+    kept = tuple(name for name in seen if name not in off)
+    files = sorted(
+        {source.rpartition(":")[0] for name, (_, source) in given.items() if name in seen}
+    )
+    raw.datum = Datum("free", kept if len(kept) > 1 else ())
+    if len(kept) > 1:
+        raw.warnings.append(
+            f"The coordinates of {' and '.join(files) or 'the list'} have neither sigmas nor a "
+            f"role: the network keeps its shape and is fitted to the {len(kept)} points that it "
+            "observes. State sigmas, or the role fixed, where they are to hold."
+        )
+    else:
+        raw.warnings.append(_datum_words(len(kept), hold=False, dropped=True))
 
 
 def survey_of(
