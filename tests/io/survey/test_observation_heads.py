@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from tribrach.errors import InputError, Refusals
 from tribrach.io.survey.csv.file import read_table
 from tribrach.io.survey.csv.headings import letters
+from tribrach.io.survey.formats import read_files
 
 #: of levelling lines, sights and angles: from, to, height difference, length; direction, zenith,
 #: slope distance; at, angle
@@ -179,3 +180,15 @@ def test_letters_of_all_languages() -> None:
     assert letters("Převýšení") == "prevyseni"
     assert letters("Długość") == "dlugosc"
     assert letters("Höhenunterschied") == "hohenunterschied"
+
+
+def test_heads_of_a_total_station(tmp_path: Path) -> None:
+    """Hz, V, SD, hi and ht of station and target are readings; units are asked for."""
+    rows = "A,B,0,100,100,1.5,1.5\nA,P,50,100,70.711,1.5,1.5\n"
+    path = tmp_path / "sights.csv"
+    path.write_text("Station,Target,Hz,V,SD,hi,ht\n" + rows)
+    with pytest.raises(InputError, match="V zenith_gon or zenith_deg"):
+        read_files([path])
+    path.write_text("Station,Target,Hz [gon],V [gon],SD,hi,ht\n" + rows)
+    kinds = {table.kind.kind for table in read_files([path]).tables()}
+    assert {"direction", "zenith", "slope_distance"} <= kinds
