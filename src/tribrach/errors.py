@@ -229,9 +229,9 @@ class Refusals(InputError):
         super().__init__(
             first.what, file=first.file, line=first.line, record=first.record, cure=first.cure
         )
-        sentences = [str(error) for error in self.errors]
-        if count > len(sentences):
-            sentences.append(f"and {count - len(sentences)} more.")
+        sentences = _by_cause(self.errors)
+        if count > len(self.errors):
+            sentences.append(f"and {count - len(self.errors)} more.")
         listed = [f"  - {sentence}" for sentence in sentences]
         self.args = ("\n".join([f"{count} records are refused:", *listed]),)
 
@@ -259,6 +259,25 @@ class NothingFound(InputError):
         super().__init__(headline, cure=cure)
         self.sentences = tuple(sentences)
         self.args = ("\n".join([f"{headline}; {cure}:", *(f"  - {s}" for s in sentences)]),)
+
+
+def _by_cause(errors: Sequence[InputError]) -> list[str]:
+    """Refusals in sentences: one for all lines of a file that are refused for the same cause."""
+    groups: dict[tuple[object, ...], list[InputError]] = {}
+    for error in errors:
+        alone = (id(error),) if error.line is None or error.record is not None else ()
+        groups.setdefault((str(error.file), error.what, error.cure, *alone), []).append(error)
+    sentences = []
+    for first, *others in groups.values():
+        more = f"and {len(others)} more line{'s' if len(others) > 1 else ''}"
+        if not others:
+            sentences.append(str(first))
+        else:
+            cause = InputError(
+                first.what, file=first.file, line=first.line, record=more, cure=first.cure
+            )
+            sentences.append(str(cause))
+    return sentences
 
 
 def _by_line(errors: Sequence[InputError]) -> tuple[InputError, ...]:

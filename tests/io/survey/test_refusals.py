@@ -54,15 +54,26 @@ class TestCollector:
     def test_several_are_listed_by_line_and_bounded(self) -> None:
         refused = RefusalCollector()
         for line in range(50, 0, -1):
-            refused.add(InputError("x", file="a", line=line))
+            refused.add(InputError(f"x{line}", file="a", line=line))
         error = refused.error()
         assert isinstance(error, Refusals)
         assert (error.count, len(error.errors), error.line) == (50, 20, 31)
         words = str(error).splitlines()
         assert words[0] == "50 records are refused:"
-        assert words[1] == "  - a:31: x."
+        assert words[1] == "  - a:31: x31."
         assert words[-1] == "  - and 30 more."
         assert len(words) == 22
+
+    def test_one_cause_is_one_sentence(self) -> None:
+        refused = RefusalCollector()
+        for line in (4, 2, 9):
+            refused.add(InputError("no sigma", file="a", line=line, cure="add it"))
+        refused.add(InputError("no sigma", file="b", line=1, cure="add it"))
+        assert str(refused.error()).splitlines() == [
+            "4 records are refused:",
+            "  - a:2 (and 2 more lines): no sigma; add it.",
+            "  - b:1: no sigma; add it.",
+        ]
 
     def test_the_same_sentence_counts_once_and_lists_add_up(self) -> None:
         inner, outer = RefusalCollector(), RefusalCollector()
