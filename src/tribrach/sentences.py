@@ -46,6 +46,8 @@ _SCALES: dict[str, tuple[float, str]] = {
     "gon": (1 / UNITS["gon"], " gon"),
     "mgon": (1 / UNITS["mgon"], " mgon"),
 }
+#: a text that begins with the name of a file
+_FILE = re.compile(r"[^\s/]+\.[A-Za-z]\w*\b[: ]")
 #: units of the other circle
 _TURNED = {
     "gon": {"°": "gon", "degrees": "gon", "arcsec": "mgon", "arc seconds": "mgon"},
@@ -182,9 +184,9 @@ def joined(between: str, parts: Iterable[str]) -> str:
 
 
 def capital(text: str) -> str:
-    """A text that begins with a capital."""
+    """A text that begins with a capital, unless it begins with the name of a file."""
     if not isinstance(text, Sentence):
-        return text[:1].upper() + text[1:]
+        return text if _FILE.match(text) else text[:1].upper() + text[1:]
     if text.template[:1] != "{":
         return Sentence.of(text.template[:1].upper() + text.template[1:], text.values)
     name = text.template[1:].split("}")[0]
