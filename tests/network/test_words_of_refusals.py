@@ -11,9 +11,11 @@ import pytest
 from tribrach.errors import AdjustmentError
 from tribrach.io.survey.formats import read
 from tribrach.network.adjustment import adjust
+from tribrach.network.network import Datum
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
+from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
 
 
@@ -136,3 +138,14 @@ def test_directions_only_of_others(shared_data: Path) -> None:
         observed_part(fault(shared_data, "03-directions-only-rank", "net_with_start.gkf")).network()
     )
     assert adjustment.dof == 31
+
+
+def test_parts_of_a_levelling_net_say_what_joins_them() -> None:
+    """Each part is one sentence with its cure, not one for each of its points."""
+    survey = Survey(datum=Datum("free"))
+    lines = [("A", "P"), ("P", "B"), ("A", "B"), ("C", "D"), ("D", "E"), ("C", "E")]
+    survey.add(HeightDifferences, values=[0.5, 0.5, 1.0] * 2, sigma=0.001,
+               start=[a for a, _ in lines], end=[b for _, b in lines])  # fmt: skip
+    (said,) = refusal(survey)
+    assert said.startswith("C, D, E hang together")
+    assert "the height of one of them" in said

@@ -48,8 +48,9 @@ def missing_ties(network: Network, f: Frame, state: State) -> list[str]:
         if len(sentences) == _MOST_SENTENCES:
             sentences.append(f"and {len(lost)} places in all have no start values")
             break
-        if len(members) > 3:
-            sentences.append(_part(network, members, tables, known))
+        apart = len(members) > 1 and known.any() and not _touched(tables, members, known)
+        if len(members) > 3 or apart:
+            sentences.append(_part(network, f, members, tables, known))
         else:
             sentences += [_place(network, f, int(m), tables, known) for m in members]
     for family, name in state.missing():
@@ -119,8 +120,23 @@ def _figure(members: Index, layout: Layout, tables: Sequence[tuple[str, Index, I
     return "give coordinates of two points, or of one with an azimuth and a distance"
 
 
+def _touched(
+    tables: Sequence[tuple[str, Index, Index]], members: Index, known: NDArray[np.bool_]
+) -> bool:
+    """True if an observation joins some places to any that are known."""
+    inside = np.zeros(max(int(members.max()) + 1, len(known)), dtype=bool)
+    inside[members] = True
+    for _, start, end in tables:
+        for a, b in ((start, end), (end, start)):
+            rows = (a < len(known)) & (b < len(inside))
+            if (known[a[rows]] & inside[b[rows]]).any():
+                return True
+    return False
+
+
 def _part(
     network: Network,
+    f: Frame,
     members: Index,
     tables: Sequence[tuple[str, Index, Index]],
     known: NDArray[np.bool_],
@@ -143,9 +159,12 @@ def _part(
             f"{_figure(members, layout, tables)}"
         )
     if not shared:
+        cure = "give coordinates of some of them"
+        if f.known_plan[members].all():
+            cure = "give the height of one of them"
         return (
             f"{shown} hang together, but no observation ties them to the rest of the network: "
-            "observe common points or give coordinates of some of them"
+            f"observe common points or {cure}"
         )
     ties = ", ".join(layout.position_name(i) for i in sorted(shared)[:4])
     heights = network.free[: 3 * layout.count("point")].reshape(-1, 3)[:, 2]

@@ -184,7 +184,7 @@ def observation_heads(
             metres.append(title.strip())
         if names[k] and letters(title) != meaning:
             said.append(f"{title.strip()} is {meaning.replace('_', ' ')}")
-    if not said and not open_ and not left:
+    if not said and not open_ and not left and not metres:
         # the names are ours: what is wrong with them is told elsewhere
         return None
     if unknown:
