@@ -109,6 +109,20 @@ def ends_exchanged(rng: np.random.Generator) -> tuple[Network, str, set[int]]:
     return edited(clean, Angles, edit), "angle_ends", {item}
 
 
+def two_ends_exchanged(rng: np.random.Generator) -> tuple[Network, str, set[int]]:
+    clean, _, items = ends_exchanged(rng)
+    values = next(o for o in clean.observations if isinstance(o, Angles)).values[:, 0]
+    clear = np.flatnonzero(np.abs(np.sin(values)) > 0.1)
+    other = int(rng.choice(clear[clear != next(iter(items))]))
+
+    def edit(o: Observations) -> np.ndarray:
+        new = o.values.copy()
+        new[other] = 2 * np.pi - new[other]
+        return new
+
+    return edited(clean, Angles, edit), "angle_ends", items | {other}
+
+
 def all_the_other_way(rng: np.random.Generator) -> tuple[Network, str, set[int]]:
     directions = bool(rng.integers(2))
     kind = Directions if directions else Angles
@@ -218,6 +232,12 @@ def test_one_wrong_sight_is_no_slip() -> None:
 
         slip = found(edited(clean, kind, edit))
         assert slip is None, slip
+
+
+def test_two_exchanged_angles_are_named_together() -> None:
+    right, wrong = tried(two_ends_exchanged, range(2))
+    assert wrong == 0
+    assert right >= 1
 
 
 def test_clean_networks_have_no_slip() -> None:

@@ -1,4 +1,4 @@
-"""Angles that run the other way: all of them, those of a file or of a station, or a single one.
+"""Angles that run the other way: all of them, those of a file or of a station, or single ones.
 
 An angle ``at, from, to`` whose ends are exchanged is a full circle less what it should be. That is
 a slip without any parameter, so that a network that fits with it undone, and far better than
@@ -14,8 +14,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tribrach.errors import TribrachError
 from tribrach.network.adjustment import Adjustment
-from tribrach.network.blunders.slip_search import Slip, SlipSearch
+from tribrach.network.blunders.slip_search import FEW, Slip, SlipSearch, explains
 from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Network
 from tribrach.network.reliability import weigh
@@ -26,6 +27,9 @@ __all__ = ["turned_angles"]
 
 #: single angles that are tried, the most suspicious first
 _MOST = 12
+#: angles that are exchanged together at most, and the share of the variance factor that each but
+#: the last must leave at most
+_EXCHANGED, _HELPS = 3, 0.8
 #: an exchange must change an angle by at least this many of its sigmas
 _CLEAR = 50.0
 _MIRRORED = "angles count clockwise from backsight to foresight: exchange the two in the file"
@@ -67,14 +71,42 @@ def turned_angles(
                 good.append((after, turned))
         if good:
             return _only(good, before)
-    good = []
-    for turned in _single(network, adjustment):
-        if search.over and not good:
-            break
-        after = search.explained(_other_way(network, turned.keys), before)
-        if after is not None:
-            good.append((after, turned))
-    return _only(good, before) if good else None
+    return _exchanged(network, adjustment, before, search)
+
+
+def _exchanged(
+    network: Network, adjustment: Adjustment | None, before: float, search: SlipSearch
+) -> Slip | None:
+    """Single angles whose ends are exchanged: the one that helps most, until all is explained."""
+    keys: frozenset[Key] = frozenset()
+    words: list[str] = []
+    least = before
+    for _ in range(_EXCHANGED):
+        search.go_on()
+        tried: list[tuple[float, bool, _Turned, Adjustment]] = []
+        for turned in _single(network, adjustment):
+            if turned.keys <= keys:
+                continue
+            if search.over and not tried:
+                return None
+            try:
+                trial = search.run(_other_way(network, keys | turned.keys), FEW)
+            except TribrachError:
+                continue
+            explained = explains(trial.vtpv, trial.dof, before) is not None
+            tried.append((trial.posterior_factor, explained, turned, trial))
+        if not tried:
+            return None
+        good = [one for one in tried if one[1]]
+        factor, explained, turned, adjustment = min(good or tried, key=lambda one: one[0])
+        keys, words = keys | turned.keys, [*words, turned.words]
+        if explained:
+            all_of_them = _Turned(" and ".join(words), keys, turned.cure, turned.kind)
+            return _only([(factor, all_of_them)] * len(good), before)
+        if not factor < _HELPS * least:
+            return None
+        least = factor
+    return None
 
 
 def _only(good: list[tuple[float, _Turned]], before: float) -> Slip | None:

@@ -15,7 +15,7 @@ from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Network
 from tribrach.sentences import Sentence
 
-__all__ = ["GROSS", "LEFT", "Slip", "SlipSearch", "explains"]
+__all__ = ["FEW", "GROSS", "LEFT", "Slip", "SlipSearch", "explains"]
 
 #: networks that fit worse than this many times their sigmas are looked at
 GROSS = 5.0
@@ -26,7 +26,7 @@ _FAR_LESS = 1e-3
 #: adjustments and seconds after which the search may end, and iterations of each attempt
 _RUNS, _SECONDS, _ITERATIONS = 10, 2.0, 30
 #: iterations of a network that one slip is undone in: the right one needs few
-_FEW = 12
+FEW = 12
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class SlipSearch:
             Values that pull at nothing and are no redundancy.
         """
         try:
-            trial = self.run(network, _FEW)
+            trial = self.run(network, FEW)
         except TribrachError:
             return None
         return explains(trial.vtpv, trial.dof - loosened, before)

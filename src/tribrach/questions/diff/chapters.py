@@ -206,7 +206,7 @@ def _tables(found: ResultDifference, angle: Literal["gon", "deg"]) -> Iterator[R
     yield build_table("places", title, _NOTE, found.places, columns, most=_SHOWN, worst=worst)
     columns = [
         column("Observation", lambda o: f"{o.kind.replace('_', ' ')} {o.component}".strip()),
-        column("From", "from__"),
+        column("From", "from_"),
         column("To", "to"),
         column(
             "What changed", lambda o: " to ".join(o.states) if o.change == "state" else o.change

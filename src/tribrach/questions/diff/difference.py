@@ -86,7 +86,7 @@ class ObservationChange(Result):
     id: str
     component: str
     kind: str
-    from__: str
+    from_: str
     to: str
     change: Literal["state", "value", "sigma", "only in the first", "only in the second"]
     #: state in both, "" where it is absent
