@@ -92,3 +92,21 @@ def test_associations_are_those_of_every_pair_with_every_other(
             rise = (targets[a] - targets[b] - points[c] + points[d])[2]
             joined &= not levelled or abs(rise) < gate
             assert (mask >> other) & 1 == joined
+
+
+@pytest.mark.parametrize("levelled", [True, False])
+def test_targets_at_the_same_places_of_each_storey(levelled):
+    """The station sees two storeys, and so did the one before, one storey below or the same."""
+    rng = np.random.default_rng(5)
+    one = np.column_stack([rng.uniform(-4, 4, (4, 2)), rng.uniform(0, 2, 4)])
+    storeys = [one + np.array([0, 0, 3.0 * k]) for k in range(3)]
+    points, targets = np.vstack(storeys[:2]), np.vstack(storeys[1:])
+    moved = targets - [1.0, 2.0, 4.5]
+    found = match(moved, points, levelled=levelled)
+    assert len(found.pairs) == 8
+    assert found.ambiguous
+    assert any({(k, k + 4) for k in range(4)} == set(map(tuple, o.tolist())) for o in found.others)
+    # one name decides
+    named = match(moved, points, levelled=levelled, known={0: 4})
+    assert not named.ambiguous
+    assert {(k, k + 4) for k in range(4)} == set(map(tuple, named.pairs.tolist()))

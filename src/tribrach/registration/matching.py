@@ -136,16 +136,27 @@ def match(
         )
     s2 = np.broadcast_to(np.asarray(sigma_targets, dtype=float), n)[:, None] ** 2
     s2 = s2 + np.broadcast_to(np.asarray(sigma_points, dtype=float), m)[None, :] ** 2
+    needed = 2 if levelled else 3
     nodes = _allowed(n, m, known or {})
     graph = _associations(targets, points, s2, levelled, nodes)
-    needed = 2 if levelled else 3
-    solutions = []
-    for members in _largest_cliques(graph, needed):
-        clique = nodes[members]
-        pairs = np.stack(np.divmod(clique, m), axis=1)
-        fitted = _fit(targets, points, pairs, s2, levelled)
-        if fitted is not None:
-            solutions.append(fitted)
+
+    def fitting(some: Index, of: list[int], least: int) -> list[Matching]:
+        """Solutions of the pairs of some nodes with their graph."""
+        cliques = [np.divmod(some[members], m) for members in _largest_cliques(of, least)]
+        fits = [_fit(targets, points, np.stack(c, axis=1), s2, levelled) for c in cliques]
+        return [fit for fit in fits if fit is not None]
+
+    solutions: list[Matching] = []
+    if known:
+        # what agrees with the names comes first: more targets may fit a storey further
+        named = np.isin(nodes, [i * m + j for i, j in known.items()])
+        bits = [graph[k] for k in np.flatnonzero(named)]
+        kept = [k for k in range(len(nodes)) if named[k] or all(b >> k & 1 for b in bits)]
+        some = nodes[kept]
+        few = _associations(targets, points, s2, levelled, some)
+        sound = fitting(some, few, needed + 1)
+        solutions = [x for x in sound if set(known.items()) <= set(map(tuple, x.pairs.tolist()))]
+    solutions = solutions or fitting(nodes, graph, needed)
     if not solutions:
         raise InputError(
             f"no {needed} targets have the mutual distances of {needed} points",
@@ -157,7 +168,47 @@ def match(
     rivals = [s for s in solutions if len(s.pairs) == size - 1 and s.chi_square < best.chi_square]
     # a smaller solution is a rival only where its residuals are less by more than one pair's share
     rivals = [s for s in rivals if best.chi_square - s.chi_square > chi2.ppf(GATES.rival_level, 3)]
-    return replace(best, others=tuple(s.pairs for s in [*full[1:], *rivals]))
+    others = [s.pairs for s in [*full[1:], *rivals]]
+    if not others:
+        others = _repeated(targets, s2.mean(axis=1), best.pairs, levelled, known or {})
+    return replace(best, others=tuple(others))
+
+
+def _repeated(
+    targets: Array, variance: Array, pairs: Index, levelled: bool, known: Mapping[int, int]
+) -> list[Index]:
+    """Smaller solutions at the places where targets that are arranged alike twice lie as well.
+
+    Notes
+    -----
+    Marks at the same places of two storeys: a station that sees both fits one storey off with all
+    of them, and where it stands with half. Targets that nothing matches there speak against
+    nothing, since other stations see other targets.
+    """
+    n, needed = len(targets), 2 if levelled else 3
+    if n * n > GATES.most_nodes:
+        return []
+    nodes = np.flatnonzero(~np.eye(n, dtype=bool))
+    s2 = variance[:, None] + variance[None]
+    graph = _associations(targets, targets, s2, levelled, nodes)
+    point = np.full(n, -1)
+    point[pairs[:, 0]] = pairs[:, 1]
+    held = [i for i, j in known.items() if point[i] == j]
+    out: dict[tuple[int, ...], Index] = {}
+    for members in _largest_cliques(graph, needed + 1):
+        own = np.stack(np.divmod(nodes[members], n), axis=1)
+        turned = _fit(targets, targets, own, s2, levelled)
+        if turned is None:
+            continue
+        # where a target with a name would lie elsewhere, the name speaks against it
+        away = targets[held] @ turned.rotation.T + turned.translation - targets[held]
+        if (np.linalg.norm(away, axis=1) > GATES.distance_sigmas * np.sqrt(variance[held])).any():
+            continue
+        moved = np.stack([own[:, 0], point[own[:, 1]]], axis=1)
+        moved = moved[moved[:, 1] >= 0]
+        if len(moved) >= needed:
+            out[tuple(moved.ravel().tolist())] = moved
+    return list(out.values())
 
 
 def _allowed(n: int, m: int, known: Mapping[int, int]) -> Index:
