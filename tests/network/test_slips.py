@@ -20,6 +20,7 @@ from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations
+from tribrach.observations.control import Coordinates
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Angles, Directions, HorizontalDistances
 from tribrach.units import SEC
@@ -181,9 +182,24 @@ def heights_of_nothing(rng: np.random.Generator) -> tuple[Network, str, set[int]
     return replace(clean, observations=tuple(changed)), "equal_heights", set()
 
 
+def some_heights_of_nothing(rng: np.random.Generator) -> tuple[Network, str, set[int]]:
+    """The height zero at two of six points of control, which lie 50 m higher."""
+    places = {f"T{i}": rng.uniform(-50, 50, 3) * (1, 1, 0.2) + (0, 0, 50) for i in range(6)}
+    stations = {f"S{k}": rng.uniform(-20, 20, 3) * (1, 1, 0.1) + (0, 0, 50) for k in range(3)}
+    clean = free_stations(stations, places, rng=rng).network()
+    changed = []
+    for o in clean.observations:
+        if isinstance(o, Coordinates):
+            values = o.values.copy()
+            values[:2, 2] = 0.0
+            o = replace(o, values=values)
+        changed.append(o)
+    return replace(clean, observations=tuple(changed)), "placeholder_heights", set()
+
+
 SLIPS = (
     ends_exchanged, all_the_other_way, one_station_the_other_way, set_up_elsewhere,
-    heights_of_nothing,
+    heights_of_nothing, some_heights_of_nothing,
 )  # fmt: skip
 Make = Callable[[np.random.Generator], tuple[Network, str, set[int]]]
 

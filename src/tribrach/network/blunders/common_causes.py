@@ -58,6 +58,8 @@ _SHARED = {
     _TARGETS: "refraction, or a rod or prism whose height is not what its label says",
     _PLACES: "an offset between what the two instruments see as the centre of a target",
 }
+#: sorts that are heights over a point, and the largest error of one [m]
+_RODS, _TALLEST = (_HEIGHTS, _TARGETS), 20.0
 #: causes of one sort from which on their scatter is known
 _SCATTER = 4
 #: scatter of causes from which on it is told
@@ -342,6 +344,9 @@ class _Judgement:
             test = self.causes.tests(_without(residual, basis), basis)
             basis = _joined(basis, self.causes.left(k))
             rest = float(np.square(_without(residual, basis)).sum())
+            if cause.common and cause.sort in _RODS and abs(test.size[k, 0]) > _TALLEST:
+                # no tripod and no rod is as high: something else is wrong
+                return CommonCauses()
             if cause.common:
                 also, statistic = similar.get(k, ()), float(test.statistic[k])
                 size, sigma = test.size[k, :w], test.sigma[k, :w]

@@ -18,7 +18,7 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
 from tribrach.sentences import Sentence
 
-__all__ = ["equal_heights"]
+__all__ = ["equal_heights", "without_heights"]
 
 #: points from which equal heights are looked at, and how near they are alike [m]
 _LEAST, _SAME = 3, 5e-4
@@ -50,7 +50,7 @@ def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip |
         return None
     # one of them stays, so that the heights have a datum, unless another given height is there
     keep = alike[:1] if len(alike) == len(heights) else []
-    without, loosened = _without(network, [n for n in alike if n not in keep])
+    without, loosened = without_heights(network, [n for n in alike if n not in keep])
     after = search.explained(without, before, loosened)
     if after is None:
         return None
@@ -101,7 +101,7 @@ def _given_heights(network: Network) -> dict[str, float]:
     return out
 
 
-def _without(network: Network, names: list[str]) -> tuple[Network, int]:
+def without_heights(network: Network, names: list[str]) -> tuple[Network, int]:
     """The network without the given heights of some points; values that are only loosened."""
     layout = network.start.layout
     free, start = network.free.copy(), network.start

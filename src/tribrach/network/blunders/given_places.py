@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.network.blunders.equal_heights import without_heights
 from tribrach.network.blunders.slip_search import LEFT, Slip, SlipSearch, explains
 from tribrach.network.network import Network, is_given
 from tribrach.network.start.placeholders import (
@@ -52,8 +53,10 @@ def given_places(
     """
     places = _given(network)
     found = contradiction(network, places, search.run)
-    if found is None or not found.off:
+    if found is None:
         return None
+    if not found.off:
+        return _heights(network, found, before, search)
     if slip := _exchanged(network, places, found, before, search):
         return slip
     if len(found.off) == 1 and not single:
@@ -82,6 +85,28 @@ def given_places(
         "they are placeholders or keyed wrongly: correct them, or leave them out",
         "placeholders",
         names=found.off,
+    )
+
+
+def _heights(
+    network: Network, found: Contradiction, before: float, search: SlipSearch
+) -> Slip | None:
+    """Heights of several points that the others contradict."""
+    if len(found.heights) < 2 or len(found.kept) - len(found.heights) < 2:
+        return None
+    without, loosened = without_heights(network, list(found.heights))
+    after = search.explained(without, before, loosened)
+    if after is None:
+        return None
+    return Slip(
+        f"the given heights of {listed(found.heights)} contradict the sights and those of the "
+        "other points",
+        "without them",
+        before,
+        after,
+        "they are placeholders or keyed wrongly: correct them, or leave them out",
+        "placeholder_heights",
+        names=found.heights,
     )
 
 

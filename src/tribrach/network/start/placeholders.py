@@ -45,6 +45,8 @@ _APART = 1.0
 _NAMED = 8
 #: what a keyed coordinate may be off: metres, share of the size of the network, sigmas
 _METRES, _SHARE, _SIGMAS = 1.0, 1e-3, 100.0
+#: what a height may be off [m]: heights that are none follow the terrain
+_HIGH = 0.3
 #: share of the size of the network up to which coordinates are rough, and no placeholders
 _ROUGH = 0.2
 #: a free network with a larger variance factor tells nothing
@@ -168,8 +170,7 @@ class Contradiction:
         if self.heights:
             out.append(
                 Sentence(
-                    "The given heights of {points} contradict the sights by metres: they are not "
-                    "used.",
+                    "The given heights of {points} contradict the sights: they are not used.",
                     points=listed(self.heights),
                 )
             )
@@ -236,7 +237,7 @@ def contradiction(
         _as_a_whole(given, figure, scaled) or _in_another_unit(given, figure, limits)
     ):
         return None
-    level = np.maximum(_METRES, _SIGMAS * sigma[:, 2])
+    level = np.maximum(_HIGH, _SIGMAS * sigma[:, 2])
     high = good & ~_same_heights(given, figure, level, good)
     # heights that nothing observes contradict nothing
     high &= solved.reduced[columns[:, 2]] >= 0
@@ -289,7 +290,7 @@ def _figure(
             start = find_start(free)
             figure = start.points[index]
             near = _agreeing(given, figure, _limits(figure, rough), _scaled(free))[0].all()
-            if near and (rough or _same_heights(given, figure, np.full(len(index), _METRES)).all()):
+            if near and (rough or _same_heights(given, figure, np.full(len(index), _HIGH)).all()):
                 return None
             return free, solve(free.with_start(start))
         except TribrachError:
