@@ -186,6 +186,12 @@ class Solving:
             for step in log.steps
         )
 
+    def accusation(self, kind: type[WrongCoordinate | WrongList]) -> list[str]:
+        """The sentence on what is wrong, if it is of this kind and not said of a group already."""
+        if self.accused is None or type(self.accused) is not kind or self.accused_of_group:
+            return []
+        return [self.accused.sentence()]
+
     @cached_property
     def components(self) -> VarianceComponents | None:
         """Variance components; None if they are not wanted."""
@@ -251,22 +257,10 @@ DIAGNOSES = (
     Diagnosis(
         "wrong_coordinate",
         Severity.INPUT,
-        lambda s: (
-            [s.accused.sentence()]
-            if isinstance(s.accused, WrongCoordinate) and not s.accused_of_group
-            else []
-        ),
+        lambda s: s.accusation(WrongCoordinate),
     ),
-    Diagnosis(
-        "wrong_list",
-        Severity.INPUT,
-        lambda s: [s.accused.sentence()] if type(s.accused) is WrongList else [],
-    ),
-    Diagnosis(
-        "systematic_error",
-        Severity.BLUNDER,
-        lambda s: [s.accused.sentence()] if isinstance(s.accused, SystematicErrors) else [],
-    ),
+    Diagnosis("wrong_list", Severity.INPUT, lambda s: s.accusation(WrongList)),
+    Diagnosis("systematic_error", Severity.BLUNDER, lambda s: s.accusation(SystematicErrors)),
     Diagnosis("mistake", Severity.INPUT, lambda s: s.mistakes.sentences),
     Diagnosis("shared_bias", Severity.NOTE, lambda s: s.mistakes.notes),
     Diagnosis("held_azimuth", Severity.NOTE, lambda s: held_azimuths(s.network)),
