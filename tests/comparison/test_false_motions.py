@@ -8,8 +8,9 @@ import pytest
 from tribrach.comparison.c2c import SAMPLING
 from tribrach.comparison.surface_patches import Patches, edges_of
 from tribrach.job.cloud_file import one_run, open_cloud, station_pair
-from tribrach.job.compare import compare_clouds
+from tribrach.job.compare import Registration, compare_clouds
 from tribrach.questions.compare.motions import MotionCollector
+from tribrach.units import SEC
 
 
 def patches_at(cells: np.ndarray) -> Patches:
@@ -60,3 +61,19 @@ def test_a_plane_that_sank_is_not_called_sampling(shared_data: Path, method: str
     (same,) = compare_clouds(b, b, method=method)  # type: ignore[arg-type]
     assert same.c2c is not None
     assert SAMPLING in same.c2c.notes
+
+
+def test_levels_hold_the_registration_of_clouds_of_others(shared_data: Path) -> None:
+    """Nothing moved; the clouds lie 6 mm and 0.02 degrees beside each other."""
+    case = shared_data / "faults" / "scans2" / "14-moved-for-others"
+    a, b = open_cloud(case / "2.ply"), open_cloud(case / "1.ply")
+    (blind,) = compare_clouds(a, b, method="m3c2")
+    (told,) = compare_clouds(a, b, method="m3c2", registration=Registration(0.006, 72 * SEC))
+    assert blind.m3c2 is not None
+    assert told.m3c2 is not None
+    assert blind.m3c2.changed is not None
+    assert told.m3c2.changed is not None
+    assert any("not in the levels" in note for note in blind.m3c2.notes)
+    assert not any("not in the levels" in note for note in told.m3c2.notes)
+    assert blind.m3c2.changed > 0.5
+    assert told.m3c2.changed < 0.1

@@ -28,7 +28,7 @@ from tribrach.job.cloud_file import CloudFile, refuse_other_frames
 from tribrach.scratch import scratch_folder
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["LIMIT", "Distances", "Method", "compare_clouds", "offset_test"]
+__all__ = ["LIMIT", "Distances", "Method", "Registration", "compare_clouds", "offset_test"]
 
 
 Method = Literal["c2c", "m3c2", "both"]
@@ -41,6 +41,30 @@ LIMIT = 0.2
 _CYLINDER = 6.0
 #: neighbourhoods for normals over the width of cylinders, and over the roughness (Lague 2013)
 _WIDER, _ROUGH = 2.0, 25.0
+
+
+#: said where nothing tells how well the clouds lie on each other
+_UNKNOWN = (
+    "how well the clouds are registered is not known and not in the levels of detection: what one "
+    "is shifted or turned by against the other counts as change; give it with --registration-mm "
+    "and --registration-arcsec"
+)
+
+
+@dataclass(frozen=True)
+class Registration:
+    """How well clouds of others lie on each other: sigmas along any axis and about any axis."""
+
+    #: [m]
+    shift: float = 0.0
+    #: [rad]
+    turn: float = 0.0
+
+    def along(self, places: Array) -> float:
+        """Sigma [m] along a normal, in the mean over places (m, 3) about their middle."""
+        arm = places - places.mean(axis=0)
+        # a turn about any axis moves along a normal by two thirds of the square at most
+        return float(np.sqrt(self.shift**2 + self.turn**2 * (arm**2).sum(axis=1).mean() * 2 / 3))
 
 
 @dataclass(frozen=True)
@@ -61,6 +85,7 @@ def compare_clouds(
     method: Method = "both",
     limit: float = LIMIT,
     stations: StationPair | None = None,
+    registration: Registration | None = None,
     incidence: bool = True,
     distances: Distances | None = None,
     engine: Engine = HERE,
@@ -70,13 +95,15 @@ def compare_clouds(
 
     limit [m] : up to which distance points and surfaces belong together; stations : of B, then of
     A, with their joint covariance, for predictions where both clouds have placements with noise;
-    incidence : does the predicted noise of ranges grow with the incidence angle?; distances :
-    called with the number of each site and its distances with propagated uncertainty; engine : who
-    compares the tiles of large clouds; progress : called with what is done, points so far and in
-    all.
+    registration : of clouds whose stations are not known; incidence : does the predicted noise of
+    ranges grow with the incidence angle?; distances : called with the number of each site and its
+    distances with propagated uncertainty; engine : who compares the tiles of large clouds; progress
+    : called with what is done, points so far and in all.
     """
     refuse_other_frames(a, b)
-    work = _Work(a, b, method, limit, stations, incidence, distances, engine, progress)
+    work = _Work(
+        a, b, method, limit, stations, registration, incidence, distances, engine, progress
+    )
     pairs = _pairs(a, b, sites, limit, progress)
     results = [work.compare(number, pair) for number, pair in enumerate(pairs)]
     if not any(r.c2c is not None and r.c2c.n for r in results):
@@ -140,6 +167,7 @@ class _Work:
     method: Method
     limit: float
     stations: StationPair | None
+    registration: Registration | None
     incidence: bool
     distances: Distances | None
     engine: Engine
@@ -200,9 +228,17 @@ class _Work:
         core = core_points(plain(cut.queries), settings.diameter, origin=cut.origin)
         normals = tile_normals(cut, core, settings, engine=self.engine, progress=self.progress)
         one, two, stations = self.b.placement, self.a.placement, self.stations
-        along = partial(tile_m3c2, cut, core, settings, normals, engine=self.engine)
         if one is None or two is None or stations is None:
-            return M3C2Figures.of(along(progress=self.progress)), None
+            known = self.registration
+            if known is not None:
+                settings = replace(settings, registration=known.along(core))
+            found = tile_m3c2(
+                cut, core, settings, normals, engine=self.engine, progress=self.progress
+            )
+            figures = M3C2Figures.of(found)
+            unknown = (_UNKNOWN,) if known is None and stations is None else ()
+            return replace(figures, notes=(*figures.notes, *unknown)), None
+        along = partial(tile_m3c2, cut, core, settings, normals, engine=self.engine)
         beams = (
             beam_areas(core, normals.vectors, one),
             beam_areas(core, normals.vectors, two),

@@ -15,7 +15,7 @@ from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import one_run, open_cloud, station_pair
-from tribrach.job.compare import LIMIT, Method, compare_clouds, offset_test
+from tribrach.job.compare import LIMIT, Method, Registration, compare_clouds, offset_test
 from tribrach.questions.compare.chapters import ComparedClouds, answer_of
 from tribrach.questions.compare.distance_cloud import DistanceCloud
 from tribrach.questions.compare.motions import MotionCollector
@@ -24,6 +24,7 @@ from tribrach.report.answer import Answer
 from tribrach.report.names import told_apart
 from tribrach.shell.command import WRITTEN, command
 from tribrach.tasks.engine import Engine
+from tribrach.units import MM, SEC
 
 __all__ = ["compare"]
 
@@ -46,6 +47,13 @@ def compare(
     limit_m: Annotated[
         float, typer.Option(min=1e-4, max=100, help="Longest distance that is compared in metres.")
     ] = LIMIT,
+    registration_mm: Annotated[
+        float,
+        typer.Option(min=0, help="Sigma of a shift between clouds without poses.json."),
+    ] = 0.0,
+    registration_arcsec: Annotated[
+        float, typer.Option(min=0, help="The same, a turn about the middle of what is compared.")
+    ] = 0.0,
     alignment_file: Annotated[
         Path | None,
         typer.Option(
@@ -77,6 +85,12 @@ def compare(
     sites = [] if sites_file is None else read_sites(sites_file)
     one, two = open_cloud(a, poses), open_cloud(b, poses)
     pair = station_pair(two, one)
+    given = registration_mm > 0 or registration_arcsec > 0
+    if given and pair is not None:
+        raise InputError(
+            "the registration of these clouds is known by their poses.json",
+            cure="leave --registration-mm and --registration-arcsec out",
+        )
     if method == "c2c" and (what_moved or distances_file is not None):
         raise InputError(
             "distances with sigmas are those along normals", cure="leave --method c2c out"
@@ -95,6 +109,9 @@ def compare(
             method=method,
             limit=limit_m,
             stations=pair,
+            registration=Registration(registration_mm * MM, registration_arcsec * SEC)
+            if given
+            else None,
             distances=sink if moving is None else moving,
             engine=engine,
             progress=progress,
