@@ -9,6 +9,7 @@ from tribrach.errors import InputError
 from tribrach.io.survey.csv import file, tables
 from tribrach.io.survey.csv.columns import COORDINATES, LAYOUTS, PLANNED, TableLayout, titled
 from tribrach.io.survey.csv.file import read_table
+from tribrach.io.survey.formats import read_files
 
 #: of an offset from an alignment, whose keys are ends of a sight and a point of a list
 OFFSETS = TableLayout("offsets", ("from", "to", "point"), ("from", "to", "point"), ("length",))
@@ -50,3 +51,13 @@ def test_a_column_that_no_kind_takes_is_refused_by_the_nearest_kind(tmp_path: Pa
     path.write_text("point,e_m,n_m,u_m,face\nA,1,2,3,1\n")
     with pytest.raises(InputError, match=f"column face .* table of {COORDINATES.name}"):
         read_table(path)
+
+
+@pytest.mark.parametrize("column", ["height_instrument_of", "sigma_height_target_mm"])
+def test_unknown_heights_of_levelled_rows_are_refused(tmp_path: Path, column: str) -> None:
+    """A height that a height difference cannot use is not ignored without a word."""
+    path = tmp_path / "levels.csv"
+    path.write_text(f"from,to,height_difference_m,sigma_mm,{column}\nA,B,1,1,\nB,C,1,1,1.5\n")
+    with pytest.raises(InputError, match="has no effect") as caught:
+        read_files([path])
+    assert caught.value.line == 3

@@ -90,7 +90,21 @@ class SightReader(_Sighted):
             if len(rows[name]):
                 self._add(name, rows[name])
         for end in ("instrument", "target"):
+            self._refuse_heights(end, rows)
             self._share_heights(end)
+
+    def _refuse_heights(self, end: str, measured: dict[str, Index]) -> None:
+        """Refuse unknown heights of rows whose values cannot share one: height differences."""
+        title = f"height_{end}"
+        known = [rows for name, rows in measured.items() if title in SIGHT_KINDS[name][1].heights]
+        without = np.setdiff1d(self.all, np.concatenate([np.zeros(0, dtype=np.int64), *known]))
+        typed = np.array(self.table.words.get(f"{title}_of", [""] * len(self.table)), dtype=object)
+        given = (typed != "") | ~np.isnan(self.table.number(f"sigma_{title}"))
+        self.table.refuse(
+            without[given[without]],
+            f"an unknown height of {end} has no effect on what this row measures",
+            f"leave the cell empty; a known {title}_m is used",
+        )
 
     def _share_heights(self, end: Literal["instrument", "target"]) -> None:
         """Heights that are unknowns: those that have a name or a sigma of their own."""
