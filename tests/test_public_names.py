@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import tribrach as tb
 from tests.network.networks import scanner_network, trilateration
+from tribrach.answers import plain
 from tribrach.cli import app
 from tribrach.errors import InputError
 from tribrach.network.adjustment import Options
@@ -143,3 +144,86 @@ def test_edits_stand_in_the_json(files: list[Path], tmp_path: Path) -> None:
 def test_a_survey_made_in_python_is_adjusted() -> None:
     survey = trilateration(Datum("free"))
     assert tb.adjust(survey).dof == tb.adjust(survey.network()).dof == 1
+
+
+def test_adjust_takes_the_options_of_the_command(files: list[Path], tmp_path: Path) -> None:
+    path = tmp_path / "result.json"
+    words = ["--snoop", "--posterior", "--confidence", "0.99", "--datum", "fixed:A,B"]
+    done = CliRunner().invoke(app, ["adjust", *map(str, files), *words, "--json", str(path), "-q"])
+    assert done.exit_code == 0, done.output
+    data = json.loads(path.read_text())
+    options = {"snoop": True, "posterior": True, "confidence": 0.99, "datum": "fixed:A,B"}
+    adjustment = tb.adjust(files, **options)
+    for name, point in adjustment.points.items():
+        entry = data["points"][name]
+        assert point.xyz[:2] == pytest.approx(entry["xyz"][:2], abs=1e-12)
+        assert point.covariance[:2, :2] == pytest.approx(np.array(entry["covariance"])[:2, :2])
+        assert point.scale == "a posteriori"
+    off = [row["id"] for row in data["observations"] if row["state"] == "off"]
+    assert [row.id for row in adjustment.observations if row.state == "off"] == off != []
+    assert adjustment.points["P"].confidence == 0.99
+    assert adjustment.sigma0_prior == 1.0
+    assert tb.adjust(files).points["P"].scale == "a priori"
+    robust = tb.adjust(tb.read(files), robust="huber", vce=True)
+    assert robust.points["P"].xyz[0] == pytest.approx(50, abs=0.1)
+    with pytest.raises(InputError, match="leave options out"):
+        tb.adjust(files, options=Options(), snoop=True)
+
+
+def test_observations_are_found_by_file_and_line(files: list[Path]) -> None:
+    rows = tb.adjust(files).observations
+    assert rows["sights.csv:6"].id == "horizontal_distance:A:P:sights.csv:2"
+    assert [row.id for row in rows.of("sights.csv:6")] == [rows["sights.csv:6"].id]
+    with pytest.raises(InputError, match=r"did you mean sights\.csv"):
+        _ = rows["sight.csv:6"]
+
+
+def test_differences_of_places_state_what_both_share() -> None:
+    """Distance, azimuth and difference against sums by hand, of points and stations."""
+    adjustment = tb.adjust(scanner_network(np.random.default_rng(7))[0].network())
+    a, b = next(iter(adjustment.points)), next(iter(adjustment.stations))
+    between = adjustment.difference(a, b)
+    np.testing.assert_allclose(
+        between.xyz, adjustment.stations[b].xyz - adjustment.points[a].xyz, rtol=1e-12
+    )
+    own = [adjustment.covariance(name)[:3, :3] for name in (a, b)]
+    cross = adjustment.covariance(a, b)[:3, :3]
+    np.testing.assert_allclose(between.covariance, sum(own) - cross - cross.T, atol=1e-15)
+    length = adjustment.distance(a, b)
+    step = between.xyz / length.value
+    assert length.value == pytest.approx(np.linalg.norm(between.xyz))
+    assert length.sigma == pytest.approx(np.sqrt(step @ between.covariance @ step))
+    azimuth = adjustment.direction(a, b)
+    east, north = between.xyz[:2]
+    assert np.tan(azimuth.value) == pytest.approx(east / north)
+    across = np.array([north, -east, 0]) / np.hypot(east, north)
+    assert azimuth.sigma * np.hypot(east, north) == pytest.approx(
+        np.sqrt(across @ between.covariance @ across)
+    )
+    assert adjustment.distance(a, b, horizontal=True).value == pytest.approx(np.hypot(east, north))
+    with pytest.raises(InputError, match="one place"):
+        adjustment.distance(a, a)
+    with pytest.raises(InputError, match="did you mean"):
+        adjustment.distance(a, b + "x")
+
+
+def test_verbs_find_what_commands_write(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-3, 3, (2, 4000))
+    for name, up in (("a", 0.01), ("b", 0.0)):
+        xyz = np.stack([10 + x, y, up + rng.normal(0, 0.001, 4000)], axis=1)
+        np.savetxt(tmp_path / f"{name}.xyz", xyz, fmt="%.5f")
+    a, b = tmp_path / "a.xyz", tmp_path / "b.xyz"
+    path = tmp_path / "c.json"
+    done = CliRunner().invoke(app, ["compare", str(a), str(b), "--json", str(path), "-q"])
+    assert done.exit_code == 0, done.output
+    found = tb.compare(a, str(b))
+    written = json.loads(path.read_text())
+    own = json.loads(json.dumps(plain(found)))
+    assert own == {key: written[key] for key in own} != {}
+    with pytest.raises(InputError):
+        tb.register([a])
+    with pytest.raises(InputError):
+        tb.noise([tmp_path / "none.e57"])
+    with pytest.raises(InputError):
+        tb.calibrate(tmp_path / "none.toml")

@@ -9,7 +9,8 @@
 ``run`` does everything that a project file asks for and gives its report; ``adjust`` adjusts a
 network, a survey, files or a project without scans; ``read`` gives the survey in files and
 ``open_job`` that of a project, to be looked at or changed first; ``place`` puts an array of points
-into the world. ``cloud_points`` reads points of a delivered cloud with what they share;
+into the world. ``register``, ``noise``, ``calibrate`` and ``compare`` find what the commands of
+these names find. ``cloud_points`` reads points of a delivered cloud with what they share;
 ``mean_of``, ``relative``, ``plane_distance``, ``area_of``, ``volume_between`` and ``propagate``
 compute from them with the sigma that results have.
 """
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from tribrach.pipeline import run
     from tribrach.project import Project
     from tribrach.questions.adjust.adjusted import adjust
+    from tribrach.questions.verbs import calibrate, compare, noise, register
     from tribrach.report.content import Report
     from tribrach.transformation.fit import fit_transformation
 
@@ -56,14 +58,18 @@ __all__ = [
     "adjust",
     "area_of",
     "assess",
+    "calibrate",
     "cloud_points",
+    "compare",
     "fit_transformation",
     "mean_of",
+    "noise",
     "open_job",
     "place",
     "plane_distance",
     "propagate",
     "read",
+    "register",
     "relative",
     "run",
     "volume_between",
@@ -80,14 +86,18 @@ _HOMES = {
     "adjust": "questions.adjust.adjusted",
     "area_of": "cloud.quantities",
     "assess": "network.quality",
+    "calibrate": "questions.verbs",
     "cloud_points": "job.cloud_file",
+    "compare": "questions.verbs",
     "fit_transformation": "transformation.fit",
     "mean_of": "cloud.quantities",
+    "noise": "questions.verbs",
     "open_job": "job.opened",
     "place": "cloud.placing",
     "plane_distance": "cloud.quantities",
     "propagate": "cloud.quantities",
     "read": "io.survey.formats",
+    "register": "questions.verbs",
     "relative": "cloud.quantities",
     "run": "pipeline",
     "volume_between": "cloud.quantities",

@@ -7,6 +7,7 @@ descend; the covariance is always that of the undamped system at the solution (m
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
+from tribrach.answers import Estimate
 from tribrach.errors import AdjustmentError, NotConverged
 from tribrach.geometry import rotation
 from tribrach.network import defects
@@ -29,6 +31,7 @@ from tribrach.network.quality import Quality
 from tribrach.network.results import (
     FrameLibrary,
     Names,
+    PlaceDifference,
     PlotName,
     PointResult,
     Results,
@@ -57,7 +60,10 @@ _SURVEYORS = (
     "covariance",
     "results",
     "quality",
-    "sigma0",
+    "difference",
+    "direction",
+    "distance",
+    "sigma0_prior",
     "sigma0_posterior",
     "dof",
     "warnings",
@@ -159,17 +165,17 @@ class Adjustment(SolvedSystem):
 
     @property
     def points(self) -> Names[PointResult]:
-        """Points by name, sigmas a priori."""
+        """Points by name, sigmas a priori unless :meth:`stated` made them others."""
         return self._results.points
 
     @property
     def stations(self) -> Names[StationResult]:
-        """Scanner stations by name, sigmas a priori."""
+        """Scanner stations by name, sigmas as those of points."""
         return self._results.stations
 
     @property
     def scalars(self) -> Names[ScalarResult]:
-        """Single unknowns by name (orientations, calibration parameters), sigmas a priori."""
+        """Single unknowns by name (orientations, calibration parameters), sigmas as of points."""
         return self._results.scalars
 
     @property
@@ -181,6 +187,24 @@ class Adjustment(SolvedSystem):
     def quality(self) -> Quality:
         """Quality figures; computed when first asked for."""
         return self._results.quality
+
+    def stated(self, *, posterior: bool = False, confidence: float = 0.95) -> Adjustment:
+        """The same, its points, tests and tables scaled and at a confidence of your choice."""
+        other = copy(self)
+        other.__dict__["_results"] = other.results(posterior=posterior, confidence=confidence)
+        return other
+
+    def difference(self, a: str, b: str) -> PlaceDifference:
+        """Place of one point or station less that of another, with its covariance."""
+        return self._results.difference(a, b)
+
+    def distance(self, a: str, b: str, *, horizontal: bool = False) -> Estimate:
+        """Distance of two points or stations [m], in plan if wanted, with its sigma."""
+        return self._results.distance(a, b, horizontal=horizontal)
+
+    def direction(self, a: str, b: str) -> Estimate:
+        """Azimuth from one point or station to another [rad], from N clockwise, with its sigma."""
+        return self._results.direction(a, b)
 
     def to_frame(
         self, table: TableName = "observations", library: FrameLibrary | None = None

@@ -110,7 +110,8 @@ class ObservationRows(Sequence[ObservationRow]):
     -----
     ``rows["slope_distance:A:B:traverse.gsi:1"]`` is the row of an observation with one value,
     ``rows["gnss_baseline:A:B:day1.gvx:1", "U"]`` that of one component of a vector.
-    ``rows.column("w")`` is an array (n,) of all.
+    ``rows["traverse.gsi:7"]`` is the row of a line of a file that holds one value, and
+    ``rows.of("traverse.gsi:7")`` those of any line. ``rows.column("w")`` is an array (n,) of all.
     """
 
     def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
@@ -151,6 +152,12 @@ class ObservationRows(Sequence[ObservationRow]):
             return self.chosen(np.arange(len(self))[key])
         if isinstance(key, str):
             places = self._places(key)
+            if len(places) > 1 and key not in self._index():
+                ids = ", ".join(dict.fromkeys(str(self._columns["id"][k]) for k in places))
+                raise InputError(
+                    f"{key} holds {len(places)} values",
+                    cure=f"name one of them by its id, or take rows.of({key!r}): {ids}",
+                )
             if len(places) > 1:
                 names = ", ".join(str(self._columns["component"][k]) for k in places)
                 raise InputError(
@@ -178,7 +185,7 @@ class ObservationRows(Sequence[ObservationRow]):
         return any(row == other for other in self)
 
     def of(self, identity: str) -> ObservationRows:
-        """The rows of one observation, one for each of its values."""
+        """The rows of one observation or one line of a file, one for each of their values."""
         return self.chosen(np.array(self._places(identity)))
 
     @property
@@ -206,9 +213,14 @@ class ObservationRows(Sequence[ObservationRow]):
 
     def _places(self, identity: str) -> list[int]:
         index = self._index()
-        if identity not in index:
-            raise UnknownName("observation", identity, index)
-        return index[identity]
+        if identity in index:
+            return index[identity]
+        source = self._columns["source"].astype(str)
+        read = np.flatnonzero(source == identity).tolist()
+        if not read:
+            near = index if identity.count(":") > 1 else dict.fromkeys(source.tolist())
+            raise UnknownName("observation", identity, [*near])
+        return read
 
     def __repr__(self) -> str:
         state = self._columns["state"]

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, TypeVar, get_args
 import numpy as np
 
 from tribrach._types import Array
+from tribrach.answers import Estimate
 from tribrach.errors import InputError, UnknownName
 from tribrach.network.ellipsoids import (
     ConfidenceEllipse,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FrameLibrary",
     "Names",
+    "PlaceDifference",
     "PlotName",
     "PointResult",
     "Results",
@@ -94,6 +96,36 @@ class Names(Mapping[str, Result], Generic[Result]):
         more = f" and {len(names) - 8} more" if len(names) > 8 else ""
         plural = "" if len(names) == 1 else "s"
         return f"<{len(names)} {self._noun}{plural}: {', '.join(names[:8])}{more}; {self._context}>"
+
+
+@dataclass(frozen=True, repr=False)
+class PlaceDifference:
+    """The place of one point or station less that of another."""
+
+    #: names of both
+    a: str
+    b: str
+    #: b less a in E, N, U (3,) [m]; NaN for coordinates that the network does not have
+    xyz: Array
+    #: (3, 3) [m^2], with what both share
+    covariance: Array
+    #: whether the covariance is a priori or a posteriori
+    scale: Scale
+
+    @property
+    def sigma(self) -> Array:
+        """Standard deviations along E, N, U (3,) [m]; NaN where xyz is."""
+        return np.where(np.isnan(self.xyz), np.nan, np.sqrt(np.diagonal(self.covariance)))
+
+    def along(self, gradient: Array, value: float) -> Estimate:
+        """A value that depends on the difference by a gradient (3,), with its sigma."""
+        return Estimate(value, float(np.sqrt(max(gradient @ self.covariance @ gradient, 0.0))))
+
+    def __repr__(self) -> str:
+        return (
+            f"<{self.a} to {self.b}: {_triple(self.xyz, 4)} m, "
+            f"sigma {_triple(1000 * self.sigma, 2)} mm {self.scale}>"
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -296,6 +328,49 @@ class Results:
             return ScalarResult(names[k], value, float(sigma[k]), unit, role, self.scale)
 
         return Names("scalar", names, scalar, self._context)
+
+    def difference(self, a: str, b: str) -> PlaceDifference:
+        """Place of one point or station less that of another, with its covariance."""
+        solved, columns, xyz = self.adjustment, [], []
+        for name in (a, b):
+            if name in self.points:
+                xyz.append(self.points[name].xyz)
+            elif name in self.stations:
+                xyz.append(self.stations[name].xyz)
+            else:
+                raise UnknownName("point or station", name, [*self.points, *self.stations])
+            columns.append(solved.columns(name)[:3])
+        whole = solved.covariance_columns(*[np.concatenate(columns)] * 2)
+        turn = np.hstack([-np.eye(3), np.eye(3)])
+        factor = solved.variance_factor(posterior=self.posterior)
+        return PlaceDifference(a, b, xyz[1] - xyz[0], factor * turn @ whole @ turn.T, self.scale)
+
+    def distance(self, a: str, b: str, *, horizontal: bool = False) -> Estimate:
+        """Distance of two points or stations [m] with its sigma.
+
+        Parameters
+        ----------
+        a, b : str
+            Names of points or stations.
+        horizontal : bool
+            In plan; a network without heights has no other.
+        """
+        between = self.difference(a, b)
+        step = np.where([True, True, not horizontal], np.nan_to_num(between.xyz), 0.0)
+        length = float(np.linalg.norm(step))
+        if length == 0.0:
+            raise InputError(f"{a} and {b} are one place", cure="name two that are apart")
+        return between.along(step / length, length)
+
+    def direction(self, a: str, b: str) -> Estimate:
+        """Azimuth from one point or station to another [rad], from N clockwise, with its sigma."""
+        between = self.difference(a, b)
+        east, north = np.nan_to_num(between.xyz[:2])
+        square = float(east**2 + north**2)
+        if square == 0.0:
+            raise InputError(f"{a} and {b} are one place in plan", cure="name two that are apart")
+        gradient = np.array([north, -east, 0.0]) / square
+        return between.along(gradient, float(np.arctan2(east, north) % (2 * np.pi)))
 
     @property
     def _context(self) -> str:

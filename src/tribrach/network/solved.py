@@ -107,6 +107,11 @@ class SolvedSystem:
         return self.network.sigma0
 
     @property
+    def sigma0_prior(self) -> float:
+        """The same by its full name, beside :attr:`sigma0_posterior`."""
+        return self.network.sigma0
+
+    @property
     def sigma0_posterior(self) -> float:
         """A-posteriori standard deviation of unit weight; NaN without redundancy."""
         return self.sigma0 * float(np.sqrt(self.posterior_factor))

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any, Literal
 
 from tribrach.errors import InputError
 from tribrach.io.logo import read_logo
@@ -19,10 +21,10 @@ from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
-from tribrach.project import Project
+from tribrach.project import Project, parse_datum
 from tribrach.questions.epochs.from_files import against_earlier
 from tribrach.report.content import Report
-from tribrach.solution import AdjustmentSettings, SolvedNetwork, report, solve
+from tribrach.solution import AdjustmentSettings, SolvedNetwork, Solving, report, solve
 
 __all__ = ["adjust", "adjust_job", "left_by", "refuse_scans", "solved"]
 
@@ -31,8 +33,16 @@ def adjust(
     subject: Network | Survey | Job | Project | str | Path | Iterable[str | Path],
     *,
     options: Options | None = None,
+    datum: Datum | str | None = None,
+    snoop: bool | None = None,
+    robust: Literal["none", "huber", "danish", "igg3"] | None = None,
+    vce: bool | None = None,
+    posterior: bool | None = None,
+    confidence: float | None = None,
 ) -> Adjustment:
     """Adjust a network, a survey, survey files or a project without scans.
+
+    What a project says is done; an option that is given takes its place.
 
     Parameters
     ----------
@@ -40,7 +50,19 @@ def adjust(
         What to adjust. Points of a survey or file that nothing observes are left out. Of a
         project everything that its section ``[adjustment]`` says is done.
     options : Options, optional
-        When the iteration ends; for everything but projects.
+        When the iteration ends; for everything but projects, and without other options.
+    datum : Datum or str, optional
+        ``control``, ``free``, ``free:A,B,C`` (inner constraints) or ``fixed:A,B``.
+    snoop : bool, optional
+        Blunders are switched off, one by one.
+    robust : {"none", "huber", "danish", "igg3"}, optional
+        What departs is weighed down, which points at blunders.
+    vce : bool, optional
+        Groups are weighed anew by variance components.
+    posterior : bool, optional
+        Covariances are scaled by ``sigma0_posterior``.
+    confidence : float, optional
+        Probability of ellipses and tests, 0.95 if not given.
 
     Returns
     -------
@@ -59,10 +81,10 @@ def adjust(
     >>> adjustment = adjust("network.gkf")  # doctest: +SKIP
     >>> adjustment.points["B"].xyz  # doctest: +SKIP
     """
-    if isinstance(subject, Network):
-        return adjust_alone(subject, options=options)
-    if isinstance(subject, Survey):
-        return adjust_alone(observed_part(subject).network(), options=options)
+    given = {"snoop": snoop, "robust": robust, "vce": vce}
+    given |= {"posterior": posterior, "confidence": confidence}
+    steps: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    other = parse_datum(datum) if isinstance(datum, str) else datum
     if isinstance(subject, str | Path) and Path(subject).suffix.lower() == ".toml":
         subject = Project.load(subject)
     if isinstance(subject, Job | Project):
@@ -70,8 +92,28 @@ def adjust(
             raise InputError("a project is adjusted as it says itself", cure="leave options out")
         refuse_scans(subject.project if isinstance(subject, Job) else subject)
         job = subject if isinstance(subject, Job) else open_job(subject)
-        return solve(job.network(), AdjustmentSettings.of(job.project)).adjustment
-    return adjust_alone(observed_part(read(subject)).network(), options=options)
+        return _done(job.network(), replace(AdjustmentSettings.of(job.project), **steps), other)
+    if isinstance(subject, Network):
+        network = subject
+    else:
+        survey = subject if isinstance(subject, Survey) else read(subject)
+        network = observed_part(survey).network()
+    if not steps:
+        network = network if other is None else network.with_datum(other)
+        return adjust_alone(network, options=options)
+    if options is not None:
+        raise InputError(
+            "options say when an iteration ends, and several are made",
+            cure="leave options out, or the others",
+        )
+    return _done(network, AdjustmentSettings(**steps), other)
+
+
+def _done(network: Network, settings: AdjustmentSettings, datum: Datum | None) -> Adjustment:
+    """A network adjusted as settings say, in another datum if one is given."""
+    network = network if datum is None else network.with_datum(datum)
+    found = Solving(network, settings).adjustment
+    return found.stated(posterior=settings.posterior, confidence=settings.confidence)
 
 
 def refuse_scans(project: Project) -> None:
