@@ -96,7 +96,7 @@ def test_info_goes_on_after_a_bad_file(tmp_path: Path) -> None:
 def test_every_command_stands_in_a_group_and_once() -> None:
     names = [name for group in GROUPS.values() for name in group]
     assert len(names) == len(set(names))
-    assert set(COMMANDS) - set(names) <= {"simulate", "doctor"}
+    assert set(COMMANDS) - set(names) <= {"simulate", "doctor", "pdf"}
     listed = RUN.invoke(app, ["--help"]).output
     assert [g for g in GROUPS if g in listed]
     at = [listed.index(g) for g in GROUPS if g in listed]

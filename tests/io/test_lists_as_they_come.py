@@ -8,6 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,8 +18,6 @@ from tribrach.io.csv_rows import ListForm
 from tribrach.io.decimals import Exact, decimal_of, plain
 from tribrach.io.point_list import PointList, read_point_list
 from tribrach.io.survey.csv.file import read_table
-
-openpyxl = pytest.importorskip("openpyxl")
 
 #: point, easting, northing, height of the lists below
 POINTS = [("A1", 4567123.125, 5300456.5, 512.25), ("A2", 4567200.0, 5300400.75, 498.5)]

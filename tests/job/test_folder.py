@@ -67,7 +67,7 @@ def test_x_and_y_are_told_by_their_size_or_asked(tmp_path: Path) -> None:
         table = found[name].table
         assert table is not None
         assert table.number("n").tolist() == [5300456.5, 5300400.7]
-    assert "does X point east or north" in found["local.csv"].words
+    assert found["local.csv"].assumed_axes == "north"
     (north,) = (f for f in look_through(tmp_path, "north") if f.path.name == "local.csv")
     assert north.form.columns == {"point": "Nr", "easting": "Y", "northing": "X"}
 

@@ -18,7 +18,6 @@ from tribrach.cli import app
 from tribrach.geometry.alignment import kabsch
 from tribrach.simulate.twin import Twin
 
-pytest.importorskip("openpyxl")
 RUN = CliRunner()
 BOARDS = ["--target", "checkerboard:0.3", "--scanner", "Leica P40"]
 #: points of a station here; the long journeys have as many as a scanner writes
@@ -108,7 +107,7 @@ def test_scans_and_a_survey_without_targets_are_told_apart(tmp_path: Path) -> No
     (tmp_path / "yard" / "control.csv").write_text("Nr;E;N;H\nA;1;2;3\nB;4;5;6\n")
     words = said("init", str(tmp_path / "yard"), "--yes")
     assert "found: none" in words
-    assert "nothing ties the scans to the survey" in words
+    assert "nothing ties the scans to the list" in words
     assert "control.csv: 2 points with coordinates, without sigmas: nothing ties it" in words
 
 

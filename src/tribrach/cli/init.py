@@ -13,11 +13,13 @@ from pyproj.exceptions import CRSError, ProjError
 
 from tribrach.errors import InputError
 from tribrach.geodesy.grid_datum import GridDatum
+from tribrach.io.csv_rows import read_rows
 from tribrach.io.instrument_sheets import Sheet
 from tribrach.io.outputs import write_text
 from tribrach.job.first_project import (
     FirstProject,
     Wishes,
+    axes_by_observations,
     by_reason,
     compose,
     grid_without_crs,
@@ -25,13 +27,17 @@ from tribrach.job.first_project import (
     sheet_of,
     without_sigmas,
 )
-from tribrach.job.folder import AXES, Axes, FolderFile, look_through
+from tribrach.job.folder import AXES, Axes, FolderFile, look_through, reread
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say
 
 __all__ = ["init"]
 
 #: files that are listed of each kind
 _LISTED = 60
+#: rows of a file that a question shows
+_ROWS = 4
+#: name of the project of a survey alone, by that of the scans
+_SURVEY = {"project": "survey"}
 ROLES = ("control", "check", "approximate", "fixed")
 T = TypeVar("T")
 
@@ -102,12 +108,12 @@ def init(
             control_sigma_up_mm,
             levelled,
         )
-        found = look_through(folder, axes)
+        found = axes_by_observations(folder, look_through(folder, axes), wishes)
         if not yes:
             unsaid = control_sigma_mm is None and control_sigma_up_mm is None
             asked = _Asked(control_role is None, unsaid, said)
-            found = asked.axes(folder, found, axes)
-            wishes = asked.wishes(found, wishes)
+            found = asked.axes(folder, found)
+            wishes = asked.wishes(folder, found, wishes)
         surveyed = any(one.kind in ("points", "survey") for one in found)
         if not wishes.targets and surveyed and any(one.kind == "scans" for one in found):
             # finders take their time to load, which only who looks for targets should spend
@@ -120,9 +126,15 @@ def init(
             folder, [one for one in found if one.path.resolve() != path.resolve()], wishes
         )
         project.assumed[:0] = said
-        write_text(path, project.text)
-        if not quiet:
-            _tell(folder, path, project)
+        written = {path: project}
+        if project.survey is not None:
+            name = _SURVEY.get(path.stem, f"{path.stem}-survey")
+            written[path.with_name(f"{name}.toml")] = project.survey
+            claim([], {"": path.with_name(f"{name}.toml")}, overwrite=overwrite)
+        for file, one in written.items():
+            write_text(file, one.text)
+            if not quiet:
+                _tell(folder, file, one)
 
     guarded(work)
 
@@ -155,16 +167,18 @@ class _Asked:
     #: what was guessed of the answers
     said: list[str]
 
-    def axes(self, folder: Path, found: list[FolderFile], axes: Axes | None) -> list[FolderFile]:
-        """The files, after the question which way X points where lists leave it open."""
-        if axes is None and any("does X point" in f.words or "no header" in f.words for f in found):
-            found = look_through(
-                folder,
-                _answer("Lists with X and Y: does X (the first) point east or north?", _way),
-            )
-        return found
+    def axes(self, folder: Path, found: list[FolderFile]) -> list[FolderFile]:
+        """The files, after the question which way X points in lists that leave it open."""
+        out = []
+        for one in found:
+            if one.assumed_axes is not None:
+                _show(folder, [one])
+                told = _answer("Does X (the first) point east or north?", _way, one.assumed_axes)
+                one = reread(one, told, "as answered")
+            out.append(one)
+        return out
 
-    def wishes(self, found: list[FolderFile], given: Wishes) -> Wishes:
+    def wishes(self, folder: Path, found: list[FolderFile], given: Wishes) -> Wishes:
         """What somebody says besides what the options say."""
         said: dict[str, Any] = {}
         if any(one.kind == "scans" for one in found):
@@ -185,24 +199,34 @@ class _Asked:
             said["total_station"] = _answer(
                 "Total station, such as Leica TS16 (empty: unknown)", _sheet
             )
-        if given.crs is None and grid_without_crs(found):
+        roles = [f for f in _lists(found) if f.table is not None and not f.table.has("role")]
+        grid = given.crs is None and grid_without_crs(found)
+        sigmas = self.sigma and without_sigmas(found)
+        if grid or sigmas or (self.role and roles):
+            _show(folder, _lists(found))
+        if grid:
             said["crs"] = _answer(
                 "Reference system of the coordinates, such as EPSG:25832 (empty: taken as "
                 "Cartesian)",
                 _crs,
             )
-        if self.role and any(
-            f.table is not None and not f.table.has("role") for f in _lists(found)
-        ):
+        if self.role and roles:
             said["control_role"] = _answer(
                 f"Lists of coordinates are {', '.join(ROLES)}", _role, "control"
             )
         role = said.get("control_role", given.control_role)
-        if self.sigma and role == "control" and without_sigmas(found):
+        if sigmas and role == "control":
             said |= _answer(
                 "Their sigmas in mm where a list gives none, in plan and in height", _sigmas, "5 5"
             )
         return replace(given, **said)
+
+
+def _show(folder: Path, files: list[FolderFile]) -> None:
+    """Name files that a question is on, with their first rows."""
+    for one in files:
+        rows = read_rows(one.path).cells[:_ROWS]
+        say("\n".join([f"{one.path.relative_to(folder)}:", *(f"  {' | '.join(r)}" for r in rows)]))
 
 
 def _lists(found: list[FolderFile]) -> list[FolderFile]:

@@ -14,20 +14,22 @@ from pathlib import Path
 
 import numpy as np
 
-from tribrach.errors import InputError, Refusals
+from tribrach.errors import InputError, Refusals, TribrachError
 from tribrach.io.instrument_sheets import Sheet, find_sheet, sheets
 from tribrach.io.survey.csv.file import CsvTable
 from tribrach.io.survey.formats import read_files
 from tribrach.io.survey.starnet.recognition import is_settings
 from tribrach.io.toml_model import quoted
-from tribrach.job.folder import FolderFile
+from tribrach.job.folder import AXES, Axes, FolderFile, reread
 from tribrach.job.opened import open_job
+from tribrach.job.set_ups import set_ups
+from tribrach.network.adjustment import adjust
 from tribrach.project import Project
-from tribrach.scan.scan import Scan
 
 __all__ = [
     "FirstProject",
     "Wishes",
+    "axes_by_observations",
     "by_reason",
     "compose",
     "grid_without_crs",
@@ -44,8 +46,18 @@ TARGETS = {
 }
 #: the largest size of a target that is in metres
 _METRES = 2.0
+#: sigma0 of the wrong way is so many times that of the right one
+_CLEARLY = 5.0
 #: lines that an error lists, and files of one reason that a line names
 _NOTED, _NAMED = 20, 3
+#: kinds of files that receivers bring
+_OF_RECEIVERS = ("receiver", "orbits", "antennas")
+#: what becomes of scans and survey without targets
+_UNTIED = (
+    "no targets are named, so nothing ties the scans to the survey: the scans are registered by "
+    "their clouds, in a frame of their own, and the survey is a project of its own; say which "
+    "targets stood there with --target, such as --target sphere:0.0725"
+)
 #: formats whose files belong together
 _JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
 #: figures that are assumed of instruments nobody names
@@ -110,6 +122,8 @@ class FirstProject:
     left: list[tuple[Path, str]] = field(default_factory=list)
     #: files of observations that belong together
     groups: list[list[Path]] = field(default_factory=list)
+    #: a project of its own for the survey, where nothing ties it to the scans
+    survey: FirstProject | None = None
 
 
 def parse_target(words: str) -> tuple[str, float, str]:
@@ -150,8 +164,18 @@ def sheet_of(words: str) -> Sheet:
 def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstProject:
     """A project of the files of a folder that opens.
 
-    A file that its reader refuses is left out with the reason.
+    A file that its reader refuses is left out with the reason. A survey that no target ties to the
+    scans is a project of its own.
     """
+    scans = [one for one in found if one.kind == "scans"]
+    apart = [one for one in found if one.kind in ("points", "survey", *_OF_RECEIVERS)]
+    measured = any(one.kind == "survey" for one in apart)
+    if scans and not wishes.targets and measured:
+        project = compose(folder, [one for one in found if one not in apart], wishes)
+        project.survey = compose(folder, apart, wishes)
+        project.assumed.insert(0, _UNTIED)
+        project.survey.text = project.survey.text.replace('folder = "out"', 'folder = "out-survey"')
+        return project
     files = [one for one in found if one.kind not in ("not understood", "project")]
     others = [(one.path, one.words) for one in found if one not in files]
     refused: list[tuple[Path, str]] = []
@@ -170,6 +194,46 @@ def compose(folder: Path, found: Sequence[FolderFile], wishes: Wishes) -> FirstP
         files = [one for one in files if one.path not in dict(wrong)]
     project.left += [*refused, *others]
     return project
+
+
+def axes_by_observations(
+    folder: Path, found: Sequence[FolderFile], wishes: Wishes
+) -> list[FolderFile]:
+    """The files, lists whose axes were assumed read the way that fits the observations.
+
+    Where both ways fit, or none, lists stay as assumed: two points alone fit a mirrored list too.
+    """
+    if not any(one.assumed_axes for one in found):
+        return list(found)
+    survey = [one for one in found if one.kind in ("points", "survey")]
+    sigma0 = {
+        axes: _sigma0(folder, [_turned(one, axes, "") for one in survey], wishes) for axes in AXES
+    }
+    best, other = sorted(AXES, key=lambda axes: sigma0[axes])
+    if not sigma0[best] * _CLEARLY < sigma0[other]:
+        return list(found)
+    second = f"{sigma0[other]:.0f}" if np.isfinite(sigma0[other]) else "no solution is found"
+    why = (
+        f"which fits the observations (sigma0 is {sigma0[best]:.1f}, and {second} the other way "
+        "round)"
+    )
+    return [_turned(one, best, why) for one in found]
+
+
+def _turned(one: FolderFile, axes: Axes, why: str) -> FolderFile:
+    """A list whose axes were assumed, with others; any other file as it is."""
+    return reread(one, axes, why) if one.assumed_axes else one
+
+
+def _sigma0(folder: Path, survey: Sequence[FolderFile], wishes: Wishes) -> float:
+    """Sigma0 of a survey without scans; infinite where it cannot be adjusted."""
+    try:
+        first = compose(folder, survey, wishes)
+        job = open_job(Project.model_validate(tomllib.loads(first.text)).at(folder))
+        system = adjust(job.network())
+    except TribrachError:
+        return np.inf
+    return system.sigma0_posterior if system.dof else np.inf
 
 
 def by_reason(rows: Sequence[tuple[Path, str]], folder: Path) -> list[str]:
@@ -304,16 +368,16 @@ class _Composer:
             why = "its points are placed already and where the scanner stood is not said"
             self.out.left.append((one.path, f"{why}; add it with origin = [x, y, z]"))
         self.tied = bool(self.wishes.targets)
-        if self.scans and not self.tied and (self.points or self.survey):
+        if self.scans and not self.tied and self.points:
             self.out.assumed.append(
-                "no targets are named, so nothing ties the scans to the survey: they are "
-                "registered by their clouds, in a frame of their own, and the survey is left out; "
-                "say which targets stood there with --target, such as --target sphere:0.0725"
+                "no targets are named, so nothing ties the scans to the list of coordinates: they "
+                "are registered by their clouds, in a frame of their own; say which targets stood "
+                "there with --target, such as --target sphere:0.0725"
             )
-            for one in (*self.points, *self.survey, *self.receivers):
+            for one in (*self.points, *self.receivers):
                 why = "nothing ties it to the scans without targets"
                 self.out.left.append((one.path, f"{one.words}: {why}"))
-            self.points, self.survey, self.receivers = [], [], []
+            self.points, self.receivers = [], []
         if any(one.path.suffix.lower() == ".comp" for one in self.survey):
             for one in [one for one in self.survey if one.format == "comp3d"]:
                 if one.path.suffix.lower() != ".comp":
@@ -371,7 +435,7 @@ class _Composer:
                     [*lines, *(f"{name} = {value:.{n}f}" for name, value, n in figures), ""]
                 )
             lines.append('kind = "flat"')
-            if any(one.format == "totalstation" for one in self.survey):
+            if any(map(_of_total_station, self.survey)):
                 lines.append("curvature_radius_m = 6371000.0   # for zenith angles")
             if grid_without_crs(self.points):
                 self.out.assumed.append(
@@ -396,7 +460,7 @@ class _Composer:
 
     def _frame_of_files(self) -> str:
         """How the frame of poses that the files have is kept, as a comment; "" without one."""
-        stations = _stations([(one.path, scan) for one in self.scans for scan in one.scans])
+        stations = set_ups([(one.path, scan) for one in self.scans for scan in one.scans])
         places: dict[str, np.ndarray] = {}
         for one in self.scans:
             for scan in one.scans:
@@ -596,7 +660,7 @@ class _Composer:
         return "\n".join([*lines, ""])
 
     def _scan_sections(self) -> Iterable[str]:
-        self.stations = _stations([(one.path, scan) for one in self.scans for scan in one.scans])
+        self.stations = set_ups([(one.path, scan) for one in self.scans for scan in one.scans])
         for one in self.scans:
             name = self._use(one)
             usable = [scan for scan in one.scans if scan.origin != "unknown"]
@@ -631,31 +695,6 @@ def _csv_name(station: str) -> str:
 
 #: formats whose files bring a work frame of their own
 _BRINGING = ("gnss", "dna", "dynaml", "riscan", "comp3d", "gama", "starnet")
-
-
-def _stations(scans: Sequence[tuple[Path, Scan]]) -> dict[tuple[Path, str], str]:
-    """Name of the station of each scan; scans with one pose are of one station."""
-    out: dict[tuple[Path, str], str] = {}
-    places: list[tuple[np.ndarray, str]] = []
-    taken: set[str] = set()
-    for path, scan in scans:
-        at = None if scan.pose is None else np.asarray(scan.pose.translation)
-        known = None
-        if at is not None and np.linalg.norm(at) > _SAME:
-            near = [name for other, name in places if np.linalg.norm(other - at) < _SAME]
-            known = near[0] if near else None
-        if known is None:
-            known = scan.name or path.stem
-            if known in taken:
-                known = path.stem if path.stem not in taken else f"{path.stem} {known}"
-            number = 2
-            while known in taken:
-                known, number = f"{path.stem} {number}", number + 1
-            if at is not None and np.linalg.norm(at) > _SAME:
-                places.append((at, known))
-        taken.add(known)
-        out[path, scan.name] = known
-    return out
 
 
 def _is_positions(one: FolderFile) -> bool:

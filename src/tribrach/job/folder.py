@@ -31,7 +31,7 @@ from tribrach.io.totalstation import formats as raw
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
-__all__ = ["AXES", "Axes", "FolderFile", "Satellites", "look_through"]
+__all__ = ["AXES", "Axes", "FolderFile", "Satellites", "look_through", "reread"]
 
 Kind = Literal[
     "scans", "points", "survey", "receiver", "orbits", "antennas", "project", "not understood"
@@ -99,6 +99,8 @@ class FolderFile:
     remarks: tuple[str, ...] = field(default=())
     #: of a receiver
     satellites: Satellites | None = None
+    #: which way the first coordinate of a list was taken to point, where nothing in it tells
+    assumed_axes: Axes | None = None
 
 
 def look_through(folder: Path, axes: Axes | None = None) -> list[FolderFile]:
@@ -258,8 +260,6 @@ def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
         return _of_scans(path)
     try:
         return _of_table(path, axes)
-    except HeadQuestion:
-        raise
     except InputError as error:
         if re.match(rb"(\s*#[^\n]*\n)*\s*name\s*[,;\t]\s*x(min)?\s*[,;\t]", start, re.IGNORECASE):
             what = "test sites of a comparison, which a section [[comparison]] names"
@@ -313,13 +313,18 @@ def _of_scans(path: Path) -> FolderFile:
     return FolderFile(path, "scans", path.suffix.lower().lstrip("."), words, scans)
 
 
-def _of_table(path: Path, axes: Axes | None) -> FolderFile:
+def reread(one: FolderFile, axes: Axes, why: str) -> FolderFile:
+    """A list whose axes were assumed, read the way that something else tells."""
+    return _of_table(one.path, axes, why)
+
+
+def _of_table(path: Path, axes: Axes | None, why: str = "as asked for") -> FolderFile:
     """A table of points or of observations."""
-    form, remarks = AS_FOUND, tuple[str, ...]()
+    form, remarks, assumed = AS_FOUND, tuple[str, ...](), None
     try:
         table = read_table(path)
     except HeadQuestion as question:
-        form, remarks = _answered(path, question, axes)
+        form, remarks, assumed = _answered(path, question, axes, why)
         table = read_table(path, form)
     rows = f"{len(table)} row{'s' * (len(table) > 1)}"
     remarks = (*remarks, *table.remarks)
@@ -328,7 +333,16 @@ def _of_table(path: Path, axes: Axes | None) -> FolderFile:
         return FolderFile(path, "survey", "csv", words, table=table, remarks=remarks)
     sigmas = "with sigmas" if _has_sigmas(table) else "without sigmas"
     words = f"{len(table)} point{'s' * (len(table) > 1)} with coordinates, {sigmas}"
-    return FolderFile(path, "points", "csv", words, table=table, form=form, remarks=remarks)
+    return FolderFile(
+        path,
+        "points",
+        "csv",
+        words,
+        table=table,
+        form=form,
+        remarks=remarks,
+        assumed_axes=assumed,
+    )
 
 
 def _has_sigmas(table: CsvTable) -> bool:
@@ -337,27 +351,30 @@ def _has_sigmas(table: CsvTable) -> bool:
 
 
 def _answered(
-    path: Path, question: HeadQuestion, axes: Axes | None
-) -> tuple[ListForm, tuple[str, ...]]:
-    """How a list is read whose heads leave open which column is east, and the sentence on it."""
+    path: Path, question: HeadQuestion, axes: Axes | None, told: str
+) -> tuple[ListForm, tuple[str, ...], Axes | None]:
+    """How a list is read whose heads leave open which column is east, and the sentence on it.
+
+    And which way was assumed, where nothing tells.
+    """
     first, second, *rest = question.coordinates
     columns: dict[str, str | int] = {"point": question.point}
     if rest and not isinstance(question, AxesQuestion):
         columns["height"] = rest[0]
-    told = "as asked for"
+    assumed: Axes | None = None
     if axes is None:
-        axes, told = (
-            _by_size(path, columns | {"easting": first, "northing": second}),
-            ("as the size of the numbers tells"),
-        )
-        if axes is None:
-            raise question
+        axes = _by_size(path, columns | {"easting": first, "northing": second})
+        told = "as the size of the numbers tells"
+    if axes is None:
+        axes = assumed = question.usual
+        other = "east" if axes == "north" else "north"
+        told = f"as is usual in such lists; say --axes {other} if it is the other way round"
     east, north = (first, second) if axes == "east" else (second, first)
     columns |= {"easting": east, "northing": north}
     name = {True: "column {}", False: "{}"}
     words = [name[isinstance(one, int)].format(one) for one in (east, north)]
     said = f"{words[0]} is taken as easting and {words[1]} as northing, {told}"
-    return ListForm(columns), (said,)
+    return ListForm(columns), (said,), assumed
 
 
 def _by_size(path: Path, columns: dict[str, str | int]) -> Axes | None:

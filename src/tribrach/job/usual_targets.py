@@ -1,16 +1,17 @@
-"""Which targets stand in scans that nobody named: usual sizes, sought in one scan.
+"""Which targets stand in scans that nobody named: usual sizes, in the densest scan of a set-up.
 
 A size counts where several targets of it are found; which ones were tried and found is told.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from tribrach.errors import InputError
 from tribrach.job.find_targets import found_alone
 from tribrach.job.folder import FolderFile
 from tribrach.job.scans import StationScan
+from tribrach.job.set_ups import density, set_ups
 from tribrach.project.instrument import Instrument
 from tribrach.project.sections import TargetSection
 from tribrach.scan.scan import Scan
@@ -25,8 +26,8 @@ SIZES: dict[str, tuple[float, ...]] = {
 }
 #: so many targets of a size are no chance
 _FEWEST = 3
-#: scans with more points take too long for a look
-_MOST = 5_000_000
+#: a set-up is looked at in a scan of at most so many points, if it has one, all of them in so many
+_MOST, _ALL = 5_000_000, 60_000_000
 _WORDS = {
     "checkerboard_side_m": "checkerboards of side",
     "sphere_radius_m": "spheres of radius",
@@ -43,17 +44,14 @@ def usual_targets(found: Sequence[FolderFile]) -> tuple[list[tuple[str, float]],
     sentence : str
         What was sought and found, without the stop; "" where no scan was looked at.
     """
-    scans = [scan for one in found if one.kind == "scans" for scan in one.scans]
-    usable = [s for s in scans if s.origin != "unknown" and (s.records or 0) <= _MOST]
-    if not usable:
+    scans = list(_looked_at(found))
+    if not scans:
         return [], ""
-    scan = max(usable, key=lambda one: one.records or 0)
-    noise = Instrument(range_mm=2.0, scan_angle_arcsec=8.0).noise()
-    station = StationScan(scan.name, scan.name, scan, noise, levelled=False, names={})
     chosen: list[tuple[str, float]] = []
     told = []
+    looked: list[str] = []
     for key, sizes in SIZES.items():
-        counts = {size: _count(station, key, size) for size in sizes}
+        counts = _counts(scans, key, sizes, looked)
         best = max(sizes, key=lambda size: (counts[size][0], -counts[size][1]))
         if counts[best][0] < _FEWEST:
             continue
@@ -88,22 +86,64 @@ def usual_targets(found: Sequence[FolderFile]) -> tuple[list[tuple[str, float]],
             "no targets were named: {tried} were sought in {source}; found: {what}; name "
             "them with --target",
             tried=tried,
-            source=_source(scan),
+            source=", ".join(dict.fromkeys(looked)),
             what=what,
         )
     )
 
 
-def _count(scan: StationScan, key: str, size: float) -> tuple[int, int]:
-    """How many targets of a size are found, and how many candidates are rejected."""
+def _looked_at(found: Sequence[FolderFile]) -> Iterator[Scan]:
+    """The densest scan of each set-up that is not too large, up to so many points in all."""
+    scans = [(one.path, scan) for one in found if one.kind == "scans" for scan in one.scans]
+    stations = set_ups(scans)
+    of: dict[str, list[Scan]] = {}
+    for path, scan in scans:
+        if scan.origin != "unknown":
+            of.setdefault(stations[path, scan.name], []).append(scan)
+    points = 0
+    for several in of.values():
+        small = [scan for scan in several if (scan.records or 0) <= _MOST]
+        if small:
+            scan = max(small, key=density) if len(small) > 1 else small[0]
+        else:
+            scan = min(several, key=lambda one: one.records or 0)
+        points += scan.records or 0
+        if points > _ALL and points > (scan.records or 0):
+            return
+        yield scan
+
+
+def _counts(
+    scans: Sequence[Scan], key: str, sizes: Sequence[float], looked: list[str]
+) -> dict[float, tuple[int, int]]:
+    """How many targets of each size one set-up shows at most, and how many candidates it rejects.
+
+    Set-ups after one that shows enough are not looked at.
+    """
+    most = dict.fromkeys(sizes, (0, 0))
+    for scan in scans:
+        looked.append(scan.path.name)
+        if not _count(scan, key, sizes)[0]:
+            continue
+        own = {size: _count(scan, key, [size]) for size in sizes}
+        best = max(count for count, _ in own.values())
+        if best > max(count for count, _ in most.values()):
+            most = own
+        if best >= _FEWEST:
+            break
+    return most
+
+
+def _count(scan: Scan, key: str, sizes: Sequence[float]) -> tuple[int, int]:
+    """How many targets of some sizes are found, and how many candidates are rejected."""
+    noise = Instrument(range_mm=2.0, scan_angle_arcsec=8.0).noise()
+    station = StationScan(scan.name, scan.name, scan, noise, levelled=False, names={})
     try:
         _, findings = found_alone(
-            scan, TargetSection.model_validate({key: size}), progress=lambda what, done, total: None
+            station,
+            TargetSection.model_validate({key: list(sizes)}),
+            progress=lambda what, done, total: None,
         )
     except InputError:
         return 0, 0
     return len(findings.detections), len(findings.rejected)
-
-
-def _source(scan: Scan) -> str:
-    return scan.path.name

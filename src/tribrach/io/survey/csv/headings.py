@@ -13,6 +13,7 @@ import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from tribrach.errors import InputError
 
@@ -80,6 +81,8 @@ class HeadQuestion(InputError):
         Head or number of the column of names.
     coordinates
         Heads or numbers of the columns of coordinates: two of the plan, and one of heights.
+    usual
+        Which way the first of them points in most lists written so.
     """
 
     def __init__(
@@ -91,9 +94,10 @@ class HeadQuestion(InputError):
         cure: str,
         point: str | int,
         coordinates: Sequence[str | int],
+        usual: Literal["east", "north"] = "east",
     ) -> None:
         super().__init__(what, file=file, line=line, cure=cure)
-        self.point, self.coordinates = point, tuple(coordinates)
+        self.point, self.coordinates, self.usual = point, tuple(coordinates), usual
 
 
 class AxesQuestion(HeadQuestion):
@@ -307,6 +311,7 @@ def _refuse_axes(
         line=line,
         point=point,
         coordinates=(x, y),
+        usual="north" if hint else "east",
         cure=f'add columns = {{ point = "{point}", easting = "{x}", northing = "{y}" }} {_FIX}, '
         "or the other way round",
     )

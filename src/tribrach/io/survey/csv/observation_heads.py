@@ -129,6 +129,9 @@ def observation_heads(
     InputError
         Units and quantities that the heads leave open, all of them.
     """
+    if not {"range", "target"} & set(map(_bare, known)):
+        # ours of a scanner, and in tables of others an end of a sight
+        known = ["" if name == "station" else name for name in known]
     parts = [_parts(title) for title in titles]
     meanings = [
         None if name else _meaning(words) for name, (words, _) in zip(known, parts, strict=True)
