@@ -12,10 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tribrach.io.arrays import read_joint_covariance, read_named
 from tribrach.io.calibration_file import read_calibration
 from tribrach.io.comparison_table import read_comparison
 from tribrach.io.epoch_files import read_epoch
+from tribrach.io.geoid_files import read_geoid
 from tribrach.io.gnss.antex_file import read_antex
 from tribrach.io.gnss.navigation_file import read_navigation
 from tribrach.io.gnss.observation_file import read_observations
@@ -96,6 +99,11 @@ def _comp3d(paths: list[Path]) -> None:
     surveys.read_files([p for p in paths if p.suffix == ".comp"] or paths[:1]).network()
 
 
+def _geoid(paths: list[Path]) -> Any:
+    """A grid, and its height in the middle of the seeds."""
+    return read_geoid(paths[0]).undulation(np.array([0.803]), np.array([0.152]))
+
+
 def _one(read: Callable[[Path], Any]) -> Read:
     return lambda paths: read(paths[0])
 
@@ -151,6 +159,7 @@ READERS: dict[str, Reader] = {
     "numbers": Reader(lambda paths: read_numbers(paths[0], ["x", "y"]), "text"),
     "covariances": Reader(_one(read_matrix), "text"),
     "mesh": Reader(_one(read_mesh), "headed"),
+    "geoid": Reader(_geoid, "headed"),
     "joint covariance": Reader(lambda paths: read_joint_covariance(paths[0], 2), "array"),
     "arrays": Reader(_one(read_named), "zipped", (OSError, ValueError, KeyError, EOFError)),
 }  # fmt: skip

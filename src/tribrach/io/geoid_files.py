@@ -50,7 +50,7 @@ def read_geoid(path: Path) -> GeoidGrid:
         if shown(head, path.stat().st_size):
             try:
                 table = read(path, head)
-            except (ValueError, OverflowError, struct.error, IndexError, KeyError) as error:
+            except (ValueError, ArithmeticError, struct.error, LookupError) as error:
                 raise InputError(
                     f"the geoid grid cannot be read ({error})", file=path, cure="copy it again"
                 ) from error
@@ -64,7 +64,8 @@ def _refuse_shape(path: Path, table: HeightTable) -> None:
     rows, columns = table.values.shape
     north = table.south + (rows - 1) * table.dlat
     numbers = (table.south, table.west, table.dlat, table.dlon, table.scale, table.offset)
-    fair = all(map(math.isfinite, numbers)) and min(table.dlat, table.dlon) > 0
+    fair = all(map(math.isfinite, numbers)) and min(table.dlat, table.dlon) > 1e-6
+    fair = fair and max(table.dlat, table.dlon) < 90 and abs(table.west) < 1e4
     if not (fair and rows > 1 and columns > 1 and table.south > -90.01 and north < 90.01):
         raise InputError(
             f"the geoid grid has {rows} x {columns} nodes from latitude {table.south:g} in steps "
