@@ -99,6 +99,10 @@ def test_covariances_turn_with_the_meridian(folder: Path) -> None:
         # scale of the grid is left out
         expected = turn @ point.covariance @ turn.T
         np.testing.assert_allclose(made.by_name[name].covariance, expected, atol=1e-9)
+    for said in content.points:
+        if said.ellipse is not None:
+            own = made.by_name[said.name].ellipse
+            assert own[:2] == pytest.approx((said.ellipse.major, said.ellipse.minor), rel=1e-5)
     # four degrees of convergence are seen in what is fixed worse in one axis
     assert abs(turn[0, 1]) > 0.05
 
@@ -122,7 +126,7 @@ def test_a_drawing_holds_the_result(folder: Path, result: dict[str, Any]) -> Non
     layer = next(x.dxf.name for x in drawing.layers if x.dxf.name.startswith("ELLIPSES"))
     factor = float(layer.rpartition("x")[2])
     axes = [e.dxf.major_axis.magnitude / factor for e in drawing.query("ELLIPSE")]
-    assert axes == pytest.approx([made.ellipse(p.covariance)[0] for p in made.plan])
+    assert axes == pytest.approx([p.ellipse[0] for p in made.plan])
     assert len(drawing.query('LINE[layer=="SIGHTS"]')) == 5
 
 

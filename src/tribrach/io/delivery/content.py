@@ -26,6 +26,7 @@ __all__ = [
     "Delivery",
     "delivered_epochs",
     "delivered_network",
+    "ellipse_of",
 ]
 
 PositionRole = Literal["control", "check", "free", "station", "moved", "stable", "undecided"]
@@ -35,6 +36,12 @@ _ROLES: dict[str, PositionRole] = {"moved": "moved", "not moved": "stable"}
 _STEP = 5.0
 #: probability of ellipses
 CONFIDENCE = 0.95
+
+
+def ellipse_of(covariance: Array, dof: float = math.inf) -> tuple[float, float, float]:
+    """Semi-axes [m] and azimuth [rad] of the ellipse in plan of a covariance (3, 3)."""
+    plan = plan_ellipses(covariance[None], confidence_factor(2, CONFIDENCE, dof))
+    return float(plan.major[0]), float(plan.minor[0]), float(plan.azimuth[0])
 
 
 @dataclass(frozen=True)
@@ -49,8 +56,15 @@ class DeliveredPosition:
     xyz: Array
     #: (3, 3), along the same axes [m^2]; zero where held
     covariance: Array
+    #: degrees of freedom of its variances in plan, infinite where sigmas are given
+    dof: float = math.inf
     #: longitude and latitude [degrees] and ellipsoidal height [m], of the site's datum
     geodetic: tuple[float, float, float] | None = None
+
+    @property
+    def ellipse(self) -> tuple[float, float, float]:
+        """Semi-axes [m] of the ellipse that holds with 95 %, azimuth of the major one [rad]."""
+        return ellipse_of(self.covariance, self.dof)
 
     @property
     def sigma(self) -> Array:
@@ -89,8 +103,6 @@ class Delivery:
     epoch: float | None = None
     #: whether sigmas are scaled a priori or a posteriori
     scale: str = "prior"
-    #: redundancy that sigmas a posteriori come from, None a priori
-    dof: int | None = None
     #: what fixes the frame
     datum: str = ""
     #: the program and its version
@@ -100,11 +112,6 @@ class Delivery:
     def by_name(self) -> Mapping[str, DeliveredPosition]:
         """Positions by name."""
         return {position.name: position for position in self.positions}
-
-    def ellipse(self, covariance: Array) -> tuple[float, float, float]:
-        """Semi-axes [m] of the ellipse that holds with 95 %, azimuth of the major one [rad]."""
-        plan = plan_ellipses(covariance[None], confidence_factor(2, CONFIDENCE, self.dof))
-        return float(plan.major[0]), float(plan.minor[0]), float(plan.azimuth[0])
 
     @cached_property
     def plan(self) -> tuple[DeliveredPosition, ...]:
@@ -186,7 +193,6 @@ def delivered_network(result: Mapping[str, Any]) -> Delivery:
         crs=crs,
         epoch=reference.get("epoch"),
         scale=result["sigma0"]["covariances"],
-        dof=result["sigma0"]["dof"] if result["sigma0"]["covariances"] == "posterior" else None,
         datum=result["datum"]["statement"],
         program=f"tribrach {result['tribrach']}",
     )
@@ -219,7 +225,10 @@ def _position(
             place = np.array(data["projected"], dtype=float)
             axes = turn.at(latitude, longitude) @ _local_axes(latitude, longitude)
             covariance = axes @ np.array(data["ecef_covariance"], dtype=float) @ axes.T
-    return DeliveredPosition(name, role, code, place, covariance, geodetic)
+    dof = (data.get("dof") or [None])[0]
+    return DeliveredPosition(
+        name, role, code, place, covariance, math.inf if dof is None else dof, geodetic
+    )
 
 
 def _local_axes(latitude: float, longitude: float) -> Array:

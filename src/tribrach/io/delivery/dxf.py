@@ -18,7 +18,13 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.delivery.content import CONFIDENCE, DeliveredMove, DeliveredPosition, Delivery
+from tribrach.io.delivery.content import (
+    CONFIDENCE,
+    DeliveredMove,
+    DeliveredPosition,
+    Delivery,
+    ellipse_of,
+)
 
 __all__ = ["write"]
 
@@ -163,12 +169,12 @@ class _Drawing:
 
     def _ellipses(self) -> list[str]:
         """Confidence ellipses, and what the legend says of them."""
-        ellipse, seen = self.delivery.ellipse, 1e3 * _SEEN / 2 * self.millimetre
+        seen = 1e3 * _SEEN / 2 * self.millimetre
         if moves := self._moved():
             factor = self._move_factor
-            shapes = [(m.xyz + factor * m.vector, ellipse(m.covariance)) for m in moves]
+            shapes = [(m.xyz + factor * m.vector, ellipse_of(m.covariance)) for m in moves]
         else:
-            shapes = [(p.xyz, ellipse(p.covariance)) for p in self.delivery.plan]
+            shapes = [(p.xyz, p.ellipse) for p in self.delivery.plan]
             factor = _enlargement([shape[0] for _, shape in shapes], seen)
         shapes = [(xyz, shape) for xyz, shape in shapes if shape[0] > 0]
         if not shapes:
@@ -186,7 +192,7 @@ class _Drawing:
         return [
             f"Ellipses hold with {percent} % and are enlarged {factor:.0f} times: "
             f"1 mm on paper is {1e3 * self.millimetre / factor:.3g} mm; sigmas are "
-            f"{'a posteriori' if self.delivery.dof is not None else 'a priori'}."
+            f"{'a posteriori' if self.delivery.scale == 'posterior' else 'a priori'}."
         ]
 
     def _moved(self) -> list[DeliveredMove]:

@@ -119,8 +119,8 @@ def _layers(delivery: Delivery, places: Array, *, geographic: bool) -> Iterator[
     """Points first; lines and ellipses only in the frame of the result."""
     plan = delivery.plan
     at = {p.name: _solid(place) for p, place in zip(plan, places, strict=True)}
-    own = Delivery(delivery.title, plan, crs=delivery.crs, scale=delivery.scale, dof=delivery.dof)
-    shapes = np.array([own.ellipse(p.covariance) for p in plan])
+    own = Delivery(delivery.title, plan, crs=delivery.crs, scale=delivery.scale)
+    shapes = np.array([p.ellipse for p in plan])
     fields = _columns(own)
     fields |= {
         "ellipse_major_mm": 1e3 * shapes[:, 0],
