@@ -213,7 +213,7 @@ def _found(
 ) -> Any:
     """What the function behind a command finds; what it refuses is raised."""
     quiet: Progress = progress or (lambda what, done, total: None)
-    answer = inspect.unwrap(command)(*given, **options, progress=quiet)  # type: ignore[func-returns-value]
+    answer = inspect.unwrap(command)(*given, **options, progress=quiet)
     if answer.failure is not None:
         raise answer.failure
     return answer.result

@@ -81,7 +81,7 @@ def adjust(
     >>> adjustment = adjust("network.gkf")  # doctest: +SKIP
     >>> adjustment.points["B"].xyz  # doctest: +SKIP
     """
-    given = {"snoop": snoop, "robust": robust, "vce": vce}
+    given: dict[str, Any] = {"snoop": snoop, "robust": robust, "vce": vce}
     given |= {"posterior": posterior, "confidence": confidence}
     steps: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     other = parse_datum(datum) if isinstance(datum, str) else datum
