@@ -41,7 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "export": (
         "cli.export",
-        "Write a result for an office (DXF, LandXML, GIS, lists), or a network for a program.",
+        "Write a result for an office, or a network for another program.",
     ),
     "view": (
         "cli.view",
@@ -141,6 +141,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "check-project",
         "run",
         "demo",
+        "pdf",
         "seal",
         "verify",
     ),

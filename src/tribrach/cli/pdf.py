@@ -35,12 +35,12 @@ def pdf(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(help="The document. [default: beside the page, with .pdf]"),
+        typer.Option(help="The document; beside the page with .pdf if not given."),
         WRITTEN,
     ] = None,
     attach: Annotated[
         Path | None,
-        typer.Option(help="JSON to be inside. [default: result.json beside a report]"),
+        typer.Option(help="JSON to be inside; result.json beside a report if not given."),
     ] = None,
 ) -> Answer:
     """Make a PDF/A-3 of a page: equal figures, JSON inside, a field for a signature."""

@@ -49,7 +49,7 @@ def seal(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(help="The sealed job, a .zip file. [default: PROJECT.seal.zip]"),
+        typer.Option(help="The sealed job; PROJECT.seal.zip beside the project if not given."),
         WRITTEN,
     ] = None,
     certificate: Annotated[

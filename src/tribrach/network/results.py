@@ -119,7 +119,9 @@ class PlaceDifference:
 
     def along(self, gradient: Array, value: float) -> Estimate:
         """A value that depends on the difference by a gradient (3,), with its sigma."""
-        return Estimate(value, float(np.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0))))
+        return Estimate(
+            value, float(np.sqrt(max(float(gradient @ self.covariance @ gradient), 0.0)))
+        )
 
     def __repr__(self) -> str:
         return (

@@ -58,13 +58,16 @@ TOLERANT = ("errors", "syntax_error1")
 DROPPED = {"syntax_error1": ("400", "134")}
 #: sentences of networks without a result, or with broken lines
 BROKEN: dict[str, tuple[type[Exception], str]] = {
-    "coincident_with_VD": (InputError, "obs_topo/SL412.obs:14: points SL412 and SL413"),
+    "coincident_with_VD": (
+        InputError,
+        "obs_topo/SL412.obs:14 (and 2 more lines): points SL412 and SL413",
+    ),
     "desact": (RankDefect, "nothing holds points c and d"),
     "errors": (InputError, "ex.cor:1: there is no file toto.cor"),
     "fixed_points_IC": (InputError, "coord.cor:1: point A is held"),
     "kernel": (RankDefect, "move"),
     "no_point_accepted": (InputError, "niv.cor:1: constrained point A has no sigmas"),
-    "same_init_coords": (InputError, "obs.obs:1: points A and B"),
+    "same_init_coords": (InputError, "obs.obs:1 (and 1 more line): points A and B"),
     "sigma_too_low": (InputError, "TP_G1.cor:1: sigma 1e-09 m of point 1016"),
     "syntax_error1": (InputError, "20109_t311.obs:137: the observation code is '-'"),
     "syntax_error2": (InputError, "20104_t312.obs:34: '0.00040.0000'"),

@@ -317,7 +317,7 @@ def test_one_decimal_comma_is_told_with_its_line(tmp_path: Path, row: int) -> No
 
 @pytest.mark.parametrize(
     ("folder", "words"),
-    [("27-list-decimal-comma", "150,000"), ("28-list-named-A-B-C", "no header")],
+    [("27-list-decimal-comma", "150,000"), ("28-list-named-A-B-C", "3 points")],
 )
 def test_lists_of_others(faults: Path, tmp_path: Path, folder: str, words: str) -> None:
     shutil.copy(faults / folder / "control.txt", tmp_path / "control.txt")
