@@ -342,3 +342,32 @@ def test_a_seal_that_names_files_of_the_machine_is_not_run(sealed: Path, tmp_pat
     found = verified(rewritten(sealed, tmp_path / "x.zip", change, listed=True))
     assert not found["run_again"]
     assert not found["holds"]
+
+
+def test_a_file_beside_the_seal_must_be_the_one_that_was_sealed(
+    sealed: Path, tmp_path: Path
+) -> None:
+    """What is only named by its digest is asked for, and compared."""
+    name = "net/field/obs.csv"
+    with zipfile.ZipFile(sealed) as archive:
+        data = archive.read(f"job/data/{name}")
+    fetch = f"ni:///sha-256;{'x' * 43} {len(data)} data/{name}\n".encode()
+    lean = rewritten(sealed, tmp_path / "x.zip", without=name, extra={"job/fetch.txt": fetch})
+    with zipfile.ZipFile(lean) as archive:
+        files = {one: archive.read(one) for one in archive.namelist()}
+    tags = files["job/tagmanifest-sha256.txt"].decode()
+    tags += f"{hashlib.sha256(fetch).hexdigest()}  fetch.txt\n"
+    lean = rewritten(
+        lean, tmp_path / "y.zip", {"job/tagmanifest-sha256.txt": lambda _: tags.encode()}
+    )
+    found = verified(lean)
+    assert found["whole"]
+    assert not found["run_again"]
+    place = tmp_path / "beside" / name
+    place.parent.mkdir(parents=True)
+    place.write_bytes(data)
+    assert verified(lean, "--inputs", tmp_path / "beside")["holds"]
+    place.write_bytes(data.replace(b"P,A", b"P,B"))
+    found = verified(lean, "--inputs", tmp_path / "beside", status=2)
+    assert found["files"] == [{"name": name, "what": "changed"}]
+    assert not found["run_again"]

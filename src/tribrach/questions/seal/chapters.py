@@ -117,7 +117,7 @@ def _findings(found: Verification) -> Iterator[Finding]:
                 verb="is" if len(names) == 1 else "are",
             )
     if not found.files:
-        yield Finding("Every file is the one that was sealed.", key="unchanged")
+        yield Finding("Every file that is here is the one that was sealed.", key="unchanged")
     yield _signature(found)
     if not found.run_again:
         yield Finding.of("not_run", "The job was not run again: {why}.", True, why=found.why_not)

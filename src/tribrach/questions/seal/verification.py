@@ -116,7 +116,14 @@ def verify_seal(
             for name in about["inputs"]
             if not bag.holds(name) and (inputs is None or not (inputs / name).is_file())
         ]
+        beside = () if inputs is None else sorted(name for name in bag.absent if name not in lost)
+        for name in beside:
+            assert inputs is not None
+            if digest_of(inputs / name) != bag.payload[name]:
+                wrong.append(DifferentFile(name, "changed"))
         why = "it was not asked for" if run is None else ""
+        if {one.name for one in wrong} & set(beside):
+            why = "a file beside it is not the one that was sealed"
         if lost:
             why = f"{', '.join(lost[:3])} {'is' if len(lost) == 1 else 'are'} not inside"
         reproduced, figures = list[DifferentFile](), list[DifferentFigure]()
@@ -124,7 +131,7 @@ def verify_seal(
             try:
                 reproduced, figures = _again(bag, about, inputs, run, progress)
             except TribrachError as error:
-                why = f"the run stopped: {error}"
+                why = f"the run stopped: {str(error).rstrip('.')}"
         title = str(about.get("title", ""))
     return Verification(
         path.name,
