@@ -9,6 +9,7 @@ import laspy
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.stats import chi2
 from typer.testing import CliRunner
 
 from tests.retaining_walls import campaigns, judged, moved_panels
@@ -232,7 +233,9 @@ def test_what_moved_in_words_and_numbers(folder: Path, distances: laspy.LasData)
     assert len(found["given_alike"]) == 9
     # the three panels that stand still are the wider ones: more than half of the surface
     assert found["stable"]["share"] > 0.5
-    assert found["stable"]["agrees"]
+    # its own test at 95 % fails in one job of twenty
+    stable = found["stable"]["motion"]
+    assert chi2.sf(stable["statistic"], stable["dof"]) > 1e-3
     assert "are taken as stable" in " ".join(said.split())
     parts = {part["name"]: part for part in found["parts"]}
     assert list(parts) == list(PANELS)

@@ -162,7 +162,8 @@ def test_a_job_of_others(shared_data: Path, name: str, kept: set[str]) -> None:
     solved = adjust(read_files([path]).network())
     assert set(solved.network.datum.names) == kept
     assert (solved.dof, solved.defect) == (46, 4)
-    assert solved.sigma0_posterior == pytest.approx(0.963, abs=0.001)
+    # centring and heights are shared within a set-up; with errors of each sight it is 0.963
+    assert solved.sigma0_posterior == pytest.approx(1.206, abs=0.001)
 
 
 def test_a_list_comes_before_what_was_keyed_in(shared_data: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from tribrach.instruments.precision import Precision
 from tribrach.instruments.reduction import LIMIT, Means, Reduction, reduce
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
-from tribrach.network.adjustment import adjust
+from tribrach.network.adjustment import Options, adjust
 from tribrach.network.facts import Fact, PointCodes, facts_of
 from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum, is_given
@@ -41,6 +42,9 @@ from tribrach.units import SEC
 __all__ = ["ReducedFile", "reduce_file", "survey_of"]
 
 # What a surveyor must be told of a raw file: what was left out, assumed, or looks misread.
+
+#: adjusts to look at the figure of a network; what takes longer says nothing about its points
+_soon = partial(adjust, options=Options(max_iterations=15))
 
 
 #: closures and residuals of sets that are worth a word, at the least
@@ -283,7 +287,7 @@ def _fit_to_lists(
     seen = {
         name: xyz for name, (xyz, _) in given.items() if network.start.layout.has("point", name)
     }
-    wrong = contradiction(network, seen, adjust)
+    wrong = contradiction(network, seen, _soon)
     off = () if wrong is None else wrong.off
     if wrong is not None:
         raw.warnings.append(wrong.sentence())
@@ -547,7 +551,7 @@ def _coordinates(survey: Survey, files: Sequence[RawFile], held: bool) -> None:
         survey.warnings.append(dummy_words(dummies))
         chosen = {n: c for n, c in chosen.items() if not any(n in group for group in dummies)}
     keyed = {n: xyz for n, (xyz, given, _) in chosen.items() if given}
-    wrong = contradiction(survey.network(), keyed, adjust)
+    wrong = contradiction(survey.network(), keyed, _soon)
     if wrong is not None:
         survey.warnings.append(wrong.sentence())
         # what the instrument computed follows from what was keyed in
