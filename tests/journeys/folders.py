@@ -21,7 +21,7 @@ from tests.registration.clouds.scenes import points_of, yard
 from tribrach.geometry.pose import Pose
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
-from tribrach.io.survey.starnet import writer as starnet
+from tribrach.io.survey.exported import export
 from tribrach.job.opened import open_job
 from tribrach.project import Project
 from tribrach.scan.scan import Field
@@ -122,7 +122,7 @@ def with_starnet_and_laz(folder: Path, points: int) -> Twin:
     )
     (office / "p.toml").write_text(text.replace('truth = "truth/truth.json"\n', ""))
     network = open_job(Project.load(office / "p.toml")).network()
-    (folder / "site.dat").write_text(starnet.write(network).text)
+    (folder / "site.dat").write_text(export(network, "starnet").text)
     return twin
 
 
