@@ -24,7 +24,7 @@ LEFT = 0.05
 #: share of it that may be left where sigmas are too small for the global test
 _FAR_LESS = 1e-3
 #: adjustments and seconds after which the search may end, and iterations of each attempt
-_RUNS, _SECONDS, _ITERATIONS = 10, 2.0, 30
+_RUNS, _SECONDS, _ITERATIONS = 10, 5.0, 30
 #: iterations of a network that one slip is undone in: the right one needs few
 FEW = 12
 
