@@ -371,3 +371,41 @@ def test_a_file_beside_the_seal_must_be_the_one_that_was_sealed(
     found = verified(lean, "--inputs", tmp_path / "beside", status=2)
     assert found["files"] == [{"name": name, "what": "changed"}]
     assert not found["run_again"]
+
+
+def test_what_seal_json_leaves_out_is_compared_all_the_same(sealed: Path, tmp_path: Path) -> None:
+    def silent(data: bytes) -> bytes:
+        return json.dumps(json.loads(data) | {"results": []}).encode()
+
+    change = {
+        "job/seal.json": silent,
+        "job/data/net/out/report.txt": lambda data: data.replace(b"P", b"Q"),
+    }
+    forged = rewritten(sealed, tmp_path / "x.zip", change, listed=True)
+    found = verified(forged, status=2)
+    assert [one["name"] for one in found["reproduced"]] == ["net/out/report.txt"]
+
+
+def test_a_changed_or_damaged_input_is_not_run(sealed: Path, tmp_path: Path) -> None:
+    changed = rewritten(
+        sealed, tmp_path / "x.zip", {"job/data/net/field/obs.csv": flipped(b"P,A,")}
+    )
+    found = verified(changed, status=2)
+    assert not found["run_again"]
+    data = sealed.read_bytes()
+    at = data.index(b"net/out/result.json") + 2000
+    (tmp_path / "y.zip").write_bytes(data[:at] + bytes([data[at] ^ 0xFF]) + data[at + 1 :])
+    found = verified(tmp_path / "y.zip", status=2)
+    assert not found["whole"]
+
+
+@pytest.mark.parametrize("name", ["a:b.csv", "a\\b.csv", "OBS.csv"])
+def test_a_name_that_others_cannot_unpack_is_not_sealed(tmp_path: Path, name: str) -> None:
+    project = job(tmp_path)
+    observed = project.parent / "field"
+    (observed / name).write_bytes((observed / "obs.csv").read_bytes())
+    more = f"[[observations]]\nfile = 'field/{name}'\ninstrument = \"TS\"\n"
+    project.write_text(PROJECT + more)
+    tribrach("run", project, "-q")
+    tribrach("seal", project, "--no-check", status=2)
+    assert not project.with_name("job.seal.zip").exists()

@@ -115,6 +115,12 @@ def write_bag(
     digest, size
         Of what is signed, and of the file [bytes].
     """
+    seen = set[str]()
+    for name, place in payload.items():
+        if _leaves(name) or name.casefold() in seen:
+            what = "a name with : or \\, or the same as another but for capitals, is not sealed"
+            raise InputError(what, file=place, cure="rename the file; others could not unpack it")
+        seen.add(name.casefold())
     sizes = {name: payload[name].stat().st_size for name in payload}
     tags = _tags(sizes, digests, absent, about, info)
     listed = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in tags.items()}
@@ -132,6 +138,8 @@ def write_bag(
             for name in (name for name in payload if name not in absent):
                 entry = _entry(f"{root}/{_PAYLOAD}{name}")
                 entry.file_size = sizes[name]  # decides on zip64 before anything is written
+                if sizes[name] > _LARGE:  # scans are packed already, and nothing here is a bomb
+                    entry.compress_type = zipfile.ZIP_STORED
                 with payload[name].open("rb") as given, archive.open(entry, "w") as packed:
                     shutil.copyfileobj(given, packed, _CHUNK)
         os.chmod(part, 0o644)
@@ -238,10 +246,15 @@ class Bag:
             return ""
 
     def unpack(self, name: str, place: Path) -> None:
-        """Write a file of the payload."""
+        """Write a file of the payload; a damaged one is refused."""
         place.parent.mkdir(parents=True, exist_ok=True)
-        with self.archive.open(f"{self.root}/{_PAYLOAD}{name}") as file, place.open("wb") as out:
-            shutil.copyfileobj(file, out, _CHUNK)
+        try:
+            member = f"{self.root}/{_PAYLOAD}{name}"
+            with self.archive.open(member) as file, place.open("wb") as out:
+                shutil.copyfileobj(file, out, _CHUNK)
+        except (zipfile.BadZipFile, EOFError, ValueError, zlib.error) as error:
+            what = "a file in it is damaged"
+            raise InputError(what, file=self.path, record=name, cure=_CURE) from error
 
     def holds(self, name: str) -> bool:
         """Is the file inside?"""
@@ -322,10 +335,15 @@ def _root(path: Path, archive: zipfile.ZipFile) -> str:
     return roots.pop()
 
 
+def _leaves(name: str) -> bool:
+    """Does a name leave its folder, or is it none, on any system?"""
+    parts = name.rstrip("/").split("/")
+    return any(sign in name for sign in "\\:\0") or bool({"", ".", ".."} & set(parts))
+
+
 def _refuse_name(path: Path, name: str) -> None:
     """Refuse a name that leaves the folder on any system."""
-    parts = name.rstrip("/").split("/")
-    if not name or "\\" in name or ":" in name or "\0" in name or {"", ".", ".."} & set(parts):
+    if _leaves(name):
         what = "a name in it leads out of its folder, or is none"
         raise InputError(what, file=path, record=name[:200], cure=_CURE)
 

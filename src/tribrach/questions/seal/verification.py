@@ -122,8 +122,8 @@ def verify_seal(
             if digest_of(inputs / name) != bag.payload[name]:
                 wrong.append(DifferentFile(name, "changed"))
         why = "it was not asked for" if run is None else ""
-        if {one.name for one in wrong} & set(beside):
-            why = "a file beside it is not the one that was sealed"
+        if {one.name.removeprefix("data/") for one in wrong} & set(about["inputs"]):
+            why = "an input is not the one that was sealed"
         if lost:
             why = f"{', '.join(lost[:3])} {'is' if len(lost) == 1 else 'are'} not inside"
         reproduced, figures = list[DifferentFile](), list[DifferentFigure]()
@@ -162,6 +162,8 @@ def _about(path: Path, about: Mapping[str, Any]) -> dict[str, Any]:
             file=path,
             cure="take the version of the program that sealed it",
         )
+    if about["project"] not in about["inputs"]:
+        raise InputError("its seal.json names no project among the inputs", file=path)
     for name in (*about["inputs"], about["project"], about["results_folder"], *about["results"]):
         if Path(name).is_absolute() or ".." in name.split("/") or "\\" in name:
             raise InputError("a name in its seal.json leads out of its folder", file=path)
@@ -184,7 +186,8 @@ def _again(
         made = again(place, about["project"], out, run, progress)
         differing = list[DifferentFile]()
         figures = list[DifferentFigure]()
-        for name in about["results"]:
+        # all that is no input is a result, whatever seal.json says
+        for name in sorted(bag.payload.keys() - set(about["inputs"])):
             own = name.removeprefix(f"{out}/")
             if own not in made:
                 differing.append(DifferentFile(name, "not made again"))
