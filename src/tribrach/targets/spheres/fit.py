@@ -490,17 +490,35 @@ def _normal_matrix(design: Array, residuals: Array, sigma: Array, keep: Mask) ->
 
 @njit(cache=True, nogil=True)
 def _solved(normal: Array, u: int) -> Array:
-    """Step (4,) of the first ``u`` unknowns; NaN where they are not determined."""
+    """Step (4,) of the first ``u`` unknowns by Cholesky; NaN where they are not determined."""
+    scale, lower, half = np.zeros(4), np.zeros((4, 4)), np.zeros(4)
+    determinant = 1.0
+    for a in range(u):
+        if not normal[a, a] > 0:
+            return np.full(4, np.nan)
+        scale[a] = np.sqrt(normal[a, a])
+        for b in range(a + 1):
+            left = normal[a, b] / (scale[a] * scale[b])
+            for k in range(b):
+                left -= lower[a, k] * lower[b, k]
+            if b < a:
+                lower[a, b] = left / lower[b, b]
+            elif left > 0:
+                lower[a, a] = np.sqrt(left)
+                determinant *= left
+            else:
+                return np.full(4, np.nan)
+        half[a] = normal[a, 4] / scale[a]
+        for k in range(a):
+            half[a] -= lower[a, k] * half[k]
+        half[a] /= lower[a, a]
+    if not _DETERMINANT < determinant < np.inf:
+        return np.full(4, np.nan)
     out = np.zeros(4)
-    scale = np.sqrt(np.diag(normal)[:u].copy())
-    if not scale.min() > 0:
-        return np.full(4, np.nan)
-    scaled = normal[:u, :u] / np.outer(scale, scale)
-    if not np.isfinite(scaled.sum()):
-        return np.full(4, np.nan)
-    if not np.linalg.det(scaled) > _DETERMINANT:
-        return np.full(4, np.nan)
-    out[:u] = np.linalg.solve(scaled, normal[:u, 4] / scale) / scale
+    for a in range(u - 1, -1, -1):
+        for k in range(a + 1, u):
+            half[a] -= lower[k, a] * out[k] * scale[k]
+        out[a] = half[a] / lower[a, a] / scale[a]
     return out
 
 
