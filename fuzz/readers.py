@@ -25,7 +25,7 @@ from tribrach.io.gnss.observation_file import read_observations
 from tribrach.io.gnss.orbit_files import read_orbits
 from tribrach.io.gnss.solution_file import read_solution, read_status
 from tribrach.io.lever_arm_file import read_lever_arm
-from tribrach.io.mesh import read_mesh
+from tribrach.io.models.formats import read_model
 from tribrach.io.number_table import read_numbers
 from tribrach.io.point_list import read_point_list
 from tribrach.io.readings_through_time import read_timed_readings
@@ -158,7 +158,7 @@ READERS: dict[str, Reader] = {
     "sites": Reader(_one(read_sites), "text"),
     "numbers": Reader(lambda paths: read_numbers(paths[0], ["x", "y"]), "text"),
     "covariances": Reader(_one(read_matrix), "text"),
-    "mesh": Reader(_one(read_mesh), "headed"),
+    "mesh": Reader(_one(read_model), "headed"),
     "geoid": Reader(_geoid, "headed"),
     "joint covariance": Reader(lambda paths: read_joint_covariance(paths[0], 2), "array"),
     "arrays": Reader(_one(read_named), "zipped", (OSError, ValueError, KeyError, EOFError)),

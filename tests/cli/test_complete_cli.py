@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.comparison.test_completeness import wall
-from tests.io.test_mesh import binary
+from tests.io.models.test_triangle_files import binary
 from tribrach.cli import app
 
 RUN = CliRunner()

@@ -19,11 +19,11 @@ from tests.comparison import test_completeness
 from tests.demo_twin import few_boards
 from tests.golden.harness import REPOSITORY, Case, Group
 from tests.golden.networks import rows
+from tests.io.models.test_triangle_files import binary
 from tests.io.survey.riscan_files import Rsp, Scan
 from tests.io.survey.riscan_files import write as riscan
 from tests.io.survey.test_riscan_links import control as riscan_control
 from tests.io.survey.test_riscan_links import seen, sop
-from tests.io.test_mesh import binary
 from tests.registration.clouds.scenes import points_of
 from tests.registration.clouds.scenes import yard as bare_yard
 from tests.scan.in_memory import shell

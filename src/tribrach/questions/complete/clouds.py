@@ -13,7 +13,7 @@ from tribrach._types import Array, Index, Progress
 from tribrach.errors import InputError
 from tribrach.geometry.triangles import covering_points
 from tribrach.io.json_file import read_json
-from tribrach.io.mesh import MESHES, read_mesh
+from tribrach.io.models.formats import is_model, read_model
 from tribrach.io.poses.names import POSES
 from tribrach.io.scans.formats import read_scans
 from tribrach.questions.complete.completeness import (
@@ -189,7 +189,7 @@ def _surface(model: Path, grid: PatchGrid) -> Index:
 
 
 def _points(model: Path, size: float) -> Iterator[Array]:
-    if model.suffix.lower() in MESHES:
-        return covering_points(read_mesh(model), size / 2)
+    if is_model(model):
+        return covering_points(read_model(model).triangles, size / 2)
     scans = map(screened, read_scans(model))
     return chain.from_iterable((_world(s, chunk) for chunk in s.chunks()) for s in scans)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tribrach.errors import InputError
-from tribrach.io.mesh import read_mesh
+from tribrach.io.models.formats import read_model
 
 CORNERS = np.array([[[0, 0, 0], [1, 0, 0], [0, 2, 0]], [[0, 0, 3], [1, 0, 3], [0, 2, 3]]])
 
@@ -34,7 +34,7 @@ def text(corners: np.ndarray) -> bytes:
 def test_stl(tmp_path: Path, data: bytes) -> None:
     path = tmp_path / "wall.STL"
     path.write_bytes(data)
-    assert read_mesh(path) == pytest.approx(CORNERS)
+    assert read_model(path).triangles == pytest.approx(CORNERS)
 
 
 def test_obj(tmp_path: Path) -> None:
@@ -43,7 +43,7 @@ def test_obj(tmp_path: Path) -> None:
         "# wall\nmtllib x.mtl\nv 0 0 0\nv 1 0 0 1.0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n"
         "f 1/1/1 2/2/1 3//1 4\nf -4 -3 -2\n"
     )
-    found = read_mesh(path)
+    found = read_model(path).triangles
     square = [[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [0, 1, 0]]]
     assert found[:2] == pytest.approx(np.array(square))
     assert found[2] == pytest.approx(np.array(square[0]))
@@ -65,11 +65,11 @@ def test_obj(tmp_path: Path) -> None:
         ("a.obj", b"v 1 2 3\nf -1 -2 -3\n", "not there"),
         ("a.obj", b"v 1 2 3\nf 1 1 99999999999999999999/1\n", "a.obj:2"),
         ("a.obj", b"v 1 2 3\n", "no triangles"),
-        ("a.dae", b"x", "is no mesh"),
+        ("a.dae", b"x", "is no model"),
     ],
 )
 def test_wrong_meshes(tmp_path: Path, name: str, data: bytes, words: str) -> None:
     path = tmp_path / name
     path.write_bytes(data)
     with pytest.raises(InputError, match=words):
-        read_mesh(path)
+        read_model(path)

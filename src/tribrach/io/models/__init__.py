@@ -1,0 +1,1 @@
+"""Models of surfaces: meshes, terrain grids, surfaces of drawings."""
