@@ -25,9 +25,11 @@ CORE = (
 )  # fmt: skip
 #: but for these, which repeat experiments or go through many networks for long
 LONG = (
-    "network/test_accusations.py", "network/test_gross.py", "network/test_monte_carlo.py",
-    "network/test_variance_components.py", "observations/test_extension.py",
-    "instruments/test_distance_statistics.py",
+    "network/test_accusations.py", "network/test_given_lists.py", "network/test_gross.py",
+    "network/test_monte_carlo.py", "network/test_occupations.py", "network/test_placeholders.py",
+    "network/test_slips.py", "network/test_variance_components.py",
+    "observations/test_extension.py", "instruments/test_distance_statistics.py",
+    "transformation/test_testing.py",
 )  # fmt: skip
 
 
