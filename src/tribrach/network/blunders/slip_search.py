@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from time import monotonic
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,8 +22,11 @@ GROSS = 5.0
 LEFT = 0.05
 #: share of it that may be left where sigmas are too small for the global test
 _FAR_LESS = 1e-3
-#: adjustments and seconds after which the search may end, and iterations of each attempt
-_RUNS, _SECONDS, _ITERATIONS = 10, 5.0, 30
+#: adjustments after which the search may end, and iterations of each attempt
+_RUNS, _ITERATIONS = 10, 30
+#: iterations of a small network after which it may end (some five seconds), and observations of a
+#: network of which an iteration takes twice as long
+_WORK, _TWICE = 1000.0, 1000
 #: iterations of a network that one slip is undone in: the right one needs few
 FEW = 12
 
@@ -87,16 +89,16 @@ class SlipSearch:
     runs: int = 0
     #: of how many pairs of names the search came to an end before it had tried all, 0 if not
     given_up: int = 0
-    begun: float = field(default_factory=monotonic)
-    #: after which a part of the search may end
-    seconds: float = _SECONDS
+    #: iterations of a small network in the present part of the search, and how many may be done
+    spent: float = 0.0
+    allowed: float = _WORK
     #: adjustments when the present part of the search began
     earlier: int = 0
 
     @property
     def over(self) -> bool:
-        """True if both the adjustments and the seconds are used up."""
-        return self.tried >= _RUNS and monotonic() - self.begun >= self.seconds
+        """True if both the adjustments and their work are used up."""
+        return self.tried >= _RUNS and self.spent >= self.allowed
 
     @property
     def tried(self) -> int:
@@ -105,14 +107,21 @@ class SlipSearch:
 
     def go_on(self) -> None:
         """Begin another part of the search, with a budget of its own."""
-        self.earlier, self.begun = self.runs, monotonic()
+        self.earlier, self.spent = self.runs, 0.0
 
     def run(self, network: Network, iterations: int = _ITERATIONS) -> Adjustment:
         """Adjust, giving up soon: with a slip undone few iterations are needed."""
         self.runs += 1
-        if self.adjuster is not None:
-            return self.adjuster(network)
-        return adjust(network, options=Options(max_iterations=iterations))
+        done = iterations
+        try:
+            if self.adjuster is not None:
+                trial = self.adjuster(network)
+            else:
+                trial = adjust(network, options=Options(max_iterations=iterations))
+            done = trial.iterations
+        finally:
+            self.spent += done * (1 + (network.count() / _TWICE) ** 2)
+        return trial
 
     def factor(self, network: Network) -> float | None:
         """Variance factor of a network that passes its global test, None of any other."""
