@@ -13,9 +13,10 @@ from tests.job.lit_rooms import HEADING, PLACE, Truth, project, scanned
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.stated_noise import StatedNoise
+from tribrach.job.stated_noise import StatedNoise, _shown, _Source
 from tribrach.pipeline import run
 from tribrach.project import Project
+from tribrach.project.instrument_file import instrument_file_text
 from tribrach.report.content import Report
 from tribrach.scan import noise_law
 from tribrach.scan.noise_law import NoiseClass, fit_noise, held_noise
@@ -188,7 +189,8 @@ def test_sigmas_of_clouds_from_learned_laws_hold(
         fitted = fit_noise(observed_noise(replace(scan, origin="stated")))
         learned = held_noise(fitted, SHEET.beam).noise()
         assert learned.law is not None
-        (tmp_path / "a.toml").write_text(instrument_file(learned))
+        text = instrument_file_text(figures_of(learned), "this very scan")
+        (tmp_path / "a.toml").write_text(text)
         figures = 'file = "a.toml"'
         run(Project.load(project(tmp_path, figures, "correlations = true")), overwrite=True)
         squares = against_walls(tmp_path / "out" / "clouds" / "S1.las", truth)
@@ -209,10 +211,10 @@ def test_sigmas_of_clouds_from_learned_laws_hold(
         assert ((ratio > 0.9) & (ratio < 1.1)).all(), (by, ratio.round(3), count)
 
 
-def instrument_file(noise: ScanNoise) -> str:
+def figures_of(noise: ScanNoise) -> dict[str, float | str | tuple[float, ...]]:
     assert noise.law is not None
     law = noise.law
-    figures = {
+    return {
         "range_mm": 1e3 * noise.range,
         "range_ppm": 1e6 * noise.range_scale,
         "scan_angle_arcsec": np.sqrt((noise.horizontal**2 + noise.vertical**2) / 2) / SEC,
@@ -223,9 +225,9 @@ def instrument_file(noise: ScanNoise) -> str:
         "range_law_c_mm": 1e3 * law.c,
         "range_law_from": law.low,
         "range_law_to": law.high,
+        "range_law_at": law.knots,
+        "range_law_times": law.factors,
     }
-    lines = [f"{key} = {float(value)!r}" for key, value in figures.items()]
-    return "\n".join(["[instrument]", *lines, 'source = "this very scan"', ""])
 
 
 def against_walls(cloud: Path, truth: Truth) -> np.ndarray:
@@ -250,3 +252,45 @@ def classes(truth: Truth) -> list[tuple[str, np.ndarray, list[float]]]:
         ("range", truth.range, [5.0, 8, 12, 18, 25]),
         ("incidence", np.degrees(np.arccos(truth.cosine)), [15.0, 30, 45, 60, 75]),
     ]
+
+
+def test_a_hump_of_the_noise_is_seen_and_learned(tmp_path: Path) -> None:
+    """Three times the noise around one intensity: not as stated, and right with what is learned."""
+    hump = RangeLaw(0.0, 0.0, 0.0015, 5.0, 60_000.0, (400.0, 1000.0, 2500.0), (1.0, 3.0, 1.0))
+    _, found = reported(
+        tmp_path, replace(SHEET, law=hump), KEYS.format(mm=1.5), 10_010, stated=False
+    )
+    assert found.whole is not None
+    assert found.verdict(found.whole) == "more than stated"
+    (scan,) = read_scans(tmp_path / "S1.las")
+    observed = observed_noise(replace(scan, origin="stated"))
+    learned = held_noise(fit_noise(observed), SHEET.beam)
+    assert learned.law is not None
+    assert not learned.contradicted
+    light = np.array([200.0, 1000.0, 5000.0])
+    assert learned.law.sigma(light) == pytest.approx(hump.sigma(light), rel=0.1)
+    text = instrument_file_text(figures_of(learned.noise()), "this very scan")
+    (tmp_path / "a.toml").write_text(text)
+    report = run(Project.load(project(tmp_path, 'file = "a.toml"')), overwrite=True)
+    assert report.job.placed is not None
+    (again,) = report.job.placed.noise
+    assert again.whole is not None
+    assert again.verdict(again.whole) == "as stated"
+
+
+def test_smooth_patches_alone_are_not_as_stated(tmp_path: Path) -> None:
+    """A class whose every patch is far too noisy was set aside as rough and said nothing."""
+    scanned(tmp_path / "S1.las", SHEET, 10_011, step=0.008)
+    (scan,) = read_scans(tmp_path / "S1.las")
+    observed = observed_noise(replace(scan, origin="stated"))
+    far = observed.mean(observed.range) > np.quantile(observed.mean(observed.range), 0.7)
+    worse = replace(observed, residual=observed.residual * np.where(far, 5.0, 1.0)[observed.patch])
+    source = _Source("A", "the project", ("S1",), SHEET)
+    found = _shown(source, worse, incidence=True)
+    assert found.whole is not None
+    assert found.verdict(found.whole) not in ("as stated", "undecided")
+    assert found.beyond
+    assert found.beyond[0].factor == pytest.approx(5.0, rel=0.15)
+    assert found.every is not None
+    assert found.every > 1.5
+    assert not _shown(source, observed, incidence=True).beyond

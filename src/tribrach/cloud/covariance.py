@@ -13,6 +13,7 @@ import numpy as np
 from tribrach._types import Array, Single
 from tribrach.cloud.calibration_share import share_of
 from tribrach.cloud.placement import Placement
+from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.kernels import in_threads, njit
 
 __all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
@@ -61,7 +62,7 @@ def place_with_sigmas(
         np.ascontiguousarray(placement.covariance),
         placement.noise.parameters,
         placement.noise.lawful_sigma(intensity),
-        np.empty(0) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64),
+        _divisors(placement.noise, cosine),
         world,
         sigma,
     )
@@ -69,6 +70,13 @@ def place_with_sigmas(
         more = share_of(xyz, placement)[:, :3]
         sigma = np.sqrt(np.maximum(sigma**2 + more, 0.0)).astype(np.float32)
     return world, sigma
+
+
+def _divisors(noise: ScanNoise, cosine: Array | None) -> Array:
+    """What the noise of ranges of points (n,) is divided by, empty if by nothing."""
+    if cosine is None:
+        return np.empty(0)
+    return np.ascontiguousarray(np.asarray(cosine, dtype=np.float64) ** noise.incidence)
 
 
 def sigmas(
@@ -121,7 +129,7 @@ def covariances(
         np.ascontiguousarray(placement.covariance),
         placement.noise.parameters,
         placement.noise.lawful_sigma(intensity),
-        np.empty(0) if cosine is None else np.ascontiguousarray(cosine, dtype=np.float64),
+        _divisors(placement.noise, cosine),
         out,
     )
     return out if placement.calibration is None else out + share_of(xyz, placement)

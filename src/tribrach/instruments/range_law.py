@@ -37,6 +37,9 @@ class RangeLaw(Result):
         Exponent, zero or negative: more light is less noise.
     c
         What no light takes away [m].
+    knots, factors
+        A term that the power is multiplied with: factors at intensities that grow, linear in the
+        logarithm of the intensity between them and constant beyond. None for the power alone.
     low, high
         Intensities that the law was estimated from, above zero. It is continued to weaker ones down
         to a tenth of ``low``, where a constant would understate, and constant beyond.
@@ -52,10 +55,12 @@ class RangeLaw(Result):
     c: float
     low: float
     high: float
+    knots: tuple[float, ...] = ()
+    factors: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what gives no standard deviation."""
-        figures = (self.a, self.b, self.c, self.low, self.high)
+        figures = (self.a, self.b, self.c, self.low, self.high, *self.knots, *self.factors)
         wrong = ""
         if not np.isfinite(figures).all():
             wrong = "figures that are no numbers"
@@ -63,11 +68,17 @@ class RangeLaw(Result):
             wrong = f"a = {self.a:g}, b = {self.b:g}, c = {self.c:g}"
         elif not 0 < self.low < self.high:
             wrong = f"intensities from {self.low:g} to {self.high:g}"
+        elif len(self.knots) != len(self.factors) or len(self.knots) == 1:
+            wrong = f"{len(self.knots)} knots and {len(self.factors)} factors"
+        elif self.knots and not (
+            min(*self.knots, *self.factors) > 0 and (np.diff(self.knots) > 0).all()
+        ):
+            wrong = "knots that do not grow, or factors of zero or below"
         else:
             with np.errstate(over="ignore"):
-                best, worst = self.sigma(np.array([self.high, self.weakest]))
-            if not (best > 0 and worst < np.inf):
-                wrong = f"sigmas from {best:g} to {worst:g} m"
+                sigmas = self.sigma(np.array([self.high, self.weakest, *self.knots]))
+            if not (min(sigmas) > 0 and max(sigmas) < np.inf):
+                wrong = f"sigmas from {min(sigmas):g} to {max(sigmas):g} m"
         if wrong:
             raise InputError(
                 f"the law of the noise of ranges has {wrong}",
@@ -90,6 +101,9 @@ class RangeLaw(Result):
         """
         light = np.clip(np.asarray(intensity, dtype=np.float64), self.weakest, self.high)
         out: Array = self.a * light**self.b + self.c
+        if self.knots:
+            with np.errstate(invalid="ignore"):
+                out = out * np.interp(np.log(light), np.log(self.knots), self.factors)
         return out
 
     @property
@@ -105,14 +119,24 @@ class RangeLaw(Result):
     @property
     def limits(self) -> tuple[float, float]:
         """Smallest and largest standard deviation between its intensities [m]."""
-        best, worst = self.sigma(np.array([self.high, self.low]))
-        return float(best), float(worst)
+        inside = [k for k in self.knots if self.low < k < self.high]
+        sigmas = self.sigma(np.array([self.high, self.low, *inside]))
+        return float(sigmas.min()), float(sigmas.max())
 
     @property
     def words(self) -> str:
         """The law in words, for facts and reports."""
         return Sentence(
-            "ranges {own.a:mmg3} · I^{own.b:g3} + {own.c:mmg3} for intensities I from {span}",
-            own=self,
+            "ranges {form} for intensities I from {span}",
+            form=Sentence("{own.a:mmg3} · I^{own.b:g3} + {own.c:mmg3}", own=self)
+            if not self.knots
+            else Sentence(
+                "({own.a:mmg3} · I^{own.b:g3} + {own.c:mmg3}) times {least:g2} to {most:g2} at "
+                "{count} knots",
+                own=self,
+                least=min(self.factors),
+                most=max(self.factors),
+                count=len(self.knots),
+            ),
             span=span(self.low, self.high),
         )

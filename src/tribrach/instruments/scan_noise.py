@@ -1,7 +1,7 @@
 """Noise of one scanned point as a function of its range, the beam and the surface it hit.
 
 This is ``C_int`` of method sections 5.1 and 5.2. It has three parts: the range, ``s_0 + s_ppm
-rho``, divided by the cosine of the incidence angle where that is known, or a law of the intensity
+rho``, divided by a power of the cosine of the incidence where that is known, or a law of light
 (:class:`~tribrach.instruments.range_law.RangeLaw`), which both act through; the angles of the
 encoders, in noise and in a systematic part that neighbouring points share; and the place of the
 echo within the beam's footprint, ``delta / 4`` in both directions across the beam, with the beam's
@@ -58,6 +58,8 @@ class ScanNoise:
     #: angle [rad] over which they do, zero for the beam's own width (method section 5.7)
     shared_share: float | None = None
     shared_angle: float = 0.0
+    #: power of the cosine of the incidence that the noise of ranges is divided by
+    incidence: float = 1.0
 
     def __post_init__(self) -> None:
         """Refuse what is no standard deviation and no diameter."""
@@ -122,7 +124,7 @@ class ScanNoise:
             Intensities as in the file, NaN where unknown. With a law of the noise it is that which
             they give, whatever range and incidence.
         """
-        stated: Array = (self.range + self.range_scale * length) / cosine
+        stated: Array = (self.range + self.range_scale * length) / cosine**self.incidence
         if self.law is None or intensity is None:
             return stated
         lawful = self.law.sigma(intensity)
@@ -159,6 +161,8 @@ class ScanNoise:
             " and ", (Sentence('{a:g3}"', a=a / SEC) for a in (self.horizontal, self.vertical))
         )
         plain = Sentence("ranges {own.range:mmg3} + {own.range_scale:ppmg3}", own=self)
+        if self.incidence != 1:
+            plain += Sentence(" over cos^{own.incidence:g2} of the incidence", own=self)
         parts = [
             plain
             if self.law is None

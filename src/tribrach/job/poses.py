@@ -124,7 +124,7 @@ def poses_json(
                 "world_from_scanner": where.pose.matrix.tolist(),
                 "scanner_from_world": where.pose.inverse.matrix.tolist(),
                 "covariance": np.asarray(where.covariance).tolist(),
-                "noise": None if where.noise is None else asdict(where.noise),
+                "noise": None if where.noise is None else _noise_figures(where.noise),
                 "effects": None if shared is None else _effects(shared, scan.name),
             }
         )
@@ -134,7 +134,7 @@ def poses_json(
         "covariance_of": "translation [m], left rotation increments [rad]",
         "noise_of": "single points: range [m], range_scale [m/m], horizontal and vertical [rad], "
         "beam_exit [m], beam_divergence [rad], systematic part of both angles [rad], beam_cone; "
-        "law of ranges a I^b + c [m] for intensities I from low to high",
+        "law of ranges a I^b + c [m] for intensities I from low to high, times factors at knots",
         "sigma_origin": sigma_origin,
         "stations": station_order(scans),
         "effects": [] if shared is None else list(shared.effects),
@@ -142,6 +142,16 @@ def poses_json(
         "given": [] if shared is None or shared.given is None else list(shared.given.keys),
         "scans": rows,
     }
+
+
+def _noise_figures(noise: ScanNoise) -> dict[str, Any]:
+    """Figures of the noise of single points; what few laws have only where it is."""
+    figures = asdict(noise)
+    if noise.incidence == 1:
+        del figures["incidence"]
+    if noise.law is not None and not noise.law.knots:
+        del figures["law"]["knots"], figures["law"]["factors"]
+    return figures
 
 
 def _effects(shared: SharedPart, name: str) -> dict[str, Any] | None:
@@ -350,8 +360,8 @@ def _noise(path: Path, name: str, row: Mapping[str, Any]) -> ScanNoise | None:
         return None
     keys = [f.name for f in fields(ScanNoise) if f.name not in ("law", "shared_share")]
     # poses of earlier runs have no systematic part, no cones and nothing of neighbours
-    later = ("systematic", "beam_cone", "shared_angle")
-    figures = [given.get(key, 0.0) if key in later else given[key] for key in keys]
+    later = {"systematic": 0.0, "beam_cone": 0.0, "shared_angle": 0.0, "incidence": 1.0}
+    figures = [given.get(key, later[key]) if key in later else given[key] for key in keys]
     values = _numbers(path, figures, (len(keys),), f"the noise of {name}")
     if (values < 0).any():
         raise InputError(f"the noise of {name} is negative", file=path, cure=_CURE)
@@ -371,10 +381,12 @@ def _law(path: Path, name: str, given: Mapping[str, Any] | None) -> RangeLaw | N
     """The law of the noise of ranges, None without one, as in poses of earlier runs."""
     if given is None:
         return None
-    keys = [item.name for item in fields(RangeLaw)]
+    keys = ("a", "b", "c", "low", "high")
     values = _numbers(path, [given[key] for key in keys], (len(keys),), f"the noise of {name}")
+    term = [given.get(key) or () for key in ("knots", "factors")]
+    knots, factors = (_numbers(path, x, (len(x),), f"the noise of {name}").tolist() for x in term)
     try:
-        return RangeLaw(*values.tolist())
+        return RangeLaw(*values.tolist(), tuple(knots), tuple(factors))
     except InputError as error:
         raise InputError(f"{name}: {error.what}", file=path, cure=_CURE) from error
 

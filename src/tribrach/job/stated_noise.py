@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 
 from tribrach._types import Progress
-from tribrach.answers import Result
+from tribrach.answers import Number, Result
 from tribrach.errors import InputError
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
@@ -23,7 +23,15 @@ from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.project.instrument import Instrument, Origin
 from tribrach.scan.neighbour_correlation import smooth_correlation
-from tribrach.scan.noise_law import By, FittedNoise, NoiseClass, fit_noise, noise_classes
+from tribrach.scan.noise_law import (
+    By,
+    ContradictedClass,
+    FittedNoise,
+    NoiseClass,
+    contradicted_classes,
+    fit_noise,
+    noise_classes,
+)
 from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
 from tribrach.tasks.engine import Call
@@ -38,7 +46,7 @@ __all__ = [
     "stated_noise",
 ]
 
-Verdict = Literal["as stated", "more than stated", "less than stated", "undecided"]
+Verdict = Literal["as stated", "in part", "more than stated", "less than stated", "undecided"]
 
 #: what classes are made by
 CAUSES: tuple[By, ...] = ("intensity", "range", "incidence")
@@ -136,6 +144,10 @@ class StatedNoise(
     #: all of the smooth ones together, were the noise of ranges stated with the incidence; None
     #: where it is, or with a law
     slanted: NoiseClass | None = None
+    #: classes of which even the smoothest patches contradict what is stated, rough ones counted
+    beyond: tuple[ContradictedClass, ...] = ()
+    #: standard deviations of every patch, those of rough surfaces too, over those stated
+    every: Number | None = None
 
     @property
     def rows(self) -> tuple[NoiseOfClass, ...]:
@@ -183,6 +195,8 @@ class StatedNoise(
             return "more than stated"
         if ends[1] < BAND[0]:
             return "less than stated"
+        if one is self.whole and self.beyond:
+            return "in part"
         return "as stated" if BAND[0] <= one.factor <= BAND[1] else "undecided"
 
     @property
@@ -310,6 +324,9 @@ def _shown(source: _Source, observed: ObservedNoise, incidence: bool) -> StatedN
     smooth = fitted.smooth
     stated = smooth.stated(noise, incidence=incidence)
     (whole,) = noise_classes(smooth, stated, "range", 1)
+    of_all = observed.stated(noise, incidence=incidence)
+    off = contradicted_classes(observed, of_all, fitted.kept, _CLASSES)
+    every = np.sqrt((observed.residual**2 / of_all).sum() / observed.redundancy.sum())
     slanted = None
     if not incidence and not nothing.lawful:
         (slanted,) = noise_classes(smooth, smooth.stated(noise), "range", 1)
@@ -322,6 +339,8 @@ def _shown(source: _Source, observed: ObservedNoise, incidence: bool) -> StatedN
         neighbours=_neighbours(fitted, noise),
         why=fitted.why,
         slanted=slanted,
+        beyond=tuple(one for one in off if one.smoothest),
+        every=float(every),
     )
 
 

@@ -84,6 +84,12 @@ class Instrument(Section):
         range_ppm for points that have one.
     range_law_from, range_law_to
         Intensities, as in the files of the scans, that this law was estimated from.
+    range_law_at, range_law_times
+        Intensities that grow, and factors that this law is multiplied with there, linear in the
+        logarithm of the intensity between them; for noise that no power describes.
+    range_incidence
+        Power of the cosine of the incidence that range_mm and range_ppm are divided by where the
+        clouds of a project have ``incidence = true``.
     range_scale_common_ppm
         Of the scale of a scanner's ranges, one for all its points and stations.
     refraction_sigma
@@ -150,6 +156,9 @@ class Instrument(Section):
     range_law_c_mm: NonNegativeFloat | None = None
     range_law_from: PositiveFloat | None = None
     range_law_to: PositiveFloat | None = None
+    range_law_at: tuple[PositiveFloat, ...] = ()
+    range_law_times: tuple[PositiveFloat, ...] = ()
+    range_incidence: float = Field(default=1.0, ge=0, le=2)
     beam_exit_mm: NonNegativeFloat = 0.0
     beam_divergence_mrad: NonNegativeFloat = 0.0
     beam_shape: Literal["waist", "cone"] = "waist"
@@ -351,6 +360,7 @@ class Instrument(Section):
             self._law(),
             self.shared_share,
             self.shared_angle_mrad * 1e-3,
+            self.range_incidence,
         )
 
     def common(self, name: str) -> CommonErrors | None:
@@ -371,7 +381,7 @@ class Instrument(Section):
         a, b, c, low, high = (getattr(self, key) for key in _LAW)
         if None in (a, b, c, low, high):
             return None
-        return RangeLaw(a * MM, b, c * MM, low, high)
+        return RangeLaw(a * MM, b, c * MM, low, high, self.range_law_at, self.range_law_times)
 
 
 def _without(figures: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:

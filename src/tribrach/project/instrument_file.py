@@ -79,7 +79,7 @@ def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
 
 
 def instrument_file_text(
-    figures: Mapping[str, float | str], source: str, sheet: str | None = None
+    figures: Mapping[str, float | str | tuple[float, ...]], source: str, sheet: str | None = None
 ) -> str:
     """Write the figures of an instrument as such a file.
 
@@ -104,7 +104,10 @@ def instrument_file_text(
     """
     table: dict[str, Any] = {"source": source} | ({"sheet": sheet} if sheet else {})
     for key, value in figures.items():
-        table[key] = value if isinstance(value, str) else float(f"{value:.6g}")
+        if isinstance(value, tuple):
+            table[key] = [float(f"{one:.6g}") for one in value]
+        else:
+            table[key] = value if isinstance(value, str) else float(f"{value:.6g}")
     InstrumentFile.model_validate({"instrument": table})
     lines = [
         f"{key} = {quoted(value) if isinstance(value, str) else repr(value)}"

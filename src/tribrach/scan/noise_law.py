@@ -4,31 +4,33 @@ Method section 5.9. Each patch gives a variance with its degrees of freedom. The
 apart by what they depend on: noise of the range by the intensity (``a I^b + c``; Wujanz et al.
 2018, Schmitz et al. 2019) or by the range, noise across the beam by the slope of the surface.
 Patches of rough or bent surfaces have more than noise and are set aside, from the smooth ones
-upwards.
+upwards. Where even the smoothest patches of a class contradict the law, the law is wrong.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach._types import Array
+from tribrach._types import Array, Index
 from tribrach.answers import Number, Result
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.observed_noise import ObservedNoise
-from tribrach.statistics import chi2
+from tribrach.statistics import chi2, norm
 
 __all__ = [
+    "ContradictedClass",
     "FittedNoise",
     "LastingEffect",
     "NoiseClass",
+    "contradicted_classes",
     "fit_noise",
     "held_noise",
     "noise_classes",
@@ -66,6 +68,15 @@ _STEEPEST = -8.0
 _ENDS = 0.005
 #: a variance of ranges that is never undercut [m^2]
 _LEAST = 1e-14
+#: the quantile of the variances of a class that is held against the law whatever is rough there,
+#: the factor of sigmas beyond which it contradicts, and the fewest patches that tell
+_SMOOTHEST, _BEYOND, _TELLING = 0.1, 1.2, 40
+#: the factor of sigmas beyond which smooth patches contradict, and the probability of all limits
+_APART, _ALL = 1.1, 0.95
+#: knots of the term that a power law is multiplied with, and limits of its factors
+_KNOTS, _FACTORS = 16, (0.05, 50.0)
+#: largest power of the cosine of the incidence that is looked for
+_SLANTED = 2.0
 #: exponents that the search starts from
 _STARTS = (-0.4, -1.0, -2.5)
 
@@ -117,6 +128,26 @@ class NoiseClass:
 
 
 @dataclass(frozen=True)
+class ContradictedClass(Result):
+    """Patches of a class whose noise is another one than a law says."""
+
+    by: By
+    #: limits of the class, in the file's unit of intensity, metres or radians
+    low: Number
+    high: Number
+    #: in it, and those whose variance is beyond all that the law would make of noise
+    patches: int
+    beyond: int
+    #: sigma over that of the law, with its limits for all classes together at 95 %
+    factor: Number
+    factor_low: Number
+    factor_high: Number
+    #: true if this is of the smoothest tenth of all patches of the class, which roughness of some
+    #: does not explain; false if it is of the patches that the law was taken from
+    smoothest: bool
+
+
+@dataclass(frozen=True)
 class LastingEffect(Result):
     """What a cause still does after the law: share by which sigma grows, and its sigma."""
 
@@ -141,7 +172,8 @@ class FittedNoise:
     kept: NDArray[np.bool_]
     #: of the intensity; None where it is unknown, takes one value, or does not matter
     law: RangeLaw | None
-    #: (3, 3), of a [m], b and c [m]; NaN where a figure is at its limit
+    #: (3, 3), of a [m], b and c [m]; of the factors at its knots where the law has a term; NaN
+    #: where a figure is at its limit
     law_covariance: Array
     #: law of the range, [m] and [m/m], divided by the cosine of the incidence
     range: float
@@ -172,6 +204,10 @@ class FittedNoise:
     why: str = ""
     #: whose footprint was held; place and angles are then what is left beside it
     held: Beam | None = None
+    #: power of the cosine of the incidence that the law of the range is divided by
+    incidence: float = 1.0
+    #: classes of patches that contradict the law, the one that contradicts most first
+    contradicted: tuple[ContradictedClass, ...] = ()
 
     @property
     def patches(self) -> int:
@@ -194,7 +230,13 @@ class FittedNoise:
             return np.full(np.shape(intensity), np.nan)
         light = np.clip(intensity, self.law.weakest, self.law.high)
         power = light**self.law.b
-        rows = np.stack([power, self.law.a * power * np.log(light), np.ones_like(power)], axis=1)
+        if self.law.knots:
+            shares = _shares(np.log(light), np.log(self.law.knots))
+            rows = (self.law.a * power + self.law.c)[:, None] * shares
+        else:
+            rows = np.stack(
+                [power, self.law.a * power * np.log(light), np.ones_like(power)], axis=1
+            )
         known = np.isfinite(np.diag(self.law_covariance))
         inner = self.law_covariance[np.ix_(known, known)]
         part = rows[:, known]
@@ -217,6 +259,7 @@ class FittedNoise:
             beam.divergence,
             beam_cone=beam.cone,
             law=self.law,
+            incidence=self.incidence,
         )
 
     @property
@@ -279,17 +322,7 @@ def noise_classes(
     """
     if not len(observed) or (by == "intensity" and not np.isfinite(observed.intensity).all()):
         return []
-    values = {
-        "intensity": observed.intensity,
-        "range": observed.range,
-        "incidence": np.arccos(np.minimum(observed.cosine, 1.0)),
-    }[by]
-    key = observed.mean(values)
-    if by == "incidence":
-        ends = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 90.0])
-    else:
-        ends = np.unique(np.quantile(key, np.linspace(0, 1, most + 1)))
-    number = np.clip(np.searchsorted(ends, key, side="right") - 1, 0, max(len(ends) - 2, 0))
+    key, number = _numbered(observed, by, most)
     out = []
     free, sums = observed.redundancies, np.bincount(observed.patch, observed.residual**2)
     reduced = np.bincount(observed.patch, observed.residual**2 / stated)
@@ -313,6 +346,84 @@ def noise_classes(
             )
         )
     return out
+
+
+def _numbered(observed: ObservedNoise, by: By, most: int) -> tuple[Array, Index]:
+    """What patches (k,) are put into classes by, and the class (k,) of each."""
+    values = {
+        "intensity": observed.intensity,
+        "range": observed.range,
+        "incidence": np.arccos(np.minimum(observed.cosine, 1.0)),
+    }[by]
+    key = observed.mean(values)
+    if by == "incidence":
+        ends = np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 90.0])
+    else:
+        ends = np.unique(np.quantile(key, np.linspace(0, 1, most + 1)))
+    return key, np.clip(np.searchsorted(ends, key, side="right") - 1, 0, max(len(ends) - 2, 0))
+
+
+def contradicted_classes(
+    observed: ObservedNoise, stated: Array, kept: NDArray[np.bool_], most: int = 8
+) -> tuple[ContradictedClass, ...]:
+    """Find classes of patches that contradict a law, the one that contradicts most first.
+
+    Parameters
+    ----------
+    observed
+        Points on all planar patches, those of rough surfaces too.
+    stated : array (m,)
+        Variances along the beam [m^2] by the law.
+    kept : array (patches,)
+        Patches that count as smooth.
+    most
+        Number of classes at most by each cause.
+
+    Notes
+    -----
+    Two tests (method section 5.9). The smooth patches of a class scatter by another factor than
+    0.9 to 1.1. Or even the smoothest tenth of *all* patches of a class has 1.2 times the noise:
+    roughness of some of them does not explain that.
+    """
+    causes: list[By] = ["range", "incidence"]
+    if np.isfinite(observed.intensity).all() and observed.intense:
+        causes.insert(0, "intensity")
+    smooth = observed.of_patches(kept)
+    mine = kept[observed.patch]
+    of_smooth = {by: noise_classes(smooth, stated[mine], by, most) for by in causes}
+    level = 1 - (1 - _ALL) / max(2 * sum(map(len, of_smooth.values())), 1)
+    out = []
+    for by in causes:
+        for one in of_smooth[by]:
+            ends = one.interval(level)
+            if ends is not None and (ends[0] > _APART or ends[1] < 1 / _APART):
+                figures = (one.patches, 0, one.factor, *ends)
+                out.append(ContradictedClass(by, one.low, one.high, *figures, False))
+        out += _smoothest(observed, stated, by, most, level)
+    return tuple(sorted(out, key=lambda one: -abs(np.log(one.factor))))
+
+
+def _smoothest(
+    observed: ObservedNoise, stated: Array, by: By, most: int, level: float
+) -> Iterator[ContradictedClass]:
+    """Classes of which even the smoothest patches have more noise than a law says."""
+    key, number = _numbered(observed, by, most)
+    free = observed.redundancies
+    ratio = np.bincount(observed.patch, observed.residual**2 / stated) / free
+    # the least quantile of noise alone is one then, and the rough are far above
+    scaled = ratio * free / chi2.ppf(_SMOOTHEST, free)
+    beyond = ratio * free > chi2.ppf(_ROUGH, free)
+    for k in np.unique(number):
+        mine = number == k
+        count = int(mine.sum())
+        if count < _TELLING:
+            continue
+        width = float(norm.ppf((1 + level) / 2)) * np.sqrt(_SMOOTHEST * (1 - _SMOOTHEST) / count)
+        at = np.clip([_SMOOTHEST - width, _SMOOTHEST, _SMOOTHEST + width], 0, 1)
+        low, factor, high = np.sqrt(np.quantile(scaled[mine], at)).tolist()
+        if low > _BEYOND:
+            ends, off = (float(key[mine].min()), float(key[mine].max())), int(beyond[mine].sum())
+            yield ContradictedClass(by, *ends, count, off, factor, low, high, True)
 
 
 def _effective(squares: Array, free: Array) -> float:
@@ -356,10 +467,13 @@ class _Patches:
         ]
         free = observed.redundancies
         limit = chi2.ppf(_ROUGH, free)
+        light = observed.mean(observed.intensity)
+        if (light == 0).any() and (light > 0).any():
+            light = np.where(light == 0, light[light > 0].min(), light)
         return cls(
             np.maximum(observed.variances, 1e-18),
             free,
-            observed.mean(observed.intensity),
+            light,
             observed.mean(observed.range),
             observed.mean(observed.cosine),
             np.stack(across, axis=1),
@@ -411,20 +525,57 @@ def fit_noise(observed: ObservedNoise) -> FittedNoise:
     patches = _Patches.of(observed)
     scale = patches.scale
     plain = _of_range(scale, patches.middle)
-    why = _no_law(observed, patches)
+    lit, why = _lit(observed)
     if not why:
-        even = _one_material(observed, patches)
+        even = lit & _one_material(observed, patches)
         middle = float(np.exp(np.median(np.log(patches.light[even]))))
         lawful = [_of_intensity(scale, middle, start) for start in _STARTS]
         fit = _trimmed(patches, lawful, even, patches.light, scale)
-        flat = _solve(patches, _constant(scale), fit.kept, scale)
-        if chi2.sf(2 * (flat.cost - fit.cost) / fit.spread, 2) < _MATTERS:
-            by_range = _solve(patches, plain, fit.kept, scale)
-            return _fitted(observed, patches, fit, by_range, _law(observed, patches, fit, middle))
+        found = _lawful(observed, patches, fit, even, middle, None)
+        if any(one.by == "intensity" for one in found.contradicted):
+            base = _with_term(patches, found, even)
+            with_term = _trimmed(patches, [_term(base)], even, patches.light, scale)
+            better = _lawful(observed, patches, with_term, even, middle, base)
+            if not better.contradicted:
+                return better
+        if _matters(patches, fit, _constant(scale), 2):
+            return found
         why = "the noise does not change with the intensity"
     even = np.ones(len(patches.variance), dtype=bool)
     fit = _trimmed(patches, [plain], even, patches.range, scale)
-    return _fitted(observed, patches, fit, fit, None, why)
+    slanted = _trimmed(
+        patches, [_of_range(scale, patches.middle, None)], even, patches.range, scale
+    )
+    if _matters(patches, slanted, plain, 1):
+        fit = slanted
+    return _held_against(_fitted(observed, patches, fit, fit, None, why), even)
+
+
+def _matters(patches: _Patches, fit: _Solved, less: _Model, more: int) -> bool:
+    """True if a law is better than one with fewer parameters, by the likelihood."""
+    other = _solve(patches, less, fit.kept, patches.scale)
+    return bool(chi2.sf(2 * (other.cost - fit.cost) / fit.spread, more) < _MATTERS)
+
+
+def _lawful(
+    observed: ObservedNoise,
+    patches: _Patches,
+    fit: _Solved,
+    even: NDArray[np.bool_],
+    middle: float,
+    base: RangeLaw | None,
+) -> FittedNoise:
+    """A law of the intensity held against all patches of one material."""
+    by_range = _solve(patches, _of_range(patches.scale, patches.middle), fit.kept, patches.scale)
+    law = _law(observed, patches, fit, middle, base)
+    return _held_against(_fitted(observed, patches, fit, by_range, law), even)
+
+
+def _held_against(found: FittedNoise, even: NDArray[np.bool_]) -> FittedNoise:
+    """The same with the classes of patches that contradict it."""
+    some = found.observed.of_patches(even)
+    off = contradicted_classes(some, some.stated(found.noise()), found.kept[even])
+    return replace(found, contradicted=off)
 
 
 def held_noise(fitted: FittedNoise, beam: Beam, angle: float | None = None) -> FittedNoise:
@@ -446,34 +597,43 @@ def held_noise(fitted: FittedNoise, beam: Beam, angle: float | None = None) -> F
     angles = 0.0 if angle is None else angle**2 * plain.across[:, 1:].sum(axis=1)
     patches = replace(plain, known=plain.known + observed.mean(spot) + angles)
     estimated = (False, angle is None, angle is None)
-    of_range = _solve(patches, _of_range(scale, middle), fitted.kept, scale, estimated)
+    of_range = _solve(
+        patches, _of_range(scale, middle, fitted.incidence), fitted.kept, scale, estimated
+    )
     if model is None:
         found = _fitted(observed, patches, of_range, of_range, None, fitted.why)
     else:
         light = float(np.exp(np.median(np.log(patches.light[fitted.kept]))))
         starts = [_of_intensity(scale, light, start) for start in (model.b, *_STARTS)]
+        if model.knots:
+            starts = [_term(model)]
         fit = min(
             (_solve(patches, start, fitted.kept, scale, estimated) for start in starts),
             key=lambda one: one.cost,
         )
-        found = _fitted(observed, patches, fit, of_range, _law(observed, patches, fit, light))
+        law = _law(observed, patches, fit, light, model if model.knots else None)
+        found = _fitted(observed, patches, fit, of_range, law)
     if angle is not None:
         found = replace(found, horizontal=angle, vertical=angle)
-    return replace(found, held=beam)
+    return replace(found, held=beam, contradicted=fitted.contradicted)
 
 
-def _no_law(observed: ObservedNoise, patches: _Patches) -> str:
-    """Why there can be no law of the intensity, "" if there can."""
+def _lit(observed: ObservedNoise) -> tuple[NDArray[np.bool_], str]:
+    """Patches (k,) whose points all have an intensity, and why there can be no law, "" if it can.
+
+    Zeros are points that a program left without intensity, or whose light was too weak for its
+    steps.
+    """
+    lit = observed.mean(observed.intensity == 0) == 0
     if not np.isfinite(observed.intensity).all():
-        return "the scans have no intensities"
+        return lit, "the scans have no intensities"
     if not observed.intense:
-        return "all intensities are the same"
-    if observed.intensity.min() <= 0:
-        return (
-            "there are intensities of zero or below, which have no power: decibels, or a scale "
-            "with an offset"
-        )
-    return ""
+        return lit, "all intensities are the same"
+    if observed.intensity.min() < 0:
+        return lit, "there are intensities below zero, which have no power: decibels, or an offset"
+    if lit.sum() < max(_FEWEST, len(lit) / 2):
+        return lit, "half of the patches or more have intensities of zero, which have no power"
+    return lit, ""
 
 
 def _one_material(observed: ObservedNoise, patches: _Patches) -> NDArray[np.bool_]:
@@ -543,16 +703,65 @@ def _constant(scale: float) -> _Model:
     return _Model(along, np.array([0.8]), ((1e-6, 1e3),))
 
 
-def _of_range(scale: float, middle: float) -> _Model:
-    """``(s_0 + s_ppm rho)/cos I`` in units of ``scale``, the second at the middle range."""
+def _of_range(scale: float, middle: float, power: float | None = 1.0) -> _Model:
+    """``(s_0 + s_ppm rho)/cos^k I`` in units of ``scale``, the second at the middle range.
+
+    The power k is the third parameter where it is None.
+    """
 
     def along(patches: _Patches, x: Array) -> tuple[Array, Array]:
         share = patches.range / middle
-        sigma = (x[0] + x[1] * share) * scale / patches.cosine
-        twice = 2 * scale * sigma / patches.cosine
-        return sigma**2, np.array([twice, twice * share])
+        slant = patches.cosine ** (x[2] if power is None else power)
+        sigma = (x[0] + x[1] * share) * scale / slant
+        twice = 2 * scale * sigma / slant
+        rows = [twice, twice * share]
+        if power is None:
+            rows.append(-2 * sigma**2 * np.log(patches.cosine))
+        return sigma**2, np.array(rows)
 
+    if power is None:
+        return _Model(along, np.array([0.6, 0.2, 0.3]), ((0, 1e3), (0, 1e3), (0, _SLANTED)))
     return _Model(along, np.array([0.6, 0.2]), ((0, 1e3), (0, 1e3)))
+
+
+def _shares(log: Array, knots: Array) -> Array:
+    """Shares (n, k) that logarithms (n,) of intensities have of knots (k,): linear between them."""
+    at = np.clip(log, knots[0], knots[-1])
+    right = np.clip(np.searchsorted(knots, at, side="right"), 1, len(knots) - 1)
+    share = (at - knots[right - 1]) / (knots[right] - knots[right - 1])
+    out = np.zeros((len(at), len(knots)))
+    rows = np.arange(len(at))
+    out[rows, right - 1], out[rows, right] = 1 - share, share
+    return out
+
+
+def _term(base: RangeLaw) -> _Model:
+    """A power law multiplied by factors at knots of the intensity, which are estimated."""
+    knots = np.log(base.knots)
+
+    def along(patches: _Patches, x: Array) -> tuple[Array, Array]:
+        power = base.a * patches.light**base.b + base.c
+        rows = power[:, None] * _shares(np.log(patches.light), knots)
+        sigma = rows @ x
+        return sigma**2, 2 * (sigma[:, None] * rows).T
+
+    return _Model(along, np.clip(base.factors, *_FACTORS), (_FACTORS,) * len(knots))
+
+
+def _with_term(patches: _Patches, found: FittedNoise, even: NDArray[np.bool_]) -> RangeLaw:
+    """A law with a term that begins with what the smooth patches around each knot show."""
+    assert found.law is not None
+    log = np.log(patches.light[even])
+    knots = np.unique(np.quantile(log, np.linspace(0, 1, _KNOTS)))
+    level = _smooth_level(patches, patches.light, even)
+    plain = (found.law.a * patches.light[even] ** found.law.b + found.law.c) ** 2
+    near = np.abs(log[:, None] - knots).argmin(axis=1)
+    ratio = level[even] / plain
+    start = [
+        float(np.sqrt(np.median(ratio[near == k]))) if (near == k).any() else 1.0
+        for k in range(len(knots))
+    ]
+    return replace(found.law, knots=tuple(np.exp(knots).tolist()), factors=tuple(start))
 
 
 def _trimmed(
@@ -675,11 +884,21 @@ def _inverse(rows: Array, weight: Array) -> Array:
 
 
 def _law(
-    observed: ObservedNoise, patches: _Patches, fit: _Solved, middle: float
+    observed: ObservedNoise,
+    patches: _Patches,
+    fit: _Solved,
+    middle: float,
+    base: RangeLaw | None,
 ) -> tuple[RangeLaw, Array]:
-    """The law of the intensity and the covariance (3, 3) of its figures, NaN at their limits."""
+    """The law of the intensity and the covariance of its figures, NaN at their limits.
+
+    Of a, b, c (3, 3), or of the factors (k, k) with which a ``base`` is multiplied.
+    """
     seen = observed.of_patches(fit.kept)
     low, high = (float(q) for q in np.quantile(seen.intensity, [_ENDS, 1 - _ENDS]))
+    if base is not None:
+        factors = tuple(fit.model.start[:-3].tolist())
+        return replace(base, low=low, high=high, factors=factors), fit.covariance[:-3, :-3]
     share, b, rest = (float(x) for x in fit.model.start[:3])
     known = fit.covariance[:3, :3]
     scale = patches.scale
@@ -710,6 +929,7 @@ def _fitted(
         sigmas.append(float(np.sqrt(variance) / (2 * size)) if free else float(np.sqrt(least)))
     away, flat = _effects(patches, fit)
     law, covariance = lawful or (None, np.full((3, 3), np.nan))
+    power = by_range.model.start[2] if len(by_range.model.bounds) > 2 else 1.0
     return FittedNoise(
         observed=observed,
         kept=fit.kept,
@@ -729,6 +949,7 @@ def _fitted(
         by_range=away,
         by_incidence=flat,
         why=why,
+        incidence=float(power),
     )
 
 

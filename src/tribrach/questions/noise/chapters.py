@@ -18,7 +18,7 @@ from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, build_table
-from tribrach.scan.noise_law import LastingEffect
+from tribrach.scan.noise_law import By, ContradictedClass, LastingEffect
 from tribrach.sentences import Sentence, capital, joined
 from tribrach.units import percent
 
@@ -35,6 +35,12 @@ _UNSEEN = 0.5
 #: factor between observed and stated that is said
 _APART = 1.15
 _SIGNED = "The noise stated here: of these scans, and of no other mode of the scanner."
+#: what classes are of, in words
+_CAUSES: dict[By, str] = {
+    "intensity": "intensities of",
+    "range": "ranges of",
+    "incidence": "angles of incidence of",
+}
 #: what an instrument file takes from elsewhere, in words
 _CARRIED = {
     "scan_angle_arcsec": "the noise of the angles",
@@ -79,7 +85,7 @@ def answer_of(estimate: NoiseEstimate) -> Answer:
     )
 
 
-def _limits(row: NoiseRow) -> str:
+def _limits(row: NoiseRow | ContradictedClass) -> str:
     """Limits of a class with their unit."""
     if row.by == "range":
         return Sentence("{row.low:m1~} to {row.high:m1}", row=row)
@@ -97,6 +103,7 @@ def _light(intensity: float) -> str:
 def findings_of(estimate: NoiseEstimate) -> Iterator[Finding]:
     """The findings in words, each with its figures, and which of them warn."""
     yield from _law(estimate)
+    yield from _contradicted(estimate)
     yield from _across(estimate)
     yield from _carried(estimate)
     yield from _left(estimate)
@@ -130,12 +137,43 @@ def _law(estimate: NoiseEstimate) -> Iterator[Finding]:
     yield Finding.of(
         "range",
         "{what}: {by.range:mm2} + {by.range_scale:ppm0} of the range, over the cosine of the "
-        "incidence.",
+        "incidence{power}.",
         what="Without intensity" if law else "Noise of ranges",
         by=fitted,
+        power=""
+        if fitted.incidence == 1
+        else Sentence(" to the power of {k:g2}, which these scans show", k=fitted.incidence),
     )
     if law is None:
         yield Finding.of("no_law", "There is no law of the intensity: {by.why}.", by=fitted)
+
+
+def _contradicted(estimate: NoiseEstimate) -> Iterator[Finding]:
+    """Where patches contradict the law, the worst class of each cause."""
+    causes = set[str]()
+    for one in estimate.contradicted:
+        if one.by in causes:
+            continue
+        causes.add(one.by)
+        said = "The law does not hold at {cause} {limits}: "
+        if one.smoothest:
+            said += (
+                "even the smoothest tenth of all {one.patches} patches has {one.factor:2} times "
+            )
+            said += "its sigma ({one.factor_low:2} to {one.factor_high:2}), and {one.beyond} are "
+            said += "beyond what noise by the law could be. All surfaces there are rough, or the "
+            said += "noise has another form."
+        else:
+            said += "the {one.patches} smooth patches have {one.factor:2} times its sigma "
+            said += "({one.factor_low:2} to {one.factor_high:2}, 0.90 to 1.10 would do)."
+        yield Finding.of(
+            "contradicted",
+            said,
+            True,
+            cause=_CAUSES[one.by],
+            limits=_limits(one),
+            one=one,
+        )
 
 
 def _across(estimate: NoiseEstimate) -> Iterator[Finding]:
@@ -319,6 +357,8 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
     if estimate.doubts:
         said = "Surfaces or shared errors are in these figures, see below."
         return FrontPage("none", "An upper bound", said, signed=_SIGNED)
+    for one in _contradicted(estimate):
+        return FrontPage("bad", "No law of the noise", one.words, signed=_SIGNED)
     if estimate.stated is None:
         patches = counted(estimate.patches, "smooth planar patch", "smooth planar patches")
         said = Sentence(
@@ -352,7 +392,7 @@ def _picture(estimate: NoiseEstimate) -> Picture:
     light = None if law is None else observed.intensity
     along = fitted.noise().range_sigma(observed.range, observed.cosine, light) ** 2
     others = observed.mean(observed.stated(fitted.noise()) - along)
-    straight = 1.0 if law is not None else observed.mean(observed.cosine)
+    straight = 1.0 if law is not None else observed.mean(observed.cosine**fitted.incidence)
     left = observed.variances - others
     sigma = 1e3 * np.sqrt(np.where(left > 0, left, np.nan)) * straight
     kept = fitted.kept
@@ -362,7 +402,7 @@ def _picture(estimate: NoiseEstimate) -> Picture:
     else:
         grid = np.linspace(x[kept].min(), x[kept].max(), 200)
         curve, what = fitted.range + fitted.range_scale * grid, "law, seen straight"
-    shown = np.isfinite(sigma) & (sigma > 0)
+    shown = np.isfinite(sigma) & (sigma > 0) & ((law is None) | (x > 0))
     every = np.concatenate([sigma[shown], 1e3 * curve])
     along_x = np.concatenate([x[shown], grid])
     chart = Chart(
@@ -413,7 +453,10 @@ def _figures(estimate: NoiseEstimate) -> ReportTable:
     """Keys of the instrument file."""
     columns = [column("Key", itemgetter(0)), column("Value", itemgetter(1), "g5")]
     note = "As an instrument file has them; the law's own noise is in the findings."
-    rows: list[Any] = list(estimate.instrument.items())
+    rows: list[Any] = []
+    for key, value in estimate.instrument.items():
+        several = value if isinstance(value, tuple) else (value,)
+        rows += [(f"{key}[{k}]" if len(several) > 1 else key, v) for k, v in enumerate(several)]
     return build_table("figures", "Figures for an instrument", note, rows, columns)
 
 

@@ -59,10 +59,12 @@ def noise(
     answer = answer_of(estimate)
     if out is None:
         return answer
-    if not estimate.doubts:
+    wrong = [str(one.words) for one in answer.findings if one.key == "contradicted"][:1]
+    if not (estimate.doubts or wrong):
         return replace(answer, files={out: _instrument(estimate, sheet)})
     failure = InputError(
-        "these scans do not tell the noise of the scanner: " + "; ".join(estimate.doubts),
+        "these scans do not tell the noise of the scanner: "
+        + "; ".join(estimate.doubts or wrong).removesuffix("."),
         cure="take scans with smooth walls or floors at several ranges, or leave --out away",
     )
     return replace(answer, failure=failure, refuses=True)

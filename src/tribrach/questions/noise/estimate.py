@@ -15,6 +15,7 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.neighbour_correlation import NeighbourCorrelation, smooth_correlation
 from tribrach.scan.noise_law import (
     By,
+    ContradictedClass,
     FittedNoise,
     LastingEffect,
     fit_noise,
@@ -113,14 +114,19 @@ class StatedAcross:
 
 @dataclass(frozen=True)
 class IntensityLaw(Result):
-    """``sigma = a I^b + c`` [m] for intensities I from low to high, in the unit of the files."""
+    """``sigma = a I^b + c`` [m] for intensities I from low to high, in the unit of the files.
+
+    Where no power describes the noise it is multiplied with factors at knots of the intensity.
+    """
 
     a: Number
     b: Number
     c: Number
     low: Number
     high: Number
-    #: of a, b and c; null where a figure is at its limit
+    knots: tuple[Number, ...]
+    factors: tuple[Number, ...]
+    #: of a, b and c, or of the factors; null where a figure is at its limit
     covariance: Matrix
 
 
@@ -149,7 +155,7 @@ class NoiseEstimate(
     also=(
         "patches", "points", "spread", "law", "why", "range", "range_scale", "horizontal",
         "vertical", "horizontal_sigma", "vertical_sigma", "place", "place_sigma", "by_range",
-        "by_incidence", "classes", "instrument", "doubts",
+        "by_incidence", "incidence", "contradicted", "classes", "instrument", "doubts",
     ),
 ):  # fmt: skip
     """The noise of a scanner by its scans."""
@@ -180,6 +186,10 @@ class NoiseEstimate(
     place_sigma = part("fitted.place_sigma", Number, "Its standard deviation [m].")
     by_range = part("fitted.by_range", LastingEffect, "At twice the range.")
     by_incidence = part("fitted.by_incidence", LastingEffect, "At 60 degrees, not straight on.")
+    incidence = part("fitted.incidence", Number, "Power of the cosine that ranges are divided by.")
+    contradicted = part(
+        "fitted.contradicted", tuple[ContradictedClass, ...], "Classes that contradict the law."
+    )
 
     @property
     def horizontal_sigma(self) -> Number:
@@ -316,7 +326,7 @@ class NoiseEstimate(
         return (shared.angle, times) if times > _BEAMS else None
 
     @property
-    def instrument(self) -> dict[str, Number]:
+    def instrument(self) -> dict[str, Number | tuple[Number, ...]]:
         """Keys and values of an instrument file that the scans tell, in the units of their names.
 
         Noise across the beam is among them where the scans determine it: the noise of the angles
@@ -324,7 +334,10 @@ class NoiseEstimate(
         a divergence, which the angles hold.
         """
         taken = self.taken
-        out = {"range_mm": max(taken.range, _LEAST) / MM, "range_ppm": 1e6 * taken.range_scale}
+        out: dict[str, Number | tuple[Number, ...]] = {
+            "range_mm": max(taken.range, _LEAST) / MM,
+            "range_ppm": 1e6 * taken.range_scale,
+        }
         law = taken.law
         if law is not None:
             out |= {
@@ -334,6 +347,10 @@ class NoiseEstimate(
                 "range_law_from": law.low,
                 "range_law_to": law.high,
             }
+            if law.knots:
+                out |= {"range_law_at": law.knots, "range_law_times": law.factors}
+        elif taken.incidence != 1:
+            out["range_incidence"] = taken.incidence
         if self.neighbours is not None and self.neighbours.told:
             out |= self.neighbours.keys
         if self._seen_instead:

@@ -17,7 +17,7 @@ from tribrach.units import span
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
-    from tribrach.scan.noise_law import By, NoiseClass
+    from tribrach.scan.noise_law import By, ContradictedClass, NoiseClass
 
 __all__ = ["SUBJECT"]
 
@@ -62,6 +62,7 @@ def _sentences(found: StatedNoise) -> list[str]:
         "as stated": f"it is as {basis} states it",
         "more than stated": f"{basis} states too little noise",
         "less than stated": f"{basis} states too much noise",
+        "in part": f"it is as {basis} states it there, and not everywhere",
         "undecided": f"that is too little to say that {basis} is wrong",
     }[verdict]
     out: list[str] = [
@@ -74,6 +75,8 @@ def _sentences(found: StatedNoise) -> list[str]:
             said=said,
         )
     ]
+    if found.beyond:
+        out.append(Sentence("{beyond}.", beyond=_beyond(found)))
     worst = found.farthest
     if worst is not None:
         by, one = worst
@@ -135,8 +138,25 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
             "are too large: "
         )
         yield from warned(Severity.NOTE, [text + _figures(found, found.whole)], "less_noise")
+    elif found.beyond:
+        yield from warned(Severity.WEAK, [_beyond(found)], "noise_beyond")
     elif found.farthest is not None:
         yield from warned(Severity.NOTE, [_departs(found, *found.farthest)], "noise_departs")
+
+
+def _beyond(found: StatedNoise) -> str:
+    """Where even the smoothest patches contradict what is stated, without the stop."""
+    one = found.beyond[0]
+    return Sentence(
+        "{basis} states too little for points {where}: even the smoothest tenth of their "
+        "{one.patches} patches has {one.factor:2} times the sigma ({one.factor_low:2} to "
+        "{one.factor_high:2}). All surfaces there are rough, or sigmas of clouds are too small "
+        "there. Over every patch of the scans the factor is {every:2}",
+        basis=_basis(found),
+        where=_where(one.by, one),
+        one=one,
+        every=found.every,
+    )
 
 
 def _with_incidence(found: StatedNoise) -> str | None:
@@ -183,7 +203,7 @@ def _figures(found: StatedNoise, one: NoiseClass) -> str:
     )
 
 
-def _where(by: By, one: NoiseClass) -> str:
+def _where(by: By, one: NoiseClass | ContradictedClass) -> str:
     """A class within a sentence."""
     return {
         "intensity": Sentence("at intensities {limits}", limits=_limits(by, one.low, one.high)),
