@@ -13,7 +13,7 @@ from tests.epochs.simulated import NAMES, OPEN, Network
 from tribrach.cli.commands import app
 from tribrach.epochs.comparison import compare
 from tribrach.epochs.differences import difference
-from tribrach.epochs.series import baseline, fit_series
+from tribrach.epochs.series import SeriesFit, baseline, fit_series, fit_together
 from tribrach.errors import InputError
 from tribrach.io.readings_through_time import read_timed_readings
 
@@ -172,6 +172,8 @@ def noise(kind: str, n: int, rng: np.random.Generator) -> np.ndarray:
         part[1:] /= np.sqrt(frequency[1:])
         pink = np.fft.irfft(part)[:n]
         return white + pink / np.std(np.diff(pink))
+    if kind == "pure walk":
+        return np.cumsum(white)
     if kind == "white + walk":
         return white + 0.1 * np.cumsum(rng.normal(size=n))
     return white
@@ -215,6 +217,63 @@ def test_rates_of_false_trends_and_jumps(kind: str, n: int) -> None:
     assert jump <= 0.033
     # cautious where it is white or correlated, since nobody can see a small walk in so few values
     assert 0.75 < ratio < 2.2
+
+
+def run_of(kinds: dict[str, int], n: int, seed: int) -> list[SeriesFit]:
+    """So many series of each kind, fitted together."""
+    rng, days = np.random.default_rng(seed), np.arange(n) / 6 + 0.5 / 6
+    values = [1e-3 * noise(kind, n, rng) for kind, many in kinds.items() for _ in range(many)]
+    fits = fit_together([(days, v, np.full(n, 1e-3), "E") for v in values])
+    return [fit for fit in fits if fit is not None]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_runs_of_many_series_have_nothing_in_them(kind: str) -> None:
+    """With 1 % of false runs, two of two come once in ten thousand times."""
+    runs = [run_of({kind: 27}, 12, seed) for seed in range(2)]
+    assert not all(any(fit.trend for fit in fits) for fits in runs)
+    assert not all(any(fit.jumps for fit in fits) for fits in runs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [60, 120])
+@pytest.mark.parametrize("kind", KINDS)
+def test_runs_have_the_stated_rates_and_sigmas(kind: str, n: int) -> None:
+    """Three of twenty runs come once in a thousand times; a scatter of 540 is known to 3 %."""
+    runs = [run_of({kind: 27}, n, seed) for seed in range(20)]
+    assert sum(any(fit.trend for fit in fits) for fits in runs) <= 2
+    assert sum(any(fit.jumps for fit in fits) for fits in runs) <= 2
+    rates = np.array([(fit.rate, fit.rate_sigma) for fits in runs for fit in fits])
+    ratio = float(np.sqrt(np.mean(rates[:, 1] ** 2)) / np.std(rates[:, 0]))
+    print(f"{kind}, {n}: {ratio:.2f}")
+    assert 0.8 / 1.1 < ratio < 1.25 * 1.1
+
+
+def test_series_say_together_what_a_short_one_cannot() -> None:
+    """Twelve values of white noise among others that are white, and among walks."""
+    alone = run_of({"white": 1}, 12, 7)[0]
+    white = run_of({"white": 27}, 12, 7)
+    walks = run_of({"white": 1, "pure walk": 26}, 12, 7)
+    assert white[0].rate_sigma < alone.rate_sigma < walks[0].rate_sigma
+    assert white[0].noise["white"] > alone.noise["white"] > walks[0].noise["white"]
+    assert white[0].noise["walk"] < alone.noise["walk"] < walks[0].noise["walk"]
+    # it says that it does not know
+    low, high = alone.rate_sigma_range
+    assert high > 1.5 * low
+    assert low < alone.rate_sigma < high
+
+
+def test_four_fifths_of_detectable_trends_are_found() -> None:
+    """White noise of sixty values, to each series the trend that is stated for it."""
+    n, rng = 60, np.random.default_rng(8)
+    days, stated = np.arange(n) / 6, np.full(n, 1e-3)
+    values = [rng.normal(0, 1e-3, n) for _ in range(27)]
+    still = fit_together([(days, v, stated, "E") for v in values])
+    sizes = [fit.detectable for fit in still if fit is not None]
+    moved = [(days, v + s * days, stated, "E") for v, s in zip(values, sizes, strict=True)]
+    found = sum(fit.trend for fit in fit_together(moved) if fit is not None)
+    # three sigmas of a binomial distribution
+    assert abs(found - 0.8 * 27) <= 3 * np.sqrt(27 * 0.8 * 0.2)
 
 
 def test_an_outlier_is_named() -> None:

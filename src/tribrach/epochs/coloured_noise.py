@@ -1,69 +1,118 @@
-"""Fits of time series whose noise may be white, correlated and wandering, nobody knows how much.
+"""Fits of time series whose noise may be white, correlated, flicker or a walk, nobody knows which.
 
-Noise is white with the stated sigmas, and may have an autoregressive part (variance ``f`` of the
-whole, correlation ``phi`` from value to value) and a random walk (variance ``r`` over the whole
-span): ``V = s^2 [(1 - f) W + f A_phi + r R]``. Flicker noise lies between these. What the series
-itself says of f, phi and r is their restricted likelihood, with s^2 integrated over; parameters and
-tests are averages over all of them, so that a sigma knows how badly a short series knows its noise
-(method section 12.6).
+``V = s^2 [(1 - f) W + f A_phi + q F + r R]``: white noise W with the stated sigmas, an
+autoregressive part of correlation ``phi`` from value to value, flicker noise F and a random walk R.
+What a series itself says of f, phi, q and r is its restricted likelihood, with s^2 integrated over;
+parameters and tests are averages over all of these laws, so that a sigma knows how badly a short
+series knows its noise. Series of one site say together how often each law is met, and that is what
+each of them starts from (method section 12.6).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from tribrach._types import Array, Index
-from tribrach.statistics import f
+from tribrach.statistics import f, t
 
-__all__ = ["ColouredFit", "coloured_fit"]
+__all__ = ["BEFOREHAND", "NOISES", "ColouredFit", "coloured_fit", "learned_prior"]
 
 #: share of the autoregressive part, and its correlation from one value to the next
-_SHARES, _CORRELATIONS = (0.35, 0.7, 1.0), (0.3, 0.55, 0.75, 0.88, 0.95, 0.98)
-#: variance of the random walk over the whole span, of that of a value
-_WALKS = (0.0, 0.3, 3.0, 30.0, 300.0)
-#: share of the stated sigmas below which scatter is rounding: values that are all alike
-_RESOLVED = 1e-3
-#: probability beforehand that there is no autoregressive part, and that there is no walk
-_PLAIN = 2 / 3
+_SHARES, _CORRELATIONS = (0.5, 1.0), (0.5, 0.7, 0.88, 0.94)
+#: variance of the random walk over the whole span, and of flicker noise, of that of a value
+_WALKS, _FLICKERS = (0.1, 0.3, 1.0, 4.0, 20.0, 100.0, 1000.0), (0.2, 0.7, 2.5, 10.0, 100.0)
+#: probability beforehand that there is no autoregressive part, that there is no walk, and that what
+#: comes to white noise is flicker noise
+_PLAIN, _STANDING, _FLICKERING = 0.5, 0.25, 0.3
 #: probability beyond one sigma of a normal distribution
 _BEYOND = 0.31731
+#: share of the stated sigmas below which scatter is rounding: values that are all alike
+_RESOLVED = 1e-3
 #: values that are fitted; longer series are averaged in blocks
 _MOST = 128
 #: share of white noise beside a part that takes all, so that matrices can be inverted
 _NUGGET = 1e-6
+#: what is known beforehand counts as many series, and rounds in which the others are counted
+_KNOWN, _ROUNDS = 2.0, 100
+#: halvings of intervals that hold a quantile
+_HALVINGS = 40
+#: kinds of noise, in the order of how long they remember
+NOISES = ("white", "correlated", "flicker", "walk")
+
+
+def _laws() -> tuple[Array, Array, Index]:
+    """Laws (k, 4) of share, correlation, walk, flicker; their prior (k,) and number in NOISES."""
+    laws, prior, kind = [], [], []
+    parts = [(0.0, 0.0), *((a, b) for a in _SHARES for b in _CORRELATIONS)]
+    for share, correlation in parts:
+        base = (1 - _PLAIN) / (len(parts) - 1) if share else _PLAIN
+        for walk in (0.0, *_WALKS):
+            laws.append((share, correlation, walk, 0.0))
+            of_walk = (1 - _STANDING) / len(_WALKS) if walk else _STANDING
+            prior.append(base * of_walk * (1.0 if share else 1 - _FLICKERING))
+            kind.append(3 if walk else 1 if share else 0)
+    for flicker in _FLICKERS:
+        laws.append((0.0, 0.0, 0.0, flicker))
+        prior.append(_PLAIN * _FLICKERING / len(_FLICKERS))
+        kind.append(2)
+    return np.array(laws), np.array(prior), np.array(kind)
+
+
+_LAWS, BEFOREHAND, _KIND = _laws()
+
+
+@dataclass(frozen=True, eq=False)
+class _Whitening:
+    """What whitens the values of certain times under each law."""
+
+    #: (n, m), means of the values in blocks
+    blocks: Array
+    #: (k, n, n), inverse factors, and (k,) the logarithms of their determinants
+    factors: Array
+    determinants: Array
 
 
 @dataclass(frozen=True, eq=False)
 class ColouredFit:
-    """A linear fit averaged over k kinds of noise."""
+    """A linear fit averaged over k laws of noise."""
 
     #: (k, p), estimates under each, and (k, p, p) their covariance with the scale of the residuals
     estimates: Array
     covariances: Array
-    #: (k,), how likely each kind of noise is
-    weights: Array
+    #: (k,), logarithm of how likely the residuals are under each law
+    likely: Array
+    #: (k,), probabilities of the laws beforehand
+    prior: Array
     #: of the residuals
     dof: int
     #: (k, n, p) and (k, n), whitened design and values
     _design: Array
     _values: Array
-    #: (k, n, n), inverse factors
-    _factors: Array
-    #: (k,), logarithms of the prior and of what does not depend on the residuals
+    _whitening: _Whitening
+    #: (k,), logarithms of what does not depend on the residuals
     _constant: Array
-    #: (n, m), means of the values in blocks
-    _blocks: Array
     #: sum of squares below which residuals are taken for no smaller
     _least: float
 
     @cached_property
+    def weights(self) -> Array:
+        """Probabilities (k,) of the laws."""
+        return _normed(np.log(self.prior) + self.likely)
+
+    @cached_property
     def estimate(self) -> Array:
-        """Means (p,) over the kinds of noise."""
+        """Means (p,) over the laws of noise."""
         out: Array = self.weights @ self.estimates
         return out
+
+    @cached_property
+    def noise(self) -> dict[str, float]:
+        """Probability of each kind of noise; a walk may have other noise beside it."""
+        return _by_kind(self.weights)
 
     def sigma(self, row: int) -> float:
         """Standard deviation of a parameter: what it is within with the probability of one sigma.
@@ -73,12 +122,21 @@ class ColouredFit:
         scale = np.sqrt(self.covariances[:, row, row])
         apart = self.estimates[:, row] - self.estimate[row]
         low, high = 1e-3 * float(scale.min()), 1e3 * float(scale.max() + np.abs(apart).max())
-        for _ in range(40):
+        for _ in range(_HALVINGS):
             middle = np.sqrt(low * high)
             ends = np.maximum(np.stack([middle - apart, middle + apart]), 0.0) / scale
             beyond = float(self.weights @ f.sf(ends**2, 1, self.dof).mean(axis=0))
             low, high = (middle, high) if beyond > _BEYOND else (low, middle)
         return float(middle)
+
+    def sigma_of(self, row: int, kind: str) -> float:
+        """The same if noise were of one kind; NaN if nothing speaks for it."""
+        chosen = NOISES.index(kind) == _KIND
+        weight = self.weights[chosen]
+        if weight.sum() <= 0:
+            return float("nan")
+        variance = weight @ self.covariances[chosen, row, row] / weight.sum()
+        return float(np.sqrt(variance))
 
     def chance(self, rows: Index | list[int]) -> float:
         """Probability of what the parameters show, or more, if they were zero.
@@ -92,13 +150,29 @@ class ColouredFit:
         tail = f.sf(statistic / len(rows), len(rows), self.dof)
         return float(self.weights @ tail)
 
-    def chances(self, columns: Array) -> Array:
-        """The same of further columns (n, m) of the design, each added by itself.
+    def detectable(self, row: int, level: float, power: float) -> float:
+        """Size of a parameter that a test at this level would find with this probability."""
+        scale = np.sqrt(self.covariances[:, row, row])
 
-        The kinds of noise are weighed anew with each: what a jump explains is no random walk.
+        def excess(size: float) -> float:
+            """Probability of as much by chance, beyond the level."""
+            return float(self.weights @ f.sf((size / scale) ** 2, 1, self.dof)) - level
+
+        limit = _root(scale, excess)
+
+        def lack(size: float) -> float:
+            """What is missing of the power."""
+            return power - float(self.weights @ t.sf((limit - size) / scale, self.dof))
+
+        return _root(scale, lack)
+
+    def chances(self, columns: Array) -> Array:
+        """Chances (m,) of further columns (n, m) of the design, each added by itself.
+
+        The laws are weighed anew with each: what a jump explains is no random walk.
         """
-        columns = self._blocks @ columns
-        white = self._factors @ columns
+        columns = self._whitening.blocks @ columns
+        white = self._whitening.factors @ columns
         basis = np.linalg.qr(self._design)[0]
         white = white - basis @ (np.swapaxes(basis, 1, 2) @ white)
         values = self._values[:, :, None]
@@ -110,16 +184,15 @@ class ColouredFit:
         gain = np.where(seen, gain, 0.0)
         dof = self.dof - 1
         after = np.maximum(rss - gain, 1e-12 * rss)
-        likely = self._constant[:, None] - 0.5 * np.log(np.where(seen, length, 1.0))
-        likely = likely - 0.5 * dof * np.log(after)
-        weights = np.exp(likely - likely.max(axis=0))
-        weights /= weights.sum(axis=0)
-        tail = f.sf(gain / (after / dof), 1, dof)
-        out: Array = (weights * tail).sum(axis=0)
+        likely = np.log(self.prior)[:, None] + self._constant[:, None]
+        likely = likely - 0.5 * np.log(np.where(seen, length, 1.0)) - 0.5 * dof * np.log(after)
+        out: Array = (_normed(likely) * f.sf(gain / (after / dof), 1, dof)).sum(axis=0)
         return out
 
 
-def coloured_fit(days: Array, values: Array, sigma: Array, design: Array) -> ColouredFit:
+def coloured_fit(
+    days: Array, values: Array, sigma: Array, design: Array, prior: Array | None = None
+) -> ColouredFit:
     """Fit a design (n, p) to values (n,) at times (n,) [days], whatever their noise.
 
     Parameters
@@ -130,32 +203,17 @@ def coloured_fit(days: Array, values: Array, sigma: Array, design: Array) -> Col
         With the sigmas that are stated, of which the ratios count.
     design : array (n, p)
         With a column for the offset.
+    prior : array (k,), optional
+        Of the laws of noise, from ``learned_prior``.
 
     References
     ----------
     Method section 12.6.
     """
-    blocks = _blocks(days, sigma)
-    x, y = blocks @ design, blocks @ values
-    white = blocks @ np.diag(sigma**2) @ blocks.T
-    white /= np.mean(np.diag(white))
-    times = blocks @ days
+    whitening = _whitening(days.tobytes(), sigma.tobytes())
+    inverse = whitening.factors
+    x, y = whitening.blocks @ design, whitening.blocks @ values
     n, p = x.shape
-    step = max(float(np.median(np.diff(times))), 1e-9)
-    lag = np.abs(times[:, None] - times) / step
-    since = np.minimum(times[:, None], times) - times[0]
-    walk = since / max(float(since.max()), 1e-9)
-    parts, prior = [], []
-    for share, correlation in [(0.0, 0.0), *((a, b) for a in _SHARES for b in _CORRELATIONS)]:
-        base = (1 - share + _NUGGET) * white
-        if share:
-            base = base + share * correlation**lag
-        for r in _WALKS:
-            parts.append(base + r * walk)
-            of_share = _PLAIN if not share else (1 - _PLAIN) / (len(_SHARES) * len(_CORRELATIONS))
-            prior.append(of_share * (_PLAIN if not r else (1 - _PLAIN) / (len(_WALKS) - 1)))
-    factors = np.linalg.cholesky(np.stack(parts))
-    inverse = np.linalg.inv(factors)
     wx, wy = inverse @ x, inverse @ y
     normal = np.swapaxes(wx, 1, 2) @ wx
     cofactor = np.linalg.inv(normal)
@@ -164,27 +222,63 @@ def coloured_fit(days: Array, values: Array, sigma: Array, design: Array) -> Col
     dof = n - p
     least = dof * (_RESOLVED * float(np.median(sigma))) ** 2
     rss = np.maximum((left**2).sum(axis=1), least)
-    logdet = np.log(np.einsum("knn->kn", factors)).sum(axis=1)
-    constant = np.log(prior) - logdet - 0.5 * np.linalg.slogdet(normal)[1]
-    likely = constant - 0.5 * dof * np.log(rss)
-    weights = np.exp(likely - likely.max())
+    constant = whitening.determinants - 0.5 * np.linalg.slogdet(normal)[1]
     return ColouredFit(
         estimates=estimates,
         covariances=cofactor * (rss / dof)[:, None, None],
-        weights=weights / weights.sum(),
+        likely=constant - 0.5 * dof * np.log(rss),
+        prior=BEFOREHAND if prior is None else prior,
         dof=dof,
         _design=wx,
         _values=wy,
-        _factors=inverse,
+        _whitening=whitening,
         _constant=constant,
-        _blocks=blocks,
         _least=least,
     )
 
 
-def _blocks(days: Array, sigma: Array) -> Array:
+def learned_prior(likely: Sequence[Array]) -> Array:
+    """How often each law is met (k,), from the likelihoods (k,) of series of one site.
+
+    Series need not have one law. By expectation and maximisation; what is known beforehand counts
+    as some series more.
+
+    References
+    ----------
+    Method section 12.6.
+    """
+    prior = BEFOREHAND
+    for _ in range(_ROUNDS if len(likely) else 0):
+        met = _normed(np.log(prior)[:, None] + np.stack(likely, axis=1)).sum(axis=1)
+        prior = (_KNOWN * BEFOREHAND + met) / (_KNOWN + len(likely))
+    return prior
+
+
+@lru_cache(maxsize=2)
+def _whitening(days: bytes, sigma: bytes) -> _Whitening:
+    """Of times and stated sigmas; a series is fitted several times with other designs."""
+    at, stated = np.frombuffer(days), np.frombuffer(sigma)
+    blocks = _blocks(stated)
+    white = blocks @ np.diag(stated**2) @ blocks.T
+    white /= np.mean(np.diag(white))
+    times = blocks @ at
+    step = max(float(np.median(np.diff(times))), 1e-9)
+    lag = np.abs(times[:, None] - times) / step
+    since = np.minimum(times[:, None], times) - times[0]
+    walk = since / max(float(since.max()), 1e-9)
+    # relaxation times in octaves, alike in variance, are noise of 1/f between the ends
+    octaves = 2.0 ** np.arange(np.log2(8 * len(times)) + 1)
+    flicker = np.exp(-lag[None] / octaves[:, None, None]).mean(axis=0)
+    share, correlation, r, q = _LAWS.T[:, :, None, None]
+    parts = (1 - share + _NUGGET) * white + r * walk + q * flicker
+    parts = parts + np.where(share > 0, share * np.maximum(correlation, 1e-3) ** lag, 0.0)
+    factors = np.linalg.inv(np.linalg.cholesky(parts))
+    return _Whitening(blocks, factors, np.log(np.einsum("knn->kn", factors)).sum(axis=1))
+
+
+def _blocks(sigma: Array) -> Array:
     """Means (m, n) of neighbouring values, weighted; each value by itself in short series."""
-    n = len(days)
+    n = len(sigma)
     size = -(-n // _MOST)
     if size == 1:
         return np.eye(n)
@@ -192,3 +286,23 @@ def _blocks(days: Array, sigma: Array) -> Array:
     out = np.zeros((int(number[-1]) + 1, n))
     out[number, np.arange(n)] = 1 / sigma**2
     return np.asarray(out / out.sum(axis=1, keepdims=True))
+
+
+def _normed(logarithms: Array) -> Array:
+    """Probabilities along the first axis."""
+    out = np.exp(logarithms - logarithms.max(axis=0))
+    return np.asarray(out / out.sum(axis=0))
+
+
+def _by_kind(weights: Array) -> dict[str, float]:
+    """Sums over the laws of each kind."""
+    return {name: float(weights[k == _KIND].sum()) for k, name in enumerate(NOISES)}
+
+
+def _root(scale: Array, falling: Callable[[float], float]) -> float:
+    """Where a falling function is zero, far below the smallest scale to far above the largest."""
+    low, high = 1e-3 * float(scale.min()), 1e6 * float(scale.max())
+    for _ in range(2 * _HALVINGS):
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if falling(middle) > 0 else (low, middle)
+    return middle

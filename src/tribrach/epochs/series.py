@@ -14,12 +14,12 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.answers import Instant, Result
-from tribrach.epochs.coloured_noise import coloured_fit
+from tribrach.epochs.coloured_noise import NOISES, ColouredFit, coloured_fit, learned_prior
 from tribrach.epochs.differences import Epoch, laid_on, motion_columns
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import norm, robust_sigma
 
-__all__ = ["DAY", "Jump", "SeriesFit", "baseline", "fit_series"]
+__all__ = ["DAY", "Jump", "SeriesFit", "baseline", "fit_series", "fit_together"]
 
 #: seconds of a day
 DAY = 86400.0
@@ -31,6 +31,10 @@ _SIDE = 4
 _MOST_JUMPS = 5
 #: values of a series that is fitted
 _LEAST = 10
+#: power of tests for which detectable trends are stated
+_POWER = 0.8
+#: kinds of noise less probable than this count as excluded
+_EXCLUDED = 0.05
 #: probabilities are not told beyond this
 _LEAST_CHANCE = 1e-300
 
@@ -135,7 +139,7 @@ class Jump(Result, without=("at",)):
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesFit(Result, without=("fitted",)):
+class SeriesFit(Result, without=("fitted", "likely")):
     """What a series along one axis consists of [m, m/day]."""
 
     axis: Literal["E", "N", "U"]
@@ -157,8 +161,17 @@ class SeriesFit(Result, without=("fitted",)):
     scatter: float
     #: of neighbouring residuals
     correlation: float
+    #: probability of each kind of noise: white, correlated, flicker, walk
+    noise: dict[str, float]
+    #: sigma of the rate if the noise were of the kind that makes it smallest, and of that which
+    #: makes it largest, of the kinds that are not excluded
+    rate_sigma_range: tuple[float, float]
+    #: rate that the test would have found with 80 %
+    detectable: float
     #: the fitted values (n,)
     fitted: Array
+    #: logarithm of how likely the residuals are (k,) under each law of noise
+    likely: Array
 
     @property
     def month(self) -> float:
@@ -170,6 +183,29 @@ class SeriesFit(Result, without=("fitted",)):
         """Its standard deviation [m]."""
         return 30 * self.rate_sigma
 
+    @property
+    def month_detectable(self) -> float:
+        """What a trend makes in 30 days that is found with 80 % [m]."""
+        return 30 * self.detectable
+
+
+def fit_together(
+    series: Sequence[tuple[Array, Array, Array, Literal["E", "N", "U"]]],
+) -> list[SeriesFit | None]:
+    """Fits of the series (days, values, sigma, axis) of one site, in their order.
+
+    Together they say which noise is met how often, so that a short series need not say it alone;
+    and the level of the tests holds for all of them.
+
+    References
+    ----------
+    Method section 12.6.
+    """
+    alone = [fit_series(*one) for one in series]
+    prior = learned_prior([fit.likely for fit in alone if fit is not None])
+    family = sum(fit is not None for fit in alone)
+    return [fit_series(*one, family=max(family, 1), prior=prior) for one in series]
+
 
 def fit_series(
     days: Array,
@@ -179,11 +215,12 @@ def fit_series(
     *,
     confidence: float = 0.99,
     family: int = 1,
+    prior: Array | None = None,
 ) -> SeriesFit | None:
     """Trend, daily period, jumps and outliers of a series; None if it is too short.
 
-    Sigmas and tests of the parameters are averages over white, correlated and wandering noise, each
-    as likely as the residuals make it.
+    Sigmas and tests of the parameters are averages over white and correlated noise, flicker noise
+    and walks, each as likely as the residuals make it.
 
     Parameters
     ----------
@@ -197,6 +234,8 @@ def fit_series(
         Of the tests of trend, period and jumps.
     family
         Series that are tested together: the confidence holds for all of them.
+    prior : array (k,), optional
+        How often each law of noise is met.
 
     References
     ----------
@@ -210,7 +249,7 @@ def fit_series(
     used = np.ones(n, dtype=bool)
     at: list[int] = []
     for _ in range(3):
-        at = _jumps(days, values, weights, used, level)
+        at = _jumps(days, values, weights, used, level, prior)
         left = _solve(days, values, weights, used, at)[1] * weights
         spread = max(robust_sigma(left[used], about=0.0), 1e-12)
         now = np.abs(left) <= _OUTLIER * spread
@@ -222,7 +261,7 @@ def fit_series(
     if dof < 2:
         return None
     white = (left * weights)[used]
-    fit = coloured_fit(days[used], values[used], 1 / weights[used], design[used])
+    fit = coloured_fit(days[used], values[used], 1 / weights[used], design[used], prior)
     x = fit.estimate
     daily = _has_period(days)
     amplitude = float(np.hypot(x[2], x[3])) if daily else 0.0
@@ -254,8 +293,18 @@ def fit_series(
         outliers=tuple((days[~used] * DAY).tolist()),
         scatter=float(np.sqrt(white @ white / dof)),
         correlation=_correlation(white),
+        noise=fit.noise,
+        rate_sigma_range=_range(fit),
+        detectable=fit.detectable(1, level, _POWER),
         fitted=design @ x,
+        likely=fit.likely,
     )
+
+
+def _range(fit: ColouredFit) -> tuple[float, float]:
+    """Least and largest sigma of the rate over the kinds of noise that are not excluded."""
+    sigmas = [fit.sigma_of(1, kind) for kind in NOISES if fit.noise[kind] > _EXCLUDED]
+    return min(sigmas), max(sigmas)
 
 
 def _has_period(days: Array) -> bool:
@@ -292,7 +341,9 @@ def _correlation(white: Array) -> float:
     return float(np.clip(white[1:] @ white[:-1] / total, 0.0, 0.95))
 
 
-def _jumps(days: Array, values: Array, weights: Array, used: Array, level: float) -> list[int]:
+def _jumps(
+    days: Array, values: Array, weights: Array, used: Array, level: float, prior: Array | None
+) -> list[int]:
     """Places of jumps, one after the other where chance explains them least."""
     n = len(days)
     at: list[int] = []
@@ -301,7 +352,7 @@ def _jumps(days: Array, values: Array, weights: Array, used: Array, level: float
         design = _design(days, at)[used]
         if not tried or len(design) - design.shape[1] < 5:
             break
-        fit = coloured_fit(days[used], values[used], 1 / weights[used], design)
+        fit = coloured_fit(days[used], values[used], 1 / weights[used], design, prior)
         steps = (np.arange(n)[:, None] >= np.array(tried)).astype(float)
         chances = fit.chances(steps[used])
         best = int(np.argmin(chances))

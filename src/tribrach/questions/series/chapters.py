@@ -11,6 +11,7 @@ from scipy.special import bdtrc
 
 from tribrach._types import Array
 from tribrach.answers import stamp
+from tribrach.epochs.coloured_noise import NOISES
 from tribrach.epochs.series import DAY, SeriesFit
 from tribrach.io.json_text import json_text
 from tribrach.questions.series.cycles import AXES, FORM, Cycle, PointSeries, Series
@@ -36,6 +37,8 @@ _DRAWN, _NAMED, _IN_VERDICT = 12, 12, 4
 _SHOWN = 40
 #: alarms are more than chance if chance has as many this seldom
 _OFTEN = 0.01
+#: sigmas of a trend by two kinds of noise that differ more than this are told
+_UNDECIDED = 1.5
 #: a wander that is not worth a word [m]
 _SMALL = 1e-4
 #: steps along the time axis of a panel
@@ -199,8 +202,10 @@ def _moved(found: Series) -> Iterator[Finding]:
 
 
 def _significant(found: Series) -> Iterator[Finding]:
-    """Trends and jumps that are significant, the largest first."""
+    """What noise the series have, and trends and jumps that are significant, the largest first."""
     every = [(p, fit) for p in found.points for fit in p.fits]
+    if every:
+        yield from _noise([fit for _, fit in every])
     trends = [(p, fit) for p, fit in every if fit.trend]
     for p, fit in sorted(trends, key=lambda item: -abs(item[1].rate))[:_NAMED]:
         yield Finding.of(
@@ -224,6 +229,30 @@ def _significant(found: Series) -> Iterator[Finding]:
         )
 
 
+def _noise(fits: Sequence[SeriesFit]) -> Iterator[Finding]:
+    """Kinds of noise that all series say together, and whether single ones can tell."""
+    shares = {kind: float(np.mean([fit.noise[kind] for fit in fits])) for kind in NOISES}
+    yield Finding.of(
+        "noise",
+        "Noise of {series}, which say together what it is like: {each}.",
+        series=counted(len(fits), "series", "series"),
+        each=", ".join(f"{kind} {percent(share)}" for kind, share in shares.items()),
+        shares=shares,
+    )
+    open_ = [fit for fit in fits if fit.rate_sigma_range[1] > _UNDECIDED * fit.rate_sigma_range[0]]
+    if open_:
+        most = max(open_, key=lambda fit: fit.rate_sigma_range[1] / fit.rate_sigma_range[0])
+        yield Finding.of(
+            "noise_undecided",
+            "{n} of {series} are too short to decide their noise: sigmas of their trends are "
+            "averages over what it may be (at most between {low:mm2} and {high:mm2} in 30 days).",
+            n=len(open_),
+            series=counted(len(fits), "series", "series"),
+            low=30 * most.rate_sigma_range[0],
+            high=30 * most.rate_sigma_range[1],
+        )
+
+
 def _points(rows: Sequence[_Along]) -> ReportTable:
     """Points with their trends, jumps and periods."""
 
@@ -237,6 +266,7 @@ def _points(rows: Sequence[_Along]) -> ReportTable:
         column("last", "last", "mm2"),
         column("30 days", "fit.month", "mm2"),
         column("σ", "fit.month_sigma", "mm2"),
+        column("found from", "fit.month_detectable", "mm1"),
         column("trend", lambda r: real(r.fit.trend)),
         column("daily", "fit.amplitude", "mm2"),
         column("period", lambda r: real(r.fit.period)),
@@ -246,8 +276,9 @@ def _points(rows: Sequence[_Along]) -> ReportTable:
     ]
     note = (
         "Displacements since the baseline in the datum of the references that stayed. 30 days: "
-        "trend. Daily: half the range of the daily period. Scatter: residuals over the sigmas. "
-        "Sigmas of trends rest on the residuals and on how neighbours hang together."
+        "trend. Found from: trend that its test finds with 80 %. Daily: half the range of the "
+        "daily period. Scatter: residuals over the sigmas. Sigmas of trends rest on the residuals "
+        "and on what noise the series of all points have."
     )
     return build_table("series", "Points through time", note, rows, columns)
 

@@ -16,7 +16,7 @@ from tribrach._types import Array, Index
 from tribrach.answers import Form, Instant, Matrix, Number, Result
 from tribrach.epochs.comparison import Comparison, Settings, compare
 from tribrach.epochs.differences import Difference, Epoch, difference
-from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_series
+from tribrach.epochs.series import DAY, SeriesFit, baseline, fit_together
 from tribrach.epochs.wander import learned_wander, shared_factor, with_wander
 from tribrach.errors import InputError, TribrachError
 from tribrach.geodesy.site import FlatSite
@@ -186,7 +186,7 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     @cached_property
     def points(self) -> list[PointSeries]:
         """Every point through time; cycles without datum are left out."""
-        out = []
+        parts = []
         for name in dict.fromkeys(name for cycle in self.cycles for name in cycle.points):
             rows = [
                 (cycle.start / DAY, cycle.points[name])
@@ -199,10 +199,19 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
             days = np.array([day for day, _ in rows])
             values = np.array([p.displacement for _, p in rows])
             sigma = np.array([p.sigma for _, p in rows])
-            along = zip(AXES, values.T, sigma.T, strict=True)
-            fits = [fit_series(days, v, s, axis) for axis, v, s in along]
-            out.append(PointSeries(name, days, values, sigma, tuple(filter(None, fits))))
-        return out
+            parts.append((name, days, values, sigma))
+        fits = iter(
+            fit_together(
+                [
+                    (days, values[:, k], sigma[:, k], axis)
+                    for _, days, values, sigma in parts
+                    for k, axis in enumerate(AXES)
+                ]
+            )
+        )
+        return [
+            PointSeries(*part, tuple(filter(None, (next(fits) for _ in AXES)))) for part in parts
+        ]
 
 
 #: the file of a series
