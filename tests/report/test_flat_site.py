@@ -10,7 +10,7 @@ from tribrach.report.content import Report
 from tribrach.solution import AdjustmentSettings
 
 
-def adjusted(folder: Path, sigma_mm: float, site: str = "") -> Report:
+def adjusted(folder: Path, sigma_mm: float, site: str = "", more: str = "") -> Report:
     """Four weighted points over 90 m, where the Earth bends by 0.64 mm."""
     rows = ["A,0,0,0", "B,0,60,1", "C,67,0,2", "D,67,60,0"]
     head = "point,e_m,n_m,u_m"
@@ -21,7 +21,7 @@ def adjusted(folder: Path, sigma_mm: float, site: str = "") -> Report:
     (folder / "job.toml").write_text(
         f'[site]\nkind = "flat"\n{site}'
         '[[points]]\nfile = "points.csv"\nrole = "control"\n'
-        f"sigma_plan_mm = {sigma_mm}\nsigma_up_mm = {sigma_mm}\n"
+        f"sigma_plan_mm = {sigma_mm}\nsigma_up_mm = {sigma_mm}\n{more}"
         '[[observations]]\nfile = "distances.csv"\n'
     )
     job = open_job(folder / "job.toml")

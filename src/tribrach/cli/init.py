@@ -104,7 +104,7 @@ def init(
             None if total_station is None else sheet_of(total_station),
             crs,
             control_role or "control",
-            5.0 if control_sigma_mm is None else control_sigma_mm,
+            control_sigma_mm,
             control_sigma_up_mm,
             levelled,
         )

@@ -60,6 +60,8 @@ _UNTIED = (
 )
 #: formats whose files belong together
 _JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
+#: sigma of coordinates that nobody states [mm]
+_CONTROL_MM = 5.0
 #: figures that are assumed of instruments nobody names
 _SCANNER = (
     "range_mm = 2.0",
@@ -102,7 +104,7 @@ class Wishes:
     #: what coordinates are for
     control_role: str = "control"
     #: of control without sigmas; that of heights is the same where it is None
-    control_sigma_mm: float = 5.0
+    control_sigma_mm: float | None = None
     control_sigma_up_mm: float | None = None
     #: was the compensator of the scanner on? None where nobody says
     levelled: bool | None = None
@@ -563,9 +565,13 @@ class _Composer:
                 lines.append(f'role = "{role}"   # or control, check, approximate, fixed')
                 if role == "control" and not _weighted(table):
                     plan, up = self.wishes.control_sigma_mm, self.wishes.control_sigma_up_mm
+                    said = plan is not None
+                    plan = _CONTROL_MM if plan is None else plan
                     up = plan if up is None else up
                     for key, sigma in (("sigma_plan_mm", plan), ("sigma_up_mm", up)):
                         lines.append(f"{key} = {sigma:g}   # assumed: the list gives none")
+                    if not said:
+                        lines.append('sigma_source = "assumed by tribrach init"')
                     figures = f"{plan:g} mm in plan and in height"
                     if up != plan:
                         figures = f"{plan:g} mm in plan and {up:g} mm in height"

@@ -156,6 +156,7 @@ class _Reader:
             matrix=matrix,
             sigma_plan=None if plan is None else plan * MM,
             sigma_up=None if up is None else up * MM,
+            sigma_source=part.sigma_source,
         )
         self.survey.merge(csv_tables.read(path, context, part.form))
 

@@ -26,6 +26,7 @@ __all__ = [
     "codes_of",
     "facts_of",
     "frame_sentences",
+    "is_assumed",
 ]
 
 
@@ -84,6 +85,11 @@ def codes_of(facts: Iterable[Fact]) -> Mapping[str, str]:
     return {name: counted.most_common(1)[0][0] for name, counted in found.items()}
 
 
+def is_assumed(source: str) -> bool:
+    """True if a source of figures says that nobody stated them."""
+    return source.startswith("assumed")
+
+
 @dataclass(frozen=True)
 class AssumedSigmas(Fact):
     """Sigmas of coordinates that the project states, and not their file."""
@@ -93,6 +99,15 @@ class AssumedSigmas(Fact):
     #: of easting and northing, and of the height [m]
     plan: float | None
     up: float | None
+    #: names of the points
+    points: tuple[str, ...] = ()
+    #: where the project has them from, "" if it does not say
+    source: str = ""
+
+    @property
+    def assumed(self) -> bool:
+        """True if nobody stated them."""
+        return is_assumed(self.source)
 
     @property
     def sentence(self) -> str:
@@ -104,7 +119,8 @@ class AssumedSigmas(Fact):
             if sigma is not None
         ]
         return Sentence(
-            "{own.file} gives no sigmas: {told} are those of the project file",
+            "{own.file} gives no sigmas: {told} are "
+            + (self.source if self.assumed else "those of the project file"),
             own=self,
             told=joined(" and ", told),
         )

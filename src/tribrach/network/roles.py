@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tribrach.instruments.calibration import unit_of
+from tribrach.network.facts import AssumedSigmas, facts_of
 from tribrach.network.network import axes_in_use, is_given
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
@@ -16,6 +17,7 @@ from tribrach.observations.declaration import IndexField
 
 __all__ = [
     "Role",
+    "assumed_sigmas",
     "datum_names",
     "datum_sentence",
     "given_coordinates",
@@ -186,14 +188,26 @@ def datum_sentence(adjustment: SolvedSystem) -> str:
         )
     held, weighted = held_names(adjustment), weighted_names(adjustment)
     parts = _held_words(adjustment)
-    if weighted:
-        parts.append(f"{_listed(weighted)} weighted by given covariances")
+    assumed = {name for fact in assumed_sigmas(adjustment) for name in fact.points}
+    for words, names in (
+        ("given", [name for name in weighted if name not in assumed]),
+        ("assumed", [name for name in weighted if name in assumed]),
+    ):
+        if names:
+            parts.append(f"{_listed(tuple(names))} weighted by {words} covariances")
     if not parts:
         parts.append("no control point, the observations themselves fix the frame")
     nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}
     kind = adjustment.network.datum.kind
     noun = nouns.get(kind, "Control" if held or weighted else "Observations")
     return f"{noun}: {'; '.join(parts)}."
+
+
+def assumed_sigmas(adjustment: SolvedSystem) -> list[AssumedSigmas]:
+    """Sigmas of coordinates that nobody stated, and that weight points all the same."""
+    weighted = set(weighted_names(adjustment))
+    found = facts_of(adjustment.network.facts, AssumedSigmas)
+    return [one for one in found if one.assumed and not weighted.isdisjoint(one.points)]
 
 
 def _positions(adjustment: SolvedSystem) -> str:

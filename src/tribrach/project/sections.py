@@ -258,6 +258,8 @@ class PointFile(EpochKeys, ListKeys, Section):
     sigma_plan_mm, sigma_up_mm
         Standard deviation of easting and of northing, and of the height, of points whose sigmas the
         file does not give.
+    sigma_source
+        Where these come from; ``assumed ...`` where nobody stated them, which the report says.
     covariance
         A CSV file with the covariance matrix of its control coordinates.
     """
@@ -266,6 +268,7 @@ class PointFile(EpochKeys, ListKeys, Section):
     role: Literal["control", "fixed", "approximate", "check"] = "control"
     sigma_plan_mm: PositiveFloat | None = None
     sigma_up_mm: PositiveFloat | None = None
+    sigma_source: str = ""
     covariance: str | None = None
 
 

@@ -84,7 +84,7 @@ def build(
     graded = [*adjustment_warnings(head), *site_warnings(head, job), *warnings]
     graded += [warning for chapter in chapters for warning in chapter.warnings]
     given = {item.name: getattr(head, item.name) for item in fields(Head)}
-    grave = in_order(w for w in graded if w.severity <= Severity.BLUNDER)
+    grave = in_order(w for w in graded if w.severity <= Severity.DOUBT)
     return Report(**given, warnings=in_order(graded), grave=len(grave), chapters=chapters, job=job)
 
 

@@ -19,14 +19,16 @@ class Severity(IntEnum):
     """How much a warning weighs; small numbers come first.
 
     ``INPUT``: something was not read or not used as it was meant. ``BLUNDER``: observations,
-    control or scans contradict each other. ``WEAK``: what the design leaves uncontrolled or hardly
-    determined. ``NOTE``: to be known when the results are used.
+    control or scans contradict each other. ``DOUBT``: stated sigmas are assumed, or shown to be too
+    small. ``WEAK``: what the design leaves uncontrolled or hardly determined. ``NOTE``: to be known
+    when the results are used. Down to ``DOUBT`` no verdict is green.
     """
 
     INPUT = 1
     BLUNDER = 2
-    WEAK = 3
-    NOTE = 4
+    DOUBT = 3
+    WEAK = 4
+    NOTE = 5
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,12 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.rivals import rivals_of
 from tribrach.network.blunders.snooping import CONTROL_GROUPS
 from tribrach.network.blunders.suspects import find_suspects
+from tribrach.network.facts import AssumedSigmas
 from tribrach.network.observation_rows import ObservationRows, observation_rows
 from tribrach.network.quality import Quality, assess
 from tribrach.network.reactions import constraint_reactions
 from tribrach.network.reliability import weigh
+from tribrach.network.roles import assumed_sigmas
 from tribrach.network.significance import sidak
 from tribrach.observations.declaration import Role
 from tribrach.observations.registry import kind_named
@@ -163,12 +165,23 @@ def adjustment_warnings(head: Head) -> tuple[ReportWarning, ...]:
     )
     return (
         *warned(Severity.INPUT, head.adjustment.warnings),
+        *warned(Severity.DOUBT, map(_assumed, assumed_sigmas(head.adjustment)), "assumed"),
         *warned(Severity.WEAK, unchecked),
         *warned(Severity.BLUNDER, failed),
         *warned(Severity.BLUNDER, _suspects(seen, head)),
         *warned(Severity.BLUNDER, constraint_reactions(head.apart).sentences()),
         *warned(Severity.BLUNDER, [f.sentence for f in _disagreement(seen, head) if f.act]),
         *warned(Severity.WEAK, _uncontrolled(head)),
+    )
+
+
+def _assumed(fact: AssumedSigmas) -> str:
+    """Sigmas that nobody stated, and what to do."""
+    said = (
+        "{sentence}: what control is worth in this adjustment rests on them; state sigma_plan_mm "
+    )
+    return Sentence(
+        said + "and sigma_up_mm of its points, and their source", sentence=fact.sentence
     )
 
 

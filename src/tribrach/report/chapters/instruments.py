@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tribrach.answers import Result
+from tribrach.network.facts import is_assumed
 from tribrach.report.chapter import Chapter
 from tribrach.report.content import Head
 from tribrach.report.subject import Subject
 from tribrach.report.tables import ColumnHead, build_table, number_cell, text_cell
+from tribrach.report.warnings import Severity, warned
 from tribrach.sentences import Sentence
 
 if TYPE_CHECKING:
@@ -104,7 +106,22 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         (ColumnHead("Source", numeric=False), lambda f: text_cell(f.source)),
     ]
     table = build_table("instruments", "Instruments", _NOTE, figures, columns)
-    yield Chapter("instruments", "Instruments", tables=(table,), data=figures)
+    assumed = sorted({f.instrument for f in figures if is_assumed(f.source)})
+    yield Chapter(
+        "instruments",
+        "Instruments",
+        tables=(table,),
+        data=figures,
+        warnings=warned(
+            Severity.DOUBT,
+            [
+                f"figures of the {name.replace('_', ' ')} are assumed: sigmas rest on them where "
+                "the files give none; name its model (sheet) or state its figures, and their source"
+                for name in assumed
+            ],
+            "assumed",
+        ),
+    )
 
 
 def _named(key: str) -> tuple[str, str]:

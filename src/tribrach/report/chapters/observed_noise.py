@@ -129,8 +129,9 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
         )
         figures = _figures(found, found.whole)
         yield from warned(
-            Severity.WEAK,
+            Severity.DOUBT,
             [Sentence("{text}{figures}; {cure}", text=text, figures=figures, cure=cure)],
+            "more_noise",
         )
     elif verdict == "less than stated":
         text = (
@@ -139,7 +140,7 @@ def _warnings(found: StatedNoise) -> Iterable[ReportWarning]:
         )
         yield from warned(Severity.NOTE, [text + _figures(found, found.whole)], "less_noise")
     elif found.beyond:
-        yield from warned(Severity.WEAK, [_beyond(found)], "noise_beyond")
+        yield from warned(Severity.DOUBT, [_beyond(found)], "noise_beyond")
     elif found.farthest is not None:
         yield from warned(Severity.NOTE, [_departs(found, *found.farthest)], "noise_departs")
 

@@ -364,7 +364,9 @@ class CoordinateReader(_Placed):
         empty = np.isnan(sigma) & np.isfinite(stated)
         if empty.any():
             sigma = np.where(empty, stated, sigma)
-            self.survey.facts += (AssumedSigmas(self.table.path.name, *self.sigmas[1:]),)
+            who = tuple(name for name, lacks in zip(names, empty.any(axis=1), strict=True) if lacks)
+            fact = AssumedSigmas(self.table.path.name, *self.sigmas[1:], who, self.sigma_source)
+            self.survey.facts += (fact,)
         filled = np.where(np.isnan(sigma), CHECK_SIGMA, sigma)
         return sigma, filled[:, :, None] ** 2 * np.eye(3)
 

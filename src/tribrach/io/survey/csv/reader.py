@@ -52,6 +52,8 @@ class Context:
     #: sigma of easting and northing, and of the height, of points whose file gives none [m]
     sigma_plan: float | None = None
     sigma_up: float | None = None
+    #: where these come from
+    sigma_source: str = ""
 
 
 class Reader(ABC):
@@ -64,6 +66,7 @@ class Reader(ABC):
         self.carry, self.geocentric = context.carry, context.geocentric
         self.matrix = context.matrix
         self.sigmas = (context.sigma_plan, context.sigma_plan, context.sigma_up)
+        self.sigma_source = context.sigma_source
         self.survey = Survey(site=context.frame.site)
         self.all: Index = np.arange(len(table))
         self.sources: NDArray[Any] = np.empty(len(table), dtype=object)
