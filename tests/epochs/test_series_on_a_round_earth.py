@@ -8,7 +8,7 @@ import pytest
 
 from tests.epochs.test_series import START
 from tribrach.io.readings_through_time import read_timed_readings
-from tribrach.questions.series.chapters import alarm_lines
+from tribrach.questions.series.alarms import alarm_lines
 from tribrach.questions.series.cycles import Series, SeriesSettings, monitor
 from tribrach.units import SEC
 
@@ -73,7 +73,7 @@ def found(path: Path, size: float = 1.0, **further: object) -> Series:
 
 
 def alarms(series: Series) -> list[str]:
-    return alarm_lines(series.cycles, series.settings.references, 5e-3).splitlines()
+    return alarm_lines(series, {cycle.key for cycle in series.cycles}, 5e-3).splitlines()
 
 
 @pytest.mark.parametrize("size", [1.0, 0.3])
@@ -81,9 +81,8 @@ def alarms(series: Series) -> list[str]:
 def test_a_blocked_sight_moves_nothing(tmp_path: Path, seed: int, size: float) -> None:
     """On sites of 500 m and of 150 m: no jump, no alarm, although half of a pair of sights ends."""
     series = found(table(tmp_path, seed, size=size), size)
-    # the tests are at 1 % for each cycle, so that one of twenty may name a reference
-    assert not [line for line in alarms(series) if '"point moved"' in line]
-    assert len(alarms(series)) <= 1
+    # by chance one comes in a year
+    assert not alarms(series)
     for point in series.points:
         (up,) = (fit for fit in point.fits if fit.axis == "U")
         # it was 12.8 and 1.1 mm

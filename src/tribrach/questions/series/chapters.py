@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import bdtrc
 
 from tribrach._types import Array
-from tribrach.answers import stamp
 from tribrach.epochs.coloured_noise import NOISES
 from tribrach.epochs.series import DAY, SeriesFit
-from tribrach.io.json_text import json_text
 from tribrach.questions.series.cycles import AXES, FORM, Cycle, PointSeries, Series
 from tribrach.report.answer import Answer
 from tribrach.report.charts import Chart, beside
@@ -29,7 +27,7 @@ from tribrach.report.times import clock, clocks, time_label, time_ticks
 from tribrach.sentences import Sentence
 from tribrach.units import GON, MM, percent
 
-__all__ = ["FORM", "alarm_lines", "answer_of"]
+__all__ = ["FORM", "answer_of"]
 
 #: points with charts, points with sentences, references that the verdict names
 _DRAWN, _NAMED, _IN_VERDICT = 12, 12, 4
@@ -385,38 +383,3 @@ def _chart(p: PointSeries, found: Series, k: int) -> Picture:
     return Picture(
         f"series-{k}", p.name, beside([panels], f"Series of {p.name}"), caption, wide=True
     )
-
-
-def alarm_lines(cycles: Sequence[Cycle], references: Sequence[str], threshold: float) -> str:
-    """JSON lines: points beyond the threshold *and* the limit, references that moved, failures.
-
-    Parameters
-    ----------
-    cycles
-        Those that are new.
-    references
-        Reference points, whose movement is an alarm of any size.
-    threshold
-        Of the length of a displacement [m].
-    """
-    lines: list[dict[str, Any]] = []
-    for c in cycles:
-        head: dict[str, Any] = {"time": stamp(c.start)}
-        if c.reason:
-            lines.append(head | {"alarm": "cycle not solved", "reason": c.reason})
-        elif not c.resolved:
-            lines.append(head | {"alarm": "references disagree", "test": c.test, "limit": c.limit})
-        for name, p in c.points.items() if c.resolved else ():
-            length, reference = float(np.linalg.norm(p.displacement)), name in references
-            if p.verdict == "moved" and (reference or length > threshold):
-                what = {
-                    "alarm": "reference moved" if reference else "point moved",
-                    "point": name,
-                    "displacement": p.displacement,
-                    "length": length,
-                    "threshold": 0.0 if reference else threshold,
-                    "test": p.test,
-                    "limit": p.limit,
-                }
-                lines.append(head | what)
-    return "".join(json_text(line) + "\n" for line in lines)

@@ -12,7 +12,8 @@ from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.io.point_list import read_point_list
 from tribrach.io.readings_through_time import read_timed_readings
-from tribrach.questions.series.chapters import alarm_lines, answer_of
+from tribrach.questions.series.alarms import alarm_lines
+from tribrach.questions.series.chapters import answer_of
 from tribrach.questions.series.cycles import SeriesSettings, monitor, read_series
 from tribrach.report.answer import Answer
 from tribrach.shell.command import WRITTEN, command
@@ -75,6 +76,10 @@ def series(
     threshold_mm: Annotated[
         float, typer.Option(min=0, max=1e6, help="Alarms are for displacements beyond this.")
     ] = 5.0,
+    false_alarm_days: Annotated[
+        float,
+        typer.Option(min=0.01, max=1e6, help="One alarm by chance in so many days, of the site."),
+    ] = 365.0,
     resume: Annotated[
         Path | None, typer.Option(help="JSON of an earlier call: only new cycles are solved.")
     ] = None,
@@ -119,6 +124,6 @@ def series(
     if alarms is None:
         return answer
     old = set() if earlier is None else {cycle.key for cycle in earlier.cycles}
-    new = [cycle for cycle in found.cycles if cycle.key not in old]
-    lines = alarm_lines(new, chosen, 1e-3 * threshold_mm)
+    new = {cycle.key for cycle in found.cycles} - old
+    lines = alarm_lines(found, new, 1e-3 * threshold_mm, false_alarm_days)
     return replace(answer, files={alarms: lines})

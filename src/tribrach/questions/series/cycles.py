@@ -136,6 +136,8 @@ class PointSeries:
     """One point through time."""
 
     name: str
+    #: of its cycles (n)
+    keys: tuple[str, ...]
     #: since 1970 (n,)
     days: Array
     #: displacements in E, N, U (n, 3) [m] and their standard deviations
@@ -188,23 +190,19 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
         """Every point through time; cycles without datum are left out."""
         parts = []
         for name in dict.fromkeys(name for cycle in self.cycles for name in cycle.points):
-            rows = [
-                (cycle.start / DAY, cycle.points[name])
-                for cycle in self.cycles
-                if name in cycle.points and cycle.resolved
-            ]
-            rows = [(day, p) for day, p in rows if len(p.displacement) == len(AXES)]
-            if not rows:
+            seen = [c for c in self.cycles if name in c.points and c.resolved]
+            seen = [c for c in seen if len(c.points[name].displacement) == len(AXES)]
+            if not seen:
                 continue
-            days = np.array([day for day, _ in rows])
-            values = np.array([p.displacement for _, p in rows])
-            sigma = np.array([p.sigma for _, p in rows])
-            parts.append((name, days, values, sigma))
+            days = np.array([c.start / DAY for c in seen])
+            values = np.array([c.points[name].displacement for c in seen])
+            sigma = np.array([c.points[name].sigma for c in seen])
+            parts.append((name, tuple(c.key for c in seen), days, values, sigma))
         fits = iter(
             fit_together(
                 [
                     (days, values[:, k], sigma[:, k], axis)
-                    for _, days, values, sigma in parts
+                    for _, _, days, values, sigma in parts
                     for k, axis in enumerate(AXES)
                 ]
             )
