@@ -37,6 +37,8 @@ def coordinate_step(xyz: Array, finest: float = _STEPS[-1]) -> float:
     from_first = some - some[0]
     for step in _STEPS:
         whole = from_first / step
-        if step >= finest and np.abs(whole - np.rint(whole)).max() < 1e-4:
+        steps = np.rint(whole)
+        # what lies within a part of the step says nothing about it
+        if step >= finest and steps.any() and np.abs(whole - steps).max() < 1e-4:
             return step
     return 0.0

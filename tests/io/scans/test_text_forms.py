@@ -8,6 +8,7 @@ import pytest
 from tests.io.scans.scan_files import whole, written
 from tribrach.errors import InputError
 from tribrach.io.scans.formats import read_scans
+from tribrach.io.scans.info import describe
 from tribrach.io.scans.reading import as_told
 from tribrach.scan.scan import Scan
 
@@ -39,17 +40,39 @@ def test_marks_and_decimals(tmp_path: Path, mark: str, decimal: str, head: str) 
     assert np.array_equal(whole(scan_of(tmp_path, content)).xyz, XYZ)
 
 
-@pytest.mark.parametrize("thousands", ["'", "."])
-def test_thousands(tmp_path: Path, thousands: str) -> None:
-    if thousands == "'":
-        pytest.skip("apostrophes are no part of a number of points")
-    lines = [
-        " ".join(f"{v:,.3f}".replace(",", "t").replace(".", ",").replace("t", ".") for v in row)
-        for row in XYZ
-    ]
-    assert np.array_equal(whole(scan_of(tmp_path, "\n".join(lines))).xyz, XYZ)
-    english = "\n".join(" ".join(f"{v:,.3f}" for v in row) for row in XYZ)
-    assert np.array_equal(whole(scan_of(tmp_path, english)).xyz, XYZ)
+@pytest.mark.parametrize("mark", [" ", ";", "\t"])
+@pytest.mark.parametrize("marks", [".,", ",.", ".'", ",'"])
+def test_thousands(tmp_path: Path, mark: str, marks: str) -> None:
+    swapped = str.maketrans(".,", marks)
+    content = "\n".join(mark.join(f"{v:,.3f}".translate(swapped) for v in row) for row in XYZ)
+    assert np.array_equal(whole(scan_of(tmp_path, content)).xyz, XYZ)
+
+
+def test_exponents_of_fortran(tmp_path: Path) -> None:
+    content = "\n".join(" ".join(f"{v:.10e}".replace("e", "D") for v in row) for row in XYZ)
+    assert np.array_equal(whole(scan_of(tmp_path, content)).xyz, XYZ)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+@pytest.mark.parametrize(
+    "head", ["", "Punktnummer;Rechtswert;Hochwert;Höhe;Code\n", "Matricule;Est;Nord;Élévation;x1\n"]
+)
+def test_names_before_decimal_commas(tmp_path: Path, head: str, encoding: str) -> None:
+    rows = text(XYZ, ";", ",").splitlines()
+    content = head + "".join(f"P{k};{row};Hütte\n" for k, row in enumerate(rows))
+    (scan,) = read_scans(written(tmp_path, "a.csv", content.encode(encoding)))
+    assert np.array_equal(whole(scan, 7).xyz, XYZ)
+    assert scan.names == ()
+
+
+@pytest.mark.parametrize("head", ["lon,lat,h\n", "Longitude,Latitude,Altitude [m]\n", ""])
+def test_degrees_are_told_by_their_names_or_doubted(tmp_path: Path, head: str) -> None:
+    small = np.column_stack([11.5 + XYZ[:, 0] % 20 / 1e7, 48 + XYZ[:, 1] % 20 / 1e7, XYZ[:, 2]])
+    if not head:
+        small[:, 2] = 520
+    (scan,) = read_scans(written(tmp_path, "a.csv", head + text(small, ",", digits=9)))
+    assert (scan.unit.factors is None) == bool(head)
+    assert any("degrees" in said for said in describe(scan).sentences)
 
 
 def test_three_digits_after_each_comma_are_asked_for(tmp_path: Path) -> None:

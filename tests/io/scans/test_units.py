@@ -165,6 +165,16 @@ def test_a_ply_in_millimetres(tmp_path: Path) -> None:
     assert describe(scan).unit.metres == (1e-3,) * 3
 
 
+@pytest.mark.parametrize(("scale", "doubted"), [(1.0, False), (100.0, True), (1 / 0.0254, True)])
+def test_what_a_tripod_looks_down_on_is_near(tmp_path: Path, scale: float, doubted: bool) -> None:
+    rng = np.random.default_rng(1)
+    xyz = rng.uniform([-5, -4, -1.7], [5, 4, 1.3], (3000, 3))
+    xyz[:1500, 2], xyz[1500:, 2] = -1.7, 1.3
+    text = "\n".join(" ".join(f"{v:.4f}" for v in row) for row in xyz * scale) + "\n"
+    (scan,) = read_scans(written(tmp_path, "a.xyz", text))
+    assert (describe(scan).below > 50) == doubted
+
+
 @pytest.mark.parametrize("scale", [1000.0, 100.0, 1.0])
 def test_a_hall_in_other_units_is_doubted(tmp_path: Path, scale: float) -> None:
     rng = np.random.default_rng(1)

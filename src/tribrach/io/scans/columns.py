@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.scans.units import named_unit
+from tribrach.io.survey.csv.headings import coordinate_word
 from tribrach.scan.length_unit import LengthUnit
 from tribrach.scan.scan import Chunk, Field
 
@@ -22,9 +23,9 @@ _RGB = ("red", "green", "blue")
 _NAMES: dict[str, str] = {
     other: name
     for name, others in {
-        "x": "x easting east e cartesianx xcoordinate xcoord rechtswert ostwert",
-        "y": "y northing north n cartesiany ycoordinate ycoord hochwert nordwert",
-        "z": "z height elevation elev altitude up u h cartesianz zcoordinate zcoord hoehe höhe",
+        "x": "x e cartesianx lon long longitude lng",
+        "y": "y n cartesiany lat latitude",
+        "z": "z u h cartesianz",
         "intensity": "intensity i intensities",
         "red": "red r diffusered",
         "green": "green g diffusegreen",
@@ -40,6 +41,10 @@ _NAMES: dict[str, str] = {
     }.items()
     for other in others.split()
 }
+#: coordinates by the words of tables
+_AXES = {"easting": "x", "x": "x", "northing": "y", "y": "y", "height": "z"}
+#: what begins like this is an angle
+_ANGLES = ("lon", "lng", "lat")
 #: a name with its unit in brackets or behind an underscore
 _UNIT = re.compile(r"(?P<name>.+?)(?:\s*[\[(](?P<a>[^\])]+)[\])]|_(?P<b>[A-Za-z]+))")
 #: types of our own fields; all others keep those of the file
@@ -64,12 +69,18 @@ def known_name(name: str) -> str | None:
     scalar = bare.startswith("scalar_")
     bare = re.sub(r"[\s_\"'#/-]", "", bare.removeprefix("scalar_"))
     # a scalar field of one letter is none of ours: its name would be whole
-    return None if scalar and len(bare) == 1 else _NAMES.get(bare)
+    if scalar and len(bare) == 1:
+        return None
+    return _NAMES.get(bare) or _AXES.get(coordinate_word(bare) or "")
 
 
 def column_unit(name: str) -> LengthUnit | None:
     """The unit that stands after the name of a coordinate: ``X [mm]``, ``easting_ft``."""
-    return _with_unit(name)[1] if known_name(name) in ("x", "y", "z") else None
+    if known_name(name) not in ("x", "y", "z"):
+        return None
+    return (
+        named_unit("deg") if name.strip("\"' ").lower().startswith(_ANGLES) else _with_unit(name)[1]
+    )
 
 
 def _with_unit(name: str) -> tuple[str, LengthUnit | None]:

@@ -37,9 +37,13 @@ _COMPARED = 300_000
 _RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
 #: no scan is wider [m]
 _WIDEST = 2e4
+#: no scan of several points is narrower [m]: a hall in degrees is
+_NARROWEST = 5e-3
 #: no floor or ceiling is farther from a scanner than the steep rays of half a scan reach [m], and
 #: no scanner gives coordinates in steps of [m]
 _STEEP_RANGE, _COARSE = 300.0, 1.0
+#: no tripod stands so high above what is below it [m]
+_HIGH = 50.0
 #: steep rays that tell: their share and number
 _STEEP_SHARE, _STEEP_FEW = 0.02, 50
 _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
@@ -213,6 +217,8 @@ class Description(
     coarse: Number | None
     #: median range of rays steeper than 45 degrees [m], 0 where there are few
     steep: float = 0.0
+    #: the same of those that look down
+    below: float = 0.0
 
     name = part("scan.name", str, "Name of the scan.")
     index = part("scan.index", int, "Its number in the file.")
@@ -345,10 +351,20 @@ class Description(
             return out + self._of_records()
         if across > _WIDEST:
             out.append(f"The points spread over {across / 1e3:.4g} km: are the coordinates metres?")
+        elif scan.unit.metric and 0 < across < _NARROWEST:
+            out.append(
+                f"All points lie within {1e3 * across:.2g} mm: are the coordinates metres, and not "
+                "degrees?"
+            )
         elif self.steep > _STEEP_RANGE:
             out.append(
                 f"Half of the steep rays are longer than {self.steep:.0f} m, and no floor or "
                 "ceiling is so far away: are the coordinates metres?"
+            )
+        elif self.below > _HIGH:
+            out.append(
+                f"Half of the rays that look down steeply are longer than {self.below:.0f} m, and "
+                "no tripod stands so high: are the coordinates metres?"
             )
         elif self.coarse is not None and self.coarse >= _COARSE and scan.unit.metric:
             out.append(
@@ -425,21 +441,22 @@ def describe(scan: Scan, among: int = 1) -> Description:
     figures = statistics(scan)
     step: tuple[float, float] | None = None
     ranges: tuple[float, ...] = ()
-    steep = 0.0
+    steep = below = 0.0
     # coordinates that nothing can be computed with are described as they are
     with np.errstate(over="ignore", invalid="ignore"):
         if scan.origin != "unknown" and figures.points:
             distance = np.linalg.norm(figures.spread, axis=1)
             ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
             step = _step(figures.first)
-            steep = _steep(figures.spread, distance)
+            steep = _steep(np.abs(figures.spread[:, 2]), figures.spread, distance)
+            below = _steep(-figures.spread[:, 2], figures.spread, distance)
         coarse = coordinate_step(figures.spread, _STEP) or None
-    return Description(scan, figures, among, step, ranges, coarse, steep)
+    return Description(scan, figures, among, step, ranges, coarse, steep, below)
 
 
-def _steep(xyz: Array, distance: Array) -> float:
-    """Median range of the rays steeper than 45 degrees [m]; 0 where they are few."""
-    steep = distance[np.abs(xyz[:, 2]) > np.hypot(xyz[:, 0], xyz[:, 1])]
+def _steep(rise: Array, xyz: Array, distance: Array) -> float:
+    """Median range of the rays that rise by more than 45 degrees [m]; 0 where they are few."""
+    steep = distance[rise > np.hypot(xyz[:, 0], xyz[:, 1])]
     if len(steep) < max(_STEEP_FEW, _STEEP_SHARE * len(xyz)):
         return 0.0
     return float(np.median(steep))

@@ -32,7 +32,11 @@ _PLAIN = {
     (",", ""): re.compile(rf"(?i)[-+]?(?:\d+(?:,\d+)?|,\d+){_EXPONENT}{_ODD}"),
     (".", ","): re.compile(r"[-+]?\d{1,3}(?:,\d{3})*(?:\.\d*)?"),
     (",", "."): re.compile(r"[-+]?\d{1,3}(?:\.\d{3})*(?:,\d+)?"),
+    (".", "'"): re.compile(r"[-+]?\d{1,3}(?:'\d{3})*(?:\.\d*)?"),
+    (",", "'"): re.compile(r"[-+]?\d{1,3}(?:'\d{3})*(?:,\d+)?"),
 }
+#: exponents of Fortran
+_FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")
 #: a comma with three digits after it and at most three before it
 _THREE = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
 _DROPPED = 34
@@ -51,6 +55,8 @@ class TextForm:
     ends: bool = False
     #: a mark stands at the end of every line
     closed: bool = False
+    #: exponents begin with D
+    fortran: bool = False
 
     @property
     def blanks(self) -> bytes:
@@ -70,6 +76,8 @@ class TextForm:
             table[ord(",")] = ord(".")
         if self.thousands:
             table[ord(self.thousands)] = _DROPPED
+        if self.fortran:
+            table[ord("D")] = table[ord("d")] = ord("E")
         return bytes(table)
 
     @property
@@ -100,7 +108,7 @@ _FORMS = (
     *(TextForm(mark, decimal) for mark in ";\t|" for decimal in ".,"),
     *(TextForm(mark) for mark in ", "),
     TextForm(" ", ","),
-    *(TextForm(mark, *pair) for mark in ";\t| " for pair in ((".", ","), (",", "."))),
+    *(TextForm(mark, *pair) for mark in ";\t| " for pair in (".,", ",.", ".'", ",'")),
     TextForm(""),
 )
 
@@ -114,13 +122,20 @@ def _quoted(line: str, mark: str) -> list[str]:
 
 
 def heads(text: str) -> tuple[list[str], list[str]]:
-    """Lines before the first one that begins like a number, and those from there on."""
+    """Lines before the first one that begins like a number or holds three, and the others."""
     lines = [line for line in text.splitlines() if line.strip()]
     for k, line in enumerate(lines):
         bare = line.strip()
-        if _BEGINS.match(bare) and not bare.startswith(COMMENTS) and not bare.isdigit():
+        if bare.startswith(COMMENTS) or bare.isdigit():
+            continue
+        if _BEGINS.match(bare) or any(_numbers(form, bare) >= 3 for form in _FORMS):
             return lines[:k], lines[k:]
     return lines, []
+
+
+def _numbers(form: TextForm, line: str) -> int:
+    """How many cells of a line are numbers."""
+    return sum(map(form.number, form.cells(line)))
 
 
 def text_start(path: Path) -> str:
@@ -129,7 +144,10 @@ def text_start(path: Path) -> str:
         raw = file.read(_LOOKED)
     if len(raw) == _LOOKED:
         raw = raw[: raw.rfind(b"\n") + 1] or raw
-    return raw.decode("utf-8-sig", errors="replace")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError:  # Windows, which has a letter for nearly every byte
+        return raw.decode("cp1252", errors="replace")
 
 
 def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str], list[str]]:
@@ -153,11 +171,15 @@ def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str]
     for one in _FORMS:
         if decimal is not None and one.decimal != decimal:
             continue
+        if not one.mark and best > (0.0, 0.0):  # blanks, commas and semicolons alike: the last way
+            continue
         good = _agreement(one, lines)
         if good > best:
             best, form = good, one
     if decimal is None:
         _refuse_doubt(form, lines, path)
+    if any(form.number(c) and _FORTRAN.search(c) for line in lines for c in form.cells(line)):
+        form = replace(form, fortran=True)
     if form.fill:
         empty = [line.rstrip(" \r").endswith(form.mark) for line in lines]
         form = replace(form, ends=any(empty) and not all(empty), closed=all(empty))

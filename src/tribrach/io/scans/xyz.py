@@ -155,6 +155,8 @@ def _scan(
     columns = dict(zip(names, values[:, list(kept)].T, strict=True))
     layout = arranged(types, columns, path)
     units = {unit for name in names if (unit := column_unit(name)) is not None}
+    if any(unit.factors is None for unit in units):  # heights are metres
+        units = {unit for unit in units if unit.factors is None}
     if len(units) > 1:
         units = set()
         warnings.append("the columns x, y and z are named in different units")

@@ -22,6 +22,7 @@ __all__ = [
     "AxesQuestion",
     "HeadQuestion",
     "Heads",
+    "coordinate_word",
     "heads_of",
     "letters",
     "looks_headless",
@@ -119,6 +120,12 @@ def letters(text: str) -> str:
     lower = text.casefold().replace("ł", "l").replace("σ", "sigma").replace("№", "no")
     plain = unicodedata.normalize("NFKD", lower)
     return "".join(c for c in plain if c.isalnum() and c.isascii())
+
+
+def coordinate_word(title: str) -> str | None:
+    """The coordinate that a word over a column means, in any of the languages; None if none."""
+    meaning = _MEANING.get(letters(title))
+    return meaning if meaning in (*_AXES, "x", "y") else None
 
 
 def _parts(title: str) -> tuple[str, str | None]:
