@@ -36,10 +36,10 @@ def run(*words: object) -> str:
 def test_union_of_two_clouds(tmp_path: Path) -> None:
     a, b = (cloud(tmp_path / f"{n}.txt", wall(*s)) for n, s in (("A", (0, 6)), ("B", (4, 10))))
     said = run(a, b, "--json", tmp_path / "c.json", "--html", tmp_path / "c.html")
-    assert "2,000 cells of 0.1 m" in said
-    assert "78 % by one station, 22 % by two stations" in said
+    assert "20.0 m² in 2,000 cells of 0.1 m" in said
+    assert "80 % by one station, 20 % by two stations" in said
     data = json.loads((tmp_path / "c.json").read_text())
-    assert data["seen_by"]["one station"] == 1560
+    assert data["seen_by"]["one station"] == 1600
     assert set(data["stations"]) == {"A", "B"}
     page = (tmp_path / "c.html").read_text()
     assert page.count("<figure") == 1
@@ -56,14 +56,13 @@ def test_model_and_sigma(tmp_path: Path) -> None:
     mesh.write_bytes(binary(corners))
     page = tmp_path / "c.html"
     said = run(a, "--model", mesh, "--sigma-mm", 5, "--html", page)
-    # the upper and the right edge of the mesh touch cells that the cloud does not reach
     share = float(said.split("seen: ")[1].split("%")[0])
-    assert share == pytest.approx(40, abs=2.5)
+    assert share == pytest.approx(40, abs=0.5)
     assert "0 % of what is seen reaches it" in said
     assert "Seen by no station: " in said
     assert page.read_text().count("<figure") == 2
     points = run(a, "--model", cloud(tmp_path / "m.txt", wall(0, 10)), "--sigma-mm", 7)
-    assert "39 % by no station" in points
+    assert "40 % by no station" in points
     assert "100 % of what is seen reaches it" in points
 
 

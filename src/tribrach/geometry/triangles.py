@@ -1,4 +1,4 @@
-"""Covers triangles with points no farther apart than a given spacing. Metres."""
+"""Cuts triangles into small ones, whose centres and areas stand for the surface. Metres."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["covering_points"]
+__all__ = ["covering_pieces"]
 
 
 #: parts along an edge; larger triangles are split in four first
@@ -17,21 +17,21 @@ _PARTS = 128
 _CHUNK = 1_000_000
 
 
-def covering_points(triangles: Array, spacing: float) -> Iterator[Array]:
-    """Points on triangles, corners included.
+def covering_pieces(triangles: Array, size: float) -> Iterator[tuple[Array, Array]]:
+    """Cut triangles into small ones: their centres (k, 3) [m] and areas (k,) [m^2].
 
     Parameters
     ----------
     triangles : (n, 3, 3)
         Corners [m].
-    spacing
-        Largest distance between neighbours [m].
+    size
+        Longest side of the small ones [m].
     """
     waiting = [np.asarray(triangles, dtype=float)]
     while waiting:
         batch = waiting.pop()
         longest = np.linalg.norm(batch - np.roll(batch, 1, axis=1), axis=2).max(axis=1)
-        parts = np.ceil(longest / spacing)
+        parts = np.ceil(longest / size)
         large = parts > _PARTS
         if large.any():
             # a bounded number at a time, so that one huge triangle does not fill the memory
@@ -50,12 +50,16 @@ def _split(triangles: Array) -> Array:
     return np.concatenate([np.stack(part, axis=1) for part in parts])
 
 
-def _covered(triangles: Array, n: int) -> Iterator[Array]:
-    """Points (k, 3) at all multiples of 1/n along two edges of each triangle."""
-    i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
-    inside = i + j <= n
-    u, v = i[inside] / n, j[inside] / n
+def _covered(triangles: Array, n: int) -> Iterator[tuple[Array, Array]]:
+    """Centres (k, 3) and areas (k,) of the n^2 triangles that divide each side of each by n."""
+    i, j = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    upright, upside = i + j < n, i + j < n - 1
+    u = np.concatenate([i[upright] + 1 / 3, i[upside] + 2 / 3]) / n
+    v = np.concatenate([j[upright] + 1 / 3, j[upside] + 2 / 3]) / n
     weights = np.stack([1 - u - v, u, v], axis=1)
     step = max(1, _CHUNK // len(weights))
     for start in range(0, len(triangles), step):
-        yield (weights @ triangles[start : start + step]).reshape(-1, 3)
+        part = triangles[start : start + step]
+        normal = np.cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0])
+        area = np.linalg.norm(normal, axis=1) / (2 * n * n)
+        yield (weights @ part).reshape(-1, 3), np.repeat(area, len(weights))

@@ -190,7 +190,7 @@ class DescribedUnit(Result):
 @dataclass(frozen=True, eq=False)
 class Description(
     Result,
-    without=("scan", "figures", "among", "steep"),
+    without=("scan", "figures", "among", "steep", "below"),
     also=(
         "file", "name", "index", "points", "records", "dropped", "no_return", "bounds", "fields",
         "grid", "pose", "crs", "unit", "origin", "doubled_share", "facts", "sentences",

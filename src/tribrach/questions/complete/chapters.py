@@ -57,7 +57,7 @@ def answer_of(title: str, found: Completeness) -> Answer:
     for what, some in zip(_GAPS.values(), gaps, strict=True):
         lines += [
             Sentence(
-                "{what}: {gap.cells} cells around {gap.middle[0]:m1~}, {gap.middle[1]:m1~}, "
+                "{what}: {gap.area:1} m² around {gap.middle[0]:m1~}, {gap.middle[1]:m1~}, "
                 "{gap.middle[2]:m1~} ({gap.extent[0]:m1~} x {gap.extent[1]:m1~} x "
                 "{gap.extent[2]:m1})",
                 what=what,
@@ -86,13 +86,14 @@ def answer_of(title: str, found: Completeness) -> Answer:
                 f"Largest places: {what.lower()}",
                 "",
                 some,
-                [*axes, column("cells", "cells", "0")],
+                [*axes, column("area", "area", "2", unit="m²"), column("cells", "cells", "0")],
             )
             for (name, what), some in zip(_GAPS.items(), gaps, strict=True)
         ],
         footer=Sentence(
-            "Cells of {found.cell:mg}; a station sees a cell if it has points in it or in "
-            "one that shares a face with it.",
+            "Cells of {found.cell:mg}; shares are those of the area of the surface in them. A "
+            "station sees a cell if it has points in it, in the next one across the surface, or "
+            "in most of those around it.",
             found=found,
         ),
         terminal=[joined("\n", lines)],
@@ -102,12 +103,12 @@ def answer_of(title: str, found: Completeness) -> Answer:
 def _findings(found: Completeness) -> Iterator[Finding]:
     """What a reader should take from it."""
     told = [
-        Sentence("{share:%} by {name}", share=count / max(1, found.cells), name=name)
-        for name, count in found.seen_by.items()
+        Sentence("{share:%} by {name}", share=_share(area, found.area), name=name)
+        for name, area in found.area_seen_by.items()
     ]
     yield Finding.of(
         "seen",
-        "{all.cells:,} cells of {all.cell:mg6} {what}; seen: {seen}.",
+        "{all.area:1,} m² in {all.cells:,} cells of {all.cell:mg6} {what}; seen: {seen}.",
         all=found,
         what="of the model" if found.modelled else "were scanned",
         seen=joined(", ", told if found.modelled else told[1:]),
@@ -117,9 +118,9 @@ def _findings(found: Completeness) -> Iterator[Finding]:
             "What no station saw cannot be told from the clouds alone: give a model for that.",
             key="no_model",
         )
-    if found.sigma is not None:
-        there = max(1, sum(found.sigma.values()))
-        reached, missed, unknown = (count / there for count in found.sigma.values())
+    if found.area_of_sigma is not None:
+        there = sum(found.area_of_sigma.values())
+        reached, missed, unknown = (_share(one, there) for one in found.area_of_sigma.values())
         yield Finding.of(
             "sigma_reached",
             "A sigma of {required:mmg6} is required (3D, of the best station in a cell): "
@@ -134,20 +135,24 @@ def _findings(found: Completeness) -> Iterator[Finding]:
 
 def _front(found: Completeness, said: list[Finding]) -> FrontPage:
     """How much was seen, or is as exact as required; the sentence is one of the findings."""
-    n, everywhere = max(1, found.cells), False
+    everywhere = False
     if found.sigma is None and found.modelled:
-        verdict = Sentence("{found:%} of the model seen", found=1 - found.seen_by["no station"] / n)
+        seen = 1 - _share(found.area_seen_by["no station"], found.area)
+        verdict = Sentence("{seen:%} of the model seen", seen=seen)
     elif found.sigma is None:
-        verdict = Sentence(
-            "{found:%} seen by two stations or more", found=1 - found.seen_by["one station"] / n
-        )
+        seen = 1 - _share(found.area_seen_by["one station"], found.area)
+        verdict = Sentence("{seen:%} seen by two stations or more", seen=seen)
     else:
-        reached, there = found.sigma["reached"], sum(found.sigma.values())
-        everywhere = reached == there and not found.seen_by["no station"]
+        areas = found.area_of_sigma or {}
+        everywhere = not found.sigma["not reached"] + found.sigma["unknown"]
+        everywhere = everywhere and not found.seen_by["no station"]
         where = (
             "everywhere"
             if everywhere
-            else Sentence("on {reached:%}", reached=reached / max(1, there))
+            else Sentence(
+                "on {reached:%}",
+                reached=_share(areas.get("reached", 0.0), sum(areas.values())),
+            )
         )
         verdict = Sentence("The required sigma is reached {where}", where=where)
     sentence = said[0 if found.sigma is None else -1].words
@@ -157,22 +162,28 @@ def _front(found: Completeness, said: list[Finding]) -> FrontPage:
 
 def _shares(found: Completeness) -> list[ReportTable]:
     """Cells by what is known of them, and what each station sees."""
-    n = max(1, found.cells)
+    areas = {**found.area_seen_by, **(found.area_of_sigma or {})}
     rows = [
-        *found.seen_by.items(),
-        *((f"sigma {name}", count) for name, count in (found.sigma or {}).items()),
+        *((name, name, count) for name, count in found.seen_by.items()),
+        *((f"sigma {name}", name, count) for name, count in (found.sigma or {}).items()),
     ]
-    note = "Shares of all cells of the surface. The sigma is that of the best station in a cell."
+    note = "Shares of the area of the surface. The sigma is that of the best station in a cell."
     cells = [
         column("Seen by", lambda row: row[0]),
-        column("cells", lambda row: row[1], "0"),
-        column("share", lambda row: row[1] / n, "%1"),
+        column("cells", lambda row: row[2], "0"),
+        column("area", lambda row: areas[row[1]], "1", unit="m²"),
+        column("share", lambda row: _share(areas[row[1]], found.area), "%1"),
     ]
     stations = [column("Station", lambda row: row[0]), column("sees", lambda row: row[1], "%1")]
     return [
         build_table("classes", "Cells", note, rows, cells),
         build_table("stations", "Stations", "", list(found.stations.items()), stations),
     ]
+
+
+def _share(part: float, whole: float) -> float:
+    """Part of a whole, 0 of nothing."""
+    return part / whole if whole else 0.0
 
 
 def _chosen(count: int) -> NDArray[np.int64]:

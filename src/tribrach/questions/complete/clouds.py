@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from tribrach._types import Array, Index, Progress
+from tribrach._types import Array, Progress
 from tribrach.errors import InputError
-from tribrach.geometry.triangles import covering_points
+from tribrach.geometry.triangles import covering_pieces
 from tribrach.io.json_file import read_json
 from tribrach.io.models.formats import is_model, read_model
 from tribrach.io.poses.names import POSES
@@ -177,19 +176,17 @@ def _variance(chunk: Chunk) -> Array | None:
     return variance
 
 
-def _surface(model: Path, grid: PatchGrid) -> Index:
-    """Cells of a model: of its triangles if it is a mesh, else of its points."""
+def _surface(model: Path, grid: PatchGrid) -> SurfacePatches:
+    """Cells of a model: of its triangles with their areas if it is a mesh, else of its points."""
     patches = SurfacePatches()
-    for xyz in _points(model, grid.size):
-        patches.add(grid.keys(xyz))
+    if is_model(model):
+        for xyz, areas in covering_pieces(read_model(model).triangles, grid.size / 3):
+            patches.add(grid.keys(xyz), areas)
+    else:
+        for scan in map(screened, read_scans(model)):
+            for chunk in scan.chunks():
+                patches.add(grid.keys(_world(scan, chunk)))
     patches.merge()
     if len(patches.keys) == 0:
         raise InputError("the model has no points", file=model, cure="give another")
-    return patches.keys
-
-
-def _points(model: Path, size: float) -> Iterator[Array]:
-    if is_model(model):
-        return covering_points(read_model(model).triangles, size / 2)
-    scans = map(screened, read_scans(model))
-    return chain.from_iterable((_world(s, chunk) for chunk in s.chunks()) for s in scans)
+    return patches

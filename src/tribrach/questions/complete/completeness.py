@@ -1,10 +1,14 @@
 """Finds surfaces that no, one or several stations saw, and where the sigma is not reached.
 
-Surfaces are the cells of a grid that hold points: of a model, or of all clouds together. A station
-sees a cell if it has points in it or in one that shares a face with it, so that noise across the
-border of cells does not hide a surface. The sigma of a cell is the root mean square of the
-three-dimensional sigmas of its points from the station that is best there: errors of a station do
-not average out.
+Surfaces are the cells of a grid that hold points: of a model, or of all clouds together. Cells in a
+row across the surface, as noise fills them where it lies on a border of cells, are one patch of it:
+its area is that of a face of the grid over the cosine of its slope. A station sees a patch if it
+has points in it or in the next cell across, so that noise across the border hides nothing; or if it
+sees most of the patches around it, so that the few points of a thin cloud hide nothing either. At
+the edge of what it sees, the share of a patch that it sees is that of the points which patches
+farther inside have; what fewer stations see is part of what more see, as along a shadow. The sigma
+of a patch is the root mean square of the three-dimensional sigmas of its points from the station
+that is best there: errors of a station do not average out.
 
 Points are counted chunk by chunk: memory grows with surface, not points. A cell is one number:
 three signed indices of 21 bits from an origin near the points. Metres.
@@ -12,15 +16,16 @@ three signed indices of 21 bits from an origin near the points. Metres.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from tribrach._types import Array, Index
+from tribrach._types import Array, Index, Mask
 from tribrach.answers import Result
 from tribrach.errors import InputError
 
@@ -40,12 +45,14 @@ MOST = 60_000_000
 _BITS, _HALF = 21, 1 << 20
 #: cells waiting to be merged
 _WAITING = 2_000_000
-#: steps to the neighbours that share a face
-_FACES = ((1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1))
 #: half of the 26 neighbours: each pair once
 _FORWARD = tuple(
     (i, j, k) for i in (-1, 0, 1) for j in (-1, 0, 1) for k in (-1, 0, 1) if (i, j, k) > (0, 0, 0)
 )
+#: of the eight patches around one, so many make it seen
+_MOST_AROUND = 5
+#: steps along the surface to them
+_AROUND = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
 #: classes of cells by the number of stations that see them
 SEEN_BY = ("no station", "one station", "two stations", "three and more")
 #: a cell of the union with fewer points in all is stray
@@ -61,6 +68,8 @@ class Gap(Result):
     extent: tuple[float, float, float]
     #: their number
     cells: int
+    #: of the surface in them [m^2]
+    area: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -76,8 +85,8 @@ class Gaps(Result):
 @dataclass(frozen=True)
 class Completeness(
     Result,
-    without=("modelled", "centres", "seen", "sigmas"),
-    also=("surface", "cells", "seen_by", "sigma"),
+    without=("modelled", "centres", "seen", "sigmas", "areas", "covered"),
+    also=("surface", "cells", "area", "seen_by", "area_seen_by", "sigma", "area_of_sigma"),
 ):
     """Cells of the surface and what the stations know of them."""
 
@@ -91,9 +100,13 @@ class Completeness(
     seen: NDArray[np.int64]
     #: of the best station in each (n,) [m], NaN where none is known
     sigmas: Array
+    #: of the surface in each (n,) [m^2]
+    areas: Array
+    #: share of each that one station, two and three see at least (n, 3)
+    covered: Array
     #: the sigma that was asked for [m]
     required_sigma: float | None
-    #: share of the cells that each sees
+    #: share of the area that each sees
     stations: dict[str, float]
     gaps: Gaps
 
@@ -108,22 +121,50 @@ class Completeness(
         return len(self.seen)
 
     @property
+    def area(self) -> float:
+        """Of the whole surface [m^2]."""
+        return float(sum(self.area_seen_by.values()))
+
+    @property
     def seen_by(self) -> dict[str, int]:
         """Cells by the number of stations that see them."""
         count = np.bincount(np.minimum(self.seen, 3), minlength=4).tolist()
         return dict(zip(SEEN_BY, count, strict=True))
 
     @property
+    def area_seen_by(self) -> dict[str, float]:
+        """Area by the number of stations that see it [m^2]."""
+        least = [float(self.areas.sum()), *(self.areas @ self.covered).tolist(), 0.0]
+        if not self.modelled:  # what nobody saw is no surface
+            least[0] = least[1]
+        return {
+            name: max(one - more, 0.0)
+            for name, one, more in zip(SEEN_BY, least[:-1], least[1:], strict=True)
+        }
+
+    @property
     def sigma(self) -> dict[str, int] | None:
         """Cells that are seen by whether the required sigma is reached; null if none is asked."""
         if self.required_sigma is None:
             return None
+        return {name: int(np.count_nonzero(some)) for name, some in self._by_sigma().items()}
+
+    @property
+    def area_of_sigma(self) -> dict[str, float] | None:
+        """The same by area [m^2]."""
+        if self.required_sigma is None:
+            return None
+        seen = self.areas * self.covered[:, 0]
+        return {name: float(seen[some].sum()) for name, some in self._by_sigma().items()}
+
+    def _by_sigma(self) -> dict[str, Mask]:
+        """Which cells reach the required sigma, do not, or cannot tell."""
         there, known = self.seen > 0, np.isfinite(self.sigmas)
-        reached = known & (np.where(known, self.sigmas, np.inf) <= self.required_sigma)
+        reached = known & (np.where(known, self.sigmas, np.inf) <= (self.required_sigma or 0.0))
         return {
-            "reached": int(np.count_nonzero(there & reached)),
-            "not reached": int(np.count_nonzero(there & known & ~reached)),
-            "unknown": int(np.count_nonzero(there & ~known)),
+            "reached": there & reached,
+            "not reached": there & known & ~reached,
+            "unknown": there & ~known,
         }
 
 
@@ -131,7 +172,7 @@ def assess_completeness(
     grid: PatchGrid,
     stations: Mapping[str, SurfacePatches],
     *,
-    model: Index | None = None,
+    model: SurfacePatches | None = None,
     required: float | None = None,
     gaps: int = 10,
 ) -> Completeness:
@@ -143,64 +184,180 @@ def assess_completeness(
         The cells.
     stations
         Merged patches of each station, by name.
-    model : array (n,)
-        Cells of the surface; the union of the stations if None.
+    model
+        Merged patches of the surface, with areas [m^2] for variances where they are known; the
+        union of the stations if None.
     required
         Sigma to be reached [m].
     gaps
         How many of the largest to name of each sort.
     """
-    cells = _union(stations) if model is None else np.unique(model)
+    cells = _union(stations) if model is None else model.keys
+    surface = _Patches.of(cells, grid.size)
+    if model is not None and model.sums.any():
+        surface = replace(surface, areas=model.sums)
     seen = np.zeros(len(cells), dtype=np.int64)
+    covered = np.zeros((len(cells), 3))
     best = np.full(len(cells), np.inf)
-    shares = {}
+    seen_areas = {}
     for name, patches in stations.items():
-        count, total = _around(patches, cells)
-        there = count > 0
+        share, count, total = _around(patches, cells, surface.axis)
+        share = surface.most(share)
+        there = share > 0
         seen += there
-        variance = np.divide(total, count, out=np.full(len(cells), np.inf), where=there)
+        covered = -np.sort(-np.column_stack([covered, share]), axis=1)[:, :3]
+        count, total = surface.sum(count), surface.sum(total)
+        variance = np.divide(total, count, out=np.full(len(cells), np.inf), where=count > 0)
         known = there & (total > 0)
         best[known] = np.minimum(best[known], variance[known])
-        shares[name] = float(there.mean()) if len(cells) else 0.0
+        seen_areas[name] = float(surface.areas @ share)
     sigma = np.sqrt(np.where(np.isfinite(best), best, np.nan))
     weak = np.zeros(len(cells), dtype=bool)
     if required is not None:
         weak = (seen > 0) & (np.nan_to_num(sigma, nan=0.0) > required)
-    return Completeness(
+    areas = surface.areas
+    lacking = (
+        (seen == 0, areas * (1 - covered[:, 0])),
+        (seen == 1, areas * (covered[:, 0] - covered[:, 1])),
+        (weak, areas * covered[:, 0]),
+    )
+    found = Completeness(
         cell=grid.size,
         modelled=model is not None,
         centres=grid.centres(cells),
         seen=seen,
         sigmas=sigma,
+        areas=areas,
+        covered=covered,
         required_sigma=required,
-        stations=shares,
-        gaps=Gaps(*(_gaps(grid, cells[lack], gaps) for lack in (seen == 0, seen == 1, weak))),
+        stations={},
+        gaps=Gaps(*(_gaps(grid, cells[lack], area[lack], gaps) for lack, area in lacking)),
     )
+    whole = found.area or 1.0
+    return replace(found, stations={name: area / whole for name, area in seen_areas.items()})
+
+
+@dataclass(frozen=True)
+class _Patches:
+    """Cells in a row across the surface, which are one patch of it."""
+
+    #: the axis that the surface is most square to, of each cell (n,)
+    axis: Index
+    #: the patch of each cell (n,)
+    number: Index
+    #: share of each cell in the area of its patch (n,) [m^2]
+    areas: Array
+
+    @classmethod
+    def of(cls, cells: Index, size: float) -> _Patches:
+        """The patches of sorted cells."""
+        square = _squareness(cells)
+        axis = np.argmax(square, axis=1)
+        number = _rows(PatchGrid.signed(cells), axis)
+        many = np.bincount(number)[number]
+        return cls(axis, number, size**2 / square[np.arange(len(cells)), axis] / many)
+
+    def most(self, values: Array) -> Array:
+        """The largest value of the patch of each cell (n,)."""
+        out = np.zeros(len(values))
+        np.maximum.at(out, self.number, values)
+        return out[self.number]
+
+    def sum(self, values: Array) -> Array:
+        """The sum over the patch of each cell (n,)."""
+        total: Array = np.bincount(self.number, weights=values)[self.number]
+        return total
+
+
+def _squareness(cells: Index) -> Array:
+    """Cosines (n, 3) between the axes and the normal of the surface about each of sorted cells.
+
+    A surface fills as many rows of cells along each axis as its projection along it has faces of
+    the grid; a cell has its share of the rows that it is part of.
+    """
+    index = PatchGrid.signed(cells)
+    rows = np.empty((len(cells), 3))
+    for k in range(3):
+        number = _rows(index, np.full(len(cells), k))
+        rows[:, k] = 1 / np.bincount(number)[number]
+    around = rows.copy()
+    for step in _FORWARD:
+        place = found_in(cells, PatchGrid.shifted(cells, step))
+        there = np.flatnonzero(place >= 0)
+        around[there] += rows[place[there]]
+        around[place[there]] += rows[there]
+    cosines: Array = around / np.linalg.norm(around, axis=1, keepdims=True)
+    return cosines
+
+
+def _rows(index: Index, axis: Index) -> Index:
+    """The number (n,) of the row of cells (n, 3) without a gap, each along its own axis."""
+    along = np.take_along_axis(index, axis[:, None], axis=1)[:, 0]
+    others = np.where(np.arange(3) == axis[:, None], 0, index)
+    order = np.lexsort((along, *others.T, axis))
+    keys = np.column_stack([axis, others, along])[order]
+    step = np.diff(keys, axis=0)
+    begins = np.ones(len(index), dtype=bool)
+    begins[1:] = step[:, :4].any(axis=1) | (step[:, 4] > 1)
+    number = np.empty(len(index), dtype=np.int64)
+    number[order] = np.cumsum(begins) - 1
+    return number
 
 
 def _union(stations: Mapping[str, SurfacePatches]) -> Index:
-    """Cells with enough points of all stations together."""
+    """Cells with enough points of all stations together, or with others on many sides."""
     empty = np.zeros(0, dtype=np.int64)
     keys = np.concatenate([empty, *(p.keys for p in stations.values())])
     counts = np.concatenate([empty, *(p.counts for p in stations.values())])
     cells, where = np.unique(keys, return_inverse=True)
-    chosen: Index = cells[np.bincount(where, weights=counts, minlength=len(cells)) >= _STRAY]
+    enough = np.bincount(where, weights=counts, minlength=len(cells)) >= _STRAY
+    beside = np.zeros(len(cells), dtype=np.int64)
+    for step in _FORWARD:
+        place = found_in(cells, PatchGrid.shifted(cells, step))
+        there = np.flatnonzero(place >= 0)
+        beside[there] += 1
+        beside[place[there]] += 1
+    chosen: Index = cells[enough | (beside >= _MOST_AROUND)]
     return chosen
 
 
-def _around(patches: SurfacePatches, cells: Index) -> tuple[NDArray[np.int64], Array]:
-    """Points (n,) and variances (n,) of a station in cells and those that share a face."""
-    count, total = np.zeros(len(cells), dtype=np.int64), np.zeros(len(cells))
-    for step in ((0, 0, 0), *_FACES):
-        place = found_in(patches.keys, PatchGrid.shifted(cells, step))
+def _around(patches: SurfacePatches, cells: Index, axis: Index) -> tuple[Array, Array, Array]:
+    """Share of each cell (n,) that a station sees; its points and variances there or around."""
+    share, count, total = (np.zeros(len(cells)) for _ in range(3))
+    for k in range(3):
+        mine = np.flatnonzero(axis == k)
+        own, sums = _column(patches, cells[mine], k, 0, 0)
+        around = [_column(patches, cells[mine], k, i, j) for i, j in _AROUND]
+        points = np.sort([n for n, _ in around], axis=0)
+        there = (points > 0).sum(axis=0)
+        # half of the patches around that are seen have as many points or more
+        usual = points[np.minimum(8 - there + there // 2, 7), np.arange(len(mine))]
+        inside = (there >= 7) | (usual == 0)
+        partly = np.where(inside, 1.0, np.minimum(own / np.maximum(usual, 1), 1.0))
+        empty = own == 0
+        share[mine] = np.where(empty, there >= _MOST_AROUND, partly)
+        count[mine] = np.where(empty, points.sum(axis=0), own)
+        total[mine] = np.where(empty, np.sum([square for _, square in around], axis=0), sums)
+    return share, count, total
+
+
+def _column(
+    patches: SurfacePatches, cells: Index, axis: int, i: int, j: int
+) -> tuple[Array, Array]:
+    """Points and variances in three cells across the surface, beside cells by i and j."""
+    count, total = np.zeros(len(cells)), np.zeros(len(cells))
+    for along in (-1, 0, 1):
+        step = [i, j]
+        step.insert(axis, along)
+        place = found_in(patches.keys, PatchGrid.shifted(cells, (step[0], step[1], step[2])))
         hit = place >= 0
         count[hit] += patches.counts[place[hit]]
         total[hit] += patches.sums[place[hit]]
     return count, total
 
 
-def _gaps(grid: PatchGrid, cells: Index, most: int) -> tuple[Gap, ...]:
-    """The largest groups of neighbouring cells (n,), sorted."""
+def _gaps(grid: PatchGrid, cells: Index, areas: Array, most: int) -> tuple[Gap, ...]:
+    """The groups of neighbouring cells (n,) with the largest areas (n,)."""
     if len(cells) == 0:
         return ()
     rows, columns = [], []
@@ -212,14 +369,15 @@ def _gaps(grid: PatchGrid, cells: Index, most: int) -> tuple[Gap, ...]:
     row, column = np.concatenate(rows), np.concatenate(columns)
     graph = coo_array((np.ones(len(row), dtype=np.int8), (row, column)), shape=(len(cells),) * 2)
     _, label = connected_components(graph, directed=False)
-    size = np.bincount(label)
+    size, area = np.bincount(label), np.bincount(label, weights=areas)
     centres = grid.centres(cells)
     out = []
-    for group in np.argsort(-size, kind="stable")[:most]:
+    for group in np.argsort(-np.round(area, 9), kind="stable")[:most]:
         members = centres[label == group]
         low, high = members.min(axis=0), members.max(axis=0)
         extent = high - low + grid.size
-        out.append(Gap(_triple((low + high) / 2), _triple(extent), int(size[group])))
+        middle, cells_there = _triple((low + high) / 2), int(size[group])
+        out.append(Gap(middle, _triple(extent), cells_there, float(area[group])))
     return tuple(out)
 
 
@@ -254,7 +412,8 @@ class PatchGrid:
         whole = index.astype(np.int64) + _HALF
         return (whole[:, 0] << (2 * _BITS)) | (whole[:, 1] << _BITS) | whole[:, 2]
 
-    def indices(self, keys: Index) -> Index:
+    @staticmethod
+    def signed(keys: Index) -> Index:
         """Signed indices (n, 3) of cells (n,)."""
         mask = (1 << _BITS) - 1
         parts = (keys >> (2 * _BITS), (keys >> _BITS) & mask, keys & mask)
@@ -262,7 +421,7 @@ class PatchGrid:
 
     def centres(self, keys: Index) -> Array:
         """Middles (n, 3) [m] of cells (n,)."""
-        middle: Array = self.origin + (self.indices(keys) + 0.5) * self.size
+        middle: Array = self.origin + (self.signed(keys) + 0.5) * self.size
         return middle
 
     @staticmethod
