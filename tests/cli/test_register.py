@@ -2,7 +2,9 @@
 
 import csv
 import json
+import re
 from pathlib import Path
+from shutil import copyfile
 
 import laspy
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.registration.clouds.scenes import NOISE, error, points_of, yard
+from tests.registration.clouds.test_reference import ORIGIN, model
 from tribrach.cli import app
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.formats import read_scans
@@ -224,3 +227,74 @@ def test_what_cannot_be_is_said_before_any_work(
     assert result.exit_code == 2
     assert words in " ".join(result.output.split())
     assert "points of" not in result.output
+
+
+def obj_of(mesh, path: Path, scale: float = 1.0) -> None:
+    """A model with its elements as objects."""
+    lines, count = [], 0
+    for k, name in enumerate(mesh.names):
+        lines.append(f"o {name}")
+        for triangle in mesh.triangles[mesh.element == k]:
+            lines += ["v {:.13g} {:.13g} {:.13g}".format(*corner * scale) for corner in triangle]
+            lines.append(f"f {count + 1} {count + 2} {count + 3}")
+            count += 3
+    path.write_text("\n".join(lines))
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_scans_on_a_model(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, known: bool
+) -> None:
+    """As the page on references has it; or in millimetres, without approximate poses."""
+    obj_of(model(), tmp_path / "town.obj", 1.0 if known else 1000.0)
+    (tmp_path / "near").mkdir()
+    for k, pose in enumerate(true_poses(folder)[:2]):
+        moved = np.array(pose.matrix)
+        moved[:3, 3] += ORIGIN + np.array([0.2, -0.1, 0.1])
+        np.savetxt(tmp_path / "near" / f"S{k + 1}.pose", moved)
+        copyfile(folder / f"S{k + 1}.xyz", tmp_path / f"S{k + 1}.xyz")
+    page = (Path(__file__).parents[2] / "docs" / "references.md").read_text()
+    (shown,) = re.findall(r"^tribrach (register .*)$", page, re.MULTILINE)
+    call = shown.split()
+    if not known:
+        at = call.index("--poses")
+        call[at : at + 2] = ["--reference-unit", "mm"]
+    monkeypatch.chdir(tmp_path)
+    result = RUN.invoke(app, call)
+    assert result.exit_code == 0, result.output
+    data = json.loads((tmp_path / "placed.json").read_text())
+    group = data["groups"][0]
+    assert group["frame_of"] == "town", data["sentences"]
+    assert [(o["name"], o["prior"], o["dof"]) for o in data["offsets"]] == [("town", 0.02, 0)]
+    assert {on["scan"] for on in data["placed_on"]} == {"S1", "S2"}, data["sentences"]
+    for k, true in enumerate(true_poses(folder)[:2]):
+        found = group["stations"][f"S{k + 1}"]
+        pose = Pose.from_matrix(np.array(found["world_from_scanner"]))
+        shift, turn = error(pose, Pose(true.rotation, true.translation + ORIGIN))
+        assert shift < 0.01
+        assert turn < 1e-3
+        sigma = np.sqrt(np.diag(found["covariance"]))[:3]
+        assert (sigma > 0.02).all()
+        assert (sigma < 0.03).all()
+    placed = {s.scan: s.placement for s in read_poses(tmp_path / "placed" / "poses.json").scans}
+    assert set(placed) == {"S1", "S2"}
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--reference", "nothing.obj"], "no such file"),
+        (["--reference", "flat.obj"], "has an area"),
+        (["--reference", "small.obj"], "pieces of surface"),
+        (["--reference", "small.obj", "--reference-unit", "cubits"], "no unit"),
+        ([], "one scan"),
+    ],
+)
+def test_wrong_references(folder: Path, tmp_path: Path, options: list[str], words: str) -> None:
+    (tmp_path / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
+    (tmp_path / "small.obj").write_text("v 0 0 0\nv .3 0 0\nv 0 .3 0\nf 1 2 3\n")
+    placed = [str(tmp_path / o) if o.endswith(".obj") else o for o in options]
+    result = RUN.invoke(app, ["register", str(folder / "S1.xyz"), *placed])
+    assert result.exit_code == 2
+    assert words in " ".join(result.output.split())
+    assert "Traceback" not in result.output

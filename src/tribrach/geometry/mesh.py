@@ -80,21 +80,11 @@ class Mesh:
         angle
             Neighbours whose normals differ by less are of one face [rad].
         """
-        low, high = self.corners
-        step = max(float(np.abs(high - low).max()) * _SAME, 1e-12)
-        keys = np.round((self.triangles - low).reshape(-1, 3) / step).astype(np.int64)
-        corner = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1, 3)
-        ends = np.sort(np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2))
-        edge = np.unique(ends, axis=0, return_inverse=True)[1].ravel()
-        order = np.argsort(edge, kind="stable")
-        owner = order // 3
-        one, two = owner[:-1], owner[1:]
+        one, two = self._neighbours(self._edges()[0])
         normals = self.normals
-        flat = edge[order[:-1]] == edge[order[1:]]
-        flat &= np.einsum("ni,ni->n", normals[one], normals[two]) > np.cos(angle)
+        flat = np.einsum("ni,ni->n", normals[one], normals[two]) > np.cos(angle)
         flat &= self.element[one] == self.element[two]
-        graph = coo_array((flat[flat], (one[flat], two[flat])), shape=(len(self), len(self)))
-        _, face = connected_components(graph, directed=False)
+        face = _joined(one[flat], two[flat], len(self))
         # in the order of the file, by element
         _, first, number = np.unique(face, return_index=True, return_inverse=True)
         rank = np.argsort(np.argsort(first))
@@ -104,3 +94,56 @@ class Mesh:
             counts[of] += 1
             names[rank[number[at]]] = f"{self.names[of]}/{counts[of]}"
         return replace(self, element=rank[number], names=tuple(names))
+
+    def outwards(self) -> tuple[Mesh, bool]:
+        """Turn triangles to the side from which they are seen, where the model tells it.
+
+        Returns
+        -------
+        mesh : Mesh
+            Closed bodies with their normals outwards, open sheets of terrain with theirs up.
+        known : bool
+            True if all of it is one of these; else either side of it may be the one that is seen.
+        """
+        edge, sense = self._edges()
+        body = _joined(*self._neighbours(edge), len(self))
+        count, balance = np.bincount(edge), np.bincount(edge, sense)
+        of_edge = np.repeat(body, 3)
+        bodies = int(body.max()) + 1
+        wound = np.bincount(of_edge[(count[edge] > 2) | (abs(balance[edge]) > 1)], minlength=bodies)
+        wound += np.bincount(of_edge[(count[edge] == 2) & (balance[edge] != 0)], minlength=bodies)
+        borders = np.bincount(of_edge[count[edge] == 1], minlength=bodies)
+        first = self.triangles[np.unique(body, return_index=True)[1], 0]
+        corners = self.triangles - first[body][:, None]
+        volume = np.bincount(body, np.linalg.det(corners)) / 6
+        up = self.across[:, 2]
+        rises, falls = np.bincount(body, up > 0), np.bincount(body, up < 0)
+        size = np.bincount(body)
+        closed = (wound == 0) & (borders == 0) & (volume != 0)
+        sheet = (wound == 0) & (borders > 0) & ((rises == size) | (falls == size))
+        back = np.where(closed, volume < 0, sheet & (falls == size))[body]
+        turned = np.where(back[:, None, None], self.triangles[:, ::-1], self.triangles)
+        return replace(self, triangles=turned), bool((closed | sheet).all())
+
+    def _edges(self) -> tuple[Index, Array]:
+        """Numbers (3 n,) of the sides of all triangles, shared ones alike, and their senses."""
+        low, high = self.corners
+        step = max(float(np.abs(high - low).max()) * _SAME, 1e-12)
+        keys = np.round((self.triangles - low).reshape(-1, 3) / step).astype(np.int64)
+        corner = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1, 3)
+        ends = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
+        number = np.unique(np.sort(ends), axis=0, return_inverse=True)[1].ravel()
+        return number.astype(np.int64), np.where(ends[:, 0] < ends[:, 1], 1.0, -1.0)
+
+    @staticmethod
+    def _neighbours(edge: Index) -> tuple[Index, Index]:
+        """Pairs of triangles that share a side."""
+        order = np.argsort(edge, kind="stable")
+        same = edge[order[:-1]] == edge[order[1:]]
+        return order[:-1][same] // 3, order[1:][same] // 3
+
+
+def _joined(one: Index, two: Index, count: int) -> Index:
+    """Numbers (count,) of what hangs together by pairs."""
+    graph = coo_array((np.ones(len(one), dtype=bool), (one, two)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

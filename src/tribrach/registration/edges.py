@@ -138,11 +138,10 @@ def _edge(
     own = adjustment.reduced[layout.columns("pose", second)]
     other = adjustment.reduced[layout.columns("pose", first)]
     ends = first, second
-    if (own < 0).all():
+    if (own < 0).any():
         # the second station holds the frame: the pair is the pose of the first
         own, other, first, second = other, own, second, first
-    held = bool((other < 0).all())
-    if (own < 0).any() or ((other < 0).any() and not held):
+    if (own < 0).any():
         return None
     other = other[other >= 0]
     design = sp.csr_array(adjustment.design[rows])

@@ -239,3 +239,21 @@ def test_what_is_not_installed_is_named(tmp_path: Path, monkeypatch) -> None:
     with pytest.raises(InputError, match="trimesh") as error:
         read_model(tmp_path / "a.glb")
     assert "tribrach[models]" in str(error.value)
+
+
+def test_sides_of_closed_bodies_and_of_terrain_are_known() -> None:
+    box = np.asarray(trimesh.creation.box((2, 3, 4)).triangles)
+    other = box[:, ::-1] + [10, 0, 0]
+    mesh = Mesh.of([("a", box), ("b", other)])
+    turned, known = mesh.outwards()
+    assert known
+    middle = np.where(mesh.element[:, None] == 0, [[0, 0, 0]], [[10, 0, 0]])
+    assert (np.einsum("ni,ni->n", turned.normals, turned.triangles[:, 0] - middle) > 0).all()
+    sheet, known = Mesh.of([("floor", FLOOR[:, ::-1])]).outwards()
+    assert known
+    assert (sheet.normals[:, 2] > 0).all()
+    # an open box, and one with a triangle that is wound the other way
+    assert not Mesh.of([("a", box[:-1])]).outwards()[1]
+    wrong = box.copy()
+    wrong[0] = wrong[0, ::-1]
+    assert not Mesh.of([("a", wrong)]).outwards()[1]

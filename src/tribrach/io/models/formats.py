@@ -15,11 +15,12 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.geometry.mesh import Mesh
+from tribrach.io.scans.units import named_unit
 from tribrach.io.xml_file import read_bytes
 from tribrach.scan.length_unit import LengthUnit
 from tribrach.sentences import Sentence
 
-__all__ = ["MODELS", "RawModel", "is_model", "read_model"]
+__all__ = ["MODELS", "RawModel", "is_model", "model_unit", "read_model"]
 
 #: modules of this package by suffix
 MODELS: dict[str, str] = {
@@ -49,6 +50,16 @@ class RawModel:
     mesh: Mesh
     #: what the file says of its unit, None if nothing
     unit: LengthUnit | None = None
+
+
+def model_unit(word: str | None) -> LengthUnit | None:
+    """The unit that the user says a model is in; None where nothing is said."""
+    if word is None:
+        return None
+    unit = named_unit(word)
+    if unit is None or unit.factors is None:
+        raise InputError(f"{word!r} is no unit of length", cure="say m, mm, cm, ft or usft")
+    return replace(unit, source="as given")
 
 
 def is_model(path: Path) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -42,23 +42,25 @@ def answer_of(files: RegisteredFiles) -> Answer:
     """The registration as people read it: plans, poses, pairs with verdicts, loops."""
     registration = files.registration
     joined = [group for group in registration.groups if group.adjustment is not None]
-    stations = [_stations(group, k) for k, group in enumerate(joined)]
+    bases = registration.references
+    stations = [_stations(group, k, bases) for k, group in enumerate(joined)]
     pairs, loops = _pairs(registration), _loops(registration)
     return Answer(
         "Registration of clouds",
-        f"{len(files.files)} scans registered by their clouds",
+        counted(len(files.files), "scan") + " registered by their clouds",
         _front(registration),
         files,
         FORM,
         findings=[Finding(capital(text) + ".", key="file") for text in files.sentences],
         pictures=[_plan(group, registration, files.walls, k) for k, group in enumerate(joined)],
         tables=[
-            loops, *stations, _verdicts(registration), pairs, _refused(registration), _files(files),
+            loops, *_on_references(files), *stations, _verdicts(registration), pairs,
+            _refused(registration), _files(files),
         ],
         footer="Covariances are a priori. The residuals of a fit are no accuracy: a pair is as "
         "good as its sigmas, which hold the floor, and as the loops that it is in.",
         terminal=[
-            pairs, *([loops] if loops.rows else []), *stations,
+            pairs, *([loops] if loops.rows else []), *_on_references(files), *stations,
             *(Finding(text, True, "file") for text in files.sentences),
         ],
     )  # fmt: skip
@@ -67,8 +69,9 @@ def answer_of(files: RegisteredFiles) -> Answer:
 def _head(registration: CloudRegistration) -> str:
     """How many pairs there are, and which station is known least."""
     done, tried = sum(p.fit is not None for p in registration.pairs), len(registration.pairs)
-    scans = sum(len(group.stations) for group in registration.groups)
-    possible = scans * (scans - 1) // 2
+    bases = len(registration.references)
+    scans = sum(len(group.stations) for group in registration.groups) - bases
+    possible = scans * (scans - 1) // 2 + scans * bases
     words = f"{done} of {counted(tried, 'pair')} that {'was' if tried == 1 else 'were'} tried "
     words += f"{'was' if done == 1 else 'were'} registered"
     if possible != tried:
@@ -105,17 +108,29 @@ def _loosely_held(registration: CloudRegistration, group: CloudGroup) -> list[st
 def _front(registration: CloudRegistration) -> FrontPage:
     """Whether all scans hang together and the loops close."""
     first, *_ = registration.groups[0].stations
-    largest = len(registration.groups[0].stations)
-    scans = sum(len(group.stations) for group in registration.groups)
+    bases = set(registration.references)
+    largest = len(set(registration.groups[0].stations) - bases)
+    scans = sum(len(group.stations) for group in registration.groups) - len(bases)
+    placed = not bases or bool(bases & set(registration.groups[0].stations) and largest)
     loops = registration.consistency.loops
     closed = sum(loop.closes for loop in loops)
     outlying = sum(edge.outlying for group in registration.groups for edge in group.edges)
-    every = "Both scans" if scans == 2 else f"All {scans} scans"
-    words = [f"{every if largest == scans else f'{largest} of {scans} scans'} hang together"]
+    every = {1: "The scan", 2: "Both scans"}.get(scans, f"All {scans} scans")
+    all_of_them = every if largest == scans else f"{largest} of {scans} scans"
+    if bases and placed:
+        verb = "lies" if largest == 1 else "lie"
+        words = [f"{all_of_them} {verb} on {first}"]
+    elif bases:
+        words = ["no scan was placed on a reference"]
+    else:
+        words = [f"{all_of_them} hang together"]
+    unfit = [offset.name for offset in registration.offsets if offset.fits is False]
+    if unfit:
+        words.append(f"{some_of(unfit, _IN_VERDICT)} does not fit the rest")
     if loops:
         verb = "closes" if closed == 1 else "close"
         words.append(f"{closed} of {counted(len(loops), 'loop')} {verb}")
-    elif largest > 1:
+    elif largest > 1 or (bases and placed):
         words.append("there is no loop to control them")
     if outlying:
         verb = "contradicts" if outlying == 1 else "contradict"
@@ -124,13 +139,15 @@ def _front(registration: CloudRegistration) -> FrontPage:
     if loose:
         words.append(f"no pair holds {some_of(loose, _IN_VERDICT)} in all directions")
     whole = largest == scans and loops and closed == len(loops) and not outlying and not loose
-    sort: Literal["good", "bad", "none"] = "good" if whole else "none" if largest > 1 else "bad"
+    whole = whole and placed and not unfit
+    together = placed and (largest > 1 or bool(bases))
+    sort: Literal["good", "bad", "none"] = "good" if whole else "none" if together else "bad"
     signed = f"Poses of {largest} scans with their covariances, in the frame of {first}."
     return FrontPage(
         sort,
         "; ".join(words),
         _head(registration),
-        signed=signed if largest > 1 else "",
+        signed=signed if together else "",
     )
 
 
@@ -208,6 +225,52 @@ def _refused(registration: CloudRegistration) -> ReportTable:
     columns = [_PAIR, column("Why", lambda p: joined("; ", p.sentences))]
     pairs = [p for p in registration.pairs if not p.registered]
     return build_table("cloud_refused", "Pairs that were not registered", "", pairs, columns)
+
+
+def _on_references(files: RegisteredFiles) -> list[ReportTable]:
+    """References with their offsets, and how much of each scan lies on them."""
+    if not files.references:
+        return []
+    told = {offset.name: offset for offset in files.offsets}
+
+    def offset(get: Any) -> Any:
+        return lambda r: None if r.name not in told else get(told[r.name])
+
+    def component(which: str, k: int) -> Any:
+        return offset(lambda o: getattr(o, which)[k])
+
+    columns = [
+        column("Reference", "name"),
+        column("Points", lambda r: r.count, "0"),
+        _mm("Sigma", "sigma"),
+        _mm("Shared", "shared"),
+        *(
+            _mm(head + axis, component(which, k), wide=which == "sigma")
+            for which, head in (("offset", "Offset "), ("sigma", "σ "))
+            for k, axis in enumerate("xyz")
+        ),
+        column("Test", offset(lambda o: o.statistic), "1"),
+        column("Limit", offset(lambda o: o.limit), "1", wide=True),
+    ]
+    note = (
+        "An offset is that of the whole reference, from its file to the result. It is tested where "
+        "something else than its prior tells it: a second reference."
+    )
+    on = [
+        column("Scan", "scan"),
+        column("Reference", "reference"),
+        column("Area", "area", "0", unit="m²"),
+        column("Agrees", "agrees", "%0"),
+        column("Left out", "left_out", "%0"),
+    ]
+    share = (
+        "Surfaces of the scan within 0.5 m of the reference: what agrees, and what the test left "
+        "out, such as vegetation and what changed."
+    )
+    return [
+        build_table("references", "References", note, files.references, columns),
+        build_table("placed_on", "Scans on references", share, files.placed_on, on),
+    ]
 
 
 def _files(files: RegisteredFiles) -> ReportTable:
@@ -342,7 +405,7 @@ def _loops(registration: CloudRegistration) -> ReportTable:
     return build_table("cloud_loops", "Loops", "", registration.consistency.loops, columns)
 
 
-def _stations(group: CloudGroup, number: int) -> ReportTable:
+def _stations(group: CloudGroup, number: int, references: Sequence[str]) -> ReportTable:
     """One row for each station."""
 
     def heading(name: str) -> float:
@@ -359,6 +422,8 @@ def _stations(group: CloudGroup, number: int) -> ReportTable:
         _mm("Sigma place", lambda name: _size(group.covariances[name], 0)),
         _arcsec("Sigma turn", lambda name: _size(group.covariances[name], 3)),
     ]
-    title = f"Stations in the frame of {group.stations[0]}, which is held"
+    title = f"Stations in the frame of {group.stations[0]}"
+    if group.stations[0] not in references:
+        title += ", which is held"
     anchor = "cloud_stations" if number == 0 else f"cloud_stations_{number + 1}"
     return build_table(anchor, title, "", list(group.stations), columns)

@@ -11,16 +11,18 @@ import typer
 
 from tribrach._types import Progress
 from tribrach.errors import InputError
+from tribrach.io.models.formats import model_unit
 from tribrach.project.instrument import noise_of
 from tribrach.project.sections import CloudSection
 from tribrach.questions.register.chapters import answer_of
+from tribrach.questions.register.references import ReferenceFile
 from tribrach.questions.register.registration import PlacedOutput, register_files, write_placed
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.registration.clouds.proposals import Choice
 from tribrach.report.answer import Answer
 from tribrach.report.findings import Finding
 from tribrach.shell.command import FOLDER, command
-from tribrach.units import SEC
+from tribrach.units import MM, SEC
 
 __all__ = ["register"]
 
@@ -64,6 +66,19 @@ def register(
     pairs: Annotated[
         Choice, typer.Option(help="Register the pairs that are needed, or all of them.")
     ] = "proposed",
+    reference: Annotated[
+        list[Path] | None,
+        typer.Option(help="A cloud, model or terrain that the scans are placed on."),
+    ] = None,
+    reference_sigma_mm: Annotated[
+        float, typer.Option(min=0, help="What each piece of 10 m of it is wrong by.")
+    ] = 0.0,
+    reference_shared_mm: Annotated[
+        float, typer.Option(min=0, help="What all of it is wrong by, along each axis.")
+    ] = 0.0,
+    reference_unit: Annotated[
+        str | None, typer.Option(help="What coordinates of models are counted in: m, mm, ft ...")
+    ] = None,
     floor_mm: Annotated[
         float, typer.Option(min=0, max=1000, help="Sigma of shifts that residuals do not show.")
     ] = 1.0,
@@ -91,6 +106,12 @@ def register(
         choice=pairs,
         floor=(floor_mm / 1e3, floor_arcsec * SEC),
         origin=origin,
+        references=[
+            ReferenceFile(
+                path, reference_sigma_mm * MM, reference_shared_mm * MM, model_unit(reference_unit)
+            )
+            for path in reference or []
+        ],
         output=output,
         progress=progress,
     )

@@ -29,10 +29,12 @@ from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.project.sections import CloudSection
+from tribrach.questions.register.references import ReferenceFile, UsedReference, read_references
 from tribrach.registration.clouds.graph import StationLoop
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma, CloudPair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import Choice
+from tribrach.registration.clouds.reference import PlacedOn, ReferenceOffset
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.together import (
     CloudGroup,
@@ -54,6 +56,8 @@ RELATIVE_OF = "translation in the first [m], rotation vector in the second"
 _DRAWN, _STANDING = 1500, 0.5
 
 
+#: a reference is read so many radii of a scan and sigmas of the approximate poses around these
+_SEEN, _AROUND = 2.0, 5.0
 #: a turn with a larger sigma is held by nothing [rad]
 _HELD_TURN = 0.5
 
@@ -147,7 +151,9 @@ class RegisteredFiles(
     without=("files", "points", "registration", "known", "walls"),
     also=(
         "scans", "pairs", "loops", "not_used", "groups", "approximate", "sentences",
+        "offsets", "placed_on",
     ),
+    maybe=("references", "offsets", "placed_on"),
 ):  # fmt: skip
     """Scans by the names that they have in the registration, and the registration."""
 
@@ -161,12 +167,24 @@ class RegisteredFiles(
     known: ApproximatePoses = NO_POSES
     #: some places (n, 3) of standing surfaces in the frame of each scan [m]
     walls: Mapping[str, Array] = field(default_factory=dict)
+    #: what the scans were placed on; left out without any
+    references: tuple[UsedReference, ...] = ()
     covariance_of: str = field(default=COVARIANCE_OF, init=False)
     relative_covariance_of: str = field(default=RELATIVE_OF, init=False)
     sigma_origin: str = field(default="prior", init=False)
 
     pairs = part("registration.pairs", list[CloudPair], "Pairs that were tried.")
     loops = part("registration.consistency.loops", tuple[StationLoop, ...], "Loops of pairs.")
+
+    @property
+    def offsets(self) -> tuple[ReferenceOffset, ...]:
+        """What the network says of the places of references."""
+        return self.registration.offsets
+
+    @property
+    def placed_on(self) -> tuple[PlacedOn, ...]:
+        """Scans on references, and how much of them lies there."""
+        return self.registration.placed_on
 
     @property
     def scans(self) -> tuple[RegisteredScan, ...]:
@@ -203,7 +221,8 @@ class RegisteredFiles(
             for name, scan in self.files.items()
             if scan.no_return is not None
         ]
-        return (*beams, *self.known.sentences, *self.registration.sentences)
+        told = [said for reference in self.references for said in reference.sentences]
+        return (*beams, *self.known.sentences, *told, *self.registration.sentences)
 
 
 def register_files(
@@ -216,6 +235,7 @@ def register_files(
     choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
     origin: tuple[float, float, float] | None = None,
+    references: Sequence[ReferenceFile] = (),
     output: PlacedOutput | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> RegisteredFiles:
@@ -239,6 +259,8 @@ def register_files(
         Sigmas [m], [rad] of what residuals never show.
     origin
         Where the scanner stood in the coordinates of each file [m], where the files do not say.
+    references
+        Clouds and models that the scans are placed on.
     output
         What will be written, so that it is refused before any work is done.
     progress
@@ -246,10 +268,10 @@ def register_files(
     """
     read = [scan for path in paths for scan in read_scans(path)]
     scans = _named(read if origin is None else [seen_from(scan, origin) for scan in read])
-    if len(scans) < 2:
+    if len(scans) < 2 - bool(references):
         raise InputError(
             f"there {'is one scan' if scans else 'are no scans'} in these files",
-            cure="give at least two scans",
+            cure="give at least two scans, or one and a --reference",
         )
     if output is not None:
         output.refuse_loss(scans)
@@ -268,13 +290,21 @@ def register_files(
             progress(f"beams of {name}", 0, None)
             scans[name] = scan = screened(scan)
         prepared.append(prepare(name, _watched(name, scan, progress)))
+    reach = _SEEN * max(scan.radius for scan in prepared) + _AROUND * sigma.shift
+    ready, used = read_references(references, list(scans), known.poses, reach, progress)
     registration = register_clouds(
-        prepared, known.poses, sigma=sigma, choice=choice, floor=floor, progress=progress
+        prepared,
+        known.poses,
+        references=ready,
+        sigma=sigma,
+        choice=choice,
+        floor=floor,
+        progress=progress,
     )
     _refuse_unheld(registration)
     points = {p.name: p.points for p in prepared}
     walls = {p.name: _walls(p) for p in prepared}
-    return RegisteredFiles(scans, points, registration, known, walls)
+    return RegisteredFiles(scans, points, registration, known, walls, used)
 
 
 def _refuse_unheld(registration: CloudRegistration) -> None:
@@ -335,11 +365,12 @@ def write_placed(
             "no two scans could be joined, so that there are no poses to write",
             cure="see the sentences on the pairs",
         )
-    frame = OutputFrame(WorkFrame())
-    scans = output.stations({name: result.files[name] for name in group.stations})
+    frame = OutputFrame(WorkFrame(), crs=next((r.crs for r in result.references if r.crs), None))
+    stations = [name for name in group.stations if name in result.files]
+    scans = output.stations({name: result.files[name] for name in stations})
     placements = {
         name: Placement(name, group.poses[name], group.covariances[name], output.noise)
-        for name in group.stations
+        for name in stations
     }
     shared = shared_part(scans, group.adjustment)
     written = write_texts(pose_texts(output.folder, scans, placements, frame, "prior", shared))
@@ -362,9 +393,8 @@ def _copied(
     """E57 files of a group, copied with their new poses."""
     written: list[Path] = []
     files: dict[Path, dict[int, Pose]] = {}
-    for name in group.stations:
-        scan = result.files[name]
-        if scan.path.suffix.lower() == ".e57":
+    for name, scan in result.files.items():
+        if name in group.poses and scan.path.suffix.lower() == ".e57":
             files.setdefault(scan.path, {})[scan.index] = group.poses[name]
     for number, (path, poses) in enumerate(files.items()):
         progress("clouds with poses", number, len(files))

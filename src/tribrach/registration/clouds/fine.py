@@ -367,7 +367,8 @@ def _nearest(reference: Indexed, surfels: Surfels, pose: Pose, gate: float, form
     )
     index = np.where(np.isfinite(far), nearest, 0).astype(np.int64)
     other = reference.surfels
-    alike = np.einsum("ni,ni->n", normal, other.normal[index]) > FINE.alike_cosine
+    cosine = np.einsum("ni,ni->n", normal, other.normal[index])
+    alike = surfels.facing(other, cosine) > FINE.alike_cosine
     if forms is not _Forms.PLANES:
         # any points on a round body agree with its surface, those of no round one with a plane
         one, two = other.form[index], surfels.form

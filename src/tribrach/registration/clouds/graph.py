@@ -9,7 +9,7 @@ with the first station held. Metres and radians.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -296,8 +296,21 @@ def observe(survey: Survey, edges: Sequence[CloudEdge]) -> None:
         )
 
 
-def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
+def network_of(
+    stations: Sequence[str],
+    edges: Sequence[CloudEdge],
+    frames: Mapping[str, Callable[[Survey], None]] | None = None,
+) -> Network:
     """Make a network of connected stations in the frame of the first one, which is held.
+
+    Parameters
+    ----------
+    stations : sequence of str
+        Their names.
+    edges : sequence of CloudEdge
+        Relative poses.
+    frames : mapping of str to callable or None
+        What adds a station that knows its place, instead of holding the first one.
 
     Notes
     -----
@@ -306,11 +319,16 @@ def network_of(stations: Sequence[str], edges: Sequence[CloudEdge]) -> Network:
     multiplied by ``(d_i + d_j + 2) / 4``, where d is the number of pairs of either station.
     """
     survey = Survey()
-    survey.station(
-        stations[0], translation=np.zeros(3), rotation=np.eye(3), free=np.zeros(6, dtype=bool)
-    )
-    for name in stations[1:]:
-        survey.station(name)
+    known = {name: add for name, add in (frames or {}).items() if name in stations}
+    for add in known.values():
+        add(survey)
+    if not known:
+        survey.station(
+            stations[0], translation=np.zeros(3), rotation=np.eye(3), free=np.zeros(6, dtype=bool)
+        )
+    for name in stations:
+        if name not in survey.stations:
+            survey.station(name)
     inner = [e for e in edges if e.ends <= set(stations)]
     pairs = Counter(name for e in inner for name in e.ends)
     shared = [(pairs[e.first] + pairs[e.second] + 2) / 4 for e in inner]

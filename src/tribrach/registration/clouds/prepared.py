@@ -22,6 +22,7 @@ from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coarser, surfels_of
 
 __all__ = [
+    "ASKEW",
     "AT_SURFACE",
     "BEHIND",
     "SEEN_THROUGH",
@@ -31,6 +32,7 @@ __all__ = [
     "SurfacesOfScan",
     "prepare",
     "surfaces",
+    "upright",
 ]
 
 
@@ -107,6 +109,11 @@ class RangeView:
         view = cls()
         view.nearest, view.farthest = nearest, farthest
         return view
+
+    @property
+    def blind(self) -> bool:
+        """True if nothing was seen, as of models."""
+        return not np.isfinite(self.nearest).any()
 
     def add(self, xyz: Array) -> None:
         """Add points, before :meth:`settle`.
@@ -193,7 +200,7 @@ def _judged(points, margin, nearest, farthest):  # type: ignore[no-untyped-def]
 
 #: turn of the cubes: a floor or wall that runs along faces of cubes would be cut by them, its noise
 #: above in one cube and below in the other
-_ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
+ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,14 +269,14 @@ def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> 
     """
     total, view, cubes = 0, RangeView(), CellSum(size)
     for xyz in chunks:
-        cubes.add(_ASKEW @ xyz)
+        cubes.add(ASKEW @ xyz)
         view.add(xyz)
         total += len(xyz)
     view.settle()
     cells = cubes.cells
-    fine = _upright(cells, GATES.fine_merges)
+    fine = upright(cells, GATES.fine_merges)
     if len(fine) < GATES.sparse_surfels:
-        fine = _upright(cells, GATES.fine_merges + 1)
+        fine = upright(cells, GATES.fine_merges + 1)
     fine = formed(fine, GATES.most_fine)
     radius = (
         float(np.quantile(np.linalg.norm(fine.center, axis=1), GATES.radius_quantile))
@@ -278,10 +285,10 @@ def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> 
     )
     while cells.size < min(GATES.coarse_m, GATES.coarse_radii * radius) - 1e-6:
         cells = coarser(cells)
-    coarse = _upright(cells, GATES.coarse_merges)
+    coarse = upright(cells, GATES.coarse_merges)
     while len(coarse) > GATES.most_coarse:
         cells = coarser(cells)
-        coarse = _upright(cells, GATES.coarse_merges)
+        coarse = upright(cells, GATES.coarse_merges)
     if len(fine) < GATES.fewest_surfels or len(coarse) < GATES.fewest_surfels:
         raise InputError(
             f"scan {name} has {total} points that make {len(fine)} pieces of surface, too few to "
@@ -291,6 +298,14 @@ def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> 
     return SurfacesOfScan(total, fine, coarse, view.nearest, view.farthest)
 
 
-def _upright(cells: CubeSums, merges: int) -> Surfels:
-    """Surfels of cubes that stand askew, in the scanner's frame."""
-    return surfels_of(cells, merges).placed(_ASKEW.inverse)
+def upright(cells: CubeSums, merges: int) -> Surfels:
+    """Surfels of cubes that stand askew, in the scanner's frame.
+
+    Parameters
+    ----------
+    cells : CubeSums
+        Sums of points that were turned by :data:`ASKEW`.
+    merges : int
+        How often cubes that are no plane are joined.
+    """
+    return surfels_of(cells, merges).placed(ASKEW.inverse)

@@ -42,6 +42,7 @@ __all__ = [
     "RelativeCovariance",
     "across",
     "at_origin",
+    "pieces",
     "relative_covariance",
 ]
 
@@ -294,7 +295,7 @@ def _held(
 def _places(m: Matches, holding: Array, lever: float) -> float:
     """Over how many places what holds a direction (n,) is spread."""
     edge = min(GATES.place_m, GATES.place_levers * lever)
-    sums = _sums(m.point, m.normal, holding[:, None], edge)
+    sums = pieces(m.point, m.normal, holding[:, None], edge)
     return float(sums.sum() ** 2 / max((sums**2).sum(), 1e-300))
 
 
@@ -310,7 +311,7 @@ def _shared(scores: Array, m: Matches) -> tuple[float, float, float]:
         return GATES.least_shared, GATES.edges_m[0], GATES.edges_m[0]
     factors = []
     for edge in GATES.edges_m:
-        sums = _sums(m.point, m.normal, scores, edge)
+        sums = pieces(m.point, m.normal, scores, edge)
         count = len(sums)
         enough = count >= GATES.fewest_cubes
         factors.append(float((sums**2).sum()) / alone * count / (count - 6) if enough else 0.0)
@@ -344,8 +345,23 @@ def _sweep(
     return sweep_test(sums[:, :k], normal, (middle, pose.inverse @ middle))
 
 
-def _sums(point: Array, normal: Array, values: Array, edge: float) -> Array:
-    """Sums (k, c) of values (n, c) over cubes, surfaces that face apart kept apart."""
+def pieces(point: Array, normal: Array, values: Array, edge: float) -> Array:
+    """Sums of values over cubes, surfaces that face apart kept apart.
+
+    Parameters
+    ----------
+    point, normal : array (n, 3)
+        Where the values stand [m], and which way the surface faces there.
+    values : array (n, c)
+        The values.
+    edge : float
+        Edge of the cubes [m].
+
+    Returns
+    -------
+    array (k, c)
+        Sums, one row for each cube with surfaces of one side.
+    """
     number = _cubes(point, normal, edge)
     sums = [np.bincount(number, column) for column in values.T]
     return np.stack(sums, axis=1) if sums else np.zeros((int(number.max()) + 1, 0))

@@ -291,6 +291,8 @@ class Surfels:
     bend: Array
     #: how many surfels each one stands for, where they were thinned
     stands_for: float = 1.0
+    #: true if it is not known which side of them a scanner can see
+    two_sided: bool = False
 
     def __len__(self) -> int:
         return len(self.center)
@@ -327,6 +329,7 @@ class Surfels:
             self.gradient @ pose.rotation.T,
             pose.rotation @ self.bend @ pose.rotation.T,
             self.stands_for,
+            self.two_sided,
         )
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Surfels:
@@ -349,7 +352,12 @@ class Surfels:
             self.gradient[chosen],
             self.bend[chosen],
             self.stands_for,
+            self.two_sided,
         )
+
+    def facing(self, other: Surfels, cosine: Array) -> Array:
+        """Cosines (n,) between normals of surfels and of others, without sign where it is none."""
+        return np.abs(cosine) if self.two_sided or other.two_sided else cosine
 
     def thinned(self, most: int) -> Surfels:
         """Thin the surfels evenly in the order of the scan, each one then standing for several."""

@@ -7,7 +7,7 @@ each group of stations that they connect), the first station of each held.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +17,7 @@ from tribrach._types import Array, Progress
 from tribrach.comparison.station_pair import StationPair, along_normals
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.network.survey import Survey
 from tribrach.registration.clouds.fine import matched
 from tribrach.registration.clouds.graph import (
     CloudEdge,
@@ -41,9 +42,17 @@ from tribrach.registration.clouds.proposals import (
     try_all,
     try_proposed,
 )
+from tribrach.registration.clouds.reference import (
+    PlacedOn,
+    ReferenceOffset,
+    ScanReference,
+    offset_sentence,
+    on_references,
+)
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.surfels import Surfels
 from tribrach.registration.edges import Edge, edges
+from tribrach.registration.pose_graph import Joint, join
 from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 
@@ -166,7 +175,7 @@ def _flat(s: Surfels) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True, eq=False)
 class CloudGroup:
-    """Stations that pairs of clouds connect, in the frame of the first one."""
+    """Stations that pairs of clouds connect, in the frame of the first one or of a reference."""
 
     #: poses by name of station
     poses: Mapping[str, Pose]
@@ -194,16 +203,23 @@ class CloudRegistration:
     pairs: Sequence[CloudPair]
     #: test of the loops
     consistency: Consistency
-    #: connected stations, the largest group first
+    #: connected stations, those on a reference first, else the largest group
     groups: Sequence[CloudGroup]
     #: what was left out or is weak
     sentences: tuple[str, ...]
+    #: names of references, which stand among the stations
+    references: tuple[str, ...] = ()
+    #: what the network says of their places
+    offsets: tuple[ReferenceOffset, ...] = ()
+    #: scans on references
+    placed_on: tuple[PlacedOn, ...] = ()
 
 
 def register_clouds(
     scans: Sequence[PreparedScan],
     priors: Mapping[str, Pose] | None = None,
     *,
+    references: Sequence[ScanReference] = (),
     sigma: ApproximateSigma = APPROXIMATE,
     choice: Choice = "proposed",
     floor: tuple[float, float] = COVARIANCE.floor,
@@ -216,7 +232,9 @@ def register_clouds(
     scans : sequence of PreparedScan
         Prepared scans of distinct names.
     priors : mapping of str to Pose or None
-        Approximate poses by name, all in one frame.
+        Approximate poses by name, all in one frame, that of the references if there are any.
+    references : sequence of ScanReference
+        What the scans are placed on; they give the frame then.
     sigma : ApproximateSigma
         What the approximate poses may be wrong by.
     choice : str
@@ -227,7 +245,16 @@ def register_clouds(
         Called with what is done, how many are done, and how many there are.
     """
     pairs = pairwise(scans, priors, sigma=sigma, choice=choice, floor=floor, progress=progress)
-    return settled(scans, pairs, progress)
+    if references:
+        joints = [
+            Joint(edge.first, edge.second, edge.pose, 1.0)
+            for edge in consistent([e for e in map(edge_of, pairs) if e is not None]).used
+        ]
+        progress("places on references", 0, len(references))
+        groups = join([scan.name for scan in scans], joints).groups
+        together = max(groups, key=len, default={})
+        pairs += on_references(scans, references, priors or {}, together, sigma, floor)
+    return settled(scans, pairs, progress, references)
 
 
 def pairwise(
@@ -303,16 +330,29 @@ def settled(
     scans: Sequence[PreparedScan],
     pairs: Sequence[CloudPair],
     progress: Progress = lambda what, done, total: None,
+    references: Sequence[ScanReference] = (),
 ) -> CloudRegistration:
     """Test the loops of pairs and adjust each group of stations."""
     joints = [edge for edge in map(edge_of, pairs) if edge is not None]
     consistency = consistent(joints)
-    names = [scan.name for scan in scans]
-    by_name = {scan.name: scan for scan in scans}
+    by_name = {one.name: one for one in (*(r.scan for r in references), *scans)}
+    frames = {reference.name: reference.observe for reference in references}
     tried = [(p.a, p.b) for p in pairs]
     hung = [
-        _group(by_name, group, consistency.used, tried, progress)
-        for group in groups(names, consistency.used)
+        _group(by_name, group, consistency.used, tried, progress, frames)
+        for group in groups(list(by_name), consistency.used)
+    ]
+    # scans in the frame of a reference go first
+    hung.sort(key=lambda group: not (frames.keys() & group.poses.keys() and group.adjustment))
+    offsets = [
+        ReferenceOffset.of(reference, group.adjustment)
+        for reference in references
+        for group in hung
+        if group.adjustment is not None and reference.name in group.poses
+    ]
+    on = {reference.name: reference for reference in references}
+    placed_on = [
+        PlacedOn.of(on[p.a], by_name[p.b], p.fit) for p in pairs if p.fit is not None and p.a in on
     ]
     sentences = [s for p in pairs if p.fit for s in p.sentences]
     sentences += _refusals(pairs, hung)
@@ -329,7 +369,16 @@ def settled(
         ]
     if len(hung) > 1:
         sentences.append(_apart(pairs, hung))
-    return CloudRegistration(pairs, consistency, hung, tuple(sentences))
+    sentences += [said for said in map(offset_sentence, offsets) if said is not None]
+    return CloudRegistration(
+        pairs,
+        consistency,
+        hung,
+        tuple(sentences),
+        tuple(frames),
+        tuple(offsets),
+        tuple(placed_on),
+    )
 
 
 def _refusals(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> list[str]:
@@ -348,12 +397,13 @@ def _group(
     used: Sequence[CloudEdge],
     tried: Sequence[tuple[str, str]],
     progress: Progress,
+    frames: Mapping[str, Callable[[Survey], None]],
 ) -> CloudGroup:
     """One group, adjusted; the pairs of it that were tried are compared as they are placed."""
     if len(names) == 1:
         none = {names[0]: np.zeros((6, 6))}
         return CloudGroup({names[0]: Pose.identity()}, none, None, (), {})
-    adjustment = adjust(network_of(names, used))
+    adjustment = adjust(network_of(names, used, frames))
     state, layout = adjustment.state, adjustment.layout
     at = {name: layout.index("pose", name) for name in names}
     poses = {name: Pose(state.pose_r[k], state.pose_t[k]) for name, k in at.items()}

@@ -101,8 +101,10 @@ def judge(
     tolerance : float
         Largest distance along normals that agrees [m].
     """
-    one = _direction(a, b, views[0], pose, tolerance)
-    two = _direction(b, a, views[1], pose.inverse, tolerance)
+    # what no scanner saw is coarser: beside what was seen it is no contradiction
+    whole = not any(view.blind for view in views)
+    one = _direction(a, b, views[0], pose, tolerance, whole)
+    two = _direction(b, a, views[1], pose.inverse, tolerance, whole)
     totals = [float(x.surfels.area.sum()) for x in (a, b)]
     agree, standing, through, missed, pieces = (x + y for x, y in zip(one, two, strict=True))
     overlap = (two[0] / max(totals[0], 1e-9), one[0] / max(totals[1], 1e-9))
@@ -110,7 +112,7 @@ def judge(
 
 
 def _direction(
-    there: Indexed, here: Indexed, view: RangeView, pose: Pose, tolerance: float
+    there: Indexed, here: Indexed, view: RangeView, pose: Pose, tolerance: float, whole: bool
 ) -> tuple[float, ...]:
     """Areas of ``here`` that agree, stand and agree, are seen through, are missed; pieces."""
     s, t = here.surfels, there.surfels
@@ -118,13 +120,14 @@ def _direction(
     far, nearest = there.tree.query(np.ascontiguousarray(points), sqr_dists=False)
     nearest = nearest.astype(np.int64)
     off = np.abs(np.einsum("ni,ni->n", t.normal[nearest], points - t.center[nearest]))
-    alike = np.einsum("ni,ni->n", normals, t.normal[nearest]) > GATES.alike_cosine
+    cosine = np.einsum("ni,ni->n", normals, t.normal[nearest])
+    alike = s.facing(t, cosine) > GATES.alike_cosine
     near = far < np.hypot(tolerance, np.maximum(s.size, t.size[nearest]))
     agree = near & alike & (off < tolerance)
     ranges = np.linalg.norm(points, axis=1)
     seen = view.judge(points, GATES.margin_m + GATES.margin_per_metre * ranges + s.size)
     through = ~agree & (seen == SEEN_THROUGH)
-    missed = ~agree & (seen == AT_SURFACE)
+    missed = ~agree & (seen == AT_SURFACE) & whole
     standing = agree & (np.abs(s.normal[:, 2]) < GATES.floor_cosine)
     flags = (agree, standing, through, missed)
     return (*(float(s.area[flag].sum()) for flag in flags), float(through.sum()))
