@@ -146,6 +146,20 @@ def test_what_points_do_not_tell_is_said():
     assert not found.sentences
 
 
+@pytest.mark.parametrize("size", [0.97, 1.03])
+def test_balls_that_points_do_not_tell_are_in_the_covariance(size):
+    """Forty balls of 45 points at 7 to 9 m: refused by half, the others rarely too sure by far."""
+    squares = []
+    for seed in range(31_000, 31_040):
+        d = draw(seed, "radius", away=(7.0, 9.0), step=(1.9e-3, 2.1e-3), size=size)
+        found, _ = search(d, 2e-4, stated=seed % 2 == 0)
+        for one in found:
+            e = one.center - d.center
+            squares.append(e @ np.linalg.solve(one.covariance, e))
+    assert len(squares) <= 24
+    assert np.median(squares) < chi2.ppf(0.999, 3)
+
+
 def test_noise_is_estimated_on_the_sphere():
     """Twice the stated noise, and half of it: the fit finds it, and states it."""
     d = draw(7004, away=(3.0, 3.5), step=(6e-4, 7e-4))

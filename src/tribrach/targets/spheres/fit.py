@@ -108,6 +108,8 @@ class SphereFit:
     formal: Array
     #: (3, 3), what of it comes from the noise of points, without the tolerance of the radius [m^2]
     random: Array
+    #: (3, 3), what a radius of sigma one and a form of half of that make of it
+    by_form: Array
     #: what is known of neighbours multiplies its variances with; 1 for independent points
     alike: float
     #: radius [m]
@@ -310,11 +312,10 @@ def _conclude(
         cofactor = cofactor + added
     cofactor = cofactor * enlarged
     random = np.asarray(cofactor[:3, :3], dtype=float)
-    formal = random
-    if tolerance and stated is not None and not free:
-        formal = random + _by_form(points[keep], residuals[keep], cosine[keep], unknowns, noise) * (
-            tolerance**2
-        )
+    by_form = np.zeros((3, 3))
+    if stated is not None and not free:
+        by_form = _by_form(points[keep], residuals[keep], cosine[keep], unknowns, noise)
+    formal = random + by_form * tolerance**2
     sigma_radius = float(np.sqrt(cofactor[3, 3])) if free else 0.0
     with np.errstate(invalid="ignore"):
         incidence = np.arccos(cosine)
@@ -323,6 +324,7 @@ def _conclude(
         covariance=formal + floor**2 * np.eye(3),
         formal=formal,
         random=random,
+        by_form=by_form,
         alike=alike,
         radius=float(unknowns[3]),
         sigma_radius=sigma_radius,

@@ -596,7 +596,9 @@ def _tested(
         kind="sphere",
         scan=scan,
         center=fit.center,
-        covariance=fit.covariance + (shape.like / fit.alike - 1) * fit.random,
+        covariance=fit.covariance
+        + (shape.like / fit.alike - 1) * fit.random
+        + fit.by_form * shape.other_radius**2,
         radius=fit.radius,
         rms=fit.rms,
         points=len(points),

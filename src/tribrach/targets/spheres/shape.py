@@ -42,6 +42,12 @@ class ShapeGates:
     one_in_hundred: float = 2.326
     #: a ball of a radius that differs by this share should have been told; the fit says if not
     told_share: float = 0.05
+    #: probability of the same where few points do not tell such a ball: they do not tell other
+    #: bodies either, and a sphere has to look like one (test_sphere_bodies)
+    untold_alarm: float = 5e-3
+    #: share of bodies with points like those of a sphere that are balls of another radius, any up
+    #: to ``told_share``, before their points turn the odds
+    others: float = 0.1
     #: incidence up to which radius and form are looked at [rad]: the rim tells the radius best
     mask_rad: float = float(np.radians(72.0))
     #: the rim is left out as far as the footprint reaches over the outline, in its diameters
@@ -78,6 +84,9 @@ class Shape:
     sigma_form: float
     #: of so much form if the body is a sphere
     probability: float
+    #: sigma of what the radius may be wrong by if the body is a ball of another one, by the odds
+    #: that its points leave [m]
+    other_radius: float
     #: what likeness of neighbours multiplies the variances of means with
     like: float
     #: why the body is none of the wanted spheres; empty if nothing says so
@@ -125,7 +134,9 @@ def shape_of(
             mask=float(np.clip(rim, FIT.mask_rad, GATES.mask_rad)),
         )
     except InputError:
-        return Shape(fit.radius, 0.0, 0.0, 0.0, 1.0, 1.0, "its points do not tell its radius", "")
+        return Shape(
+            fit.radius, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, "its points do not tell its radius", ""
+        )
     on = free.inliers
     departure = _Departure(points[on], free)
     seen = likeness(departure.rest, pixel[0][on], pixel[1][on])
@@ -133,8 +144,13 @@ def shape_of(
     sigma = free.sigma_radius * like**0.5
     off = free.radius - fit.radius
     form, sigma_form, probability = departure.tested(tolerance, like)
-    limit = float(chi2.ppf(1 - GATES.false_alarm, 1)) ** 0.5 * np.hypot(sigma, tolerance)
+    known = float(np.hypot(sigma, tolerance))
+    limit = float(chi2.ppf(1 - GATES.false_alarm, 1)) ** 0.5 * known
     unsure = GATES.one_in_hundred * sigma
+    level, untold = GATES.false_alarm, limit + unsure > GATES.told_share * fit.radius
+    if untold and on.sum() < FIT.few_points:
+        level = GATES.untold_alarm
+        limit = float(chi2.ppf(1 - level, 1)) ** 0.5 * known
     reason, sentence = "", ""
     if unsure > GATES.radius_share * fit.radius:
         reason = Sentence(
@@ -149,13 +165,13 @@ def shape_of(
             sigma=sigma,
             fit=fit,
         )
-    elif probability < GATES.false_alarm:
+    elif probability < level:
         reason = Sentence(
             "its surface departs from a sphere by {form:mm1} (root mean square) where noise makes "
             "{sigma:mm1}, beyond a limit of {limit} for the probability of as much by chance",
             form=form,
             sigma=sigma_form,
-            limit=f"{GATES.false_alarm:.0e}",
+            limit=f"{level:.0e}",
         )
     elif seen > _surface(fit.alike) and fit.s0 > (
         most := np.exp(GATES.patchy_sigmas * noise_doubt(int(on.sum())) / 2)
@@ -166,14 +182,30 @@ def shape_of(
             fit=fit,
             most=most,
         )
-    elif limit + unsure > GATES.told_share * fit.radius:
+    elif untold:
         sentence = Sentence(
             "its points tell its radius to {sigma:mm1}: a ball with one {limit:mm0} off "
             "could pass for it",
             sigma=sigma,
             limit=limit + unsure,
         )
-    return Shape(free.radius, sigma, form, sigma_form, probability, like, reason, sentence)
+    other = _other_radius(off, sigma, tolerance, fit.radius)
+    return Shape(free.radius, sigma, form, sigma_form, probability, other, like, reason, sentence)
+
+
+def _other_radius(off: float, sigma: float, tolerance: float, radius: float) -> float:
+    """Root mean square [m] of what the radius is wrong by, with the odds of another ball.
+
+    Notes
+    -----
+    The free radius is off by ``off`` with ``sigma``. Odds of another ball are the ratio of the
+    probability densities of that, times the odds before.
+    """
+    known = float(np.hypot(sigma, tolerance))
+    flat = 1 / (2 * GATES.told_share * radius)
+    own = float(np.exp(-((off / known) ** 2) / 2)) / (known * (2 * np.pi) ** 0.5)
+    share = GATES.others * flat / (GATES.others * flat + (1 - GATES.others) * own)
+    return float(np.sqrt(share * (off**2 + sigma**2)))
 
 
 def _surface(known: float) -> float:
