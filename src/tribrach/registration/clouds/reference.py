@@ -19,7 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.mesh import Mesh
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.triangle_tree import TriangleTree
-from tribrach.geometry.triangles import covering_points
+from tribrach.geometry.triangles import covering_pieces
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinates
@@ -231,7 +231,7 @@ def reference_of_mesh(
     while mesh.areas.sum() / size**2 > GATES.cubes:
         size *= 2
     cubes, total = CellSum(size), 0
-    for xyz in covering_points(mesh.triangles - origin, size / GATES.samples):
+    for xyz, _ in covering_pieces(mesh.triangles - origin, size / GATES.samples):
         cubes.add(ASKEW @ xyz)
         total += len(xyz)
     tree = TriangleTree(replace(mesh, triangles=mesh.triangles - origin))
