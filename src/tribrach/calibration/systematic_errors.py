@@ -41,7 +41,7 @@ _ALPHA = 0.005
 _SEEN = 1e-4
 #: beyond these no instrument is wrong and no air bends: zero [m], scale, angles [rad], coefficient
 _MOST = {"x10": 0.1, RANGE_SCALE: 0.01, "x4": 0.003, "x6": 0.003, REFRACTION: 10.0}
-_MODEL = NIST.select(["x10", "x4", "x6"]).joined(COMMON)
+_MODEL = NIST.select(["x10", "x4", "x6"]).joined(COMMON.select([RANGE_SCALE, REFRACTION]))
 #: how each is said
 _SAID = {
     "x10": "ranges are {size:mm2~} ± {sigma:mm2} too {side}",

@@ -1,9 +1,10 @@
 """What a scanner gets wrong alike at all points of a station, besides its calibration.
 
-A scale of the ranges belongs to the instrument; a coefficient of refraction belongs to the air of
-a station on its day. Each is one number with a standard deviation, and a column like those of a
-calibration: ``true = measured + Delta``, range scale m: ``Delta_R = m R``; coefficient k: the ray
-is bent down, ``Delta_V = k R sin V / (2 E)`` with the radius E of the Earth (method section 5.10).
+A zero and a scale of the ranges belong to the instrument; a coefficient of refraction belongs to
+the air of a station on its day. Each is one number with a standard deviation, and a column like
+those of a calibration: ``true = measured + Delta``, zero a: ``Delta_R = a``, range scale m:
+``Delta_R = m R``; coefficient k: the ray is bent down, ``Delta_V = k R sin V / (2 E)`` with the
+radius E of the Earth (method section 5.10).
 """
 
 from __future__ import annotations
@@ -15,19 +16,30 @@ import numpy as np
 
 from tribrach.instruments.calibration import MODELS, CalibrationModel, find_model
 
-__all__ = ["COMMON", "RANGE_SCALE", "REFRACTION", "CommonErrors", "effects_model"]
+__all__ = [
+    "COMMON",
+    "OF_INSTRUMENT",
+    "RANGE_SCALE",
+    "RANGE_ZERO",
+    "REFRACTION",
+    "CommonErrors",
+    "effects_model",
+]
 
 #: names of the effects
-RANGE_SCALE, REFRACTION = "range scale", "refraction"
+RANGE_SCALE, REFRACTION, RANGE_ZERO = "range scale", "refraction", "range zero"
+#: of them those that all stations of an instrument have alike
+OF_INSTRUMENT = (RANGE_SCALE, RANGE_ZERO)
 #: mean radius of the Earth [m]
 _EARTH = 6371000.0
-#: both as columns of a model, linear in the scale and in the coefficient
+#: all as columns of a model, linear in each of them
 COMMON = CalibrationModel(
     "common",
-    (RANGE_SCALE, REFRACTION),
+    (RANGE_SCALE, REFRACTION, RANGE_ZERO),
     (
         lambda r, h, v, k: (r, 0, 0),
         lambda r, h, v, k: (0, 0, r * np.sin(v) / (2 * _EARTH)),
+        lambda r, h, v, k: (np.ones_like(r), 0, 0),
     ),
 )
 
@@ -36,18 +48,24 @@ COMMON = CalibrationModel(
 class CommonErrors:
     """Standard deviations of effects that no number of points makes smaller."""
 
-    #: name of the scanner; all its stations have one range scale
+    #: name of the scanner; all its stations have one zero and one scale
     instrument: str
     #: of the scale of its ranges
     range_scale: float = 0.0
     #: of the coefficient of refraction, drawn anew at each station
     refraction: float = 0.0
+    #: of the zero of its ranges [m]
+    range_zero: float = 0.0
 
     @property
     def effects(self) -> dict[str, float]:
         """Those that are not zero, with their standard deviations."""
-        both = {RANGE_SCALE: self.range_scale, REFRACTION: self.refraction}
-        return {name: sigma for name, sigma in both.items() if sigma > 0}
+        every = {
+            RANGE_SCALE: self.range_scale,
+            REFRACTION: self.refraction,
+            RANGE_ZERO: self.range_zero,
+        }
+        return {name: sigma for name, sigma in every.items() if sigma > 0}
 
 
 def effects_model(

@@ -49,7 +49,8 @@ def surroundings(
     for name in dict.fromkeys(scan.station for scan in scans):
         members = [scan for scan in scans if scan.station == name]
         parts = [seen[scan.name] for scan in members if scan.origin_known]
-        planes = PlaneSet.joined([planes for planes, _ in parts])
+        angles = {scan.name: scan.noise.systematic for scan in members if scan.noise is not None}
+        planes = PlaneSet.joined([planes for planes, _ in parts]).with_angles(angles)
         view = merged_view([view for _, view in parts]) if parts else StationView.empty()
         out.append(Surroundings.of(name, planes, view, members[0].levelled))
     return out

@@ -15,7 +15,7 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.cloud.shared_part import MOST_GIVEN, GivenPart, SharedPart
 from tribrach.geometry.pose import Pose
-from tribrach.instruments.common_errors import COMMON, RANGE_SCALE
+from tribrach.instruments.common_errors import COMMON, OF_INSTRUMENT
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
@@ -108,7 +108,7 @@ class _Rows:
         if common is None or not common.effects:
             return correction, rows
         for effect, sigma in common.effects.items():
-            owner = common.instrument if effect == RANGE_SCALE else scan.station
+            owner = common.instrument if effect in OF_INSTRUMENT else scan.station
             self.errors[effect, owner] = max(sigma, self.errors.get((effect, owner), 0.0))
             rows.append((effect, owner))
         model = COMMON.select(list(common.effects))
@@ -203,6 +203,6 @@ class _Rows:
 
 def _stations_with(effect: str, owner: str, scans: Sequence[StationScan]) -> set[str]:
     """Stations whose readings have an effect: those of an instrument, or one alone."""
-    if effect != RANGE_SCALE:
+    if effect not in OF_INSTRUMENT:
         return {owner}
     return {s.station for s in scans if s.common is not None and s.common.instrument == owner}

@@ -20,11 +20,17 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.geometry.polar import polar_from_xyz, xyz_by_polar
 from tribrach.instruments.calibration import CalibrationModel
+from tribrach.instruments.common_errors import RANGE_SCALE
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Observations
+from tribrach.observations.planes import FittedPlanes, moved_planes
+from tribrach.observations.poses import RelativePoses
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 
 __all__ = ["Considered", "influence_of"]
+
+#: kinds whose readings have what a scanner does alike at all points
+_CARRYING = (ScannerPolar, TargetCentres, FittedPlanes, RelativePoses)
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +49,8 @@ def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns:
     Parameters
     ----------
     adjustment
-        The network, solved without them. Readings of targets carry them; planes and relative poses
-        of clouds are taken as free of them.
+        The network, solved without them. Readings of targets and fitted planes carry them, and
+        relative poses of clouds a scale that both stations have; else clouds are taken as free.
     effects
         The m effects.
     columns : array (k,)
@@ -63,7 +69,7 @@ def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns:
     start = 0
     for o, items in zip(adjustment.network.observations, adjustment.assembly.active, strict=True):
         stop = start + len(items) * o.rows
-        if isinstance(o, ScannerPolar | TargetCentres) and len(items):
+        if isinstance(o, _CARRYING) and len(items):
             for k, effect in enumerate(effects):
                 moved = _moved(o, adjustment, effect)[items]
                 shift[start:stop, k] = moved.reshape(-1)
@@ -79,16 +85,32 @@ def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns:
 
 def _moved(o: Observations, adjustment: Adjustment, effect: Considered) -> Array:
     """What an effect corrects the readings (n, m) of a table by, zero from other stations."""
-    assert isinstance(o, ScannerPolar | TargetCentres)
+    assert isinstance(o, _CARRYING)
     names = adjustment.layout.names["pose"]
-    wanted = np.array([name in effect.stations for name in names], dtype=bool)[o.station]
-    if isinstance(o, ScannerPolar):
+    owned = np.array([name in effect.stations for name in names], dtype=bool)
+    if isinstance(o, RelativePoses):
+        # what is m times larger everywhere is m times farther apart, and not turned
+        scale = RANGE_SCALE in effect.model.parameters
+        wanted = owned[o.start] & owned[o.end] & scale
+        corrections = o.predict(adjustment.state) * [1, 1, 1, 0, 0, 0]
+        return np.asarray(np.where(wanted[:, None], corrections, 0.0))
+    wanted = owned[o.station]
+    if isinstance(o, FittedPlanes):
+        corrections = moved_planes(
+            o.normal, o.centroid, lambda places: _of_places(places, effect.model)
+        )
+    elif isinstance(o, ScannerPolar):
         # what is true is measured + Delta, what is predicted is true - Delta
         corrections = -o.parameter_columns(adjustment.state, effect.model)[:, :, 0]
     else:
-        polar = polar_from_xyz(o.predict(adjustment.state))
-        r, h, v = polar.T
-        by_effect = effect.model.columns(r, h, v, np.ones(len(o)))
-        corrections = (xyz_by_polar(polar) @ by_effect)[:, :, 0]
+        corrections = _of_places(o.predict(adjustment.state), effect.model)
     out: Array = np.where(wanted[:, None], corrections, 0.0)
+    return out
+
+
+def _of_places(places: Array, model: CalibrationModel) -> Array:
+    """What an effect corrects places (n, 3) in the frame of the scanner by."""
+    polar = polar_from_xyz(places)
+    by_effect = model.columns(*polar.T, np.ones(len(places)))
+    out: Array = (xyz_by_polar(polar) @ by_effect)[:, :, 0]
     return out

@@ -6,6 +6,7 @@ A plane ``n . x = d`` of the work frame appears in a scan as ``n_s = R^T n`` wit
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -26,7 +27,10 @@ from tribrach.observations.declaration import (
 from tribrach.observations.ties import Faces, TieCollector
 from tribrach.observations.unknowns import State, plane_basis
 
-__all__ = ["FittedPlanes", "PointsOnPlanes"]
+__all__ = ["FittedPlanes", "PointsOnPlanes", "moved_planes"]
+
+#: step over which the tilt of a plane is differentiated [m]
+_STEP = 0.05
 
 
 @dataclass(kw_only=True)
@@ -189,3 +193,29 @@ class PointsOnPlanes(Observations):
                 normal = axes[2] * (1.0 if axes[2] @ centre >= 0 else -1.0)
                 station, plane = np.divmod(np.array([key]), base)
                 ties.add(Faces(station, plane, normal[None], np.array([normal @ centre])))
+
+
+def moved_planes(normal: Array, centroid: Array, displacement: Callable[[Array], Array]) -> Array:
+    """Tilts and offsets (n, 3) of planes whose points are displaced.
+
+    A plane whose points move by D moves by n . D and tilts by what that changes by along it.
+
+    Parameters
+    ----------
+    normal, centroid : array (n, 3)
+        Of the planes.
+    displacement
+        Of places (n, 3).
+
+    References
+    ----------
+    Method section 2.10.
+    """
+    step = _STEP * plane_basis(normal)
+
+    def away(places: Array) -> Array:
+        """Displacements along the normals."""
+        return np.asarray(np.einsum("ni,ni->n", normal, displacement(places)))
+
+    tilt = [away(centroid + step[:, :, k]) - away(centroid - step[:, :, k]) for k in (0, 1)]
+    return np.column_stack([-tilt[0] / (2 * _STEP), -tilt[1] / (2 * _STEP), away(centroid)])

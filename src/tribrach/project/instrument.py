@@ -92,6 +92,8 @@ class Instrument(Section):
         clouds of a project have ``incidence = true``.
     range_scale_common_ppm
         Of the scale of a scanner's ranges, one for all its points and stations.
+    range_zero_common_mm
+        Of the zero of a scanner's ranges, one for all its points and stations.
     refraction_sigma
         Of the coefficient of refraction: of a scanner's beams, one for each station, none if not
         given; of a total station's set-up with sights longer than 150 m, 0.1 if not given.
@@ -144,6 +146,7 @@ class Instrument(Section):
     range_mm: PositiveFloat | None = None
     range_ppm: NonNegativeFloat = 0.0
     range_scale_common_ppm: NonNegativeFloat = 0.0
+    range_zero_common_mm: NonNegativeFloat = 0.0
     refraction_sigma: NonNegativeFloat | None = None
     wavelength_um: float = Field(default=0.658, ge=0.4, le=1.7)
     reference_temperature_c: float = 12.0
@@ -372,9 +375,10 @@ class Instrument(Section):
             Of the instrument in the project.
         """
         bend = self.refraction_sigma or 0.0
-        if not (self.range_scale_common_ppm or bend):
+        zero = self.range_zero_common_mm * MM
+        if not (self.range_scale_common_ppm or bend or zero):
             return None
-        return CommonErrors(name, self.range_scale_common_ppm * 1e-6, bend)
+        return CommonErrors(name, self.range_scale_common_ppm * 1e-6, bend, zero)
 
     def _law(self) -> RangeLaw | None:
         """The law of the noise of ranges, None without one."""

@@ -6,15 +6,17 @@ metres and radians.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.spatial import cKDTree
 
 from tribrach._types import Array
+from tribrach.geometry.polar import polar_from_xyz, xyz_by_polar
 from tribrach.geometry.pose import Pose
+from tribrach.observations.planes import moved_planes
 from tribrach.observations.unknowns import plane_basis
 from tribrach.targets.planes import Plane
 
@@ -145,6 +147,31 @@ class PlaneSet:
             self.spacing[at],
             tuple(self.scans[k] for k in at),
         )
+
+    def with_angles(self, sigma: Mapping[str, float]) -> PlaneSet:
+        """Covariances with what both angles may be wrong by for a whole plane.
+
+        Parameters
+        ----------
+        sigma
+            By the names of the scans [rad]; none where a scan is not named.
+
+        References
+        ----------
+        Method section 2.10.
+        """
+        size = np.array([sigma.get(name, 0.0) for name in self.scans])
+        out = self.covariance.copy()
+
+        def displaced(places: Array, angle: int) -> Array:
+            """What places move by with an angle."""
+            return np.asarray(xyz_by_polar(polar_from_xyz(places))[:, :, angle])
+
+        for angle in (1, 2):
+            moved = moved_planes(self.normal, self.center, partial(displaced, angle=angle))
+            by_angle = size[:, None] * moved
+            out += by_angle[:, :, None] * by_angle[:, None, :]
+        return replace(self, covariance=out)
 
     def placed(self, pose: Pose) -> PlaneSet:
         """Carry the planes into another frame; their covariance leaves out errors of the pose."""

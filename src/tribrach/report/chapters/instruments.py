@@ -50,6 +50,7 @@ _WORDS = {
     "scan_angle": "noise of both angles",
     "scan_angle_accuracy": "both angles, noise and systematic part",
     "range_scale_common": "scale of ranges, common to all stations",
+    "range_zero_common": "zero of ranges, common to all stations",
     "beam_exit": "diameter of the beam at its exit",
     "beam_divergence": "full divergence of the beam",
     "levelling": "levelling",
