@@ -52,7 +52,7 @@ FACTS = ("tribrach", 1)
 #: the fact that names the extra dimension with the intensities as measured
 LIGHT = "intensity_field"
 #: dimensions that are not called as in the file
-_RENAMED = {"gps_time": "time"}
+_RENAMED = {"gps_time": "time", "time": "time_2"}
 _COORDINATES = ("X", "Y", "Z")
 #: user and number of the record that says how points are compressed, and its fixed bytes
 _LASZIP, _LASZIP_ID, _LASZIP_FIXED = b"laszip encoded", 22204, 34
@@ -394,8 +394,8 @@ class LasScan(Scan):
         in_threads(fill, len(points))
         for dimension in points.point_format.extra_dimensions:
             if dimension.is_scaled:
-                name = dimension.name
-                scaled = np.asarray(points[name], dtype=np.float64)
+                name = _RENAMED.get(dimension.name, dimension.name)
+                scaled = np.asarray(points[dimension.name], dtype=np.float64)
                 names = _parts(name, scaled.shape[1:])
                 values |= dict(zip(names, scaled.reshape(len(points), -1).T, strict=True))
         return Chunk(xyz, values)
