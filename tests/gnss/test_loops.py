@@ -144,6 +144,35 @@ def test_closures_of_correlated_baselines_are_as_stated() -> None:
     np.testing.assert_allclose(share, 0.05, atol=3.3 * np.sqrt(0.05 * 0.95 / 2000))
 
 
+@pytest.mark.parametrize(
+    ("tree", "receivers", "walk", "side"),
+    [
+        ([(0, 1), (1, 2)], [1, 1, 24], [1, 1], 25),
+        ([(0, 1), (1, 2)], [3, 3, 3], [1, 1], 6),
+        ([(0, 1), (0, 2), (0, 3)], [2, 2, 2, 2], [-1, 0, 1], 4),
+        ([(0, 1), (0, 2), (0, 3)], [1, 1, 1, 24], [-1, 0, 1], 25),
+        ([(0, 1), (1, 2), (2, 3)], [24, 1, 1, 1], [1, 1, 1], 25),
+    ],
+)
+def test_sides_of_a_session_with_one_bad_receiver(tree, receivers, walk, side) -> None:
+    """What was not computed follows from the joint covariance: the sum of both receivers."""
+    one = np.diag([1.0, 1.0, 2.0])
+    single = np.array([(receivers[a] + receivers[b]) * one for a, b in tree])
+    joint = session_covariance(tree, single).reshape(len(tree), 3, len(tree), 3)
+    for k in range(len(tree)):
+        np.testing.assert_allclose(joint[k, :, k], single[k], atol=1e-9)
+    found = np.einsum("a,aibj,b->ij", walk, joint, walk)
+    np.testing.assert_allclose(found, side * one, rtol=0.05)
+
+
+def test_variances_that_no_receivers_have_are_taken() -> None:
+    """A good side, a bad one and a good one: no receiver is bad at one end alone."""
+    single = np.array([v * np.eye(3) for v in (2.0, 25.0, 2.0)])
+    joint = session_covariance([(0, 1), (1, 2), (2, 3)], single)
+    assert np.linalg.eigvalsh(joint)[0] > 0
+    np.testing.assert_allclose(np.diag(joint), np.repeat([2.0, 25.0, 2.0], 3))
+
+
 def test_a_loop_of_dependent_baselines_tells_nothing() -> None:
     """All three baselines of one session: the third is the sum of the others."""
     start, end = np.array([0, 1, 0]), np.array([1, 2, 2])

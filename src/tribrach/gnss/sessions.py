@@ -7,10 +7,11 @@ whose coordinates are known, given or just computed. If none is known, the heade
 gives them, with a warning: ten metres of error there turn and stretch a baseline by about one part
 in a million.
 
-Two baselines that share a receiver share its errors. With equal shares of both receivers in the
-variance of a baseline the correlation is 1/2, the same as that of single differences (Hofmann-
-Wellenhof, Lichtenegger and Wasle 2008, GNSS, section 6.3); over all baselines of the session it is
-``1/2 B^T B`` with the incidence matrix B of the tree, which is positive definite.
+Two baselines that share a receiver share its errors. The variances of n - 1 baselines leave one
+number open in those of n receivers; taken are the receivers that are most alike (least scatter of
+the logarithms). Where all are, the correlation is 1/2, the same as that of single differences
+(Hofmann-Wellenhof, Lichtenegger and Wasle 2008, GNSS, section 6.3); over all baselines of the
+session it is ``B^T diag(r) B`` with the incidence matrix B of the tree, scaled to ones.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import minimize_scalar, nnls
 from scipy.sparse.csgraph import breadth_first_order, minimum_spanning_tree
 
 from tribrach._types import Array, Progress
@@ -37,6 +39,9 @@ __all__ = [
     "run_sessions",
     "session_covariance",
 ]
+
+#: of the variance of the worst baseline, that no receiver falls below
+_LEAST = 1e-6
 
 
 def independent_baselines(
@@ -88,11 +93,35 @@ def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) 
     incidence = np.zeros((len(names), m))
     for k, (a, b) in enumerate(baselines):
         incidence[names[a], k], incidence[names[b], k] = -1.0, 1.0
-    correlation = incidence.T @ incidence / 2
+    each = _of_receivers(incidence, np.trace(covariance, axis1=1, axis2=2))
+    shared = incidence.T @ (each[:, None] * incidence)
+    size = np.sqrt(np.diag(shared))
+    correlation = shared / np.outer(size, size)
     values, axes = np.linalg.eigh(covariance)
     roots = np.einsum("nij,nj,nkj->nik", axes, np.sqrt(values), axes)
     joint: Array = np.einsum("aij,ab,bjk->aibk", roots, correlation, roots)
     return joint.reshape(3 * m, 3 * m)
+
+
+def _of_receivers(incidence: Array, variance: Array) -> Array:
+    """Variances (n,) of receivers that add to those of the baselines (n - 1,) of a tree, scaled."""
+    variance = variance / variance.max()
+    ends = np.abs(incidence.T)
+    one = np.linalg.lstsq(ends, variance, rcond=None)[0]
+    # what is added at one end is taken away at the other
+    open_ = np.sign(np.linalg.svd(ends)[2][-1])
+    low = float((-one[open_ > 0]).max(initial=-np.inf))
+    high = float(one[open_ < 0].min(initial=np.inf))
+    if not low < high:
+        # no receivers explain all of them
+        each = nnls(ends, variance)[0]
+        return np.asarray(np.maximum(each, _LEAST))
+
+    def scatter(step: float) -> float:
+        return float(np.var(np.log(one + step * open_)))
+
+    best = minimize_scalar(scatter, bounds=(low, high), options={"xatol": 1e-9})
+    return np.asarray(one + float(best.x) * open_)
 
 
 @dataclass(frozen=True)
