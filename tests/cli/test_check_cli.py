@@ -365,3 +365,29 @@ def test_a_coarse_length_passes_no_range(tmp_path: Path) -> None:
         tables[sigma] = checked(tmp_path, polar_table(given), *SIGMAS, *options)
     assert tables[0.3]["passed"]
     assert tables[100.0]["passed"] is None
+
+
+def test_an_index_error_that_the_sheet_allows_is_named(tmp_path: Path) -> None:
+    """Noise of 2 and an index of 6 arcsec: within the 8 of a sheet, and not noise."""
+    rng, sec = np.random.default_rng(5), np.pi / 180 / 3600
+    six = np.vstack([TARGETS, [[12.0, 9.0, -2.0], [-9.0, -8.0, 3.0]]])
+    noise = np.array([1e-4, 2 * sec, 2 * sec])
+    sheet = ("--sheet", "Leica ScanStation P50")
+    one = {"S": np.zeros(3)}
+    wrong = readings(rng, {"x4": 6 * sec}, targets=six, stations=one, sigma=noise)
+    found = checked(tmp_path, polar_table(wrong), *sheet)
+    assert not any("both faces" in failure for failure in found["failures"])
+    assert all(c["p"] > 0.01 for c in found["two_face"]["components"])
+    (cause,) = found["two_face_noise"]["explanation"]["causes"]
+    assert {cause["parameter"], *cause["alternatives"]} >= {"x4"}
+    assert abs(abs(cause["value"]) - 6 * sec) < 4 * cause["sigma"]
+    assert not next(c for c in found["two_face_noise"]["components"] if c["reading"] == "zenith")[
+        "passed"
+    ]
+    still = checked(
+        tmp_path, polar_table(readings(rng, targets=six, stations=one, sigma=noise)), *sheet
+    )
+    assert still["two_face_noise"]["passed"]
+    # stated as noise alone there is no second test
+    alone = checked(tmp_path, polar_table(wrong), *SIGMAS)
+    assert alone["two_face_noise"] is None

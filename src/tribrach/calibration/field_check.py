@@ -79,6 +79,9 @@ class FieldCheck(
     series_names: tuple[str, ...]
     #: null without readings in both faces
     two_face: TwoFaceTest | None
+    #: the same against the noise alone, where the stated precision has a systematic part: what it
+    #: finds and the other does not is within what the scanner is stated to have
+    two_face_noise: TwoFaceTest | None
     #: one for each pair of stations
     distances: tuple[DistanceCheck, ...]
     statistics: tuple[DistanceStatistics, ...]
@@ -181,8 +184,25 @@ def check_readings(
     alpha: float = 0.05,
     earlier: Earlier | None = None,
     known: KnownLengths | None = None,
+    noise: ScannerReadings | None = None,
 ) -> FieldCheck:
-    """Test whatever the readings allow to test (method sections 11.2, 11.3 and 11.6)."""
+    """Test whatever the readings allow to test (method sections 11.2, 11.3 and 11.6).
+
+    Parameters
+    ----------
+    readings
+        Of targets, with the precision that the scanner is stated to have.
+    title
+        Of the check.
+    alpha
+        Error probability of the whole.
+    earlier
+        An earlier check.
+    known
+        Known lengths.
+    noise
+        The same readings with the covariances of their noise alone.
+    """
     means, pairs = face_means(readings), face_pairs(readings)
     notes: list[str] = []
     stations = tuple(dict.fromkeys(str(s) for s in readings.station))
@@ -198,7 +218,10 @@ def check_readings(
         known = None
     lengths = None if known is None else compare_lengths(means, known, alpha)
     twice = sum(all(_scans(means, s) > 1 for s in couple) for couple in couples)
-    tests = bool(len(pairs)) + len(couples) + twice + repeated * (1 + (len(stations) > 1))
+    only = None if noise is None or not len(pairs) else face_pairs(noise)
+    tests = (
+        bool(len(pairs)) + bool(only) + len(couples) + twice + repeated * (1 + (len(stations) > 1))
+    )
     before = earlier if repeated else None
     with_u = before is not None and before.u is not None and len(couples) == twice == 1
     tests += (before is not None) + with_u + (lengths is not None)
@@ -244,6 +267,7 @@ def check_readings(
         targets=tuple(dict.fromkeys(str(t) for t in readings.target)),
         series_names=series,
         two_face=two_face_test(pairs, each) if len(pairs) else None,
+        two_face_noise=None if only is None else two_face_test(only, each),
         distances=tuple(compare_distances(means, a, b, each) for a, b in couples),
         statistics=statistics,
         lengths=lengths,

@@ -120,6 +120,7 @@ def _tested(check: FieldCheck) -> Iterator[Finding]:
     if check.two_face is not None:
         yield from map(_component, check.two_face.components)
         yield from _explained(check.two_face.explanation, "the faces")
+        yield from _within(check)
     for one in check.distances:
         yield from _compared(one)
     for k, of_standard in enumerate(check.statistics):
@@ -190,6 +191,24 @@ def _cause(cause: Cause, what: str) -> Finding:
         cause=cause,
         alike=f"; {others} would explain it as well" if others else "",
     )
+
+
+def _within(check: FieldCheck) -> Iterator[Finding]:
+    """Misalignments beyond the noise that the stated precision of the scanner contains."""
+    stated, noise = check.two_face, check.two_face_noise
+    if stated is None or noise is None or not stated.passed:
+        return
+    for cause in noise.explanation.causes:
+        unit, others = _unit(cause.parameter), ", ".join(cause.alternatives)
+        yield Finding.of(
+            "misalignment_within",
+            "Against the noise alone both faces point to {cause.parameter}, {cause.words}: "
+            f"{{cause.value:{unit}~}} ± {{cause.sigma:{unit}}} (t = {{cause.t:1}}){{alike}}. The "
+            "scanner is stated to be that far off and passes; calibrate, or measure in both faces.",
+            True,
+            cause=cause,
+            alike=f"; {others} would explain it as well" if others else "",
+        )
 
 
 def _worst(table: Any) -> Any:

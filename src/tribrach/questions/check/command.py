@@ -14,6 +14,7 @@ from tribrach.project.instrument import Instrument
 from tribrach.questions.check.chapters import answer_of
 from tribrach.questions.check.readings import (
     known_lengths,
+    noise_of,
     read_earlier,
     read_lengths,
     readings_of,
@@ -71,8 +72,10 @@ def check(
             f"there is no data sheet {sheet}", cure="see the list of instruments"
         ) from error
     before = None if earlier is None else read_earlier(earlier)
-    survey, given, title = survey_to_check(source, instrument.precision(), progress)
+    precision = instrument.precision()
+    survey, given, title = survey_to_check(source, precision, progress)
     readings = readings_of(survey)
     targets = [str(name) for name in dict.fromkeys(readings.target)]
     known = known_lengths(given, targets) if lengths is None else read_lengths(lengths, targets)
-    return answer_of(check_readings(readings, title, alpha, before, known))
+    noise = noise_of(source, precision)
+    return answer_of(check_readings(readings, title, alpha, before, known, noise))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -29,7 +30,14 @@ from tribrach.observations.control import Coordinates
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.observations.sights import Distances
 
-__all__ = ["known_lengths", "read_earlier", "read_lengths", "readings_of", "survey_to_check"]
+__all__ = [
+    "known_lengths",
+    "noise_of",
+    "read_earlier",
+    "read_lengths",
+    "readings_of",
+    "survey_to_check",
+]
 
 #: roles of points whose coordinates are known
 _KNOWN = frozenset({"control", "fixed", "check"})
@@ -63,6 +71,17 @@ def survey_to_check(
         survey.station(station)
         observe_readings(survey, station, own, work.scans, work.findings)
     return survey, job.survey, project.title
+
+
+def noise_of(path: Path, precision: Precision) -> ScannerReadings | None:
+    """Readings of a table with the noise of their angles alone; None where that is all there is.
+
+    Readings of a project are of noise alone.
+    """
+    if path.suffix.lower() == ".toml" or not precision.scan_angle_systematic:
+        return None
+    noise = replace(precision, scan_angle_systematic=0.0)
+    return readings_of(csv_tables.read(path, Context(precision=noise)))
 
 
 def readings_of(survey: Survey) -> ScannerReadings:
