@@ -31,6 +31,7 @@ __all__ = [
     "one_run",
     "open_cloud",
     "refuse_other_frames",
+    "refuse_other_systems",
     "stated_light",
     "station_pair",
 ]
@@ -304,15 +305,20 @@ def _region(
 
 def refuse_other_frames(a: CloudFile, b: CloudFile) -> None:
     """Clouds that say to be in different coordinate systems are not compared."""
-    if a.crs is None or b.crs is None or a.crs == b.crs:
+    refuse_other_systems(a.crs, b.crs, b.path)
+
+
+def refuse_other_systems(a: str | None, b: str | None, file: Path) -> None:
+    """What says to be in different coordinate systems is not compared; WKT of both."""
+    if a is None or b is None or a == b:
         return
     try:
-        one, two = CRS.from_user_input(a.crs), CRS.from_user_input(b.crs)
+        one, two = CRS.from_user_input(a), CRS.from_user_input(b)
     except CRSError:
         return
     if not one.equals(two, ignore_axis_order=True):
         raise InputError(
             f"the clouds are in different coordinate systems: {one.name} and {two.name}",
-            file=b.path,
+            file=file,
             cure="write both in one frame",
         )

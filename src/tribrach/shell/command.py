@@ -109,12 +109,12 @@ def command(
             told = {name: given.pop(name) for name in READING} if scans else {}
             crew = (given.pop("workers"), given.pop("scheduler")) if engine else None
             given |= {name: meaning(given[name]) for name, meaning in meant.items()}
-            for name, bundle in bundles.items():
-                given[name] = bundle(**{f.name: given.pop(f.name) for f in fields(bundle)})
             inputs = _paths(given[name] for name in dict.fromkeys((*read, *project, *meant)))
             files = {_option(name, options[name][0]): _paths([given[name]]) for name in written}
             files |= {f"--{form}": _paths([path]) for form, path in outputs.items()}
             place = given[folder[0]] if folder else _results(*(given[name] for name in project))
+            for name, bundle in bundles.items():
+                given[name] = bundle(**{f.name: given.pop(f.name) for f in fields(bundle)})
             given |= {"overwrite": overwrite} if "overwrite" in by_itself else {}
             with ExitStack() as stack:
                 # who claims the files of a project reads it, as the work does

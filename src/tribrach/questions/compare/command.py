@@ -13,10 +13,12 @@ from tribrach.comparison.peer_exports import alignment
 from tribrach.comparison.station_pair import StationPair
 from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
+from tribrach.io.models.formats import is_model
 from tribrach.io.site_table import read_sites
 from tribrach.job.cloud_file import one_run, open_cloud, station_pair
 from tribrach.job.compare import LIMIT, Method, Registration, compare_clouds, offset_test
 from tribrach.questions.compare.chapters import ComparedClouds, answer_of
+from tribrach.questions.compare.design import Designing, compare_design
 from tribrach.questions.compare.distance_cloud import DistanceCloud
 from tribrach.questions.compare.motions import MotionCollector
 from tribrach.questions.compare.moved import told_motions
@@ -28,11 +30,16 @@ from tribrach.units import MM, SEC
 
 __all__ = ["compare"]
 
+#: B is a cloud
+_CLOUDS = Designing()
+
 
 @command(html="Write a page with map and histogram.", scans=True)
 def compare(
     a: Annotated[Path, typer.Argument(metavar="A", help="The compared cloud.")],
-    b: Annotated[Path, typer.Argument(metavar="B", help="The reference.")],
+    b: Annotated[
+        Path, typer.Argument(metavar="B", help="The reference, or a model of what was meant.")
+    ],
     sites_file: Annotated[
         Path | None,
         typer.Option("--sites", help="Test sites as CSV: name,x,y,z,radius or name,xmin,...,zmax."),
@@ -77,20 +84,32 @@ def compare(
             help="Say what moved from B to A as rigid parts, what is stable, what cannot be told.",
         ),
     ] = False,
+    designing: Designing = _CLOUDS,
     *,
     engine: Engine,
     progress: Progress,
 ) -> Answer:
     """Compare two clouds, on test sites or as a whole, with the sampling floor beside."""
+    given = registration_mm > 0 or registration_arcsec > 0
+    stated = Registration(registration_mm * MM, registration_arcsec * SEC) if given else None
+    if is_model(b):
+        _refuse_for_models(b, sites_file, alignment_file, what_moved, method)
+        cloud = open_cloud(a, poses)
+        _refuse_stated(stated, cloud.placement)
+        return compare_design(
+            cloud,
+            b,
+            designing,
+            limit=limit_m,
+            registration=stated,
+            distances=distances_file,
+            progress=progress,
+        )
+    designing.refuse_clouds(b)
     sites = [] if sites_file is None else read_sites(sites_file)
     one, two = open_cloud(a, poses), open_cloud(b, poses)
     pair = station_pair(two, one)
-    given = registration_mm > 0 or registration_arcsec > 0
-    if given and pair is not None:
-        raise InputError(
-            "the registration of these clouds is known by their poses.json",
-            cure="leave --registration-mm and --registration-arcsec out",
-        )
+    _refuse_stated(stated, pair)
     if method == "c2c" and (what_moved or distances_file is not None):
         raise InputError(
             "distances with sigmas are those along normals", cure="leave --method c2c out"
@@ -109,9 +128,7 @@ def compare(
             method=method,
             limit=limit_m,
             stations=pair,
-            registration=Registration(registration_mm * MM, registration_arcsec * SEC)
-            if given
-            else None,
+            registration=stated,
             distances=sink if moving is None else moving,
             engine=engine,
             progress=progress,
@@ -133,6 +150,31 @@ def compare(
     files = {} if alignment_file is None else {alignment_file: _alignment(_known(pair, a))}
     beams = [f"{sentence}." for cloud in (one, two) for sentence in cloud.sentences]
     return answer_of(told_apart(a, b), compared, beams, files)
+
+
+def _refuse_stated(stated: Registration | None, known: object) -> None:
+    """Refuse a stated registration of what poses.json knows."""
+    if stated is not None and known is not None:
+        raise InputError(
+            "the registration of these clouds is known by their poses.json",
+            cure="leave --registration-mm and --registration-arcsec out",
+        )
+
+
+def _refuse_for_models(
+    b: Path, sites: Path | None, alignment: Path | None, moved: bool, method: Method
+) -> None:
+    """Refuse options of two clouds where B is a model."""
+    for option, asked in (
+        ("--sites", sites is not None),
+        ("--alignment", alignment is not None),
+        ("--moved", moved),
+        ("--method", method != "both"),
+    ):
+        if asked:
+            raise InputError(
+                f"{option} is of two clouds, and B is a model", file=b, cure="leave it out"
+            )
 
 
 def _known(pair: StationPair | None, a: Path) -> StationPair:
