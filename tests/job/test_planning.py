@@ -12,6 +12,7 @@ from tests.network.plan_networks import combine
 from tribrach.errors import InputError, RankDefect
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment, adjust
+from tribrach.observations.scanner import ScannerPolar
 from tribrach.planning.blocks import join
 from tribrach.planning.groups import coming, prospect_for
 from tribrach.planning.prediction import Criterion, figures, predict
@@ -21,6 +22,7 @@ from tribrach.questions.plan.survey import PlanSurvey
 from tribrach.simulate.surveying import observe
 from tribrach.simulate.twins import newcastle_lab
 from tribrach.simulate.twins.newcastle_lab import MISALIGNMENTS
+from tribrach.units import SEC
 
 PROPOSE = "faces = 2\nadd_targets = 3\nspacing_m = 0.8\n"
 
@@ -215,6 +217,29 @@ def test_a_measured_project_is_planned_on(tmp_path: Path) -> None:
     assert plan.after.value("correlation") < plan.before.value("correlation")
     seen = {s for o in plan.network.observations for s in o.source if "planned" in str(s)}
     assert seen == {"planned scan S1", "planned scan S2"}
+
+
+def test_points_on_a_target_average_the_noise_alone(tmp_path: Path) -> None:
+    """Nine points: a third of the noise of ranges and angles, all of the systematic part."""
+    text = (
+        'datum = "free"\n[[points]]\nfile = "control.csv"\nrole = "approximate"\n'
+        "[instruments.scanner]\nrange_mm = 1.2\n"
+        "scan_angle_arcsec = 6\nscan_angle_accuracy_arcsec = 10\n"
+        '[plan]\nstations = "stations.csv"\n'
+    )
+    (tmp_path / "control.csv").write_text(
+        table({f"T{k}": np.array([10.0 * np.cos(k), 10 * np.sin(k), k - 2.0]) for k in range(5)})
+    )
+    (tmp_path / "stations.csv").write_text(table({"S": np.array([0.5, 0.3, 0.0])}))
+    sigmas = []
+    for points in (1, 9):
+        (tmp_path / "job.toml").write_text(text + f"target_points = {points}\n")
+        plan = plan_project(open_job(Project.load(tmp_path / "job.toml")))
+        (scans,) = (o for o in plan.network.observations if isinstance(o, ScannerPolar))
+        sigmas.append(np.sqrt(np.diag(scans.covariance[0])))
+    np.testing.assert_allclose(sigmas[0], [1.2e-3, 10 * SEC, 10 * SEC], rtol=1e-6)
+    np.testing.assert_allclose(sigmas[1][0], 0.4e-3, rtol=1e-6)
+    np.testing.assert_allclose(sigmas[1][1:], np.hypot(2, 8) * SEC, rtol=1e-6)
 
 
 def test_what_is_wrong_is_said(tmp_path: Path) -> None:

@@ -120,6 +120,9 @@ class PlanSection(Section):
         Of planned stations and observations that name none.
     faces, sets
         Of every planned scan.
+    target_points
+        Points of one scan on a target that count as independent ones: its centre has their mean
+        noise, and all of what angles have beyond noise.
     levelling_arcsec
         Compensator of planned stations that are not levelled otherwise.
     longest_m, steepest_deg
@@ -155,6 +158,7 @@ class PlanSection(Section):
     instrument: str | None = None
     faces: Literal[1, 2] = 1
     sets: PositiveInt = 1
+    target_points: PositiveInt = 1
     levelling_arcsec: PositiveFloat | None = None
     longest_m: PositiveFloat = 100.0
     steepest_deg: PositiveFloat = Field(default=60.0, le=90)

@@ -2,7 +2,7 @@
 
 A planned station sees every target that the scene, the range and the incidence let it see, besides
 the scans that a table of planned observations names. Every scan has the sigmas of its instrument,
-divided by the root of the number of sets; the target's own is not.
+divided by the root of the number of sets and of points on a target; the target's own is not.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class PlannedScans:
     def _sigma(self, station: str, polar: Array) -> Array:
         """Sigmas (n, 3) of range and angles: the mean of the sets, and the target's own."""
         precision = self.instruments.precision(self.instruments.of_planned(station))
-        sigma = precision.of_polar(polar, self.plan.sets)
+        sigma = precision.of_polar(polar, self.plan.sets * self.plan.target_points)
         if sigma is None:
             raise self.instruments.project.error(
                 ("plan", "instrument"),
