@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, ncx2, norm
 
 from tests.network.networks import constrained_network, mixed_network, scanner_network
 from tribrach.network import reliability
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
-from tribrach.network.quality import assess
+from tribrach.network.quality import GlobalTest, assess
 from tribrach.network.separability import confusable, separability
 from tribrach.network.survey import Survey
 from tribrach.observations.levelling import HeightDifferences
@@ -193,6 +193,14 @@ def test_values_held_out_are_judged_by_student_a_posteriori() -> None:
     quality = assess(adjustment, posterior=True)
     assert quality.check_critical == pytest.approx(636.6, abs=0.05)
     assert quality.checks.critical == pytest.approx(636.6**2, rel=1e-3)
+
+
+@pytest.mark.parametrize(("r", "found"), [(10, 0.74), (100, 0.22), (500, 0.08)])
+def test_the_global_test_fails_as_often_as_the_method_says(r: int, found: float) -> None:
+    """Half of the significance by chance; and one error of the size of its bound."""
+    limit = GlobalTest.of(1.0, r, 0.05).upper
+    assert chi2.sf(limit, r) == pytest.approx(0.025)
+    assert ncx2.sf(limit, r, 4.132**2) == pytest.approx(found, abs=0.006)
 
 
 def test_the_confidence_is_that_of_the_global_test() -> None:
