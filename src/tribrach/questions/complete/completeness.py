@@ -265,8 +265,8 @@ class _Patches:
 
     def sum(self, values: Array) -> Array:
         """The sum over the patch of each cell (n,)."""
-        total: Array = np.bincount(self.number, weights=values)[self.number]
-        return total
+        total = np.bincount(self.number, weights=values).astype(np.float64)
+        return total[self.number]
 
 
 def _squareness(cells: Index) -> Array:

@@ -33,6 +33,10 @@ def _with_baselines(head: Head, job: JobResults) -> bool:
     return bool(job.sessions) or any(isinstance(o, GnssBaselines) for o in observations)
 
 
+def _with_angles(head: Head, job: JobResults) -> bool:
+    return any(o.kind in ("direction", "angle") for o in head.adjustment.network.observations)
+
+
 #: in the order of the report, with when there is something to ask the file for; chapters that one
 #: signs come before all others
 CHAPTERS: dict[str, When] = {
@@ -40,6 +44,7 @@ CHAPTERS: dict[str, When] = {
     "control": _always,
     "points": _always,
     "observations": _always,
+    "traverses": _with_angles,
     "side_shots": lambda head, job: bool(head.adjustment.network.facts),
     "georeferencing": lambda head, job: job.project is not None,
     "scans": lambda head, job: job.placed is not None,
