@@ -46,3 +46,12 @@ def test_the_stockpile_of_others(shared_data: Path) -> None:
     found = register_pair(*scans)
     assert found.fit is not None
     assert error(found.fit.pose, true)[0] < 0.02
+
+
+def test_a_rough_face_has_no_rivals_at_residuals_of_decimetres(shared_data: Path) -> None:
+    """It lies on itself anywhere to 0.2 m; the right place fits to 2 mm."""
+    folder = shared_data / "faults" / "scans2" / "12-edge-of-a-block"
+    scans = [prepare(n, (c.xyz for c in read_scans(folder / f"{n}.e57")[0].chunks())) for n in "12"]
+    found = register_pair(*scans)
+    assert found.fit is not None
+    assert error(found.fit.pose, Pose.identity())[0] < 0.005

@@ -318,12 +318,17 @@ def _repeated(
     Notes
     -----
     Such a place may have less overlap than the best and be right all the same: what the scanners
-    saw is the same thing twice. Only what is looked through speaks against it.
+    saw is the same thing twice. Only what is looked through speaks against it, and residuals that
+    are none of the best fit: a rough face lies on itself anywhere to some decimetres.
     """
     out: list[PairFit] = []
+    tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * best.alignment.rms)
     for c in _elsewhere(a, b, best.pose):
         fit = _fitted(a, b, c, floor)
         if fit is None or fit.verdict.agree < GATES.least_area_m2:
+            continue
+        closely = judge(a.some, b.some, (a.view, b.view), fit.pose, tolerance)
+        if closely.consistency < GATES.least_consistency:
             continue
         if _open(best, fit) and not any(_alike(f, fit.pose) for f in (best, *out)):
             out.append(fit)
