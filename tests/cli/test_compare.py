@@ -185,3 +185,14 @@ def test_bad_input(
     said = fails("compare", *arguments)
     assert re.search(re.escape(words), said), said
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_the_place_of_the_scanner_may_be_given(tmp_path: Path) -> None:
+    """Clouds that do not say it have ranges and incidences then."""
+    ways = [written(tmp_path / f"{n}.laz", wall(0.02, 0.02, 0.1 * n, 0.0, n)) for n in (1, 2)]
+    out = tmp_path / "c.json"
+    x, y, z = (FAR + np.array([3.0, -12.0, 1.5])).tolist()
+    for more, away in (((), None), (("--origin", x, y, z), 12.1)):
+        works("compare", *ways, *more, "--json", out, "--overwrite")
+        (site,) = json.loads(out.read_text())["sites"]
+        assert site["range"] == (None if away is None else pytest.approx(away, abs=0.5))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,7 @@ __all__ = [
     "open_cloud",
     "refuse_other_frames",
     "refuse_other_systems",
+    "seen_at",
     "stated_light",
     "station_pair",
 ]
@@ -150,6 +151,20 @@ def open_cloud(path: Path, poses: Path | None = None) -> CloudFile:
         scanner = at.placement.pose.translation
     whole = at.certain and at.placement.noise is not None
     return CloudFile(path, scans, scanner, at.placement if whole else None, known)
+
+
+def seen_at(cloud: CloudFile, origin: tuple[float, float, float] | None) -> CloudFile:
+    """The cloud with its scanner at a place [m] of its coordinates, where it does not know one."""
+    if origin is None or cloud.scanner is not None:
+        return cloud
+    at = np.array(origin, dtype=float)
+    if not np.isfinite(at).all():
+        raise InputError(
+            "the scanner's place has coordinates that are no finite numbers",
+            file=cloud.path,
+            cure="give --origin X Y Z in metres",
+        )
+    return replace(cloud, scanner=at)
 
 
 def station_pair(first: CloudFile, second: CloudFile) -> StationPair | None:

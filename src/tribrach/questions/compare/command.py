@@ -15,7 +15,7 @@ from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
 from tribrach.io.models.formats import is_model
 from tribrach.io.site_table import read_sites
-from tribrach.job.cloud_file import one_run, open_cloud, station_pair
+from tribrach.job.cloud_file import one_run, open_cloud, seen_at, station_pair
 from tribrach.job.compare import LIMIT, Method, Registration, compare_clouds, offset_test
 from tribrach.questions.compare.chapters import ComparedClouds, answer_of
 from tribrach.questions.compare.design import Designing, compare_design
@@ -61,6 +61,10 @@ def compare(
     registration_arcsec: Annotated[
         float, typer.Option(min=0, help="The same, a turn about the middle of what is compared.")
     ] = 0.0,
+    origin: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Where the scanner of clouds that do not say it stood, in metres."),
+    ] = None,
     alignment_file: Annotated[
         Path | None,
         typer.Option(
@@ -107,7 +111,7 @@ def compare(
         )
     designing.refuse_clouds(b)
     sites = [] if sites_file is None else read_sites(sites_file)
-    one, two = open_cloud(a, poses), open_cloud(b, poses)
+    one, two = (seen_at(open_cloud(path, poses), origin) for path in (a, b))
     pair = station_pair(two, one)
     _refuse_stated(stated, pair)
     if method == "c2c" and (what_moved or distances_file is not None):
