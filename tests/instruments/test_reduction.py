@@ -286,6 +286,22 @@ def test_an_incomplete_set_keeps_its_orientation(turn):
     assert means.readings.tolist() == [1] * 7
 
 
+def test_a_set_that_begins_with_a_target_the_last_one_lacks():
+    """B D | D B, then A B D | D B A: A is no late reading of the first set."""
+    first, second = [(B, 1), (D, 1), (D, 2), (B, 2)], [(A, 1), (B, 1), (D, 1)]
+    back = [(t, 2) for t, _ in second[::-1]]
+    number, closing = sets_of(*first, *second, *back)
+    assert number == [0] * 4 + [1] * 6
+    assert not any(closing)
+    # once more, with two that both sets before it lack
+    third = [(C, 1), (A, 1), (B, 1), (B, 2), (A, 2), (C, 2)]
+    assert sets_of(*first, *second[1:], *back[:2], *third)[0] == [0] * 4 + [1] * 4 + [2] * 6
+    # side shots behind the rounds, and targets in both faces one after the other, are one set
+    assert sets_of(*first, (A, 1), (C, 1))[0] == [0] * 6
+    pairs = [(t, f) for t, f in ((A, 1), (A, 2), (B, 2), (B, 1), (C, 1), (C, 2), (D, 2), (D, 1))]
+    assert sets_of(*pairs, *pairs)[0] == [0] * 8 + [1] * 8
+
+
 def test_side_shots_after_the_rounds_continue_the_last_set():
     target, series = [A, B, A, B, C, D], np.array([1, 1, 2, 2, 3, 3])
     found = reduce(*readings(target, [1] * 6, np.arange(6) / 10, [1.5] * 6, series=series))

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from tribrach.geodesy.site import FlatSite
 from tribrach.instruments.precision import Precision
+from tribrach.io.survey import totalstation
 from tribrach.io.survey.totalstation import ReducedFile, reduce_file
 from tribrach.io.totalstation.formats import read
-from tribrach.simulate.raw_readings import InstrumentDay, gsi
-from tribrach.simulate.surveying import true_sights
+from tribrach.network.adjustment import adjust
+from tribrach.simulate.raw_readings import STILL, InstrumentDay, gsi
+from tribrach.simulate.surveying import EARTH, true_sights
 from tribrach.simulate.twins import campus
 from tribrach.units import SEC
 
@@ -54,7 +57,7 @@ def errors(found: ReducedFile) -> dict[str, np.ndarray]:
 
 def test_without_noise_the_means_are_the_truth(tmp_path: Path) -> None:
     """Words of 0.1 mm and 1e-5 gon: nothing but rounding is left, and the axis errors are found."""
-    found = reduced(tmp_path, QUIET, InstrumentDay(9 * SEC, -5 * SEC, 3), 1)
+    found = reduced(tmp_path, QUIET, InstrumentDay(9 * SEC, -5 * SEC, 3, 0.0, 0.0), 1)
     assert len(found.raw.setups) == 5
     assert found.raw.setups.height == pytest.approx(list(campus.HEIGHT_INSTRUMENT.values()))
     assert len(found.raw.shots) == len(campus.lines()) * 6
@@ -75,7 +78,7 @@ def test_means_scatter_as_the_instrument_says(tmp_path: Path) -> None:
     square = {"directions": 0.0, "zeniths": 0.0, "distances": 0.0}
     dof = dict.fromkeys(square, 0)
     for seed in range(40):
-        found = reduced(tmp_path, STATION, InstrumentDay(), seed)
+        found = reduced(tmp_path, STATION, STILL, seed)
         far = {p: x[2] for p, x in truth().items()}
         for name, off in errors(found).items():
             means = getattr(found.reduction, name)
@@ -99,3 +102,22 @@ def test_means_scatter_as_the_instrument_says(tmp_path: Path) -> None:
     for name, n in dof.items():
         low, high = chi2.ppf([0.0005, 0.9995], n)
         assert low < square[name] < high, name
+
+
+def test_days_with_a_tripod_that_turns_and_hidden_targets_fit_as_stated(tmp_path: Path) -> None:
+    """Sixty free networks from raw files of three sets: their sums of squares are chi-square."""
+    places = dict(zip(campus.NAMES, campus.traverse(), strict=True))
+    lines = [(a, b) for a in campus.NAMES for b in campus.NAMES if a != b]
+    path = tmp_path / "raw.gsi"
+    square, dof, missing = 0.0, 0, 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        day = InstrumentDay(sets=3, twist=10 * SEC, missing=0.25)
+        text = gsi(places, lines, campus.HEIGHT_INSTRUMENT, PRISMS, STATION, rng, day)
+        path.write_text(text)
+        missing += 6 * len(lines) + 5 - len(text.splitlines())
+        adjustment = adjust(totalstation.read([path], STATION, site=FlatSite(EARTH)).network())
+        square, dof = square + adjustment.vtpv, dof + adjustment.dof
+    assert missing > 60 * 0.1 * 6 * len(lines)
+    low, high = chi2.ppf([0.0005, 0.9995], dof)
+    assert low < square < high

@@ -29,6 +29,7 @@ all three.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,7 +87,7 @@ def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None
     given = np.zeros(n, dtype=np.int64) if series is None else series
     keys = list(zip(target.tolist(), face.tolist(), strict=True))
     seen: set[tuple[int, int]] = set()
-    current, half = 0, 0
+    current, half, begin = 0, 0, 0
     for i, key in enumerate(keys):
         fresh = i > 0 and given[i] != given[i - 1]
         if i > 0 and keys[i - 1][1] != key[1]:
@@ -96,11 +97,21 @@ def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None
             if not fresh and i > half + 1 and key == keys[half] and _ends(keys, i):
                 closing[i] = True
             else:
-                current, half = current + 1, i
-                seen = set()
+                # a set may begin with targets that the one before it lacks
+                first = i if fresh or not _was_whole(keys[begin:half]) else half
+                current, begin, half = current + 1, first, first
+                number[first:i] = current
+                seen = set(keys[first:i])
         seen.add(key)
         number[i] = current
     return ReadingSets(number, closing)
+
+
+def _was_whole(keys: list[tuple[int, int]]) -> bool:
+    """True if readings are a half-set in each face, with two targets or more in both."""
+    changes = sum(a[1] != b[1] for a, b in pairwise(keys))
+    faces = [{target for target, face in keys if face == one} for one in (1, 2)]
+    return changes == 1 and len(faces[0] & faces[1]) > 1
 
 
 def _ends(keys: list[tuple[int, int]], i: int) -> bool:

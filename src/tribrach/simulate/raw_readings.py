@@ -12,13 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.instruments.precision import Precision
 from tribrach.simulate.surveying import eccentricities, refraction, true_sights
 from tribrach.units import GON, SEC
 
-__all__ = ["InstrumentDay", "gsi"]
+__all__ = ["STILL", "InstrumentDay", "gsi"]
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,14 @@ class InstrumentDay:
     index: float = -4 * SEC
     #: that are measured
     sets: int = 2
+    #: standard deviation by which the tripod turns from set to set [rad]
+    twist: float = 3 * SEC
+    #: share of the targets that are hidden in a set, in both faces; each is seen in one at least
+    missing: float = 0.1
+
+
+#: a day on which nothing turns and nothing is hidden
+STILL = InstrumentDay(twist=0.0, missing=0.0)
 
 
 def gsi(
@@ -43,7 +52,7 @@ def gsi(
 ) -> str:
     """The raw file of sights, with one set-up for each name that sights start from.
 
-    In each set the targets are read in face 1 and backwards in face 2.
+    In each set the targets that are not hidden are read in face 1 and backwards in face 2.
 
     Parameters
     ----------
@@ -75,17 +84,21 @@ def gsi(
         setups.setdefault(start, []).append(k)
     rows: list[list[str]] = []
     for start, sights in setups.items():
-        turn = rng.uniform(0, 2 * np.pi)
+        turn = np.full(day.sets, rng.uniform(0, 2 * np.pi))
+        if day.twist:
+            turn += np.concatenate([[0.0], rng.normal(0, day.twist, day.sets - 1)])
+        hidden = _hidden(day, len(sights), rng)
         rows.append([_name(start), _length("88", height_instrument.get(start, 0.0))])
         for one in range(day.sets):
-            for face, order in ((0, sights), (1, sights[::-1])):
+            seen = [k for k, out in zip(sights, hidden[one], strict=True) if not out]
+            for face, order in ((0, seen), (1, seen[::-1])):
                 for k in order:
                     h, v, s = readings[:, one, face, k]
                     end = lines[k][1]
                     rows.append(
                         [
                             _name(end),
-                            _angle("21", (h + turn) % (2 * np.pi)),
+                            _angle("21", (h + turn[one]) % (2 * np.pi)),
                             _angle("22", v % (2 * np.pi)),
                             _length("31", s),
                             "51....+00000000000+0000",
@@ -128,6 +141,15 @@ def _readings(
     )
     read: Array = both[:, None] + noise
     return read
+
+
+def _hidden(day: InstrumentDay, n: int, rng: np.random.Generator) -> NDArray[np.bool_]:
+    """Which of n targets are hidden in which set (sets, n)."""
+    if not day.missing:
+        return np.zeros((day.sets, n), dtype=bool)
+    out = rng.random((day.sets, n)) < day.missing
+    out[rng.integers(day.sets, size=n), np.arange(n)] = False
+    return out
 
 
 def _name(name: str) -> str:

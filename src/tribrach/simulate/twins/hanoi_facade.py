@@ -236,7 +236,14 @@ def _survey(
         "control.csv": surveying.coordinates({n: marks[n] for n in "AE"}, given, rng),
         "check.csv": "\n".join([*known, *check[1:], ""]),
         "traverse.gsi": raw_readings.gsi(
-            places, lines, campus.HEIGHT_INSTRUMENT, prisms, TOTAL_STATION, rng
+            places,
+            lines,
+            campus.HEIGHT_INSTRUMENT,
+            prisms,
+            TOTAL_STATION,
+            rng,
+            # the published pages and pictures are of this day
+            raw_readings.STILL,
         ),
         "levelling.csv": surveying.levelling(marks, legs, length, TOTAL_STATION, rng),
         "sites.csv": sites_table(),

@@ -291,4 +291,7 @@ def _network(
         lines += [(name, target.name) for target in _measured_by(scene, eye, targets)]
     places = {**marks, **{t.name: t.center for t in targets}}
     prisms = dict.fromkeys(marks, HEIGHT_TARGET)
-    return raw_readings.gsi(places, sorted(lines), HEIGHT_INSTRUMENT, prisms, TOTAL_STATION, rng)
+    # the published pages and pictures are of this day
+    still = raw_readings.STILL
+    heights = HEIGHT_INSTRUMENT
+    return raw_readings.gsi(places, sorted(lines), heights, prisms, TOTAL_STATION, rng, still)
