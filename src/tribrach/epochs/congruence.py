@@ -16,7 +16,7 @@ import numpy as np
 from scipy.special import ncfdtrinc
 
 from tribrach._types import Array, Index
-from tribrach.answers import Result
+from tribrach.answers import Number, Result
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import chi2, f
 
@@ -75,14 +75,15 @@ class CongruenceTest(Result, also=("passed",)):
 
     statistic: float
     dof: int
-    limit: float
+    #: null where nothing is left to be tested
+    limit: Number
     #: probability of a larger one if nothing moved
-    significance: float
+    significance: Number
 
     @property
     def passed(self) -> bool:
         """True if the points are congruent as far as the test can tell."""
-        return self.statistic <= self.limit
+        return not self.statistic > self.limit
 
 
 class Congruence:

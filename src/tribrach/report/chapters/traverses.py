@@ -43,7 +43,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         if one.angle_at
     ]
     columns = [
-        column("Traverse", _names, wide=True),
+        column("Traverse", _names),
         column("set-ups", lambda one: len(set(one.points)), "0"),
         column("length", "length", "m1"),
         column("angular misclosure", "angle", "arcsec1"),
