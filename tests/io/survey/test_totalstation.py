@@ -17,7 +17,9 @@ from tribrach.io.survey.formats import read_files
 from tribrach.io.totalstation.recorder import Recorder
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import adjust
+from tribrach.network.facts import EARTH
 from tribrach.observations.base import Use
+from tribrach.simulate.raw_readings import gsi as simulated
 from tribrach.units import GON, SEC
 
 TRUTH = {
@@ -343,3 +345,25 @@ def turned(text: str, gon: float) -> str:
         return f"{match[1]}{reading:016d}"
 
     return re.sub(r"(21\.322\+)(\d{16})", word, text)
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_long_sights_of_a_file_alone_are_on_a_round_earth(tmp_path, beside):
+    """600 m: 25 mm of curvature and refraction accused the heights of the set-ups."""
+    places = {"A": (0.0, 0, 0), "B": (600.0, 50, 5), "C": (300.0, 500, -4), "D": (100.0, 300, 3)}
+    lines = [(a, b) for a in "AB" for b in "ABCD" if a != b]
+    quiet = Precision(direction=SEC, zenith=SEC, distance=1e-3)
+    path = tmp_path / "far.gsi"
+    path.write_text(simulated(places, lines, {}, {}, quiet, np.random.default_rng(0)))
+    files = [path]
+    if beside:
+        rows = [f"{n},{x},{y},{z}" for n, (x, y, z) in places.items()]
+        files.append(tmp_path / "list.csv")
+        files[1].write_text("\n".join(["point,e_m,n_m,u_m", *rows, ""]))
+    network = read_files(files).network()
+    assert network.site.curvature_radius == EARTH
+    found = adjust(network)
+    assert found.vtpv < 1.2 * found.dof
+    near = {name: np.array(x) / 6 for name, x in places.items()}
+    path.write_text(simulated(near, lines, {}, {}, quiet, np.random.default_rng(0)))
+    assert read_files([path]).site.curvature_radius is None

@@ -207,7 +207,9 @@ def read_files(
                 file=paths[0],
                 cure="give files of one format, or a project with a site and the files as entries",
             )
+        site = other.site if first.site == FlatSite() else first.site
         first.merge(other)
+        first.site = site
     return first
 
 

@@ -27,10 +27,10 @@ from tribrach.instruments.reduction import LIMIT, Means, Reduction, reduce
 from tribrach.io.totalstation import formats
 from tribrach.io.totalstation.records import RawFile
 from tribrach.network.adjustment import Options, adjust
-from tribrach.network.facts import Fact, PointCodes, facts_of
+from tribrach.network.facts import EARTH, Fact, PointCodes, facts_of
 from tribrach.network.identity import names_apart
 from tribrach.network.network import Datum, is_given
-from tribrach.network.occupations import Ends, Occupied, occupy, share_refraction
+from tribrach.network.occupations import LONG, Ends, Occupied, occupy, share_refraction
 from tribrach.network.start.placeholders import contradiction, dummy_places, dummy_words
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
@@ -244,6 +244,8 @@ def read(
     is not known, and nothing is left out because it cannot be placed.
     labels : what tells files of the same name apart, by path; found for these files if not given.
 
+    Without a site sights longer than 150 m are on a round Earth.
+
     Raises
     ------
     InputError
@@ -322,7 +324,7 @@ def survey_of(
     known: Collection[str] | None = (),
 ) -> Survey:
     """The survey of files that have been read; ``facts`` keep a :class:`ReducedFile` of each."""
-    survey = Survey(site=site or FlatSite())
+    survey = Survey()
     measured = [raw for raw in files if len(raw.shots)]
     if not measured:
         raise InputError(
@@ -344,6 +346,7 @@ def survey_of(
         survey.warnings += file_words(raw)
         survey.facts += (PointCodes(raw.codes),) if raw.codes else ()
     reductions = [reduce_file(raw) for raw in measured]
+    survey.site = site or _site_of(reductions)
     if alone:
         known = {str(n) for raw in files for n in raw.points.name[raw.points.given]}
     hanging = set() if known is None else _hanging(reductions)
@@ -358,6 +361,13 @@ def survey_of(
     if alone:
         _coordinates(survey, files, held)
     return survey
+
+
+def _site_of(reductions: Sequence[ReducedFile]) -> FlatSite:
+    """Where files lie that nobody gave a site: on a round Earth if a sight is long enough."""
+    long = max((r.reduction.distances.value.max(initial=0.0) for r in reductions), default=0.0)
+    tilted = any(len(r.reduction.zeniths.value) for r in reductions)
+    return FlatSite(EARTH) if tilted and long > LONG else FlatSite()
 
 
 def reduce_file(raw: RawFile) -> ReducedFile:
