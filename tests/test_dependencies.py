@@ -9,6 +9,8 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, packages_distributions, requires
 from pathlib import Path
 
+from packaging.requirements import Requirement
+
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 EXTRAS = PROJECT["optional-dependencies"]
@@ -104,3 +106,14 @@ def test_whoever_installs_the_program_gets_nothing_it_does_not_import() -> None:
     used = {name for module in imported(ROOT / "src") for name in distributions(module)}
     required = {normal(re.match(r"[\w.-]+", line)[0]) for line in PROJECT["dependencies"]}
     assert required - used == set()
+
+
+def test_tested_versions_are_pinned() -> None:
+    """``constraints.txt`` has one version of each declared distribution, within its bounds."""
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    pins = {normal(name): version for name, _, version in (line.partition("==") for line in lines)}
+    assert all(pins.values())
+    for extra in ("", *(set(EXTRAS) - {"peers", "fuzz", "kiss"})):
+        for text in EXTRAS[extra] if extra else PROJECT["dependencies"]:
+            asked = Requirement(text)
+            assert asked.specifier.contains(pins[normal(asked.name)], prereleases=True), text
