@@ -120,6 +120,7 @@ class Design:
                 f"the model has more than {1 << _LATTICE} places along an axis",
                 cure="give a larger --place-m, or the model of one building",
             )
+        self._faces = _Faces(mesh, place)
 
     def keys(self, triangle: Index, places: Array) -> Index:
         """Numbers (n,) of the places of an element that points on triangles are in."""
@@ -129,6 +130,8 @@ class Design:
         # a hair inwards, so that a face on a border of the lattice is on one side of it
         inside = places - 1e-4 * self.place * normal
         cell = np.floor((inside - self._low) / self.place).astype(np.int64) + 1
+        large, of_face = self._faces.cells(triangle, places)
+        cell, side = np.where(large[:, None], of_face, cell), np.where(large, 7, side)
         out = self.mesh.element[triangle]
         for k in range(3):
             out = (out << _LATTICE) | np.clip(cell[:, k], 0, (1 << _LATTICE) - 1)
@@ -139,7 +142,7 @@ class Design:
         return keys >> (3 * _LATTICE + 3)
 
     def surface(self) -> tuple[Index, Array]:
-        """DesignPlaces (k,) of the whole model, and how much of it they are [m^2]."""
+        """Places (k,) of the whole model, and how much of it they are [m^2]."""
         key, area = [np.empty(0, dtype=np.int64)], [np.empty(0)]
         for number in range(len(self.mesh.names)):
             chosen = self.mesh.element == number
@@ -151,6 +154,50 @@ class Design:
                 area.append(areas[mine])
         keys, place = np.unique(np.concatenate(key), return_inverse=True)
         return keys, np.bincount(place.ravel(), np.concatenate(area), len(keys))
+
+
+class _Faces:
+    """Flat faces that are larger than a place: each is divided evenly, along its own edges.
+
+    Parameters
+    ----------
+    mesh
+        The model.
+    place
+        Edge of the places [m].
+    """
+
+    def __init__(self, mesh: Mesh, place: float) -> None:
+        face = mesh.by_faces().element
+        count = int(face.max()) + 1
+        normal = np.stack([np.bincount(face, column, count) for column in mesh.across.T], axis=1)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+        lies = np.abs(normal[:, 2]) > 1 - 1e-9
+        right = np.cross([0.0, 0.0, 1.0], np.where(lies[:, None], [0.0, 1.0, 0.0], normal))
+        right /= np.linalg.norm(right, axis=1, keepdims=True)
+        self._axes = np.stack([right, np.cross(normal, right)], axis=1)
+        corners = np.einsum("tck,tak->tca", mesh.triangles - mesh.corners[0], self._axes[face])
+        low, high = np.full((count, 2), np.inf), np.full((count, 2), -np.inf)
+        np.minimum.at(low, face, corners.min(axis=1))
+        np.maximum.at(high, face, corners.max(axis=1))
+        self._many = np.maximum(np.round((high - low) / place), 1.0)
+        self._steps = np.maximum(high - low, 1e-300) / self._many
+        self._low, self._origin, self._face = low, mesh.corners[0], face
+        # numbers of faces within their elements
+        element = np.zeros(count, dtype=np.int64)
+        element[face] = mesh.element
+        order = np.argsort(element, kind="stable")
+        first = np.searchsorted(element[order], element[order])
+        self._number = np.empty(count, dtype=np.int64)
+        self._number[order] = np.arange(count) - first
+        self._large = ((high - low) >= place).all(axis=1) & (self._number < 1 << _LATTICE)
+
+    def cells(self, triangle: Index, places: Array) -> tuple[Mask, Index]:
+        """Which places (n, 3) are of large faces, and the cells (n, 3) of these."""
+        face = self._face[triangle]
+        along = np.einsum("nk,nak->na", places - self._origin, self._axes[face]) - self._low[face]
+        cell = np.clip(np.floor(along / self._steps[face]), 0, self._many[face] - 1)
+        return self._large[face], np.column_stack([self._number[face], cell.astype(np.int64)])
 
 
 class DesignSums:
