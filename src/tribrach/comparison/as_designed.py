@@ -143,11 +143,15 @@ class Design:
 
     def surface(self) -> tuple[Index, Array]:
         """Places (k,) of the whole model, and how much of it they are [m^2]."""
-        key, area = [np.empty(0, dtype=np.int64)], [np.empty(0)]
-        for number in range(len(self.mesh.names)):
-            chosen = self.mesh.element == number
-            size = self.place / GATES.samples
-            for xyz, areas in covering_pieces(self.mesh.triangles[chosen], size):
+        mesh, size = self.mesh, self.place / GATES.samples
+        sides = mesh.triangles - np.roll(mesh.triangles, 1, axis=1)
+        small = (np.linalg.norm(sides, axis=2) <= size).all(axis=1)
+        one = np.flatnonzero(small)
+        key = [self.keys(one, mesh.triangles[one].mean(axis=1))]
+        area = [mesh.areas[one]]
+        for number in np.unique(mesh.element[~small]):
+            chosen = mesh.element == number
+            for xyz, areas in covering_pieces(mesh.triangles[chosen & ~small], size):
                 near = self.tree.nearest(xyz)
                 mine = chosen[near.triangle]
                 key.append(self.keys(near.triangle[mine], near.place[mine]))

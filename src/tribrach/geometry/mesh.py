@@ -130,10 +130,16 @@ class Mesh:
         low, high = self.corners
         step = max(float(np.abs(high - low).max()) * _SAME, 1e-12)
         keys = np.round((self.triangles - low).reshape(-1, 3) / step).astype(np.int64)
-        corner = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1, 3)
-        ends = np.stack([corner, np.roll(corner, -1, axis=1)], axis=2).reshape(-1, 2)
-        number = np.unique(np.sort(ends), axis=0, return_inverse=True)[1].ravel()
-        return number.astype(np.int64), np.where(ends[:, 0] < ends[:, 1], 1.0, -1.0)
+        order = np.lexsort(keys.T)
+        new = np.ones(len(keys), dtype=bool)
+        new[1:] = (keys[order[1:]] != keys[order[:-1]]).any(axis=1)
+        corner = np.empty(len(keys), dtype=np.int64)
+        corner[order] = np.cumsum(new) - 1
+        one = corner.reshape(-1, 3)
+        two = np.roll(one, -1, axis=1)
+        both = (np.minimum(one, two) * len(keys) + np.maximum(one, two)).ravel()
+        number = np.unique(both, return_inverse=True)[1].ravel()
+        return number.astype(np.int64), np.where(one < two, 1.0, -1.0).ravel()
 
     @staticmethod
     def _neighbours(edge: Index) -> tuple[Index, Index]:

@@ -295,8 +295,9 @@ def _write(
     done = 0
     with create(path, header) as writer:
         for xyz in cloud.stream():
-            used, triangle, d = sums.compared(xyz)
             done += len(xyz)
+            xyz = xyz[np.isfinite(xyz).all(axis=1)]
+            used, triangle, d = sums.compared(xyz)
             progress(f"points of {path.name}", done, cloud.records)
             if not used.any():
                 continue
