@@ -15,6 +15,7 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.answers import Matrix, Number, Result, Vector
 from tribrach.epochs.congruence import (
+    LIKELIHOOD,
     Congruence,
     CongruenceTest,
     Limits,
@@ -35,11 +36,14 @@ __all__ = [
     "Settings",
     "compare",
     "s_transformation",
+    "with_common_scale",
 ]
 
 
 #: variance, in units of that of the other coordinates, of a coordinate that both epochs hold
 _EXACT = 1e-8
+#: probability by chance below which a scale between epochs is taken for one
+_SCALE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -224,6 +228,49 @@ def compare(
         whole=form.test(limits),
         held=held,
     )
+
+
+def with_common_scale(found: Comparison, chosen: Collection[str] = ()) -> Comparison | None:
+    """The comparison with a scale between the epochs, where that explains what moved as well.
+
+    Parameters
+    ----------
+    found
+        Without it.
+    chosen
+        Motions that were taken out by choice.
+
+    Returns
+    -------
+    Comparison or None
+        With the scale taken out; None where nothing has to be explained, where the networks leave
+        the scale open, or where a scale explains less than points that moved.
+
+    References
+    ----------
+    Method section 12.3.
+    """
+    motions, search = found.difference.motions, found.search
+    if "scale" in motions or search is None or search.before.passed:
+        return None
+    scaled = tuple(m for m in MOTIONS if m in motions or m == "scale")
+    try:
+        other = compare(
+            replace(found.difference, motions=scaled), found.settings, (*chosen, "scale")
+        )
+    except AdjustmentError:
+        return None
+    scale = next((m for m in other.common if m.name == "scale"), None)
+    if scale is None or other.search is None or not other.search.resolved:
+        return None
+    if scale.statistic**2 < found.limits.limit(1, _SCALE):
+        return None
+    before, after = (len(s.moved) if s.resolved else np.inf for s in (search, other.search))
+    if other.search.before.passed:
+        # one number in the place of a point's coordinates: it has to explain nearly as much
+        as_well = other.search.before.significance > search.after.significance / LIKELIHOOD
+        return other if as_well or before > 1 else None
+    return other if after + 1 < before else None
 
 
 def _without_held(difference: Difference) -> tuple[Difference, tuple[str, ...]]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from tribrach._types import Array
-from tribrach.epochs.comparison import Comparison, Settings, compare
+from tribrach.epochs.comparison import Comparison, Settings, compare, with_common_scale
 from tribrach.epochs.differences import MOTIONS, Epoch, Space, difference
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
@@ -22,6 +22,7 @@ from tribrach.network.given_values import (
 from tribrach.network.network import Network
 from tribrach.network.roles import used_axes
 from tribrach.observations.base import Use
+from tribrach.sentences import Sentence
 
 __all__ = [
     "ComparedEpochs",
@@ -147,7 +148,23 @@ def compare_epochs(
     )
     open_ = set(first.epoch.motions) | set(second.epoch.motions)
     chosen = [m for m in settings.free if m not in open_]
-    return ComparedEpochs(compare(changes, tests, chosen), tuple(dict.fromkeys(sentences)))
+    found = compare(changes, tests, chosen)
+    scaled = with_common_scale(found, chosen)
+    if scaled is not None:
+        (scale,) = (m for m in scaled.common if m.name == "scale")
+        found, search = scaled, found.search
+        assert search is not None
+        sentences.append(
+            Sentence(
+                "one scale of {scale.value:ppm1} ± {scale.sigma:ppm1} between both epochs explains "
+                "what else {count} reference points would have to have moved by: distances of one "
+                "epoch are too long or too short (air, reflector, instrument), or the object grew "
+                "evenly, which these networks do not tell; nothing of it is called a movement",
+                scale=scale,
+                count=len(search.moved) if search.resolved else "most",
+            )
+        )
+    return ComparedEpochs(found, tuple(dict.fromkeys(sentences)))
 
 
 def _control(first: EpochInput, second: EpochInput, tests: Settings) -> tuple[Settings, list[str]]:
