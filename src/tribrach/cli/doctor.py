@@ -32,6 +32,9 @@ _FOR = {
     "kiss-matcher": "a second search for starts of clouds",
     "hatanaka": "compact RINEX",
     "ncompress": "RINEX packed as .Z",
+    "matplotlib": "plots in Python",
+    "pyogrio": "GeoPackage, GeoJSON and KML",
+    "trimesh": "models in PLY, glTF and other formats of meshes",
 }
 #: extras for those who work on the program
 _WORKSHOP = {"dev", "docs", "peers", "fuzz"}

@@ -477,13 +477,23 @@ class Results:
         return [names[name] for name, _ in zip(names, range(_LISTED), strict=False)]
 
     def plot(self, what: PlotName = "plan", axes: Axes | None = None) -> Axes:
-        """Draw the network with matplotlib."""
+        """Draw the network with matplotlib, which the extra ``tribrach[plot]`` brings.
+
+        Raises
+        ------
+        InputError
+            matplotlib is not installed.
+        """
         plots: dict[str, Callable[[Axes], None]] = {
             "plan": self._plot_plan,
             "residuals": self._plot_residuals,
         }
         if what not in plots:
             raise UnknownName("plot", what, plots)
+        if find_spec("matplotlib") is None:
+            raise InputError(
+                "plots need matplotlib, which is not installed", cure="install tribrach[plot]"
+            )
         if axes is None:
             axes = import_module("matplotlib.pyplot").subplots()[1]
             assert axes is not None
