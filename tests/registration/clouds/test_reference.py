@@ -141,3 +141,21 @@ def test_the_offset_of_a_reference_is_told_by_another() -> None:
         assert one.sigma[0] == pytest.approx(0.03 / np.sqrt(2), rel=1e-3)
         assert one.fits is fits
         assert one.dof == 3
+
+
+def test_terrain_holds_heights_and_says_what_it_leaves_open() -> None:
+    grid = np.stack([*np.meshgrid(*2 * [np.linspace(-45, 45, 91)]), np.zeros((91, 91))], axis=2)
+    corners = grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]
+    halves = (corners[:3], (corners[0], *corners[2:]))
+    triangles = [np.stack(half, axis=2).reshape(-1, 3, 3) for half in halves]
+    mesh = Mesh.of([("terrain", np.concatenate(triangles) + ORIGIN)])
+    reference = reference_of_mesh("terrain", mesh, shared=0.05)
+    scans, poses = scanned(yard(), PLACES[:1], points=50_000)
+    true = Pose(poses[0].rotation, poses[0].translation + ORIGIN)
+    prior = {"S1": near(true, np.random.default_rng(3))}
+    group = register_clouds(scans, prior, references=[reference]).groups[0]
+    sigma = np.sqrt(np.diag(group.covariances["S1"]))
+    assert (sigma[[0, 1]] > 1.0).all()
+    assert sigma[2] == pytest.approx(0.05, rel=0.05)
+    assert sigma[5] > 0.5
+    assert abs(group.poses["S1"].translation[2] - true.translation[2]) < 0.01
