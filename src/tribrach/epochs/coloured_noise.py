@@ -269,9 +269,11 @@ def _whitening(days: bytes, sigma: bytes) -> _Whitening:
     # relaxation times in octaves, alike in variance, are noise of 1/f between the ends
     octaves = 2.0 ** np.arange(np.log2(8 * len(times)) + 1)
     flicker = np.exp(-lag[None] / octaves[:, None, None]).mean(axis=0)
-    share, correlation, r, q = _LAWS.T[:, :, None, None]
-    parts = (1 - share + _NUGGET) * white + r * walk + q * flicker
-    parts = parts + np.where(share > 0, share * np.maximum(correlation, 1e-3) ** lag, 0.0)
+    pairs, which = np.unique(_LAWS[:, :2], axis=0, return_inverse=True)
+    share, correlation = pairs.T[:, :, None, None]
+    base = (1 - share + _NUGGET) * white + share * np.maximum(correlation, 1e-3) ** lag
+    r, q = _LAWS.T[2:, :, None, None]
+    parts = base[which.ravel()] + r * walk + q * flicker
     factors = np.linalg.inv(np.linalg.cholesky(parts))
     return _Whitening(blocks, factors, np.log(np.einsum("knn->kn", factors)).sum(axis=1))
 
