@@ -307,7 +307,7 @@ def _write(
             shared = np.einsum("ni,ij,nj->n", rows, sums.covariance, rows)
             sigma = np.sqrt(np.where(np.isnan(own), usual, own) + np.maximum(shared, 0.0))
             element = sums.design.mesh.element[t]
-            verdict = np.zeros(len(x), dtype=np.uint8)
+            verdict = np.zeros(len(x), dtype=np.int64)
             if sums.pose_known:
                 verdict = point_verdicts(d, sigma, low[element], high[element], risk)
             writer.write(
