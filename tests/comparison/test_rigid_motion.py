@@ -16,6 +16,7 @@ from tribrach.comparison.rigid_motion import (
 )
 from tribrach.comparison.station_pair import along_normals
 from tribrach.comparison.surface_patches import moving_parts, patches_of, stable_patches
+from tribrach.questions.compare.motions import _found, _stable_area
 
 Array = np.ndarray
 
@@ -203,6 +204,38 @@ def test_neighbours_that_move_apart_are_never_one_part() -> None:
         assert found is not None
         outs.append(round(1e3 * float(found.values[OUT])))
     assert set(outs) == {-4, 6}
+
+
+def told(*walls):
+    """Verdicts on the parts that are found beside a wall and ground that stay."""
+    rng = np.random.default_rng(14)
+    still = [observed(surface, np.zeros(6), rng) for surface in (wall(-10, 2), ground())]
+    whole = joined(*still, *(observed(surface, moved, rng) for surface, moved in walls))
+    patches = patches_of(whole, 0.5)
+    stable = stable_patches(patches)
+    area = _stable_area(whole, patches, stable, 0.5)
+    parts, number = _found(whole, patches, stable, area, 0.5)
+    assert number.max() == len(parts)
+    return [part.verdict for part in parts]
+
+
+def test_pieces_that_tilt_towards_each_other_are_one_that_bends() -> None:
+    """A ridge of 12 mm over 6 m; the same two pieces with a step between them are two."""
+    tilt = 4e-3
+    up = np.array([0, 2 * tilt, 0, 0, 0, -tilt])
+    down = np.array([0, -8 * tilt, 0, 0, 0, tilt])
+    assert told((wall(2, 5), up), (wall(5, 8), down)).count("bends") == 1
+    assert "moved" not in told((wall(2, 5), up), (wall(5, 8), down))
+    apart = down - [0, 0.03, 0, 0, 0, 0]
+    assert told((wall(2, 5), up), (wall(5, 8), apart)).count("moved") == 2
+
+
+@pytest.mark.parametrize("out", [0.0015, 0.003])
+def test_panels_beside_each_other_are_no_bend(out: float) -> None:
+    one, two = np.array([0, -out, 0, 0, 0, 0]), np.array([0, out, 0, 0, 0, 0])
+    found = told((wall(2, 5), one), (wall(5, 8), two))
+    assert len(found) == 2
+    assert "bends" not in found
 
 
 def test_no_stable_area_where_less_than_half_agrees() -> None:

@@ -7,7 +7,8 @@ stations (method sections 9.3, 12.8 and 12.9).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Literal
 
 import numpy as np
@@ -61,7 +62,16 @@ _PATCHES = 2
 #: a site whose distances scatter more about one motion did not move as one body [probability]
 _ONE_BODY = 0.999
 
-Verdict = Literal["moved", "no motion found", "not one body", "too few distances"]
+#: one deformation tilts its pieces by at least so many sigmas against each other, and leaves no
+#: step between them beyond so many
+_TILTS, _STEP = 3.0, 3.0
+#: parts touch that are nearer than two patches, in cells, and their border is where they are
+#: nearest, times this
+_ACROSS, _NEAREST = 6.0, 1.2
+#: faces look the same way up to this cosine
+_ONE_FACE = 0.9
+
+Verdict = Literal["moved", "bends", "no motion found", "not one body", "too few distances"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +95,7 @@ class MovedPart(Result):
     @property
     def differs(self) -> bool:
         """Did it move, as one body or not?"""
-        return self.verdict in ("moved", "not one body")
+        return self.verdict in ("moved", "bends", "not one body")
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,14 +364,55 @@ def _found(
     out: list[MovedPart] = []
     parts = [part for part in moving_parts(patches, stable) if len(part) >= _PATCHES]
     edges = edges_of(patches, parts)
-    for members, edge in zip(parts, edges, strict=True):
-        if edge:
-            continue
-        rows = np.isin(patches.of, members)
+    whole = [part for part, edge in zip(parts, edges, strict=True) if not edge]
+    for pieces in _bodies(distances, patches, whole, _ACROSS * cell):
+        rows = np.isin(patches.of, np.concatenate([whole[k] for k in pieces]))
         number[rows] = len(out) + 1
         name = f"{len(out) + 1}"
-        out.append(_part(name, distances.some(rows), patches.factor, area.motion, alpha, cell))
+        part = _part(name, distances.some(rows), patches.factor, area.motion, alpha, cell)
+        bends = len(pieces) > 1 and part.motion is not None
+        out.append(replace(part, verdict="bends") if bends else part)
     return out, number
+
+
+def _bodies(
+    distances: PlaceDistances, patches: Patches, parts: list[Index], reach: float
+) -> list[list[int]]:
+    """Numbers of parts, those together that are pieces of one deformation; the largest first."""
+    places = [distances.some(np.isin(patches.of, part)) for part in parts]
+    motions = [part_motion(some, patches.factor) for some in places]
+    body = list(range(len(parts)))
+    for i, j in combinations(range(len(parts)), 2):
+        one, two = motions[i], motions[j]
+        if one is None or two is None or float(one.normal @ two.normal) < _ONE_FACE:
+            continue
+        away, at = cKDTree(places[j].core).query(places[i].core)
+        gap = float(away.min())
+        near = away <= _NEAREST * gap
+        between = (places[i].core[near] + places[j].core[at[near]]) / 2
+        border = replace(places[i].some(near), core=between)
+        if gap <= reach and _one_bend(one, two, border, gap):
+            first, last = sorted((body[i], body[j]))
+            body = [first if k == last else k for k in body]
+    return [[k for k, b in enumerate(body) if b == first] for first in dict.fromkeys(body)]
+
+
+def _one_bend(one: PartMotion, two: PartMotion, border: PlaceDistances, gap: float) -> bool:
+    """True if two pieces of a face tilt against each other and meet within the gap [m] they leave.
+
+    What the stations do to both alike cancels.
+    """
+    own = [m.in_words(m.parameters, m.own)[1] for m in (one, two)]
+    spread = np.diag(own[0] + own[1])
+    ends = [k for k in (3, 4) if one.seen[k] and two.seen[k]]
+    against = np.abs(one.values[ends] - two.values[ends])
+    if not (against > _TILTS * np.sqrt(spread[ends])).any():
+        return False
+    a, b = one.moves(border), two.moves(border)
+    step = a @ one.parameters - b @ two.parameters
+    variance = np.einsum("mi,ij,mj->m", a, one.own, a) + np.einsum("mi,ij,mj->m", b, two.own, b)
+    allowed = _STEP * float(np.sqrt(variance.mean())) + float(np.linalg.norm(against)) * gap
+    return bool(np.sqrt(np.mean(step**2)) <= allowed)
 
 
 def _part(

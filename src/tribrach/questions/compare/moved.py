@@ -96,9 +96,10 @@ def motions_front(motions: CloudMotions) -> FrontPage:
         return f"{what} {one if len(some) == 1 else several}" if some else ""
 
     moved = told("moved", "moved", "moved")
-    bent = told("not one body", "differs, not as one body", "differ, not as one body")
+    bent = told("bends", "bends", "bend")
+    other = told("not one body", "differs, not as one body", "differ, not as one body")
     few = told("too few distances", "cannot be told", "cannot be told")
-    verdict = "; ".join(filter(None, [moved, bent]))
+    verdict = "; ".join(filter(None, [moved, bent, other]))
     if verdict:
         return FrontPage("none", verdict, sentence, signed=signed)
     verdict = "; ".join(filter(None, ["No motion found", few]))
@@ -225,6 +226,11 @@ def _moved(part: MovedPart, what: str) -> Finding:
         did = (
             "differs and does not move as one body ({part.motion.left_out} of {all} distances do "
             "not go along with the others): {figures} on the average."
+        )
+    elif part.verdict == "bends":
+        did = (
+            "bends: its pieces tilt against each other and agree where they touch; {figures} on "
+            "the average."
         )
     else:
         relative = part.against_stable
