@@ -11,6 +11,7 @@ import pytest
 from tribrach.errors import AdjustmentError
 from tribrach.io.survey.formats import read
 from tribrach.network.adjustment import adjust
+from tribrach.network.facts import StartOnly, facts_of
 from tribrach.network.network import Datum
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
@@ -149,3 +150,15 @@ def test_parts_of_a_levelling_net_say_what_joins_them() -> None:
     (said,) = refusal(survey)
     assert said.startswith("C, D, E hang together")
     assert "the height of one of them" in said
+
+
+def test_a_list_without_roles_is_named_as_such(tmp_path: Path) -> None:
+    """Whoever gave coordinates and is asked for more control is told what those are."""
+    (tmp_path / "list.csv").write_text("point,e_m,n_m\nA,0,0\nB,100,0\nC,50,80\n")
+    rows = ("N,A,0,60,1,2", "N,B,80,62,1,2", "N,C,300,35,1,2")
+    head = "from,to,direction_gon,horizontal_distance_m,sigma_direction_mgon,sigma_distance_mm\n"
+    (tmp_path / "sights.csv").write_text(head + "\n".join(rows) + "\n")
+    survey = read([tmp_path / "sights.csv", tmp_path / "list.csv"])
+    (fact,) = facts_of(survey.facts, StartOnly)
+    assert fact == StartOnly("list.csv", ("A", "B", "C"))
+    assert any("list.csv" in said for said in refusal(survey))

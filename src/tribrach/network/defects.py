@@ -22,6 +22,7 @@ from tribrach._types import Array, Index
 from tribrach.errors import RankDefect
 from tribrach.network.assembly import Assembly
 from tribrach.network.datum import GENERATORS, OpenMotions, generators, pins_of
+from tribrach.network.facts import StartOnly, facts_of
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
 from tribrach.network.weakness import weak_place_of
@@ -57,6 +58,8 @@ _STEERABLE = 1e-3
 DENSE_LIMIT = 1500
 #: misclosures beyond so many sigmas overflow when they are squared
 _WILD = 1e150
+#: names that a sentence lists
+_NAMED = 6
 
 
 def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
@@ -129,11 +132,19 @@ def check_datum(
             else "give more control coordinates, heights, an azimuth or GNSS, or ask for inner "
             "constraints (datum free)"
         )
+        lists = [
+            f"the coordinates of {', '.join(one.names[:_NAMED])}"
+            f"{f' and {len(one.names) - _NAMED} more' if len(one.names) > _NAMED else ''} in "
+            f"{one.file} only start the iteration, for they have neither role nor sigma; give them "
+            "a column role (control with sigmas, or fixed)"
+            for one in facts_of(assembly.network.facts, StartOnly)
+        ]
         raise RankDefect(
             "the network is not tied to a frame",
             [
                 f"all points together can still move without any observation noticing: {moves} "
                 f"({d} in all); {cure}",
+                *lists,
                 *sentences(assembly, null, motions.basis, length),
             ],
         )

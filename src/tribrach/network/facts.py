@@ -23,6 +23,7 @@ __all__ = [
     "OverGeoid",
     "PointCodes",
     "Reference",
+    "StartOnly",
     "codes_of",
     "facts_of",
     "frame_sentences",
@@ -66,6 +67,15 @@ class PointCodes(Fact):
 
     #: name and code, in the order of the file
     given: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class StartOnly(Fact):
+    """Points of a list whose coordinates have no role and no sigma."""
+
+    #: name of the file
+    file: str
+    names: tuple[str, ...]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
 from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.io.survey.csv.reader import Reader, located
-from tribrach.network.facts import AssumedSigmas, FrameChange, OverGeoid, PointCodes
+from tribrach.network.facts import AssumedSigmas, FrameChange, OverGeoid, PointCodes, StartOnly
 from tribrach.observations.control import (
     CHECK_SIGMA,
     Coordinate,
@@ -282,6 +282,10 @@ class CoordinateReader(_Placed):
                     source=self.sources[row],
                     stated=roles[row] != "check" or bool(stated[row]),
                 )
+        loose = (roles == "approximate") & known.any(axis=1)
+        if loose.any():
+            listed = tuple(name for name, one in zip(names, loose, strict=True) if one)
+            self.survey.facts += (StartOnly(self.table.path.name, listed),)
         for role in ("control", "check"):
             members = roles == role
             whole = np.flatnonzero(members & known.all(axis=1))
