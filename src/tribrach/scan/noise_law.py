@@ -624,7 +624,7 @@ def _lit(observed: ObservedNoise) -> tuple[NDArray[np.bool_], str]:
     Zeros are points that a program left without intensity, or whose light was too weak for its
     steps.
     """
-    lit = observed.mean(observed.intensity == 0) == 0
+    lit = observed.mean((observed.intensity == 0).astype(float)) == 0
     if not np.isfinite(observed.intensity).all():
         return lit, "the scans have no intensities"
     if not observed.intense:
