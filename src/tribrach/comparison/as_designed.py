@@ -157,7 +157,8 @@ class Design:
                 key.append(self.keys(near.triangle[mine], near.place[mine]))
                 area.append(areas[mine])
         keys, place = np.unique(np.concatenate(key), return_inverse=True)
-        return keys, np.bincount(place.ravel(), np.concatenate(area), len(keys))
+        covered = np.bincount(place.ravel(), np.concatenate(area), len(keys))
+        return keys, covered.astype(np.float64)
 
 
 class _Faces:
@@ -174,7 +175,8 @@ class _Faces:
     def __init__(self, mesh: Mesh, place: float) -> None:
         face = mesh.by_faces().element
         count = int(face.max()) + 1
-        normal = np.stack([np.bincount(face, column, count) for column in mesh.across.T], axis=1)
+        sums = [np.bincount(face, column, count) for column in mesh.across.T]
+        normal = np.stack(sums, axis=1).astype(np.float64)
         normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
         lies = np.abs(normal[:, 2]) > 1 - 1e-9
         right = np.cross([0.0, 0.0, 1.0], np.where(lies[:, None], [0.0, 1.0, 0.0], normal))

@@ -386,7 +386,8 @@ def _law(path: Path, name: str, given: Mapping[str, Any] | None) -> RangeLaw | N
     term = [given.get(key) or () for key in ("knots", "factors")]
     knots, factors = (_numbers(path, x, (len(x),), f"the noise of {name}").tolist() for x in term)
     try:
-        return RangeLaw(*values.tolist(), tuple(knots), tuple(factors))
+        a, b, c, low, high = values.tolist()
+        return RangeLaw(a, b, c, low, high, tuple(knots), tuple(factors))
     except InputError as error:
         raise InputError(f"{name}: {error.what}", file=path, cure=_CURE) from error
 

@@ -111,6 +111,7 @@ def _moved(o: Observations, adjustment: Adjustment, effect: Considered) -> Array
 def _of_places(places: Array, model: CalibrationModel) -> Array:
     """What an effect corrects places (n, 3) in the frame of the scanner by."""
     polar = polar_from_xyz(places)
-    by_effect = model.columns(*polar.T, np.ones(len(places)))
+    r, h, v = polar.T
+    by_effect = model.columns(r, h, v, np.ones(len(places)))
     out: Array = (xyz_by_polar(polar) @ by_effect)[:, :, 0]
     return out

@@ -189,12 +189,12 @@ def datum_sentence(adjustment: SolvedSystem) -> str:
     held, weighted = held_names(adjustment), weighted_names(adjustment)
     parts = _held_words(adjustment)
     assumed = {name for fact in assumed_sigmas(adjustment) for name in fact.points}
-    for words, names in (
-        ("given", [name for name in weighted if name not in assumed]),
-        ("assumed", [name for name in weighted if name in assumed]),
+    for words, some in (
+        ("given", tuple(name for name in weighted if name not in assumed)),
+        ("assumed", tuple(name for name in weighted if name in assumed)),
     ):
-        if names:
-            parts.append(f"{_listed(tuple(names))} weighted by {words} covariances")
+        if some:
+            parts.append(f"{_listed(some)} weighted by {words} covariances")
     if not parts:
         parts.append("no control point, the observations themselves fix the frame")
     nouns = {"fixed": "Fixed points", "free": "Inner constraints were asked for but none is needed"}

@@ -386,9 +386,9 @@ def _bodies(
         one, two = motions[i], motions[j]
         if one is None or two is None or float(one.normal @ two.normal) < _ONE_FACE:
             continue
-        away, at = cKDTree(places[j].core).query(places[i].core)
+        away, at = map(np.asarray, cKDTree(places[j].core).query(places[i].core))
         gap = float(away.min())
-        near = away <= _NEAREST * gap
+        near: Mask = np.asarray(away <= _NEAREST * gap)
         between = (places[i].core[near] + places[j].core[at[near]]) / 2
         border = replace(places[i].some(near), core=between)
         if gap <= reach and _one_bend(one, two, border, gap):

@@ -104,4 +104,4 @@ def _instrument(estimate: NoiseEstimate, sheet: str | None) -> str:
     source, carried = estimate.source, estimate.carried()
     if carried:
         source += f"; {', '.join(carried)} as {estimate.stated_by} states them"
-    return instrument_file_text(estimate.instrument | carried, source)
+    return instrument_file_text({**estimate.instrument, **carried}, source)
