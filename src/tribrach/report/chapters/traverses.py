@@ -42,12 +42,13 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         for one in found
         if one.angle_at
     ]
+    of = head.columns
     columns = [
         column("Traverse", _names),
         column("set-ups", lambda one: len(set(one.points)), "0"),
         column("length", "length", "m1"),
-        column("angular misclosure", "angle", "arcsec1"),
-        column("its sigma", "sigma_angle", "arcsec1"),
+        of.small_angle("angular misclosure", lambda one: one.angle),
+        of.small_angle("its sigma", lambda one: one.sigma_angle),
         column("ΔE", "east", "mm1"),
         column("ΔN", "north", "mm1"),
         column("along", "along", "mm1"),
