@@ -11,10 +11,14 @@ import numpy as np
 
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
+from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.io.opened_files import contents
 from tribrach.io.survey.comp3d.text import comp3d_lines
+from tribrach.network.facts import EARTH
 from tribrach.network.identity import names_apart
+from tribrach.network.occupations import LONG
 from tribrach.network.survey import Survey
+from tribrach.observations.sights import HorizontalDistances, SlopeDistances, ZenithAngles
 from tribrach.units import carried_angles
 
 __all__ = ["FORMATS", "carried_words", "format_of", "read", "read_files"]
@@ -213,6 +217,21 @@ def read_files(
     return first
 
 
+def _bent(survey: Survey) -> bool:
+    """True if a table on a plane has zenith angles of sights that the Earth's curvature bends."""
+    tilted: set[tuple[str, str]] = set()
+    far: set[tuple[str, str]] = set()
+    for table in survey.tables():
+        if issubclass(table.kind, ZenithAngles | SlopeDistances | HorizontalDistances):
+            ends = zip(table.columns["start"], table.columns["end"], strict=True)
+            if issubclass(table.kind, ZenithAngles):
+                tilted |= set(ends)
+            else:
+                long = np.ravel(table.columns["values"]) > LONG
+                far |= {pair for pair, one in zip(ends, long, strict=True) if one}
+    return survey.site == FlatSite() and not tilted.isdisjoint(far)
+
+
 def _leave_heights(surveys: Sequence[Survey]) -> None:
     """Heights that were keyed into a level give way to those of lists."""
     from tribrach.io.levels.files import Levelled, leave_to
@@ -256,6 +275,9 @@ def _read(
         survey = module.read(files)
     elif name == "csv":
         survey = module.read(files[0], module.Context(label=labels[files[0]]))
+        if _bent(survey):
+            frame = WorkFrame(FlatSite(EARTH))
+            survey = module.read(files[0], module.Context(frame=frame, label=labels[files[0]]))
     elif name == "gama":
         survey = module.read(files[0], labels[files[0]])
     else:
