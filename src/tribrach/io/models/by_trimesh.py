@@ -62,6 +62,7 @@ def _part(scene: Any, node: str, path: Path) -> tuple[str, Array]:
     if faces is None:
         return str(node), np.empty((0, 3, 3))
     corners = np.asarray(geometry.vertices, dtype=np.float64)[np.asarray(faces)]
-    placed = corners @ transform[:3, :3].T + transform[:3, 3]
-    # a mirrored part turns its triangles over
-    return str(node), placed if np.linalg.det(transform[:3, :3]) > 0 else placed[:, ::-1]
+    with np.errstate(all="ignore"):  # what is not finite is refused by who asked for it
+        placed = corners @ transform[:3, :3].T + transform[:3, 3]
+        # a mirrored part turns its triangles over
+        return str(node), placed if np.linalg.det(transform[:3, :3]) > 0 else placed[:, ::-1]

@@ -7,6 +7,7 @@ A height stands at the middle of its pixel unless the file says that it stands a
 from __future__ import annotations
 
 import io
+import warnings
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,10 @@ def read(path: Path, data: bytes) -> RawModel:
     try:
         # its size is looked at below, before any pixel is read
         image.MAX_IMAGE_PIXELS = None
-        with image.open(io.BytesIO(data), formats=["TIFF"]) as picture:
+        with (
+            warnings.catch_warnings(action="ignore"),
+            image.open(io.BytesIO(data), formats=["TIFF"]) as picture,
+        ):
             tags = dict(picture.tag_v2)
             columns, rows = picture.size
             if rows * columns > _MOST or rows < 2 or columns < 2:
@@ -63,8 +67,11 @@ def read(path: Path, data: bytes) -> RawModel:
         raise
     # a damaged file fails anywhere in its library
     except Exception as error:
+        why = str(error) or type(error).__name__
+        if "BytesIO" in why:
+            why = "it is no TIFF, or damaged"
         raise InputError(
-            f"the grid of heights cannot be read ({error or type(error).__name__})",
+            f"the grid of heights cannot be read ({why})",
             file=path,
             cure=cure,
         ) from error

@@ -313,9 +313,12 @@ def on_references(
         Sigmas [m], [rad] of what residuals never show.
     """
     out: list[CloudPair] = []
+    order = sorted(scans, key=lambda one: -one.radius)
     for reference in references:
+        pairs: dict[str, CloudPair] = {}
         known: Pose | None = None
-        for scan in sorted(scans, key=lambda one: -one.radius):
+
+        def placed(scan: PreparedScan, known: Pose | None, reference: ScanReference) -> CloudPair:
             prior, doubt, speaks = None, sigma, "the approximate pose"
             if known is not None and scan.name in together:
                 prior, doubt = known @ together[scan.name], ApproximateSigma(*GATES.chained)
@@ -326,10 +329,20 @@ def on_references(
             pair = register_pair(
                 reference.scan, scan, prior, sigma=doubt, floor=floor, speaks=speaks
             )
-            pair = _with_pieces(reference, pair)
-            if pair.fit is not None and known is None and scan.name in together:
-                known = pair.fit.pose @ together[scan.name].inverse
-            out.append(pair)
+            return _with_pieces(reference, pair)
+
+        alone: list[PreparedScan] = []
+        for scan in order:
+            pair = pairs[scan.name] = placed(scan, known, reference)
+            if known is None and scan.name in together:
+                if pair.fit is None:
+                    alone.append(scan)
+                else:
+                    known = pair.fit.pose @ together[scan.name].inverse
+        # what was open by itself is tried once more where the others put it
+        for scan in alone if known is not None else ():
+            pairs[scan.name] = placed(scan, known, reference)
+        out += pairs.values()
     return out
 
 
