@@ -162,3 +162,6 @@ def test_a_list_without_roles_is_named_as_such(tmp_path: Path) -> None:
     (fact,) = facts_of(survey.facts, StartOnly)
     assert fact == StartOnly("list.csv", ("A", "B", "C"))
     assert any("list.csv" in said for said in refusal(survey))
+    said = (tmp_path / "list.csv").read_text().replace("\n", ",approximate\n")
+    (tmp_path / "list.csv").write_text(said.replace("n_m,approximate", "n_m,role"))
+    assert not facts_of(read([tmp_path / "list.csv"]).facts, StartOnly)

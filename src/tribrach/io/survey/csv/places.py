@@ -282,7 +282,8 @@ class CoordinateReader(_Placed):
                     source=self.sources[row],
                     stated=roles[row] != "check" or bool(stated[row]),
                 )
-        loose = (roles == "approximate") & known.any(axis=1)
+        said = np.array(self.table.words.get("role", [""] * len(self.all))) != ""
+        loose = (roles == "approximate") & known.any(axis=1) & ~said & (self.role is None)
         if loose.any():
             listed = tuple(name for name, one in zip(names, loose, strict=True) if one)
             self.survey.facts += (StartOnly(self.table.path.name, listed),)
