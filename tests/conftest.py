@@ -29,6 +29,7 @@ LONG = (
     "network/test_monte_carlo.py", "network/test_occupations.py", "network/test_placeholders.py",
     "network/test_slips.py", "network/test_variance_components.py",
     "observations/test_extension.py", "instruments/test_distance_statistics.py",
+    "network/test_contributions.py", "network/test_patterns.py", "transformation/test_fit.py",
     "transformation/test_testing.py",
 )  # fmt: skip
 
