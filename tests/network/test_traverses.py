@@ -29,6 +29,7 @@ def adjusted(
     turned: dict[str, float] | None = None,
     longer: dict[str, float] | None = None,
     rng: np.random.Generator | None = None,
+    beyond: float = 0.0,
 ) -> Adjustment:
     """A chain whose set-ups see their neighbours and others; angles at some of them are wrong."""
     survey = Survey()
@@ -45,6 +46,7 @@ def adjusted(
         back = [a for a, b in legs if b == at]
         for to in dict.fromkeys([*back, *seen.get(at, ""), *ahead]):
             wrong = (turned or {}).get(at, 0.0) if to in ahead else 0.0
+            wrong += beyond if at == chain[-1] and to in seen.get(at, "") else 0.0
             rows.append((at, to, azimuth(at, to) - 1.0 + wrong + noise(SIGMA)))
     start, end, value = (list(c) for c in zip(*rows, strict=True))
     survey.add(Directions, values=np.mod(value, 2 * np.pi), sigma=SIGMA, start=start, end=end,
@@ -97,10 +99,12 @@ def test_misclosures_are_those_of_a_form() -> None:
     assert found.angle_at == ""
 
 
-@pytest.mark.parametrize("at", ["1", "2", "3", "4"])
+@pytest.mark.parametrize("at", ["B", "1", "2", "3", "4", "C"])
 def test_a_gross_angle_is_located(at: str) -> None:
     rng = np.random.default_rng(3)
-    found = one(adjusted("B1234C", ENDS, "ABCD", {at: 200 * SEC}, rng=rng))
+    # at the last point the sight beyond it is turned, and the coordinates show nothing
+    wrong, beyond = ({at: 200 * SEC}, 0.0) if at != "C" else ({}, 200 * SEC)
+    found = one(adjusted("B1234C", ENDS, "ABCD", wrong, rng=rng, beyond=beyond))
     assert found.angle_at == at
 
 
@@ -122,6 +126,16 @@ def test_a_ring_closes_on_itself() -> None:
     assert found.points[0] == found.points[-1] == "B"
     assert abs(found.angle) == pytest.approx(30 * SEC, abs=2e-6)
     assert np.isnan(found.along)
+    # six angles: five of the ring and the one that closes it, put right by a sixth each
+    azimuths, reading = [], azimuth("B", "1")
+    for before, at, after in zip("B1234", "1234C", "234CB", strict=True):
+        azimuths.append(reading)
+        reading += azimuth(at, after) - azimuth(before, at) - 5 * SEC
+        reading += 30 * SEC if at == "2" else 0.0
+    azimuths.append(reading)
+    lengths = [np.linalg.norm(PLACES[b] - PLACES[a]) for a, b in pairwise("B1234CB")]
+    off = np.array([np.sin(azimuths), np.cos(azimuths)]) @ lengths
+    assert found.plan == pytest.approx(np.hypot(*off), rel=1e-3)
 
 
 def test_noise_closes_within_its_sigma() -> None:

@@ -120,7 +120,7 @@ def _boxes(corners: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _to_box(p, box):  # type: ignore[no-untyped-def]
+def _to_box(p: Array, box: Array) -> float:
     """Squared distance of a point from a box."""
     out = 0.0
     for k in range(3):
@@ -130,7 +130,7 @@ def _to_box(p, box):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _to_triangle(p, t, place):  # type: ignore[no-untyped-def]
+def _to_triangle(p: Array, t: Array, place: Array) -> float:
     """Squared distance of a point from a triangle, and the nearest place of it."""
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(3):
@@ -170,7 +170,17 @@ def _to_triangle(p, t, place):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _searched(first, last, points, corners, normals, boxes, limit, found, table):  # type: ignore[no-untyped-def]
+def _searched(
+    first: int,
+    last: int,
+    points: Array,
+    corners: Array,
+    normals: Array,
+    boxes: Array,
+    limit: float,
+    found: Index,
+    table: Array,
+) -> None:
     """Number, place, signed distance and cosine of the nearest triangle of each point."""
     leaves = len(boxes) // 2
     stack = np.empty(2 * _DEPTH, dtype=np.int64)

@@ -19,7 +19,7 @@ from tribrach._types import Array, Mask
 from tribrach.answers import Number, Result
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
-from tribrach.observations.control import Coordinate, Coordinates
+from tribrach.observations.control import Centrings, Coordinate, Coordinates
 from tribrach.observations.sights import (
     Angles,
     Directions,
@@ -43,13 +43,13 @@ class Traverse(Result, also=("plan", "ratio")):
     #: of the legs [m]
     length: float
     #: observed less what they should be, summed over the angles [rad], and the sigma of that sum
-    #: from the sigmas of the readings; NaN where one end is not oriented
+    #: from readings and centring; null where one end is not oriented
     angle: Number
     sigma_angle: Number
     #: computed less given coordinates of the end [m], the angles put right by equal shares
     east: float
     north: float
-    #: along and across the way from the first point to the last, NaN for a ring [m]
+    #: along and across the way from the first point to the last, null for a ring [m]
     along: Number
     across: Number
     #: the point whose angle alone explains both misclosures, "" if none does or several do
@@ -73,8 +73,8 @@ class _Readings:
     #: angles between two sights of a set-up [rad] with their variances
     sights: dict[str, list[dict[str, tuple[float, float]]]]
     angles: dict[tuple[str, str, str], list[tuple[float, float]]]
-    #: horizontal lengths [m], either way
-    lengths: dict[frozenset[str], list[float]]
+    #: horizontal lengths [m] with their variances, either way
+    lengths: dict[frozenset[str], list[tuple[float, float]]]
     #: places in plan (2,), as given where they are control
     places: dict[str, Array]
     control: set[str]
@@ -131,8 +131,8 @@ def _readings(adjustment: Adjustment) -> _Readings:
     }
     sights: dict[str, dict[int, dict[str, tuple[float, float]]]] = defaultdict(dict)
     angles: dict[tuple[str, str, str], list[tuple[float, float]]] = defaultdict(list)
-    lengths: dict[frozenset[str], list[float]] = defaultdict(list)
-    zeniths = _zeniths(adjustment)
+    lengths: dict[frozenset[str], list[tuple[float, float]]] = defaultdict(list)
+    zeniths, centring = _zeniths(adjustment), _centring(adjustment)
     marks = replace(state, vectors=np.zeros_like(state.vectors))
     for table in adjustment.network.observations:
         active = np.flatnonzero(table.use == Use.ACTIVE).tolist()
@@ -152,21 +152,26 @@ def _readings(adjustment: Adjustment) -> _Readings:
         for i in active:
             one, other = table.start[i], table.end[i]
             ends = str(name[one]), str(name[other])
+            line = xyz[other] - xyz[one]
+            flat, square = float(np.hypot(*line[:2])), float(sigma[i]) ** 2
+            off_mark = centring[table.eccentricity_instrument[i]]
+            off_mark += centring[table.eccentricity_target[i]]
             if isinstance(table, Directions):
-                reading = _azimuth(xyz[other] - xyz[one]) + off[i]
+                reading = _azimuth(line) + off[i]
                 sight = sights[ends[0]].setdefault(int(table.orientation[i]), {})
-                sight.setdefault(ends[1], (reading, float(sigma[i]) ** 2))
+                sight.setdefault(ends[1], (reading, square + off_mark / max(flat, 1e-3) ** 2))
             elif isinstance(table, Angles):
                 ahead = table.foresight[i]
-                turn = _azimuth(xyz[ahead] - xyz[one]) - _azimuth(xyz[other] - xyz[one])
+                turn = _azimuth(xyz[ahead] - xyz[one]) - _azimuth(line)
+                nearer = min(flat, float(np.hypot(*(xyz[ahead] - xyz[one])[:2])))
                 key = (*ends, str(name[ahead]))
-                angles[key].append((turn + off[i], float(sigma[i]) ** 2))
+                angles[key].append((turn + off[i], square + 2 * off_mark / max(nearer, 1e-3) ** 2))
             else:
-                line = xyz[other] - xyz[one]
-                flat, slope = float(np.hypot(*line[:2])), float(np.linalg.norm(line))
+                slope = float(np.linalg.norm(line))
                 sine = flat / slope if isinstance(table, SlopeDistances) else 1.0
                 bent = line[2] * zeniths.get(ends, 0.0) if isinstance(table, SlopeDistances) else 0
-                lengths[frozenset(ends)].append(flat + sine * off[i] + bent)
+                length = flat + sine * off[i] + bent
+                lengths[frozenset(ends)].append((length, square + off_mark))
     control = {at for at, axes in given.items() if axes == {0, 1}}
     sets = {at: list(one.values()) for at, one in sights.items()}
     return _Readings(sets, angles, lengths, places, control)
@@ -182,6 +187,16 @@ def _zeniths(adjustment: Adjustment) -> dict[tuple[str, str], float]:
             for i in np.flatnonzero(table.use == Use.ACTIVE).tolist():
                 found[str(name[table.start[i]]), str(name[table.end[i]])].append(float(off[i]))
     return {ends: float(np.mean(values)) for ends, values in found.items()}
+
+
+def _centring(adjustment: Adjustment) -> Array:
+    """Variances in plan (v + 1,) of what stands beside its mark [m^2]; the last is that of none."""
+    out = np.zeros(len(adjustment.state.vectors) + 1)
+    for table in adjustment.network.observations:
+        if isinstance(table, Centrings):
+            plan = table.axis < 2
+            np.maximum.at(out, table.vector[plan], table.sigma[plan, 0] ** 2)
+    return out
 
 
 def _azimuth(line: Array) -> float:
@@ -237,7 +252,9 @@ def _closed(readings: _Readings, chain: tuple[str, ...]) -> Traverse | None:
     if any(one is None for one in turns):
         return None
     own = [one for one in turns if one is not None]
-    legs = [float(np.mean(readings.lengths[frozenset(pair)])) for pair in pairwise(chain)]
+    measured = [readings.lengths[frozenset(pair)] for pair in pairwise(chain)]
+    legs = [float(np.mean([length for length, _ in some])) for some in measured]
+    along_legs = sum(sum(v for _, v in some) / len(some) ** 2 for some in measured)
     misclosure, square = np.nan, np.nan
     if ring:
         last = readings.angle(chain[0], chain[-2], chain[1])
@@ -250,9 +267,13 @@ def _closed(readings: _Readings, chain: tuple[str, ...]) -> Traverse | None:
             reached = own[0][0] + sum(value + np.pi for value, _ in own[1:])
             misclosure = _small(reached + np.pi - end[0])
             square = end[1] + sum(v for _, v in own)
-    many = len(own) + (1 if np.isfinite(misclosure) else 0)
-    share = misclosure / many if np.isfinite(misclosure) else 0.0
     start, end_place = readings.places[chain[0]], readings.places[chain[-1]]
+    as_read = _through(start, own, legs, 0.0)
+    # the first of a ring is no angle: what closes it takes its place
+    many = len(own) if ring else len(own) + 1
+    share = misclosure / many if np.isfinite(misclosure) else 0.0
+    if ring:
+        own[0] = (own[0][0] + share, 0.0)
     stations = _through(start, own, legs, share)
     east, north = (stations[-1] - end_place).tolist()
     way = end_place - start
@@ -264,7 +285,7 @@ def _closed(readings: _Readings, chain: tuple[str, ...]) -> Traverse | None:
     found = ""
     sigma = float(np.sqrt(square))
     if abs(misclosure) > _LARGE * sigma:
-        found = _single(chain, _through(start, own, legs, 0.0), end_place, misclosure, own)
+        found = _single(chain, as_read, end_place, misclosure, square / many, along_legs)
     return Traverse(chain, sum(legs), misclosure, sigma, east, north, along, across, found)
 
 
@@ -318,15 +339,20 @@ def _single(
     stations: Array,
     end: Array,
     misclosure: float,
-    turns: list[tuple[float, float]],
+    of_angle: float,
+    of_legs: float,
 ) -> str:
-    """The one point whose angle explains what the coordinates are off, "" if that is undecided."""
+    """The one point whose angle explains what the coordinates are off, "" if that is undecided.
+
+    of_angle, of_legs : variance of an angle [rad^2], and of all legs together [m^2].
+    """
     off = stations[-1] - end
-    sigma = np.sqrt(np.mean([square for _, square in turns[1:]] or [0.0]))
-    # an angle that is too large turns all behind it clockwise about its point
-    arms = stations[-1] - stations[:-1]
+    # an angle that is too large turns all behind it clockwise about its point, at the end nothing
+    arms = stations[-1] - stations
     left = np.linalg.norm(off - misclosure * arms[:, ::-1] * [1.0, -1.0], axis=1)
-    noise = sigma * np.sqrt((np.linalg.norm(arms, axis=1) ** 2).sum()) + 1e-3
+    if chain[0] == chain[-1]:
+        left = left[:-1]
+    noise = np.sqrt(of_angle * (arms**2).sum() + of_legs)
     order = np.argsort(left)
     if left[order[0]] > _EXPLAINED * noise or left[order[1]] < 2 * _EXPLAINED * noise:
         return ""

@@ -42,7 +42,7 @@ _NARROWEST = 5e-3
 #: no floor or ceiling is farther from a scanner than the steep rays of half a scan reach [m], and
 #: no scanner gives coordinates in steps of [m]
 _STEEP_RANGE, _COARSE = 300.0, 1.0
-#: no tripod stands so high above what is below it [m]
+#: few tripods stand so high above what is below them [m]
 _HIGH = 50.0
 #: steep rays that tell: their share and number
 _STEEP_SHARE, _STEEP_FEW = 0.02, 50
@@ -363,8 +363,8 @@ class Description(
             )
         elif self.below > _HIGH:
             out.append(
-                f"Half of the rays that look down steeply are longer than {self.below:.0f} m, and "
-                "no tripod stands so high: are the coordinates metres?"
+                f"Half of the rays that look down steeply are longer than {self.below:.0f} m, as "
+                "from a tower: are the coordinates metres?"
             )
         elif self.coarse is not None and self.coarse >= _COARSE and scan.unit.metric:
             out.append(

@@ -151,7 +151,7 @@ class Completeness(
 
     @property
     def area_of_sigma(self) -> dict[str, float] | None:
-        """The same by area [m^2]."""
+        """Seen area by whether the required sigma is reached [m^2]; null if none is asked."""
         if self.required_sigma is None:
             return None
         seen = self.areas * self.covered[:, 0]

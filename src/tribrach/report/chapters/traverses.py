@@ -30,7 +30,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         return
     sentences = [
         f"{counted(len(found), 'traverse')} computed through with observed angles and distances, "
-        "before anything is adjusted. Sigmas are those of the readings alone, without centring."
+        "before anything is adjusted. Sigmas are those of readings and centring."
     ]
     sentences += [
         Sentence(
