@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -537,19 +537,19 @@ def element_table(
         told = {"within", "not within", "cannot tell"}
         rows = [row | ({"verdict": ""} if row["verdict"] in told else {}) for row in rows]
     rows.sort(key=_worst)
-    columns = {
+    columns: dict[str, Any] = {
         name: tuple(row[name] for row in rows)
         if name in ("element", "verdict")
         else np.array([row[name] for row in rows], dtype=float)
         for name in ElementTable.__annotations__
     }
-    return ElementTable(**columns), places  # type: ignore[arg-type]
+    return ElementTable(**columns), places
 
 
-def _worst(row: dict[str, object]) -> tuple[int, float]:
+def _worst(row: dict[str, Any]) -> tuple[int, float]:
     """Where a row stands: what is not within first, by how far it is off."""
     order = ("not within", "cannot tell", "within", "", "not seen")
-    off = np.nanmax([abs(float(row["lowest"])), abs(float(row["highest"])), 0.0])  # type: ignore[arg-type]
+    off = np.nanmax([abs(float(row["lowest"])), abs(float(row["highest"])), 0.0])
     return order.index(str(row["verdict"])), -float(off)
 
 
@@ -560,10 +560,10 @@ def _row(
     seen: Mask,
     limits: DeviationLimits | None,
     risk: float,
-) -> dict[str, object]:
+) -> dict[str, Any]:
     """One element."""
     nan = float("nan")
-    row: dict[str, object] = dict.fromkeys(ElementTable.__annotations__, nan)
+    row: dict[str, Any] = dict.fromkeys(ElementTable.__annotations__, nan)
     verdict, guard = ("", nan) if limits is None else judge(places, limits, risk)
     row |= {
         "element": name,
@@ -589,7 +589,7 @@ def _row(
     return row | _slopes(places)
 
 
-def _slopes(places: DesignPlaces) -> dict[str, object]:
+def _slopes(places: DesignPlaces) -> dict[str, Any]:
     """Tilt, turn, plumb and flatness of a flat element; nothing of others."""
     normal = places.normal.mean(axis=0)
     length = float(np.linalg.norm(normal))
@@ -608,7 +608,7 @@ def _slopes(places: DesignPlaces) -> dict[str, object]:
     solve = np.linalg.pinv(design)
     value, sigma = places.combined(solve)
     rest = places.deviation - design @ value
-    out: dict[str, object] = {
+    out: dict[str, Any] = {
         "tilt": value[1], "tilt_sigma": sigma[1], "turn": value[2], "turn_sigma": sigma[2],
         "flatness": float(np.ptp(rest)),
     }  # fmt: skip

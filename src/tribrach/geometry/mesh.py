@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -34,14 +34,14 @@ class Mesh:
     sentences: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, parts: Sequence[tuple[str, Array]], **more: object) -> Self:
+    def of(cls, parts: Sequence[tuple[str, Array]], **more: Any) -> Self:
         """A mesh of named parts of triangles (k, 3, 3); parts of one name are one element."""
         names = tuple(dict.fromkeys(name for name, some in parts if len(some)))
         kept = [(name, some) for name, some in parts if len(some)]
         triangles = np.concatenate([np.empty((0, 3, 3)), *(some for _, some in kept)])
         numbers = [np.full(len(some), names.index(name)) for name, some in kept]
         element = np.concatenate([np.empty(0, dtype=np.int64), *numbers])
-        return cls(triangles, element.astype(np.int64), names, **more)  # type: ignore[arg-type]
+        return cls(triangles, element.astype(np.int64), names, **more)
 
     def __len__(self) -> int:
         return len(self.triangles)
