@@ -67,33 +67,10 @@ class Rejected:
 
 
 def lies_on(center: Array, detections: Iterable[Detection], radii: float = 1.0) -> bool:
-    """True if a place lies on one of several detections.
-
-    Parameters
-    ----------
-    center : array (3,)
-        The place [m].
-    detections : iterable of Detection
-        The detections.
-    radii : float
-        Largest distance from a detection's centre, in its radii.
-    """
+    """True if a place lies on one of several detections, within so many of their radii."""
     return any(np.linalg.norm(d.center - center) < radii * d.radius for d in detections)
 
 
 def with_floor(covariance: Array, sigma: float) -> Array:
-    """Add the floor of a target type to a covariance (method section 6.3).
-
-    Parameters
-    ----------
-    covariance : array (3, 3)
-        Covariance [m^2].
-    sigma : float
-        Sigma added in every direction [m].
-
-    Returns
-    -------
-    array (3, 3)
-        The sum [m^2].
-    """
+    """Add the floor of a target type to a covariance (method section 6.3)."""
     return np.asarray(covariance + sigma**2 * np.eye(len(covariance)))

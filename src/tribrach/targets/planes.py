@@ -28,8 +28,6 @@ __all__ = ["Plane", "find_planes"]
 class PlaneGates:
     """How plane regions grow, are fitted and joined, and which of them are kept.
 
-    Notes
-    -----
     Chosen by hand on simulated rooms and halls with columns, steps, clutter and waves
     (tests/targets/test_planes, benchmarks/plane_registration; method section 8.3); where a number
     has a source, it is named.
@@ -170,23 +168,8 @@ def fit_planes(
 ) -> PlaneFits:
     """Fit planes through the pixels of every label, along the lines of sight.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    image : RangeImage
-        Range image of the points.
-    labels : array of int (rows, columns)
-        Region of every pixel, -1 for none; unless ``coarse``, trimmed pixels become -1.
-    count : int
-        Number of regions.
-    noise : tuple of float
-        Sigma of range [m] and of angle [rad].
-    coarse : bool
-        Fit to a part of the pixels only.
+    Trimmed pixels get the label -1, unless ``coarse``, which fits to a part of the pixels only.
 
-    Notes
-    -----
     A plane is ``m . x = 1``, so a beam d meets it at ``rho = 1 / (m . d)``. Residuals are ranges;
     the variance of one is ``s_rho^2 + rho^2 s_ang^2 tan^2 psi``; those beyond three sigmas are
     trimmed.
@@ -254,8 +237,6 @@ def _pass(
 ) -> Array:
     """Sums (k, 20) over the points of every label, of every ``stride``-th row and column.
 
-    Notes
-    -----
     Columns: 0-5 normal matrix, 6-8 right side, 9 points, 10 weighted squares, 11 squares, 12-14
     coordinates, 15 area, 16 incidence. Planes not yet known (NaN) are started from
     ``m . d = 1 / rho``.
@@ -336,45 +317,14 @@ def joint(fits: PlaneFits, a: int, b: int) -> tuple[float, float]:
 
 
 def taken_up(labels: Labels, group: Index) -> Labels:
-    """Rename labels by the groups that regions were joined into.
-
-    Parameters
-    ----------
-    labels : array of int (rows, columns)
-        Region of every pixel; -1 stays.
-    group : array of int (k,)
-        New label of each region.
-
-    Returns
-    -------
-    array of int (rows, columns)
-        The new labels.
-    """
+    """Rename labels by the groups that regions were joined into; -1 stays."""
     table = np.append(group, -1).astype(np.int32)
     return np.asarray(table[labels])
 
 
 def grow_planes(xyz: Array, image: RangeImage, sigma: float) -> tuple[Labels, int]:
-    """Grow plane regions in the range image.
+    """Grow plane regions in the image: the region of every pixel (-1: none), and their number.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the image in the scanner frame [m].
-    image : RangeImage
-        Range image.
-    sigma : float
-        Range noise [m].
-
-    Returns
-    -------
-    labels : array of int (rows, columns)
-        Region of every pixel, -1 for none.
-    count : int
-        Number of regions.
-
-    Notes
-    -----
     The image is cut into blocks. A block whose points are flat is a seed, or joins the region
     beside it if it lies in its plane; the region's plane follows from sums over its blocks. At the
     end pixels of blocks across edges are given to the region in whose plane they lie (method
@@ -612,26 +562,9 @@ def find_planes(
     shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Plane], list[Rejected]]:
-    """Find the planes of a scan.
+    """Find the planes of a scan of at least an area [m^2].
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    image : RangeImage
-        Range image of the same points.
-    sigma_range : float or None
-        Sigma of one range, estimated from the scan if None [m].
-    sigma_angle : float
-        Sigma of the angles of one point [rad].
-    least_area : float
-        Smallest area of a plane [m^2].
-    floor : float
-        Sigma added to the offset, and over the patch's radius to the tilt [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors, if it is known.
-    scan : str
-        Name of the scan.
+    ``floor`` [m] is added to the offset, and over the patch's radius to the tilt.
     """
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
     noise = (float(sigma), float(sigma_angle))
@@ -682,17 +615,8 @@ def _reason(fits: PlaneFits, k: int, sigma: float, least_area: float) -> str:
 
 
 def _curved(m: Array, points: Array) -> str:
-    """Tell why points lie on a curved surface and not on a plane; empty if they do not.
+    """Tell why points lie on a curved surface and not on the plane ``m . x = 1``; empty if not.
 
-    Parameters
-    ----------
-    m : array (3,)
-        The plane ``m . x = 1`` [1/m].
-    points : array (n, 3)
-        The points [m].
-
-    Notes
-    -----
     Columns and vaults are flat in narrow strips; a quadric through the distances to the plane shows
     them by its bow.
     """
@@ -757,25 +681,8 @@ def _members(
 
 
 def _plane(fits: PlaneFits, k: int, points: Array, floor: float, known: float, scan: str) -> Plane:
-    """The patch of one fitted region.
+    """The patch of one fitted region; ``known`` of its points count as one by the scanner.
 
-    Parameters
-    ----------
-    fits : PlaneFits
-        Fitted planes.
-    k : int
-        Number of the region.
-    points : array (n, 3)
-        Its points [m].
-    floor : float
-        Sigma added to the offset [m].
-    known : float
-        Number of neighbouring points that the scanner makes count as one.
-    scan : str
-        Name of the scan.
-
-    Notes
-    -----
     A normal turned towards the scanner reverses tilts and offset alike and leaves their covariance.
     """
     size = float(np.linalg.norm(fits.m[k]))
@@ -825,15 +732,6 @@ def _known(center: Array, image: RangeImage, shared: SharedNoise) -> float:
 def _correlation(flat: Array, away: Array) -> float:
     """Number of correlated points that count as one, at least 1.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Places in the plane [m].
-    away : array (n,)
-        Residuals [m].
-
-    Notes
-    -----
     Sums of the residuals' pulls on the plane over parts of the patch vary as the sums of so many
     points do if the points are independent, and more if waves of the surface or the scanner's
     errors run through neighbours (the sandwich estimator of White 1980, in clusters).

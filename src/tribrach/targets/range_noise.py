@@ -17,8 +17,6 @@ __all__ = ["GATES", "RangeNoiseGates", "estimate_range_noise"]
 class RangeNoiseGates:
     """How the noise of ranges is estimated from a scan.
 
-    Notes
-    -----
     Chosen by hand on simulated halls and the raw files of NIST (tests/targets/test_sphere_search:
     the noise is that of the scanner); where a number has a source, it is named.
     """
@@ -44,13 +42,6 @@ _EDGE_M = GATES.edge_m
 def estimate_range_noise(image: RangeImage) -> float:
     """Estimate the sigma of one range from second differences of neighbours in the rows.
 
-    Returns
-    -------
-    float
-        Sigma of one range [m].
-
-    Notes
-    -----
     On a plane ``r(j-1) - 2 r(j) + r(j+1)`` is noise of variance ``6 sigma^2``, up to the curvature
     of 1/cos over three pixels. The lower quartile of its size is proof against edges, curved
     surfaces and leaves on more than half of the image. Scans that the scanner has smoothed give too

@@ -72,19 +72,9 @@ class Sampling:
         return cls(float(image.step_h), float(image.step_v), float(np.median(ranges)))
 
     def reach(self, kind: Kind, size: float) -> float:
-        """Range up to which a target has the points that it takes at least, seen squarely.
+        """Range [m] up to which a target has the points that it takes at least, seen squarely.
 
-        Parameters
-        ----------
-        kind : Kind
-            A key of :data:`LEAST`.
-        size : float
-            Side of a board, diameter of a sphere or disc [m].
-
-        Returns
-        -------
-        float
-            Range [m].
+        ``size`` is the side of a board, the diameter of a sphere or disc.
         """
         least = LEAST[kind]
         coarse = least.across * max(self.step_h, self.step_v)
@@ -92,17 +82,7 @@ class Sampling:
         return float(size / max(coarse, np.sqrt(area)))
 
     def sentence(self, kind: Kind, size: float, away: float) -> str:
-        """Compare the density that a target takes at a range with the density that is there.
-
-        Parameters
-        ----------
-        kind : Kind
-            A key of :data:`LEAST`.
-        size : float
-            Side of a board, diameter of a sphere or disc [m].
-        away : float
-            Range [m].
-        """
+        """Compare the density that a target takes at a range with the density that is there."""
         degree = np.degrees(size / away)
         across, down = (1 / np.degrees(step) for step in (self.step_h, self.step_v))
         reach = self.reach(kind, size)

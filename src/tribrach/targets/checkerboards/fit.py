@@ -39,8 +39,6 @@ __all__ = ["CheckerboardFit", "fit_checkerboard"]
 class BoardGates:
     """The numbers that decide whether a fitted pattern is a checkerboard.
 
-    Notes
-    -----
     Chosen by hand on simulated boards among stripes, tiles and panels, so that all boards pass and
     nothing else (tests/targets/test_checkerboards, benchmarks/target_search); where a number has a
     source, it is named.
@@ -124,33 +122,12 @@ GATES = BoardGates()
 
 
 def skew_of(p: Array) -> float:
-    """Deviation of the two edges from a right angle.
-
-    Parameters
-    ----------
-    p : array (7,)
-        Parameters of the fitted pattern.
-
-    Returns
-    -------
-    float
-        Deviation [rad].
-    """
+    """Deviation of the two edges from a right angle."""
     return float((p[3] - p[2]) % np.pi - np.pi / 2)
 
 
 def not_square(skew: float, points: int, more: float = 0.0) -> str:
-    """Tell why the edges do not meet at a right angle.
-
-    Parameters
-    ----------
-    skew : float
-        Deviation from a right angle [rad].
-    points : int
-        Number of points within the board; the rows of few points let an edge turn a little.
-    more : float
-        Further deviation that is allowed [rad].
-    """
+    """Tell why the edges do not meet at a right angle, give or take ``more`` [rad]."""
     rows = GATES.square_rows / float(np.sqrt(max(1, points)))
     if abs(skew) <= max(GATES.square_rad, rows) + more:
         return ""
@@ -162,22 +139,8 @@ def doubt(
 ) -> str:
     """Tell why a converged fit is not a board of this size.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates in the plane of the points on and around the board [m].
-    light : array (n,)
-        Their intensities.
-    p : array (7,)
-        Parameters of the fitted pattern.
-    half : float
-        Half the side [m].
-    points : int
-        Number of points within the board.
-    contrast : float
-        Black to white over the noise.
-    explained : float
-        Share of the variance of intensity that the pattern explains.
+    ``contrast`` is black to white over the noise, ``explained`` the share of the variance of
+    intensity that the pattern explains.
     """
     reason = not_square(skew_of(p), points)
     if reason:
@@ -213,12 +176,7 @@ def doubt(
 def _goes_on(a: Array, b: Array, light: Array) -> bool:
     """True if the quadrants are larger, or tiles of their size lie on two sides or more.
 
-    Parameters
-    ----------
-    a, b : array (n,)
-        Distances from the edges over half the side.
-    light : array (n,)
-        Intensity over half its swing.
+    Distances ``a``, ``b`` from the edges are over half the side, ``light`` is over half its swing.
     """
     far, sign = np.maximum(np.abs(a), np.abs(b)), np.sign(a * b)
     if (
@@ -252,21 +210,8 @@ def refine_edges(
 ) -> BoardPattern:
     """Refine centre and turns of a pattern edge by edge, from the points beside each edge.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    light : array (n,)
-        Their intensities.
-    solved : BoardPattern
-        The pattern from least squares.
-    scale : tuple of float
-        Half the side, blur, and error of a point's place by its angles [m].
-    plane : BoardPlane
-        The plane of the board.
+    ``scale`` is half the side, blur, and error of a point's place by its angles [m].
 
-    Notes
-    -----
     Least squares (:mod:`~tribrach.targets.checkerboards.pattern`) give the start; where an edge
     lies is then the posterior of :mod:`~tribrach.targets.prints.edges` (method section 8.2).
     """
@@ -437,27 +382,10 @@ def fit_checkerboard(
     floor: float = 3e-4,
     shared: SharedNoise | None = None,
 ) -> CheckerboardFit | Refused:
-    """Fit a checkerboard of a known side near a place, at any turn.
+    """Fit a checkerboard of a known side near a place (off by up to a third of it), at any turn.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    intensity : array (n,)
-        Their intensities.
-    start : array (3,)
-        The place, wrong by up to a third of the side [m].
-    side : float
-        Side of the board [m].
-    footprint : float
-        Diameter of the beam [m].
-    sigma_angle : float
-        Sigma of the angles of one point, its place in the footprint included [rad].
-    floor : float
-        Sigma added to the covariance in each direction [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors; where it is not known, points in one
-        footprint count as one.
+    ``sigma_angle`` holds the place of an echo in the footprint. Where it is not known what
+    neighbours share of their range errors, points in one footprint count as one.
     """
     close = np.linalg.norm(xyz - start, axis=1) < GATES.reach_sides * side
     if close.sum() < PATTERN.fewest_points:
@@ -503,26 +431,9 @@ def _round(
     footprint: float,
     shared: SharedNoise | None,
 ) -> tuple[BoardPlane, BoardPattern] | Refused:
-    """Fit the plane of some points around a place and the pattern in it.
+    """Fit the plane of the points in use around a place, and the pattern in it.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    light : array (n,)
-        Their intensities.
-    use : array of bool (n,)
-        Points that take part.
-    near : array (3,)
-        The place [m].
-    before : array (7,) or None
-        The pattern in the plane of the first round, None in the first round.
-    scale : tuple of float
-        Half the side, blur, and error of a point's place by its angles [m].
-    footprint : float
-        Diameter of the beam [m].
-    shared : SharedNoise or None
-        What neighbouring points share.
+    ``before`` is the pattern of the first round, None in the first round.
     """
     plane = _plane(xyz, light, use, near, footprint, shared)
     if isinstance(plane, Refused):

@@ -34,8 +34,6 @@ __all__ = [
 class PatternGates:
     """How the pattern of four quadrants is guessed and fitted to light.
 
-    Notes
-    -----
     Chosen by hand on simulated boards from 5 to 60 pixels wide, seen straight to 60 degrees
     (tests/targets/test_checkerboards); where a number has a source, it is named.
     """
@@ -105,22 +103,7 @@ class BoardPattern:
 
 
 def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
-    """Search for a pattern over turns and shifts.
-
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    light : array (n,)
-        Their intensities.
-    side : float
-        Side of the board [m].
-
-    Returns
-    -------
-    array (7,) or None
-        Parameters, None if no pattern shows. The blur is not searched: its logarithm is 0.
-    """
+    """Search for a pattern over turns and shifts; the blur is not searched, its logarithm is 0."""
     keep = slice(None, None, max(1, len(flat) // GATES.guess_points))
     middle = float(np.median(light[keep]))
     turns = np.arange(0, np.pi / 2, np.pi / 2 / GATES.guess_turns)
@@ -139,8 +122,6 @@ def guess_pattern(flat: Array, light: Array, side: float) -> Array | None:
 def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
     """Score of the best pattern of four quadrants, its turn, shifts along its axes and half swing.
 
-    Notes
-    -----
     The score is the correlation of intensity and pattern within the board, times the root of the
     board's share of the points.
     """
@@ -173,22 +154,7 @@ def _patterns(x, light, side, turns, shifts):  # type: ignore[no-untyped-def]
 
 
 def pattern_light(flat: Array, p: Array) -> tuple[Array, Array]:
-    """Intensities of a pattern and their derivatives.
-
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Places in the plane [m].
-    p : array (7,)
-        Parameters of the pattern.
-
-    Returns
-    -------
-    light : array (n,)
-        Intensities.
-    derivatives : array (n, 7)
-        By x0, y0, t1, t2, I0, dI, ln s.
-    """
+    """Intensities of a pattern at places, and derivatives by x0, y0, t1, t2, I0, dI, ln s."""
     s = np.exp(p[6])
     d = flat - p[:2]
     out, terms = [], []
@@ -215,21 +181,8 @@ def solve_pattern(
 ) -> BoardPattern | None:
     """Fit the pattern with its blur going from wide to narrow, then with a free blur.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    light : array (n,)
-        Their intensities.
-    guess : array (7,)
-        Start values of the parameters.
-    scale : tuple of float
-        Half the side, predicted blur, and error of a point's place by its angles [m].
-    steps : int
-        Largest number of steps, those with a given blur included.
+    ``scale`` is half the side, predicted blur, and error of a point's place by its angles [m].
 
-    Notes
-    -----
     Where points lie far apart, the free blur may lead an edge over a row of points, which are then
     trimmed and no longer hold it. A solution that explains less of the intensity than the one
     before is therefore not taken.
@@ -265,23 +218,7 @@ def _descend(
     narrow: float,
     steps: range,
 ) -> BoardPattern | None:
-    """Damped Gauss-Newton steps with trimming.
-
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    light : array (n,)
-        Their intensities.
-    start : array (7,)
-        Start values of the parameters.
-    scale : tuple of float
-        Half the side, predicted blur, and error of a point's place by its angles [m].
-    narrow : float
-        The predicted blur [m].
-    steps : range
-        Numbers of the steps; the first ones have a given blur.
-    """
+    """Damped Gauss-Newton steps with trimming; the first steps have a given blur."""
     half, _, jitter = scale
     p, noise, blurs = start.copy(), np.zeros(2), GATES.first_blurs_halves
     if inside_board(flat, p, half).sum() < GATES.fewest_points // 2:
@@ -340,22 +277,7 @@ def _descend(
 
 
 def inside_board(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
-    """Mask of the points within the board's square, a little inside of its rim.
-
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    p : array (7,)
-        Parameters of the pattern.
-    half : float
-        Half the side [m].
-
-    Returns
-    -------
-    array of bool (n,)
-        True within the board.
-    """
+    """Mask of the points within the board's square, a little inside of its rim."""
     d = flat - p[:2]
     limit = GATES.inside_halves * half
     a = d @ [np.cos(p[2]), np.sin(p[2])]
@@ -364,18 +286,5 @@ def inside_board(flat: Array, p: Array, half: float) -> NDArray[np.bool_]:
 
 
 def pitch(use: NDArray[np.bool_], half: float) -> float:
-    """Mean distance of the points within the board.
-
-    Parameters
-    ----------
-    use : array of bool (n,)
-        Mask of the points within the board.
-    half : float
-        Half the side [m].
-
-    Returns
-    -------
-    float
-        Distance [m].
-    """
+    """Mean distance of the points within the board."""
     return 2 * half / float(np.sqrt(max(1, int(use.sum()))))

@@ -35,8 +35,6 @@ _USUAL = Beam(4e-3, 0.3e-3)
 class SaddleGates:
     """What the search for boards takes for a saddle of light, and how many it follows up.
 
-    Notes
-    -----
     Chosen by hand on simulated walls and halls with boards, stripes and tiles: all boards found and
     nothing else (tests/targets/test_checkerboards, benchmarks/target_search); where a number has a
     source, it is named.
@@ -104,17 +102,7 @@ _APART_SIDES = GATES.apart_sides
 def candidates(
     image: RangeImage, intensity: NDArray[np.float32], side: float
 ) -> list[PrintCandidate]:
-    """Pixels where intensity has a saddle, as at the centre of a board.
-
-    Parameters
-    ----------
-    image : RangeImage
-        Range image of the points.
-    intensity : array (n,)
-        Intensities of the points.
-    side : float
-        Side of the boards [m].
-    """
+    """Pixels where intensity has a saddle, as at the centre of a board."""
     light = _light(image.index, intensity)
     sv = np.maximum(np.abs(np.sin(image.v())), 0.05)
     steps = np.stack([np.full_like(sv, image.step_v), image.step_h * sv], axis=1)
@@ -273,29 +261,7 @@ def find_checkerboards(
     shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Find checkerboards of given sides in a scan.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    intensity : array (n,)
-        Their intensities.
-    image : RangeImage
-        Range image of the same points.
-    sides : sequence of float
-        Sides of the boards [m].
-    sigma_angle : float
-        Sigma of the angles of one point [rad].
-    footprint : Beam
-        The beam that makes footprints.
-    floor : float
-        Sigma added to each coordinate of a centre [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors, if it is known.
-    scan : str
-        Name of the scan.
-    """
+    """Find checkerboards of given sides in a scan; ``floor`` is added to sigmas of centres [m]."""
     if not all(side > 0 for side in sides):
         raise InputError("the side of a checkerboard must be positive")
 

@@ -40,8 +40,6 @@ _EACH = 50_000
 class CircleEdgeGates:
     """How the edge of a disc is fitted and how its centre follows from it.
 
-    Notes
-    -----
     Chosen by hand on simulated discs from 1 to 40 pixels wide (tests/targets/test_discs: the errors
     of the centres are as large as their covariances say); where a number has a source, it is named.
     """
@@ -187,23 +185,9 @@ class EdgeFit:
 
 
 def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
-    """Intensities of a disc and their derivatives.
+    """Intensities of a disc at places (n, 2), and derivatives by parameters of :class:`EdgeFit`.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Places in the plane [m].
-    p : array (6,)
-        Parameters as in :class:`EdgeFit`.
-    slope : array (2,)
-        Slope of the beam in the plane.
-
-    Returns
-    -------
-    light : array (n,)
-        Intensities.
-    derivatives : array (n, 6)
-        By the parameters.
+    ``slope`` is that of the beam in the plane.
     """
     d = flat - p[:2]
     away = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
@@ -223,16 +207,7 @@ def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
 def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit | None:
     """Fit the edge by damped Gauss-Newton, the blur going from wide to narrow and then free.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    light : array (n,)
-        Their intensities.
-    start : array (4,)
-        Start values of x, y [m], level outside and gain.
-    shape : DiscShape
-        What is known before the fit.
+    ``start`` is x, y [m], level outside and gain.
     """
     narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])
@@ -354,26 +329,10 @@ def _jitter(v: Array, edge: Array, noise: Array, foretold: float) -> float:
 
 
 def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[float, float]:
-    """Largest departure of the edge from a circle.
+    """Largest departure of the edge from a circle [m], with its sigma.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points in the plane [m].
-    light : array (n,)
-        Their intensities.
-    fit : EdgeFit
-        The fitted edge.
-    shape : DiscShape
-        What is known of the disc.
-
-    Returns
-    -------
-    departure : float
-        Amplitude of a wave around the edge: of those with two to four periods, the one that exceeds
-        three times its sigma by most [m].
-    sigma : float
-        Its sigma [m].
+    It is the amplitude of a wave around the edge: of those with two to four periods, the one that
+    exceeds three times its sigma by most.
     """
     value, j = light_of(flat, fit.p, shape.slope)
     d = flat - fit.p[:2]
@@ -401,26 +360,6 @@ def departure(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tupl
 def posterior(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> tuple[Array, Array]:
     """Mean and covariance of the disc's centre over all positions that the points allow.
 
-    Parameters
-    ----------
-    flat : array (n, 2)
-        Coordinates of the points of the plane [m].
-    light : array (n,)
-        Their intensities.
-    fit : EdgeFit
-        The edge by least squares, with the radius known as well as ``shape`` says.
-    shape : DiscShape
-        What is known of the disc.
-
-    Returns
-    -------
-    mean : array (2,)
-        Centre in the plane [m].
-    covariance : array (2, 2)
-        Its covariance [m^2].
-
-    Notes
-    -----
     As with the edges of checkerboards, the intensity of each point says how far its beam was from
     the edge, or only on which side of it. The posterior of the centre is summed over a grid that
     closes in on it, for several blurs and radii. Scans much coarser than the beam, where any circle

@@ -32,8 +32,6 @@ __all__ = ["DiscFit", "fit_disc"]
 class DiscGates:
     """The numbers that decide whether a fitted spot is a printed disc.
 
-    Notes
-    -----
     Chosen by hand on simulated discs among tiles, squares, knobs and plates, so that all discs pass
     and nothing else (tests/targets/test_discs, benchmarks/target_search); where a number has a
     source, it is named.
@@ -152,23 +150,9 @@ GATES = DiscGates()
 
 
 def bend(place: Array, residual: Array, bright: Mask) -> tuple[float, float]:
-    """Largest bend of a print over its radius, from a surface of second degree.
+    """Largest bend [m] of a print over its radius, from a surface of second degree, and its sigma.
 
-    Parameters
-    ----------
-    place : array (n, 2)
-        Places around the centre, in units of the radius.
-    residual : array (n,)
-        Range minus plane [m].
-    bright : array of bool (n,)
-        Bright points; each colour may have a range offset of its own.
-
-    Returns
-    -------
-    bend : float
-        The bend [m].
-    sigma : float
-        Its sigma [m].
+    Places are in units of the radius; each colour may have a range offset of its own.
     """
     x, y = place.T
     a = np.column_stack([bright, ~bright, x, y, x * x, x * y, y * y]).astype(float)
@@ -199,36 +183,11 @@ def distance(
     shared: RangeCorrelation | None = None,
     xyz: Array | None = None,
 ) -> tuple[float, float]:
-    """Distance of the surface at the centre minus that of the plane.
+    """Distance [m] of the surface at the centre minus that of the plane, and its sigma.
 
-    Parameters
-    ----------
-    place : array (n, 2)
-        Places around the centre [m].
-    residual : array (n,)
-        Range minus plane [m].
-    bright : array of bool (n,)
-        Bright points.
-    telling : array of bool (n,)
-        Points of the colour whose range is the true one.
-    radius : float
-        Radius of the disc [m].
-    sigma : float
-        Sigma of one range, 0 if not known [m].
-    shared : RangeCorrelation or None
-        What neighbouring points share, if it is known.
-    xyz : array (n, 3)
-        The points in the scanner frame, which tell who is a neighbour of whom [m].
+    ``telling`` are the points of the colour whose range is the true one; ``sigma`` of a range is 0
+    if not known; ``xyz`` tells who is a neighbour of whom.
 
-    Returns
-    -------
-    distance : float
-        Difference of distance [m].
-    sigma : float
-        Its sigma [m].
-
-    Notes
-    -----
     Least squares with the tilt and the range offset of the other colour free. Where neighbours err
     together (filtered ranges, an uneven print), means over cells scatter more than their numbers of
     points allow, and the sigma is raised accordingly; not below what the scanner's neighbours are
@@ -346,28 +305,9 @@ def fit_disc(
     floor: float = 0.0,
     shared: SharedNoise | None = None,
 ) -> DiscFit | Refused:
-    """Fit a disc of known radius near a place.
+    """Fit a disc of known radius near a place, which is off by up to half the radius.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    intensity : array (n,)
-        Their intensities.
-    start : array (3,)
-        The place, wrong by up to half the radius [m].
-    radius : float
-        Radius of the disc [m].
-    footprint : float or None
-        Diameter of the beam at the place, estimated from the points if None [m].
-    sigma_range : float or None
-        Sigma of the range of one point, estimated from the points if None [m].
-    sigma_angle : float or None
-        Sigma of the angles of one point, estimated from the points if None [rad].
-    floor : float
-        Sigma added to the covariance in each direction [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors, if it is known.
+    Footprint and sigmas are estimated from the points where they are None.
     """
     light = np.asarray(intensity, dtype=float)
     close = (np.linalg.norm(xyz - start, axis=1) < GATES.reach_radii * radius) & np.isfinite(light)
@@ -675,8 +615,6 @@ class _Patch:
 def _explained(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> float:
     """Share of the variance of intensity around a disc that the disc explains.
 
-    Notes
-    -----
     Where points are far apart, those next to the edge say nothing about it and are left out.
     """
     away = np.hypot(*(flat - fit.p[:2]).T)

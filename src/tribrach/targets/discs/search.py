@@ -33,8 +33,6 @@ __all__ = ["find_discs"]
 class SpotGates:
     """Which round spots of intensity are candidates for discs, and how many of them are fitted.
 
-    Notes
-    -----
     Chosen by hand on simulated halls with discs, knobs, tiles and windows (tests/targets/test_discs
     and benchmarks/target_search: all discs found, nothing else); where a number has a source, it is
     named.
@@ -94,17 +92,7 @@ _STEEPEST_TANGENT_SQUARED = GATES.steepest_tangent_squared
 def candidates(
     image: RangeImage, intensity: NDArray[np.float32], radius: float
 ) -> list[PrintCandidate]:
-    """Pixels at the middle of round spots of a given radius.
-
-    Parameters
-    ----------
-    image : RangeImage
-        Range image of the points.
-    intensity : array (n,)
-        Intensities of the points.
-    radius : float
-        Radius of the discs [m].
-    """
+    """Pixels at the middle of round spots of a given radius."""
     light = np.where(image.index >= 0, intensity[np.maximum(image.index, 0)], np.nan)
     light = light.astype(np.float32)
     ranges = image.filled()
@@ -231,33 +219,8 @@ def find_discs(
     shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Find printed discs of given radii in a scan.
+    """Find printed discs of given radii in a scan; sigmas and beam that are None are estimated.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    intensity : array (n,)
-        Their intensities.
-    image : RangeImage
-        Range image of the same points.
-    radii : sequence of float
-        Radii of the discs [m].
-    sigma_range : float or None
-        Sigma of the range of one point, estimated from the points if None [m].
-    sigma_angle : float or None
-        Sigma of the angles of one point, estimated from the points if None [rad].
-    footprint : Beam or None
-        The beam that makes footprints, estimated if None.
-    floor : float
-        Sigma added to each coordinate of a centre [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors, if it is known.
-    scan : str
-        Name of the scan.
-
-    Notes
-    -----
     Discs may be white on dark, dark on white or retroreflecting. The ground must be of one plane
     and one shade to half a radius beyond the edge.
     """

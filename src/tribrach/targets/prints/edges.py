@@ -41,8 +41,6 @@ _EACH = 50_000
 class EdgePosteriorGates:
     """What intensities say of an edge, and the grid over which its posterior is summed.
 
-    Notes
-    -----
     Chosen by hand on simulated boards and discs, so that the errors of their centres are as large
     as their covariances say (tests/targets/test_checkerboards, tests/targets/test_discs); where a
     number has a source, it is named.
@@ -114,23 +112,9 @@ class EdgePoints:
 
 
 def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, Array]:
-    """Posterior mean and covariance of an edge's shift across itself and turn.
+    """Posterior mean and covariance of an edge's shift across itself [m] and turn [rad].
 
-    Parameters
-    ----------
-    points : EdgePoints
-        The points near the edge.
-    shift : float
-        How far from the presumed place the edge is searched [m].
-    turn : float
-        How far from the presumed direction it is searched [rad].
-
-    Returns
-    -------
-    mean : array (2,)
-        Shift [m] and turn [rad].
-    covariance : array (2, 2)
-        Their covariance.
+    ``shift`` and ``turn`` are how far from the presumed place and direction it is searched.
     """
     mean, reach = np.zeros(2), np.array([shift, turn])
     told = [
@@ -171,23 +155,10 @@ def _one_sided(points: EdgePoints) -> float:
 
 
 def noise_of_colours(residual: Array, bright: NDArray[np.bool_]) -> Array:
-    """Noise of light on either colour of a print.
+    """Robust noise of light on plain print of either colour, the dark one first.
 
-    Parameters
-    ----------
-    residual : array (n,)
-        Residuals of intensity on plain print.
-    bright : array of bool (n,)
-        True for one colour, False for the other.
+    A colour with few points gets that of the other, both 0 if both have few.
 
-    Returns
-    -------
-    array (2,)
-        Robust sigmas of the colour False and of the colour True. A colour with few points gets that
-        of the other, both 0 if both have few.
-
-    Notes
-    -----
     Speckle is a share of the light, so white print is several times as noisy as black. A sigma of
     both together is too small for the white and makes plain white points pass for points on an edge
     (method section 8.2).
@@ -201,13 +172,7 @@ def noise_of_colours(residual: Array, bright: NDArray[np.bool_]) -> Array:
 
 
 def usual_noise(noise: Array) -> float:
-    """One noise for both colours of a print, to compare its contrast with.
-
-    Parameters
-    ----------
-    noise : array (2,)
-        Noise of either colour.
-    """
+    """One noise for both colours of a print, to compare its contrast with."""
     return float(np.sqrt(np.mean(noise**2)))
 
 
@@ -223,16 +188,10 @@ class LightOfDistance:
 
     @classmethod
     def of(cls, level: Array, noise: Array, jitter: float) -> LightOfDistance:
-        """Tabulate the likelihoods (method section 8.2).
+        """Tabulate likelihoods for levels as in :class:`EdgePoints` (method section 8.2).
 
-        Parameters
-        ----------
-        level : array (n,)
-            Levels as in :class:`EdgePoints`.
-        noise : array (n, 2)
-            Noise of level -1 and of level 1; between them it grows with the level.
-        jitter : float
-            Sigma of a point's place across the edge, over the blur.
+        ``noise`` (n, 2) is that of level -1 and of level 1; between them it grows with the level.
+        ``jitter`` is the sigma of a point's place across the edge, over the blur.
         """
         width, reach = float(np.hypot(jitter, GATES.profile_blurs)), GATES.profile_reach_blurs
         step = GATES.table_step_sigmas * width

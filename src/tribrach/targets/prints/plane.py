@@ -25,8 +25,6 @@ __all__ = ["BoardPlane", "fit_board_plane"]
 class PrintPlaneGates:
     """How the plane of a print is fitted.
 
-    Notes
-    -----
     Chosen by hand on simulated and real boards (tests/targets/test_checkerboards: the errors of
     centres are as large as their covariances say); where a number has a source, it is named.
     """
@@ -80,62 +78,23 @@ class BoardPlane:
     split: float
 
     def project(self, xyz: Array) -> Array:
-        """Carry points along their beams into the plane.
-
-        Parameters
-        ----------
-        xyz : array (n, 3)
-            Points in the scanner frame [m].
-
-        Returns
-        -------
-        array (n, 2)
-            Coordinates in the plane [m].
-        """
+        """Carry points (n, 3) along their beams into the plane (n, 2)."""
         beam = xyz * (self.offset / (xyz @ self.normal))[:, None]
         flat: Array = (beam - self.origin) @ self.axes.T
         return flat
 
     def at(self, flat: Array) -> Array:
-        """The point of the plane with given coordinates.
-
-        Parameters
-        ----------
-        flat : array (2,)
-            Coordinates in the plane [m].
-
-        Returns
-        -------
-        array (3,)
-            Place in the scanner frame [m].
-        """
+        """The point of the plane with given coordinates."""
         point: Array = self.origin + flat @ self.axes
         return point
 
     def sigma(self, flat: Array) -> float:
-        """Standard deviation of the plane along its normal.
-
-        Parameters
-        ----------
-        flat : array (2,)
-            Coordinates of the place in the plane [m].
-
-        Returns
-        -------
-        float
-            Standard deviation [m].
-        """
+        """Standard deviation [m] of the plane along its normal, at a place in it."""
         row = np.array([1.0, *flat])
         return float(np.sqrt(row @ self.cofactor @ row))
 
     def stretch(self, direction: Array) -> float:
-        """Length of a footprint along a direction of the plane over its diameter.
-
-        Parameters
-        ----------
-        direction : array (2,)
-            Unit direction in the plane.
-        """
+        """Length of a footprint along a direction of the plane over its diameter."""
         beam = self.axes @ self.origin / abs(self.normal @ self.origin)
         return float(np.sqrt(1 + (beam @ direction) ** 2))
 
@@ -149,18 +108,7 @@ def fit_board_plane(
 ) -> BoardPlane | None:
     """Fit the plane of a print to points around a place.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    bright : array of bool (n,)
-        Points on white print.
-    near : array (3,)
-        The place [m].
-    spacing : float
-        Distance of points that are independent of each other, where nothing else is known [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors (method section 5.7).
+    ``spacing`` [m] is the distance of independent points, where nothing else is known.
     """
     use = np.ones(len(xyz), dtype=bool)
     unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
@@ -206,8 +154,6 @@ def _step(
 ) -> tuple[Array, Array, Array] | None:
     """Correct the plane and the range offset of dark print by residuals along the beams.
 
-    Notes
-    -----
     The plane is ``shift + slope_x x + slope_y y`` above the present one. Returned are shift, both
     slopes and the offset of dark print along the beam, the cofactors of all, or of the first three
     if there is no dark print, and the rows (n, u) of the equations over their sigmas; None if the

@@ -60,10 +60,7 @@ Fit = TypeVar("Fit", bound=PrintFit)
 class BestFits(Generic[Fit]):
     """Fits with the sizes [m] that they were made for, one at each place.
 
-    Parameters
-    ----------
-    apart : float
-        Fits nearer than this many times the larger of their sizes are at one place.
+    Fits nearer than ``apart`` times the larger of their sizes are at one place.
     """
 
     def __init__(self, apart: float) -> None:
@@ -71,17 +68,7 @@ class BestFits(Generic[Fit]):
         self.fits: list[tuple[Fit, float]] = []
 
     def near(self, place: Array, sizes: float, of_size: float | None = None) -> bool:
-        """True if there is a fit near a place.
-
-        Parameters
-        ----------
-        place : array (3,)
-            The place in the scanner frame [m].
-        sizes : float
-            Largest distance from the fit, in its sizes.
-        of_size : float or None
-            Only fits of this size count, all if None [m].
-        """
+        """True if a fit, or one of a given size, is within so many of its sizes of a place."""
         return any(
             np.linalg.norm(fit.center - place) < sizes * size
             for fit, size in self.fits
@@ -89,15 +76,7 @@ class BestFits(Generic[Fit]):
         )
 
     def keep(self, fit: Fit, size: float) -> None:
-        """Add a fit unless a better one is at the same place; it replaces a worse one there.
-
-        Parameters
-        ----------
-        fit : Fit
-            The fit.
-        size : float
-            Size it was made for [m].
-        """
+        """Add a fit unless a better one is at the same place; it replaces a worse one there."""
         for k, (other, other_size) in enumerate(self.fits):
             if np.linalg.norm(other.center - fit.center) < self.apart * max(other_size, size):
                 if fit.explained > other.explained:
@@ -128,22 +107,7 @@ class PrintSearch(Generic[Fit]):
     def run(
         self, image: RangeImage, sizes: Sequence[float]
     ) -> tuple[list[tuple[Fit, float]], list[Rejected]]:
-        """Fit the candidates of all sizes and keep the best fit at each place.
-
-        Parameters
-        ----------
-        image : RangeImage
-            Range image of the points.
-        sizes : sequence of float
-            Sizes of the targets [m].
-
-        Returns
-        -------
-        fits : list of tuple[Fit, float]
-            Fits with their sizes [m], one at each place.
-        rejections : list of Rejected
-            The refusals that are worth a line.
-        """
+        """Fit candidates of all sizes: the best fit at each place, and refusals worth a line."""
         best: BestFits[Fit] = BestFits(self.same_target_sizes)
         rejected: list[Rejected] = []
         for size in sizes:
@@ -163,18 +127,5 @@ class PrintSearch(Generic[Fit]):
 
 
 def footprint_at(footprint: Beam, place: Array) -> float:
-    """Diameter of a beam at a place.
-
-    Parameters
-    ----------
-    footprint : Beam
-        The beam.
-    place : array (3,)
-        The place in the scanner frame [m].
-
-    Returns
-    -------
-    float
-        Diameter [m].
-    """
+    """Diameter of a beam at a place."""
     return float(footprint.diameter(np.asarray(np.linalg.norm(place))))

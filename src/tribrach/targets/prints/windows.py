@@ -23,22 +23,9 @@ def points_around(
 ) -> tuple[NDArray[np.int32], Array | None]:
     """Collect the points of the pixels around one pixel.
 
-    Parameters
-    ----------
-    image : RangeImage
-        The range image.
-    row, column : int
-        The pixel.
-    reach : float
-        Half the size of the window at the range of the pixel [m].
-
-    Returns
-    -------
-    points : array of int (k,)
-        Numbers of the points, thinned if there are very many.
-    place : array (3,) or None
-        Place of the pixel [m], for a hole that of its neighbours. None, without points, where there
-        are no neighbours or they are nearer than the reach.
+    ``reach`` is half the window at the range of the pixel [m]; very many points are thinned. The
+    place of a hole is that of its neighbours; None, without points, where there are none or they
+    are nearer than the reach.
     """
     near = _range(image, row, column)
     if not near > reach:
@@ -75,8 +62,6 @@ def _range(image: RangeImage, row: int, column: int) -> float:
 def slope(ranges, i, j, rx, ry, steps, wraps):  # type: ignore[no-untyped-def]
     """Change of range per metre across the beam, along columns and along rows.
 
-    Notes
-    -----
     The surface counts within rx columns and ry rows of pixel (i, j); ``steps`` (rows, 2) [rad] are
     the angular steps of a row in V and, across the beam, in H. The slope is infinite where the
     surface has gaps.

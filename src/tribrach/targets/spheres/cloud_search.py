@@ -28,8 +28,6 @@ __all__ = ["find_spheres_in_cloud"]
 class CloudSphereGates:
     """Which fits are spheres in a cloud without lines of sight.
 
-    Notes
-    -----
     Chosen by hand on simulated clouds with spheres, balls of other sizes and columns, so that all
     spheres pass and nothing else (tests/targets/test_sphere_cloud); where a number has a source, it
     is named.
@@ -74,17 +72,7 @@ def find_spheres_in_cloud(
 ) -> tuple[list[Detection], list[Rejected]]:
     """Find spheres of given radii in a cloud whose scanner is unknown.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the cloud [m].
-    radii : sequence of float
-        Radii of the spheres [m].
-    sigma : float or None
-        Sigma of one point along the normal, estimated from the neighbours of each point if None
-        [m].
-    scan : str
-        Name of the cloud.
+    ``sigma`` is that of a point along the normal [m], estimated from its neighbours if None.
     """
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")

@@ -33,8 +33,6 @@ __all__ = [
 class SphereFitGates:
     """How a sphere is fitted to points.
 
-    Notes
-    -----
     Chosen by hand on simulated spheres (tests/targets/test_sphere_fit: errors as large as their
     covariances say, and equal to the closed forms of method section 6.3); where a number has a
     source, it is named.
@@ -150,29 +148,9 @@ def fit_sphere(
 ) -> SphereFit:
     """Fit a sphere along the lines of sight (method section 6.3).
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    start : array (3,)
-        Start value of the centre, good to about a third of the radius [m].
-    radius : float
-        The radius, or its start value with ``free_radius`` [m].
-    sigma_range : float
-        Sigma of the range of one point [m]; the residuals correct it.
-    sigma_angle : float
-        Sigma of the angles of one point, place of the echo in the footprint included [rad]; the
-        residuals correct it.
-    free_radius : bool
-        True to estimate the radius as well.
-    mask : float
-        Largest angle of incidence [rad].
-    floor : float
-        Sigma added to the covariance in each direction [m].
-    tolerance : float
-        Sigma of a given radius [m]; ellipsoidal departures have half of that as root mean square.
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors, if it is known (method section 5.7).
+    The start is good to about a third of the radius; the residuals correct both sigmas. ``mask`` is
+    the largest angle of incidence [rad]; ``tolerance`` [m] the sigma of a given radius, and
+    ellipsoidal departures have half of that as root mean square.
     """
     if not np.linalg.norm(start) > radius > 0:
         raise InputError("the scanner would be inside the sphere")
@@ -208,8 +186,6 @@ def _noise_of(
 ) -> tuple[float, float]:
     """Sigmas [m] straight on the surface and across it, from residuals and what is stated.
 
-    Notes
-    -----
     Most probable logarithms of the two variances of ``A + B tan^2 psi`` for normal residuals, with
     normal priors around the logarithms of what is stated (Fisher scoring).
     """
@@ -242,20 +218,7 @@ def fit_sphere_orthogonal(
 ) -> SphereFit:
     """Fit a sphere by distances to the centre, for points whose scanner is unknown.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points [m].
-    start : array (3,)
-        Start value of the centre, good to about a third of the radius [m].
-    radius : float
-        The radius, or its start value with ``free_radius`` [m].
-    sigma : float
-        Sigma of one point along the normal [m].
-    free_radius : bool
-        True to estimate the radius as well.
-    floor : float
-        Sigma added to the covariance in each direction [m].
+    The start is good to about a third of the radius; ``sigma`` is along the normal.
     """
     state = _orthogonal(np.ascontiguousarray(xyz), start, radius, free_radius, float(sigma))
     sentences = (
@@ -344,8 +307,6 @@ def _of_pairs(
 ) -> Array:
     """What correlated ranges of neighbours add to the normal matrix (4, 4) of centre and radius.
 
-    Notes
-    -----
     Neighbours share a part of the noise of the range, not of the places of their echoes across it.
     """
     away = float(np.linalg.norm(unknowns[:3]))
@@ -363,8 +324,6 @@ def _by_form(
 ) -> Array:
     """Covariance (3, 3) of a centre by a radius of sigma 1 and an ellipsoid of half of that.
 
-    Notes
-    -----
     A surface that stands out by f is met earlier by ``f/cos psi``; the fit takes f for a move of
     the centre.
     """
@@ -389,8 +348,6 @@ def _los(
 ) -> State:
     """Gauss-Newton along the lines of sight, with trimming.
 
-    Notes
-    -----
     The returned normal matrix (5, 5) holds the unknowns x, y, z, R and last the sum of squares. The
     last returned element is True if the iteration settled.
     """
@@ -435,8 +392,6 @@ def _beams(
 ) -> None:
     """Residual, its sigma and derivatives of every beam; NaN where a beam misses the sphere.
 
-    Notes
-    -----
     The beam meets the sphere at ``rho = b - sqrt(R^2 - |c|^2 + b^2)`` with ``b = d . c``; the
     variance of the residual is ``A + B tan^2 psi``. A beam that wanders by s across is met later on
     the average, by ``s^2/(2 R) (1/cos^3 psi + 1/cos psi)``. The noise holds the roots of A and B,

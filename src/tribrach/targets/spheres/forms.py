@@ -10,18 +10,7 @@ __all__ = ["second_degree", "third_degree"]
 
 
 def second_degree(n: Array) -> Array:
-    """Harmonics of degree two: ellipsoids.
-
-    Parameters
-    ----------
-    n : array (m, 3)
-        Unit vectors.
-
-    Returns
-    -------
-    array (m, 5)
-        Values, each of mean square one over the sphere.
-    """
+    """Harmonics (m, 5) of degree two, each of mean square one over the sphere: ellipsoids."""
     x, y, z = n.T
     return np.column_stack(
         [
@@ -35,18 +24,7 @@ def second_degree(n: Array) -> Array:
 
 
 def third_degree(n: Array) -> Array:
-    """Harmonics of degree three: pears and clover leaves.
-
-    Parameters
-    ----------
-    n : array (m, 3)
-        Unit vectors.
-
-    Returns
-    -------
-    array (m, 7)
-        Values, each of mean square one over the sphere.
-    """
+    """Harmonics (m, 7) of degree three, each of mean square one: pears and clover leaves."""
     x, y, z = n.T
     return np.column_stack(
         [

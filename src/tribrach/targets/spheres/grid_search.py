@@ -35,8 +35,6 @@ __all__ = ["find_spheres"]
 class SphereGates:
     """Which parts of a scan are candidates for spheres, and which tests a fit must pass.
 
-    Notes
-    -----
     Chosen by hand on simulated halls with balls of other sizes, columns, leaves and machinery, and
     on the raw files of NIST, so that all spheres pass and nothing else (method section 6.4,
     tests/targets/test_sphere_search, benchmarks/target_search); where a number has a source, it is
@@ -121,15 +119,6 @@ class SphereSizedParts:
 def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
     """Find the components of a range image that are about as large as a sphere.
 
-    Parameters
-    ----------
-    image : RangeImage
-        The range image.
-    radius : float
-        Radius of the sphere [m].
-
-    Notes
-    -----
     Rows are cut at jumps of range into runs. A run much narrower than the sphere (its pole or rod)
     or much wider (walls) is dropped; the others are joined with those above them into components,
     whose width and height must be those of the sphere.
@@ -151,24 +140,10 @@ def find_components(image: RangeImage, radius: float) -> SphereSizedParts:
 
 
 def find_hidden(xyz: Array, image: RangeImage, radius: float) -> Array:
-    """Find components that may be what a nearer thing leaves of a sphere.
+    """Presumed centres of components that may be what a nearer thing leaves of a sphere.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    image : RangeImage
-        Their range image.
-    radius : float
-        Radius of the sphere [m].
+    They lie the radius behind the middle of the points, along their normal.
 
-    Returns
-    -------
-    array (k, 3)
-        Presumed centres, the radius behind the middle of the points along their normal [m].
-
-    Notes
-    -----
     As in :func:`find_components`, with narrower runs; kept is what is narrower or lower than half
     a sphere and ends at something nearer.
     """
@@ -408,30 +383,8 @@ def find_spheres(
 ) -> tuple[list[Detection], list[Rejected]]:
     """Find spheres of given radii in a scan (method section 6.4).
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    image : RangeImage
-        Range image of the same points.
-    radii : sequence of float
-        Radii of the spheres [m].
-    sigma_range : float or None
-        Sigma of one range, estimated from the scan if None [m].
-    sigma_angle : float or None
-        Sigma of the angles of one point; if None that of common scanners with their footprint
-        [rad].
-    footprint : Beam or None
-        Beam of the scanner, within whose footprint the place of an echo is random; None if the
-        sigma of the angles holds that.
-    tolerance : float
-        Sigma of radius and form of the spheres as they were made [m].
-    floor : float
-        Sigma added to each coordinate of a centre [m].
-    shared : SharedNoise or None
-        What neighbouring points share of their range errors, if it is known.
-    scan : str
-        Name of the scan.
+    Where the sigmas are None, that of ranges is estimated and that of angles is that of common
+    scanners with their footprint. A footprint is None if the sigma of the angles holds it.
     """
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")

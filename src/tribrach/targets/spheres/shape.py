@@ -27,8 +27,6 @@ __all__ = ["GATES", "Shape", "ShapeGates", "likeness", "shape_of"]
 class ShapeGates:
     """How radius and form of a sphere are tested.
 
-    Notes
-    -----
     The levels follow from how many spheres may be lost; the other numbers were chosen on simulated
     bodies (tests/targets/test_sphere_bodies uses other seeds); where a number has a source, it is
     named.
@@ -107,20 +105,7 @@ def shape_of(
 ) -> Shape:
     """Test radius and form of a fitted sphere.
 
-    Parameters
-    ----------
-    points : array (n, 3)
-        Points that were fitted and those around them [m].
-    pixel : tuple of array (n,)
-        Their rows and columns.
-    fit : SphereFit
-        Their fit with the given radius.
-    sigma_range, sigma_angle : float
-        Stated noise as in :func:`fit_sphere` [m] and [rad].
-    beam : float
-        Diameter of the footprint at the sphere [m].
-    tolerance : float
-        Sigma of radius and form as made [m].
+    ``points`` are the fitted ones and those around them; ``pixel`` their rows and columns.
     """
     rim = np.arcsin(max(1 - GATES.rim_beams * beam / fit.radius, 0.5))
     try:
@@ -196,8 +181,6 @@ def shape_of(
 def _other_radius(off: float, sigma: float, tolerance: float, radius: float) -> float:
     """Root mean square [m] of what the radius is wrong by, with the odds of another ball.
 
-    Notes
-    -----
     The free radius is off by ``off`` with ``sigma``. Odds of another ball are the ratio of the
     probability densities of that, times the odds before.
     """
@@ -216,8 +199,6 @@ def _surface(known: float) -> float:
 class _Departure:
     """What the residuals of a free fit show of forms of degrees two and three.
 
-    Notes
-    -----
     With whitened residuals r, columns X of centre and radius, Z of the forms and the projector P
     that takes X out, P Z spans k directions in which r is noise of variance one. A departure of the
     root mean square t over the points adds ``t^2 sum(1/s_i^2)/k`` to each, with the sigmas s of the
@@ -259,15 +240,6 @@ class _Departure:
 def likeness(residuals: Array, row: NDArray[np.int64], column: NDArray[np.int64]) -> float:
     """How alike residuals of neighbouring pixels are, as far as means of them go.
 
-    Parameters
-    ----------
-    residuals : array (n,)
-        Residuals over their sigmas.
-    row, column : array (n,)
-        Pixels.
-
-    Notes
-    -----
     Correlations are summed up to the first that is below its standard deviation.
     """
     image = np.full((int(np.ptp(row)) + 1, int(np.ptp(column)) + 1), np.nan)

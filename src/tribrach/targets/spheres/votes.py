@@ -23,8 +23,6 @@ __all__ = ["apart", "gather", "vote_for_centers"]
 class VoteGates:
     """Which pixels vote for the centre of a sphere, and which places with votes are candidates.
 
-    Notes
-    -----
     Chosen by hand on simulated rooms whose walls cast votes by their noise, and halls with balls
     and columns (tests/targets/test_sphere_search); where a number has a source, it is named.
     """
@@ -75,24 +73,7 @@ _MOST_VOTES = GATES.most_votes
 
 
 def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float) -> Array:
-    """Places that many pixels vote for as the centre of a sphere.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    image : RangeImage
-        Range image of the points.
-    radius : float
-        Radius of the sphere [m].
-    sigma : float
-        Range noise [m].
-
-    Returns
-    -------
-    array (k, 3)
-        Centres, most votes first [m].
-    """
+    """Places that many pixels vote for as the centre of a sphere, most votes first."""
     frame = (image.first_v, image.step_h, image.step_v)
     votes = _votes(xyz, image.index, image.range, frame, image.wraps, radius, sigma)
     if len(votes) == 0:
@@ -111,22 +92,7 @@ def vote_for_centers(xyz: Array, image: RangeImage, radius: float, sigma: float)
 
 
 def gather(votes: Array, radius: float) -> tuple[Array, NDArray[np.int64]]:
-    """Places where votes are densest.
-
-    Parameters
-    ----------
-    votes : array (n, 3)
-        Votes for centres [m].
-    radius : float
-        Radius of the sphere [m].
-
-    Returns
-    -------
-    places : array (k, 3)
-        The places [m].
-    counts : array of int (k,)
-        Their numbers of votes.
-    """
+    """Places where votes are densest, and their numbers of votes."""
     cell = max(GATES.voxel_radii * radius, GATES.least_voxel_m)
     keys = np.floor(votes / cell).astype(np.int64)
     keys -= keys.min(axis=0)
@@ -196,8 +162,6 @@ def _votes(
 def _plausible(sag: float, half: float, radius: float, sigma: float) -> bool:
     """True if a height along the beam over a chord of a given half length may be that of a sphere.
 
-    Notes
-    -----
     Lengths in metres. Where the surface is tilted towards the beam, the height along the beam
     grows, by up to five times where points still vote.
     """
@@ -267,20 +231,7 @@ def _peaks(
 
 @njit(cache=True, nogil=True)
 def apart(peaks: Array, distance: float) -> Array:
-    """Keep the first of several peaks that are near each other.
-
-    Parameters
-    ----------
-    peaks : array (k, 3)
-        Peaks, the best first [m].
-    distance : float
-        Smallest distance between peaks that are kept [m].
-
-    Returns
-    -------
-    array (m, 3)
-        The peaks that are kept, in their order [m].
-    """
+    """Keep the first of several peaks that are near each other, the best first."""
     out = np.empty_like(peaks)
     n = 0
     for k in range(len(peaks)):
