@@ -32,8 +32,6 @@ __all__ = [
 class AlternativesGates:
     """When something decides between places that look alike.
 
-    Notes
-    -----
     Chosen by hand: scans, planes and targets fit to centimetres, and places that look alike lie
     decimetres apart (tests/registration/test_alternatives); no source.
     """
@@ -75,20 +73,9 @@ class ApproximateSigma:
     def likely(self, off: Sequence[tuple[float, float]]) -> tuple[int, list[int]] | None:
         """The place that an approximate pose speaks for, None if it does not.
 
-        Parameters
-        ----------
-        off : sequence of tuple of float
-            Shift [m] and turn [rad] of the approximate pose from each place.
+        ``off`` is the shift [m] and turn [rad] of the approximate pose from each place. Named are
+        the nearest place, and those that have more than a thousandth of its likelihood.
 
-        Returns
-        -------
-        best : int
-            The nearest place.
-        others : list of int
-            Those that have more than a thousandth of its likelihood.
-
-        Notes
-        -----
         Errors of the approximate pose are taken as normal.
         """
         squares = [(shift / self.shift) ** 2 + (turn / self.turn) ** 2 for shift, turn in off]
@@ -134,12 +121,7 @@ def same_place(one: Pose, other: Pose) -> bool:
 def symmetric_places(pose: Pose, own: Sequence[Pose], other: Sequence[Pose]) -> list[Pose]:
     """Places that the symmetries of both stations make of one, the twofold ones last.
 
-    Parameters
-    ----------
-    pose : Pose
-        First from second.
-    own, other : sequence of Pose
-        Motions that lay the first and the second station on themselves, without the identity.
+    ``own`` and ``other`` are motions that lay the first and the second station on themselves.
     """
     still = Pose.identity()
     places = [g @ pose @ h for g in (still, *own) for h in (still, *other)][1:]
@@ -174,8 +156,6 @@ class Witnesses:
     def _by_named(self, pair: OpenPair) -> Pose | None:
         """The only pose that named targets of both stations agree with.
 
-        Notes
-        -----
         A target that both see lies at one place; two known points lie as far apart as they are
         known to.
         """
@@ -203,15 +183,7 @@ class Witnesses:
 def by_loops(
     groups: Sequence[Mapping[str, Pose]], pairs: Sequence[OpenPair]
 ) -> list[tuple[OpenPair, Pose]]:
-    """Pairs between two groups that lie at one place only if both are to agree.
-
-    Parameters
-    ----------
-    groups : sequence of mapping of str to Pose
-        Poses of the stations of each group, in the frame of the group.
-    pairs : sequence of OpenPair
-        Pairs that were not decided.
-    """
+    """Pairs between two groups that lie at one place only if both are to agree."""
     of = {name: k for k, group in enumerate(groups) for name in group}
     between: dict[tuple[int, int], list[tuple[OpenPair, list[Pose]]]] = {}
     for pair in pairs:

@@ -191,8 +191,6 @@ def _reduced(
 ) -> tuple[Array, Array]:
     """Normal matrix (6, 6) and right side (6,) of the second pose with the first one held.
 
-    Notes
-    -----
     Unknowns that both stations see are eliminated; those of instruments keep their adjusted values.
     """
     used = np.unique(design.indices)
@@ -216,14 +214,8 @@ def _reduced(
 def _test(step: Array, alone: Array, known: Array) -> tuple[float, int, Array]:
     """Statistic, degrees of freedom and covariance (r, r) of a difference (r,).
 
-    Parameters
-    ----------
-    step : array (r,)
-        The difference.
-    alone : array (r,)
-        Variances of the pair's own estimate.
-    known : array (r, r)
-        Covariance of the adjusted one.
+    ``alone`` are variances of the pair's own estimate, ``known`` is the covariance of the adjusted
+    one.
     """
     root = np.sqrt(alone)
     share = known / root[:, None] / root

@@ -126,8 +126,6 @@ def geometry_sentences(adjustment: Adjustment) -> list[str]:
 def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
     """Every scanner station that is tied to targets only, with its targets.
 
-    Notes
-    -----
     Stations that planes, other stations or antennas hold as well are left out. What a station is
     tied to follows from the declared ends of the observation kinds.
     """
@@ -174,19 +172,7 @@ def targets_around(adjustment: Adjustment) -> list[TargetsAround]:
 def extrapolation_factor(
     targets: Array, station: Array, points: Array, share: float = 0.95
 ) -> float:
-    """Factor by which the hull of targets and station must grow to hold a share of the points.
-
-    Parameters
-    ----------
-    targets : array (k, 3)
-        Places of the targets [m].
-    station : array (3,)
-        Place of the station [m].
-    points : array (n, 3)
-        Points of the scan, in the same frame [m].
-    share : float
-        Share of the points, 0 to 1.
-    """
+    """Factor by which the hull of targets and station must grow to hold a share of the points."""
     # networks without scanners ask for no hull, and would wait for scipy.spatial
     from scipy.spatial import ConvexHull, QhullError
 

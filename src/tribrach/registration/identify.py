@@ -42,8 +42,6 @@ __all__ = [
 class IdentifyGates:
     """When scans are placed by their targets, and when two targets are one.
 
-    Notes
-    -----
     Chosen by hand on simulated chains and rings of stations (tests/registration/test_identify);
     where a number has a source, it is named.
     """
@@ -134,19 +132,11 @@ def identify(
 ) -> Identification:
     """Name the targets of all scans.
 
-    Parameters
-    ----------
-    sightings : sequence of Sighting
-        What each scan saw.
-    points : mapping of str to tuple[Array, float]
-        Coordinates (3,) and one sigma [m] by name of the points known without the scans.
-    free : bool
-        True if something else places the stations: if none sees three of the points, the unit with
-        most targets becomes the frame, as it does without points.
-    groups : sequence of mapping of str to Pose
-        Stations whose poses relative to each other are known, each group in a frame of its own.
-    partial : bool
-        True to leave out what cannot be placed, with the reason, instead of refusing it.
+    ``points`` are known without the scans, with one sigma each [m]. ``free``: something else places
+    the stations; if none sees three of the points, the unit with most targets becomes the frame, as
+    it does without points. ``groups``: stations whose relative poses are known, each group in its
+    own frame. ``partial``: leave out what cannot be placed, with the reason, instead of refusing
+    it.
     """
     search = _Search(Pool(points))
     waiting = rigid_units(sightings, groups)
@@ -187,8 +177,6 @@ def identify(
 class _Search:
     """Units placed one after the other, by the points known so far.
 
-    Notes
-    -----
     ``pool`` holds these points, ``poses`` the placed stations, ``drift`` how uncertain a pose makes
     the targets of its station (n,) [m]. ``adrift`` is true if the poses are in the frame of a
     station, not in that of the points. ``unplaced`` says by the name of a unit why it was not
@@ -281,8 +269,6 @@ class _Search:
     def _by_one_station(self, name: str, sighting: Sighting) -> Matching | None:
         """The best matching with what one placed station saw; None if none is free of doubt.
 
-        Notes
-        -----
         Points from both ends of a chain of stations lie beside each other by its drift: all
         together they fit nothing, those of a single station fit. What a station saw stays as it is,
         so each unit is matched with it once.
@@ -317,8 +303,6 @@ def _antennas(count: int) -> str:
 def _by_antennas(sighting: Sighting, pool: Pool) -> _Placed | Unplaced | None:
     """Match targets that are too few by themselves, together with the antennas on the scanners.
 
-    Notes
-    -----
     The pairs of the matching are those of the targets. None where the antennas do not fit; unplaced
     where they leave several ways.
     """
@@ -360,18 +344,8 @@ def _match(
 ) -> Matching:
     """Match the targets of a scan to the pool.
 
-    Parameters
-    ----------
-    sighting : Sighting
-        What the scan saw.
-    pool : Pool
-        The points known so far.
-    axes : tuple of int
-        Order in which coordinates of the pool are taken.
-    chosen : array of int or None
-        Numbers of the points that count, all if None.
-    mounted : sequence of Mounted
-        Antennas that count as targets, and as points behind the others.
+    ``axes`` is the order in which coordinates of the pool are taken, ``chosen`` the points that
+    count. Antennas count as targets, and as points behind the others.
     """
     needed = 2 if sighting.levelled else 3
     n = len(sighting.centers)
@@ -441,8 +415,6 @@ def _final_names(
 ) -> dict[str, tuple[str, ...]]:
     """Name every detection by the nearest point within its gate, leftovers as tie points.
 
-    Notes
-    -----
     ``pool`` holds the points as given.
     """
     for s in sightings:
@@ -466,13 +438,6 @@ def _alone_sentences(names: Mapping[str, tuple[str, ...]]) -> list[str]:
 class Pool:
     """The points known so far: given ones, and those that placed stations saw.
 
-    Parameters
-    ----------
-    points : mapping of str to tuple[Array, float]
-        Coordinates (3,) and sigma [m] by name of the given points.
-
-    Notes
-    -----
     ``xyz`` (m, 3) and ``sigmas`` (m,) are the coordinates of all points and their sigmas [m].
     """
 
@@ -490,21 +455,8 @@ class Pool:
     ) -> None:
         """Assign targets of a placed station one to one; those left over become new points.
 
-        Parameters
-        ----------
-        station : str
-            Name of the station.
-        xyz : array (n, 3)
-            Its targets in the frame of the points [m].
-        sigmas : array (n,)
-            Their sigmas [m].
-        kinds : sequence of str (n,)
-            Their kinds.
-        drift : array (n,)
-            Uncertainty that the station's pose adds to them [m].
+        ``drift`` is what the station's pose adds to their uncertainty [m].
 
-        Notes
-        -----
         The drift is common to what one station saw, so it counts when a chain of stations meets its
         beginning, and not in the distances between points of one station.
         """
@@ -521,28 +473,11 @@ class Pool:
         self._seen[station] = place
 
     def drift_of(self, numbers: Index) -> float:
-        """Drift of some points together.
-
-        Parameters
-        ----------
-        numbers : array of int (k,)
-            Numbers of the points.
-
-        Returns
-        -------
-        float
-            Root mean square of their drifts [m].
-        """
+        """Root mean square of the drifts of some points [m]."""
         return float(np.sqrt((self._drift[numbers] ** 2).mean())) if len(numbers) else 0.0
 
     def seen_by(self, station: str) -> Index:
-        """Points that a station saw.
-
-        Returns
-        -------
-        array of int
-            Numbers of the points.
-        """
+        """Points that a station saw."""
         return self._seen[station]
 
     @property

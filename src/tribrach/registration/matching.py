@@ -27,8 +27,6 @@ __all__ = ["Matching", "match"]
 class MatchingGates:
     """When targets and points match (method section 8.4).
 
-    Notes
-    -----
     Chosen by hand on simulated lists with false targets (tests/targets/test_matching); where a
     number has a source, it is named.
     """
@@ -70,18 +68,7 @@ class Matching:
     cofactor: Array = field(default_factory=lambda: np.zeros((6, 6)))
 
     def placed_sigma(self, local: Array) -> Array:
-        """Uncertainty that the motion gives to points that it carries.
-
-        Parameters
-        ----------
-        local : array (n, 3)
-            Points in the scanner frame [m].
-
-        Returns
-        -------
-        array (n,)
-            Sigma of a coordinate [m].
-        """
+        """Sigmas of a coordinate that the motion gives to points that it carries [m]."""
         world = local @ self.rotation.T + self.translation
         lever = _lever(world - self.centre)
         variance = np.einsum("nij,jk,nik->n", lever, self.cofactor, lever)
@@ -112,21 +99,8 @@ def match(
 ) -> Matching:
     """Match targets of a scan to points.
 
-    Parameters
-    ----------
-    targets : array (n, 3)
-        Targets in the scanner frame [m].
-    points : array (m, 3)
-        Points [m].
-    sigma_targets : array (n,) or float
-        Sigmas of the targets, or one for all [m].
-    sigma_points : array (m,) or float
-        Sigmas of the points, or one for all [m].
-    levelled : bool
-        True if the z axis of the scanner is the plumb line.
-    known : mapping of int to int or None
-        Numbers of the points of those targets whose names are given; other pairs of either are not
-        formed.
+    ``known`` are the points of those targets whose names are given; other pairs of either are not
+    formed. ``levelled``: the z axis of the scanner is the plumb line.
     """
     n, m = len(targets), len(points)
     if n * m > GATES.most_nodes:
@@ -179,8 +153,6 @@ def _repeated(
 ) -> list[Index]:
     """Smaller solutions at the places where targets that are arranged alike twice lie as well.
 
-    Notes
-    -----
     Marks at the same places of two storeys: a station that sees both fits one storey off with all
     of them, and where it stands with half. Targets that nothing matches there speak against
     nothing, since other stations see other targets.

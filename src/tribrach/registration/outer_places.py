@@ -42,17 +42,8 @@ class OuterPlace:
 
 
 def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], Array]:
-    """Antennas, and those points that marks and control determine.
+    """Antennas, and points that marks and control determine, with their joint covariance (3n, 3n).
 
-    Returns
-    -------
-    places : list of OuterPlace
-        The places.
-    covariance : array (3n, 3n)
-        Covariance of their coordinates [m^2].
-
-    Notes
-    -----
     All that is measured without scans is adjusted as a network of its own, with the shifts that
     positions of one session share.
     """

@@ -24,8 +24,6 @@ __all__ = ["GATES", "Joint", "LoopGates", "PoseGraph", "join"]
 class LoopGates:
     """When a loop of three relative poses closes; longer ones by the root of their number.
 
-    Notes
-    -----
     Chosen by hand on simulated yards and real rooms (tests/registration/test_pose_graph,
     tests/registration/test_plane_poses); no source.
     """

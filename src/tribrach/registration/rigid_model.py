@@ -48,15 +48,8 @@ class RigidModel:
         return Pose(t.rotation @ state.pose_r[k], t(state.pose_t[k][None])[0])
 
     def covariance(self, station: str) -> Array:
-        """A-priori covariance of a station's pose.
+        """A-priori covariance of a station's pose: E, N, U [m] and left rotation increments [rad].
 
-        Returns
-        -------
-        array (6, 6)
-            Of the translation E, N, U [m] and of left rotation increments [rad].
-
-        Notes
-        -----
         It is that of the placement and of the station within the model (inner constraints over all
         stations). What bends the model beyond its stated sigmas is in neither.
         """
@@ -75,13 +68,7 @@ class RigidModel:
         return out
 
     def differences(self, check: bool) -> Array:
-        """Measured minus placed coordinates of the places.
-
-        Returns
-        -------
-        array (n, 3)
-            Differences [m].
-        """
+        """Measured minus placed coordinates of the places."""
         chosen = self.fit.points.check if check else self.fit.points.used
         return self.fit.difference[chosen]
 
@@ -89,12 +76,7 @@ class RigidModel:
 def rigid_model(survey: Survey, arms: Mapping[str, Array] | None = None) -> RigidModel:
     """Place the stations of a survey as one rigid model on its antennas, marks and control.
 
-    Parameters
-    ----------
-    survey : Survey
-        The survey.
-    arms : mapping of str to array or None
-        Lever arms (3,) in the scanner frame that replace those given in the survey [m].
+    ``arms`` are lever arms in the scanner frame that replace those of the survey [m].
     """
     inner = survey.of_stations()
     levelled = any(table.kind.facts.levels_station for table in inner.tables())

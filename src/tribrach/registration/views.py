@@ -36,8 +36,6 @@ __all__ = [
 class ViewGates:
     """How a station's view is kept, and when a point contradicts it.
 
-    Notes
-    -----
     Chosen by hand on simulated yards, rooms and corridors (tests/registration/test_station_view,
     tests/registration/test_plane_poses, benchmarks/plane_registration); where a number has a
     source, it is named.
@@ -179,15 +177,7 @@ class Agreement:
 
 
 def view_of(xyz: Array, image: RangeImage) -> StationView:
-    """The view of one scan.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points in the scanner frame [m].
-    image : RangeImage
-        Their range image.
-    """
+    """The view of one scan."""
     near = np.full((_ROWS, _COLUMNS), np.nan, dtype=np.float32)
     far, looked = near.copy(), np.zeros((_ROWS, _COLUMNS), dtype=np.bool_)
     _fill(xyz, near, far)

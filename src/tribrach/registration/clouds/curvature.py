@@ -27,8 +27,6 @@ __all__ = ["formed"]
 class CurvatureGates:
     """Which neighbours tell how a surface bends, and when it is called round.
 
-    Notes
-    -----
     Chosen by hand on simulated groves of round and square trunks (tests/registration/clouds/
     test_round); where a number has a source, it is named.
     """

@@ -34,8 +34,6 @@ __all__ = ["FINE", "FineAlignment", "FineAlignmentGates", "Indexed", "Matches", 
 class FineAlignmentGates:
     """How surfels of two scans are matched and fitted.
 
-    Notes
-    -----
     Chosen by hand on simulated yards and real rooms (tests/registration/clouds: errors as large as
     their covariances say, benchmarks/registration); where a number has a source, it is named.
     """
@@ -114,13 +112,7 @@ class Matches:
         return len(self.residual)
 
     def subset(self, chosen: NDArray[np.bool_]) -> Matches:
-        """Some of the matches.
-
-        Parameters
-        ----------
-        chosen : array of bool (n,)
-            Mask of the matches.
-        """
+        """Some of the matches."""
         columns = (self.first, self.second, self.forward, self.point, self.normal)
         return Matches(*(c[chosen] for c in (*columns, self.residual, self.sigma)))  # type: ignore[arg-type]
 
@@ -152,18 +144,9 @@ def align(
     gates: Sequence[float] = FINE.gates_m,
     steps: int = FINE.most_steps,
 ) -> FineAlignment:
-    """Move scan b onto scan a.
+    """Move scan b onto scan a, from a start within the first gate or so.
 
-    Parameters
-    ----------
-    a, b : Indexed
-        Surfels of the scans.
-    start : Pose
-        Approximate pose of b in a, within the first gate or so of the true one.
-    gates : sequence of float
-        Largest distances of matched surfels, one round after the other [m].
-    steps : int
-        Largest number of steps with each gate.
+    Gates are the largest distances of matched surfels, one round after the other [m].
     """
     pose, settled = start, False
     pairs = _Pairs(a, b)
@@ -190,17 +173,7 @@ def align(
 
 
 def matched(a: Indexed, b: Indexed, pose: Pose, gate: float) -> Matches:
-    """Match two scans as they lie.
-
-    Parameters
-    ----------
-    a, b : Indexed
-        Surfels of the scans.
-    pose : Pose
-        Pose of b in a.
-    gate : float
-        Largest distance of matched surfels [m].
-    """
+    """Match two scans as they lie."""
     pairs = _Pairs(a, b)
     pairs.take_forms(pose, gate, FINE.gates_m[-1])
     pairs.look_up(pose, gate, anew=True)
@@ -241,15 +214,8 @@ class _Pairs:
     def take_forms(self, pose: Pose, gate: float, least: float) -> bool:
         """Compare with round surfaces from now on if residuals are small enough; True if they are.
 
-        Parameters
-        ----------
-        pose : Pose
-            Pose of b in a.
-        gate, least : float
-            The gate that residuals from planes need, and the least one [m].
+        ``gate`` is the one that residuals from planes need, ``least`` the least one [m].
 
-        Notes
-        -----
         A piece of a trunk bends by millimetres. That matters where residuals are smaller; in coarse
         scans it does not, and their forms are not known well. Surfels of unknown form may be pieces
         of trunks as well: they are left out if what is left holds the pose.

@@ -128,8 +128,6 @@ class Consistency:
 def consistent(edges: Sequence[CloudEdge]) -> Consistency:
     """Choose the edges that the loops confirm.
 
-    Notes
-    -----
     While a loop does not close, the edge of it that is in the fewest closed and the most open loops
     is left out; where several are alike, all of them are, because nothing tells which one is wrong.
     """
@@ -224,8 +222,6 @@ def _shortest(edges: Sequence[CloudEdge], start: str, end: str) -> list[str]:
 def _closed(stations: tuple[str, ...], edges: Sequence[CloudEdge]) -> StationLoop:
     """The loop over edges that follow each other, with errors carried to the first station.
 
-    Notes
-    -----
     An edge's error moves points X of its first frame by ``dt + w x (X - t)``, with
     ``w = R w_right``.
     """
@@ -303,17 +299,8 @@ def network_of(
 ) -> Network:
     """Make a network of connected stations in the frame of the first one, which is held.
 
-    Parameters
-    ----------
-    stations : sequence of str
-        Their names.
-    edges : sequence of CloudEdge
-        Relative poses.
-    frames : mapping of str to callable or None
-        What adds a station that knows its place, instead of holding the first one.
+    ``frames`` say what adds a station that knows its place, instead of holding the first one.
 
-    Notes
-    -----
     The errors of a scan enter every pair that it is in: taken as independent, all pairs of n
     stations would make relative poses n / 2 times better than one pair. Covariances are therefore
     multiplied by ``(d_i + d_j + 2) / 4``, where d is the number of pairs of either station.

@@ -24,8 +24,6 @@ __all__ = ["Walls", "likeness"]
 class LikenessGates:
     """How coarse the plans are that are laid on each other.
 
-    Notes
-    -----
     Chosen by hand on a simulated street and yard: neighbours rank before all others
     (tests/registration/clouds/test_proposals); no source.
     """
@@ -67,16 +65,8 @@ class Walls:
 
 
 def likeness(scans: Sequence[Walls], progress: Progress = lambda what, done, total: None) -> Array:
-    """Compare the plans of all scans, each with each.
+    """Likeness (n, n) of the plans of all scans, 0 to 1; 0 on the diagonal and without walls.
 
-    Returns
-    -------
-    array (n, n)
-        Likeness of the plans, 0 to 1, symmetric, with zeros on the diagonal; zero for scans without
-        walls.
-
-    Notes
-    -----
     The normalised correlation of method section 2.11 at its best heading and shift, by fast Fourier
     transforms of all headings at once. Scans are taken as upright; the likeness of ones that lean
     says little, and their pairs are tried later.

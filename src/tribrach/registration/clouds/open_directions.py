@@ -35,8 +35,6 @@ __all__ = ["fit_held"]
 class OpenDirectionGates:
     """How what is held is fitted, and how open directions are measured.
 
-    Notes
-    -----
     Chosen by hand on simulated facades and corridors, so that errors of what is held are as large
     as their covariance says (tests/registration/clouds/test_repeats); no source.
     """
@@ -70,21 +68,9 @@ def fit_held(
 ) -> tuple[FineAlignment, RelativeCovariance]:
     """Fit the directions of a relative pose that surfaces hold, whatever the others are.
 
-    Parameters
-    ----------
-    all_of : tuple of Indexed
-        Surfels of scans a and b, for the fit.
-    some_of : tuple of Indexed
-        Some of these, to measure the open directions.
-    alignment : FineAlignment
-        Alignment of b with a.
-    precision : RelativeCovariance
-        Its covariance, with one open direction or more.
-    floor : tuple of float
-        Sigmas [m], [rad] of what residuals never show.
+    ``some_of`` are some of all surfels, to measure the open directions with. ``floor`` holds sigmas
+    [m], [rad] of what residuals never show.
 
-    Notes
-    -----
     With the open direction u (unit, turns times the lever L), places y of the middle fitted after
     moves by +s and -s along it, and their covariances C across it, ``u = (y+ - y-) / |y+ - y-|``
     has the covariance ``(C+ + C-) / |y+ - y-|^2``, and a pose that is somewhere within L along u

@@ -59,8 +59,6 @@ __all__ = [
 class CloudPairGates:
     """Which poses of two scans are looked at, and when one of them is taken.
 
-    Notes
-    -----
     Chosen by hand on simulated yards, facades, corridors and rooms, so that no wrong pose is taken
     (tests/registration/clouds/test_pair), and on real rooms (test_real_scans); where a number has a
     source, it is named. A size is that of the coarse surfels.
@@ -199,8 +197,6 @@ def _slid(
 ) -> list[Candidate]:
     """Other places along a direction that surfaces leave open, where a candidate fits best.
 
-    Notes
-    -----
     Along a wall, plans correlate as well in one place as in the next; only what stands before the
     wall, and who looked through it, tells which place is right.
     """
@@ -248,15 +244,7 @@ def refined(a: PreparedScan, b: PreparedScan, some: Sequence[Candidate]) -> list
 
 
 def apart(one: Pose, two: Pose) -> tuple[float, float]:
-    """Shift and turn between two poses of scan b in scan a, at the scanner of b.
-
-    Returns
-    -------
-    shift : float
-        Shift [m].
-    turn : float
-        Turn [rad].
-    """
+    """Shift [m] and turn [rad] between two poses of scan b in scan a, at the scanner of b."""
     shift = float(np.linalg.norm(one.translation - two.translation))
     return shift, float(np.linalg.norm(log(one.rotation @ two.rotation.T)))
 
@@ -285,8 +273,6 @@ def symmetries(scan: PreparedScan) -> tuple[Pose, ...]:
 def _symmetries(scan: PreparedScan) -> tuple[Pose, ...]:
     """Turns and shifts that lay a scan on itself without contradiction, the identity left out.
 
-    Notes
-    -----
     Half and quarter turns of a room, the next storey of a stairwell, the next bay of a hall: what a
     scan has twice, the other scan may show at either place.
     """
@@ -315,8 +301,6 @@ def _repeated(
 ) -> list[PairFit]:
     """Fits at the places where the scans may lie as well because one of them repeats itself.
 
-    Notes
-    -----
     Such a place may have less overlap than the best and be right all the same: what the scanners
     saw is the same thing twice. Only what is looked through speaks against it, and residuals that
     are none of the best fit: a rough face lies on itself anywhere to some decimetres.
@@ -464,19 +448,8 @@ def register_pair(
 ) -> CloudPair:
     """Find the pose of scan b in scan a without approximate values.
 
-    Parameters
-    ----------
-    a, b : PreparedScan
-        The scans.
-    prior : Pose or None
-        An approximate pose of b in a. It is one proposal among others and decides between places
-        that fit alike; if it is wrong, a sentence says so.
-    sigma : ApproximateSigma
-        What it may be wrong by.
-    floor : tuple of float
-        Sigmas [m], [rad] of what residuals never show.
-    speaks : str
-        What the approximate pose comes from, in words.
+    The prior is one proposal among others and decides between places that fit alike; if it is
+    wrong, a sentence says so, with what it ``speaks`` from. ``floor``: [m], [rad].
     """
     proposed = [] if prior is None else [(prior, Origin.GIVEN)]
     proposed += [(p, Origin.PLAN) for p in plan_poses(a.coarse.surfels, b.coarse.surfels)]
@@ -615,8 +588,6 @@ def _clean(v: Verdict) -> bool:
 def _carried_along(a: PreparedScan, b: PreparedScan, fit: PairFit) -> bool:
     """True if a pose near identity rests on points that go with the scanners, at one range.
 
-    Notes
-    -----
     Beams without return that are written at one range are a shell about either scanner; the shells
     agree where the scanners lie on each other, wherever they stood. The pose is judged again
     without what faces the scanner at that range.
@@ -669,8 +640,6 @@ def _excluded(best: PairFit, other: PairFit) -> bool:
 def _excess(one: float, two: float) -> float:
     """By how much an area is larger than another, one where it is clearly more than chance.
 
-    Notes
-    -----
     Areas in m^2; chance is that of independent patches.
     """
     more, less = one / GATES.patch_m**2, two / GATES.patch_m**2

@@ -40,8 +40,6 @@ __all__ = [
 class PreparedScanGates:
     """How fine surfels and views are, and how many are kept.
 
-    Notes
-    -----
     Chosen by hand for time and memory on scans of 1 to 50 million points, and on coarse ones of
     rooms and models (tests/registration/clouds/test_surfels, benchmarks/registration); where a
     number has a source, it is named.
@@ -84,8 +82,6 @@ UNSEEN, BEHIND, AT_SURFACE, SEEN_THROUGH = 0, 1, 2, 3
 class RangeView:
     """How far a scanner saw in every direction; anything nearer there was not in its way.
 
-    Notes
-    -----
     A coarse image of the smallest and largest range, ``nearest`` and ``farthest`` (r, 2 r) [m], in
     every half degree of H and V, or in every degree of a scan with few points. A surface that
     another scan places clearly nearer than anything in that direction contradicts the pose: the
@@ -99,13 +95,7 @@ class RangeView:
 
     @classmethod
     def settled(cls, nearest: Array, farthest: Array) -> Self:
-        """A view that is settled, from its images.
-
-        Parameters
-        ----------
-        nearest, farthest : array (r, 2 r)
-            Smallest and largest range in every direction [m].
-        """
+        """A view that is settled, from its images."""
         view = cls()
         view.nearest, view.farthest = nearest, farthest
         return view
@@ -116,13 +106,7 @@ class RangeView:
         return not np.isfinite(self.nearest).any()
 
     def add(self, xyz: Array) -> None:
-        """Add points, before :meth:`settle`.
-
-        Parameters
-        ----------
-        xyz : array (n, 3)
-            Points in the scanner frame [m].
-        """
+        """Add points, before :meth:`settle`."""
         self._points += len(xyz)
         _fill(np.ascontiguousarray(xyz), self.nearest, self.farthest)
 
@@ -136,19 +120,9 @@ class RangeView:
             self.farthest = self.farthest.reshape(rows, 2, 2 * rows, 2).max(axis=(1, 3))
 
     def judge(self, points: Array, margin: Array) -> NDArray[np.int8]:
-        """Compare places with what the scanner saw in their directions.
+        """Say of places what the scanner saw there, with margins of their distances [m].
 
-        Parameters
-        ----------
-        points : array (n, 3)
-            Places in the scanner frame [m].
-        margin : array (n,)
-            Margins of their distances [m].
-
-        Returns
-        -------
-        array of int (n,)
-            ``UNSEEN``, ``BEHIND``, ``AT_SURFACE`` or ``SEEN_THROUGH`` for each place.
+        ``UNSEEN``, ``BEHIND``, ``AT_SURFACE`` or ``SEEN_THROUGH`` for each.
         """
         return np.asarray(_judged(points, margin, self.nearest, self.farthest))
 
@@ -256,17 +230,7 @@ def prepare(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> P
 
 
 def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> SurfacesOfScan:
-    """Find the surfels and the view of a scan from chunks of points.
-
-    Parameters
-    ----------
-    name : str
-        Name of the scan.
-    chunks : iterable of array (n, 3)
-        Points in the scanner frame [m].
-    size : float
-        Edge of the cubes of fine surfels [m].
-    """
+    """Find the surfels and the view of a scan from chunks of points."""
     total, view, cubes = 0, RangeView(), CellSum(size)
     for xyz in chunks:
         cubes.add(ASKEW @ xyz)
@@ -301,11 +265,6 @@ def surfaces(name: str, chunks: Iterable[Array], size: float = GATES.fine_m) -> 
 def upright(cells: CubeSums, merges: int) -> Surfels:
     """Surfels of cubes that stand askew, in the scanner's frame.
 
-    Parameters
-    ----------
-    cells : CubeSums
-        Sums of points that were turned by :data:`ASKEW`.
-    merges : int
-        How often cubes that are no plane are joined.
+    ``merges`` is how often cubes that are no plane are joined.
     """
     return surfels_of(cells, merges).placed(ASKEW.inverse)

@@ -40,8 +40,6 @@ __all__ = [
 class ProposalGates:
     """How many pairs are tried.
 
-    Notes
-    -----
     Chosen by hand on a simulated street, yard and rooms
     (tests/registration/clouds/test_proposals); no source.
     """
@@ -77,22 +75,8 @@ def all_pairs(count: int, choice: Choice) -> bool:
 
 
 def common_area(distance: Array, first: Array, second: Array) -> Array:
-    """Share of the lesser of two circles that lies in the other one.
+    """Share of the lesser of two circles that lies in the other one: the lens.
 
-    Parameters
-    ----------
-    distance : array (...)
-        Distances of the middles [m].
-    first, second : array (...)
-        Radii [m].
-
-    Returns
-    -------
-    array (...)
-        From 0 to 1.
-
-    Notes
-    -----
     The lens of two circles, elementary geometry.
     """
     d, r, s = np.broadcast_arrays(distance, np.maximum(first, second), np.minimum(first, second))
@@ -113,24 +97,8 @@ def promise_of(
 ) -> Array:
     """What each pair of scans promises: how alike they are, and near by their approximate poses.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Names of n scans.
-    alike : array (n, n)
-        Their likeness.
-    radii : mapping of str to float
-        Reach of the scans by name [m].
-    priors : mapping of str to Pose
-        Approximate poses by name; scans without one may be anywhere.
-    sigma : float
-        Sigma of their relative shifts [m].
-
-    Returns
-    -------
-    array (n, n)
-        From 0 to 1, larger for pairs to be tried earlier. Pairs of scans that are further apart
-        than their reaches and four sigmas together come last.
+    Scans without an approximate pose may be anywhere. Pairs further apart than their reaches and
+    four sigmas together come last.
     """
     reach = np.array([radii[name] for name in names])
     known = np.array([name in priors for name in names], dtype=bool)
@@ -161,21 +129,7 @@ def try_proposed(
     attempt: Attempt,
     progress: Progress = lambda what, done, total: None,
 ) -> None:
-    """Try the pairs that are needed, the most promising ones first.
-
-    Parameters
-    ----------
-    names : sequence of str
-        Names of n scans.
-    promise : array (n, n)
-        What each pair promises; zero or more.
-    radii : mapping of str to float
-        Reach of the scans by name [m].
-    attempt : callable
-        Registers a pair.
-    progress : Progress
-        Called with what is done, how many pairs are done, and how many are known to be needed.
-    """
+    """Try the pairs that are needed, the most promising ones first."""
     work = _Work(list(names), promise, radii, attempt, progress)
     work.run(_first(promise))
     while True:
@@ -286,8 +240,6 @@ class _Work:
     def closing(self, used: Sequence[CloudEdge], closed: Sequence[StationLoop]) -> list[Pair]:
         """For each pair in no short loop the most promising pair that makes one.
 
-        Notes
-        -----
         For a pair that is in no loop at all, any pair across it will do.
         """
         looped = {self.pair(e) for loop in closed for e in loop.edges}
@@ -327,8 +279,6 @@ class _Work:
     def _common(self, used: Sequence[CloudEdge]) -> Array:
         """What scans see in common (n, n) by the places that the edges give them; 0 if too little.
 
-        Notes
-        -----
         Stations of different groups have nothing in common here.
         """
         n = len(self.names)

@@ -47,8 +47,6 @@ __all__ = [
 class ReferenceGates:
     """How surfels of references are made, and what of a scan lies on them.
 
-    Notes
-    -----
     Chosen by hand on a simulated town (tests/registration/clouds/test_reference); no source.
     """
 
@@ -178,17 +176,7 @@ class PlacedOn(Result):
 def prepare_reference(
     name: str, chunks: Iterable[Array], *, sigma: float = 0.0, shared: float = 0.0
 ) -> ScanReference:
-    """Prepare a cloud as a reference.
-
-    Parameters
-    ----------
-    name
-        Unique among scans and references.
-    chunks
-        Points (n, 3) in the coordinates of its file [m].
-    sigma, shared
-        As of :class:`ScanReference`.
-    """
+    """Prepare a cloud as a reference."""
     origin: Array | None = None
     cubes = CellSum(PREPARED.fine_m)
     total = 0
@@ -213,16 +201,7 @@ def reference_of_mesh(
 ) -> ScanReference:
     """Prepare a model as a reference: its faces are sampled.
 
-    Parameters
-    ----------
-    name
-        Unique among scans and references.
-    mesh
-        The whole model, which tells the sides of its faces.
-    sigma, shared
-        As of :class:`ScanReference`.
-    cut
-        Takes what is needed of it.
+    ``mesh`` is the whole model, which tells the sides of its faces; ``cut`` takes what is needed.
     """
     seen, known = mesh.outwards()
     mesh = cut(seen)
@@ -299,18 +278,7 @@ def on_references(
 ) -> list[CloudPair]:
     """Register scans to references.
 
-    Parameters
-    ----------
-    scans, references
-        What there is.
-    priors
-        Approximate poses by scan, in the coordinates of the references.
-    together
-        Poses of scans that hang together, in a frame of their own.
-    sigma
-        What approximate poses may be wrong by.
-    floor
-        Sigmas [m], [rad] of what residuals never show.
+    ``priors`` are in the coordinates of the references, ``together`` in a frame of their own.
     """
     out: list[CloudPair] = []
     order = sorted(scans, key=lambda one: -one.radius)
@@ -349,8 +317,6 @@ def on_references(
 def _with_pieces(reference: ScanReference, pair: CloudPair) -> CloudPair:
     """The pair with what pieces of its reference are wrong by in its covariance.
 
-    Notes
-    -----
     An error ``e`` of a piece moves the fit by ``N^-1 sum(w a) e`` over the matches of that piece;
     pieces are independent (method section 2.16).
     """

@@ -51,8 +51,6 @@ __all__ = [
 class CloudCovarianceGates:
     """What makes the covariance of a pair of clouds honest.
 
-    Notes
-    -----
     Chosen by hand on simulated yards and corridors: errors are as large as their covariances say
     (tests/registration/clouds/test_covariance); where a number has a source, it is named.
     """
@@ -173,19 +171,9 @@ def relative_covariance(
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
-    Parameters
-    ----------
-    a, b : Indexed
-        Surfels of the scans.
-    alignment : FineAlignment
-        Alignment of b with a.
-    floor : tuple of float
-        Sigmas [m], [rad] added to shifts of the middle and turns about it.
-    sweep : bool
-        True if it is tested whether parts of the sweeps fit alike.
-    unheld : array (6, k) or None
-        Orthonormal directions that are known to be open, about the middle of the matches, turns
-        times their lever; None if the matches tell.
+    ``floor`` is added to shifts of the middle and turns about it, [m] and [rad]. ``unheld`` (6, k)
+    are orthonormal directions known to be open, about the middle of the matches, turns times their
+    lever; None if the matches tell. ``sweep`` tests whether parts of the sweeps fit alike.
     """
     m = alignment.matches
     middle = m.point.mean(axis=0)
@@ -264,18 +252,7 @@ def _unheld(
 
 
 def across(unheld: Array) -> Array:
-    """Orthonormal directions across others.
-
-    Parameters
-    ----------
-    unheld : array (6, k)
-        Orthonormal directions.
-
-    Returns
-    -------
-    array (6, 6 - k)
-        Directions across them.
-    """
+    """Orthonormal directions across others."""
     full, _ = np.linalg.qr(np.column_stack([unheld, np.eye(6)]))
     return np.asarray(full[:, unheld.shape[1] : 6])
 
@@ -348,19 +325,7 @@ def _sweep(
 def pieces(point: Array, normal: Array, values: Array, edge: float) -> Array:
     """Sums of values over cubes, surfaces that face apart kept apart.
 
-    Parameters
-    ----------
-    point, normal : array (n, 3)
-        Where the values stand [m], and which way the surface faces there.
-    values : array (n, c)
-        The values.
-    edge : float
-        Edge of the cubes [m].
-
-    Returns
-    -------
-    array (k, c)
-        Sums, one row for each cube with surfaces of one side.
+    ``values`` (n, c) become one row for each cube with surfaces of one side.
     """
     number = _cubes(point, normal, edge)
     sums = [np.bincount(number, column) for column in values.T]
@@ -395,20 +360,8 @@ def _noise(point, normal, weight, middle, lever):  # type: ignore[no-untyped-def
 def at_origin(local: Array, pose: Pose, middle: Array) -> Array:
     """Carry the covariance of a pose from the middle of the overlap to the observation.
 
-    Parameters
-    ----------
-    local : array (6, 6)
-        Covariance of the shift of the middle [m] and the turn about it [rad], frame of a.
-    pose : Pose
-        Pose of b in a.
-    middle : array (3,)
-        The middle, frame of a [m].
-
-    Returns
-    -------
-    array (6, 6)
-        Covariance in the order of :class:`~tribrach.observations.poses.RelativePoses` [m], [rad]
-        (method section 2.11).
+    The order becomes that of :class:`~tribrach.observations.poses.RelativePoses` (method section
+    2.11).
     """
     move = np.zeros((6, 6))
     move[:3, :3] = np.eye(3)

@@ -26,8 +26,6 @@ __all__ = ["kiss_poses", "levelled_pose", "own_poses", "plan_poses", "slope_pose
 class PlanSearchGates:
     """How the plan of one scan is searched in that of another, and which places are kept.
 
-    Notes
-    -----
     Chosen by hand on simulated yards, rooms and facades and on real rooms
     (tests/registration/clouds/test_pair, benchmarks/registration); where a number has a source, it
     is named.
@@ -120,8 +118,6 @@ def own_poses(a: Surfels) -> list[Pose]:
 def plan_poses(a: Surfels, b: Surfels, kept: Kept = _PAIR) -> list[Pose]:
     """Propose poses of one upright scan in another, by trying every heading and shift of its plan.
 
-    Notes
-    -----
     Walls are drawn into a plan as vectors: the horizontal normal of each surfel as a complex
     number, so that walls that face each other cancel instead of matching. For each heading one
     Fourier transform correlates the plans of both scans at all shifts; the height follows from
@@ -143,8 +139,6 @@ def plan_poses(a: Surfels, b: Surfels, kept: Kept = _PAIR) -> list[Pose]:
 def slope_poses(a: Surfels, b: Surfels) -> list[Pose]:
     """Propose poses by the slopes of bare ground and heaps, where there are hardly any walls.
 
-    Notes
-    -----
     The plan of walls, drawn with all that is not level: the horizontal part of a normal is the
     longer the steeper the slope is.
     """

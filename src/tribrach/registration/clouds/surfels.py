@@ -34,8 +34,6 @@ __all__ = [
 class SurfelGates:
     """Which cubes of points are pieces of surface.
 
-    Notes
-    -----
     Chosen by hand on simulated yards with edges and leaves (tests/registration/clouds/test_surfels,
     benchmarks/registration); where a number has a source, it is named.
     """
@@ -82,8 +80,6 @@ _ROOM = 1 << 14
 class CubeSums:
     """Points of a scan summed up in cubes of one size: counts, first and second moments.
 
-    Notes
-    -----
     Cubes lie on a lattice about the scanner; moments are about the middle of each cube, so that
     nothing is lost far away. Cubes merge into cubes of twice the size exactly.
     """
@@ -105,26 +101,12 @@ class CubeSums:
         return np.asarray(((numbers & _MASK) - _HALF + 0.5) * self.size, dtype=np.float64)
 
     def subset(self, chosen: NDArray[np.bool_] | Index) -> CubeSums:
-        """Some of the cubes.
-
-        Parameters
-        ----------
-        chosen : array of bool or int (m,)
-            Mask, or numbers of the cubes.
-        """
+        """Some of the cubes."""
         return CubeSums(self.size, self.keys[chosen], self.moments[chosen])
 
 
 class CellSum:
-    """Sums points of a scan in cubes, chunk by chunk.
-
-    Parameters
-    ----------
-    size : float
-        Edge of the cubes; it doubles whenever more than ``most`` cubes would be needed [m].
-    most : int
-        Largest number of cubes.
-    """
+    """Sums points of a scan in at most ``most`` cubes; their edge doubles where more are needed."""
 
     def __init__(self, size: float, most: int = _MOST) -> None:
         self.size, self._most, self._count = size, most, 0
@@ -134,13 +116,7 @@ class CellSum:
         self._restart(CubeSums(size, np.empty(0, dtype=np.int64), np.zeros((0, MOMENTS))))
 
     def add(self, xyz: Array) -> None:
-        """Add points; those not finite or beyond 500,000 cubes are left out.
-
-        Parameters
-        ----------
-        xyz : array (n, 3)
-            Points in the scanner frame [m].
-        """
+        """Add points; those not finite or beyond 500,000 cubes are left out."""
         xyz = np.ascontiguousarray(xyz)
         first = 0
         while first < len(xyz):
@@ -333,13 +309,7 @@ class Surfels:
         )
 
     def subset(self, chosen: NDArray[np.bool_] | NDArray[np.int64]) -> Surfels:
-        """Some of the surfels.
-
-        Parameters
-        ----------
-        chosen : array of bool or int (n,)
-            Mask, or numbers of the surfels.
-        """
+        """Some of the surfels."""
         return Surfels(
             self.center[chosen],
             self.normal[chosen],
@@ -372,14 +342,8 @@ def surfels_of(
 ) -> Surfels:
     """Make surfels of the cubes of a scan.
 
-    Parameters
-    ----------
-    cells : CubeSums
-        Sums of points in cubes.
-    merges : int
-        How often cubes that are no plane are joined into cubes of twice the size.
-    viewpoint : array (3,) or None
-        Place that the normals look towards, the origin if None [m].
+    Normals look towards the viewpoint, the origin if None; ``merges`` is how often cubes that are
+    no plane are joined into cubes of twice the size.
     """
     parts = []
     eye = np.zeros(3) if viewpoint is None else viewpoint

@@ -25,8 +25,6 @@ __all__ = ["SweepTest", "sweep_test"]
 class SweepGates:
     """Which parts of a sweep are compared.
 
-    Notes
-    -----
     Sectors and zones are those that a turning, a nodding and a driving scanner bends differently.
     Tried on scans of such scanners and on simulated ones
     that stood still (tests/registration/clouds/test_no_return).
@@ -62,14 +60,8 @@ class SweepTest:
 def sweep_test(scores: Array, normal: Array, places: tuple[Array, Array]) -> SweepTest:
     """Test whether the parts of a sweep fit alike.
 
-    Parameters
-    ----------
-    scores : array (n, k)
-        Score of each piece: the sum of weighted residuals times design, whose total is zero.
-    normal : array (n, k, k)
-        Normal matrix of each piece; their sum is the identity.
-    places : tuple of array (n, 3)
-        Where the pieces are in the frames of both scanners [m].
+    ``scores`` are sums of weighted residuals times design of each piece, which total zero; the
+    normal matrices total the identity. ``places`` are in the frames of both scanners [m].
     """
     if len(scores) < GATES.fewest_pieces or scores.shape[1] == 0:
         return SweepTest()

@@ -71,8 +71,6 @@ __all__ = [
 class DifferenceGates:
     """Which places of two placed clouds are compared (method section 9.5).
 
-    Notes
-    -----
     Chosen by hand on simulated yards, where clouds differ as predicted
     (tests/registration/clouds/test_covariance); no source.
     """
@@ -122,20 +120,9 @@ def differences(
 ) -> Differences | None:
     """Compare the differences of two placed clouds with their uncertainty.
 
-    Parameters
-    ----------
-    a, b : PreparedScan
-        The scans.
-    pose : Pose
-        Pose of b in a.
-    covariance : array (6, 6)
-        Covariance of the pose, left increments in a: of the translation [m] and of the turn about
-        the scanner of b [rad].
-    gate : float
-        Larger differences belong to other surfaces [m].
+    ``covariance`` has left increments in a, of the translation [m] and of the turn about the
+    scanner of b [rad]. Differences beyond ``gate`` [m] belong to other surfaces.
 
-    Notes
-    -----
     On flat places that both stations see, the mean of one cloud lies off the plane of the other by
     noise and by the uncertainty of the relative pose:
     ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_plane^2 + a C a^T`` with ``a = [n ; (X - X_0) x n]`` (method
@@ -225,25 +212,7 @@ def register_clouds(
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> CloudRegistration:
-    """Register scans by their clouds.
-
-    Parameters
-    ----------
-    scans : sequence of PreparedScan
-        Prepared scans of distinct names.
-    priors : mapping of str to Pose or None
-        Approximate poses by name, all in one frame, that of the references if there are any.
-    references : sequence of ScanReference
-        What the scans are placed on; they give the frame then.
-    sigma : ApproximateSigma
-        What the approximate poses may be wrong by.
-    choice : str
-        ``proposed`` for the pairs that promise most, ``all`` for every pair.
-    floor : tuple of float
-        Sigmas [m], [rad] of what residuals never show.
-    progress : Progress
-        Called with what is done, how many are done, and how many there are.
-    """
+    """Register scans by their clouds; references, if there are any, give the frame."""
     pairs = pairwise(scans, priors, sigma=sigma, choice=choice, floor=floor, progress=progress)
     if references:
         joints = [
@@ -266,24 +235,7 @@ def pairwise(
     floor: tuple[float, float] = COVARIANCE.floor,
     progress: Progress = lambda what, done, total: None,
 ) -> list[CloudPair]:
-    """Register the pairs of scans that are needed, or every pair.
-
-    Parameters
-    ----------
-    scans : sequence of PreparedScan
-        Prepared scans of distinct names.
-    priors : mapping of str to Pose or None
-        Approximate poses by name, all in one frame. They say which pairs are tried first, and are
-        one proposal among others for each.
-    sigma : ApproximateSigma
-        What the approximate poses may be wrong by.
-    choice : str
-        ``proposed`` for the pairs that promise most, ``all`` for every pair.
-    floor : tuple of float
-        Sigmas [m], [rad] of what residuals never show.
-    progress : Progress
-        Called with what is done, how many are done, and how many there are.
-    """
+    """Register the pairs that approximate poses promise most of, or every pair."""
     priors = priors or {}
     by_name = {scan.name: scan for scan in scans}
     names = list(by_name)

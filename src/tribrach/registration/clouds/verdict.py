@@ -22,8 +22,6 @@ __all__ = ["Verdict", "judge"]
 class VerdictGates:
     """When surfels of one scan agree with another, and what that is worth.
 
-    Notes
-    -----
     Chosen by hand on simulated yards, facades and rooms, so that no wrong pose wins
     (tests/registration/clouds/test_pair); no source.
     """
@@ -77,8 +75,6 @@ class Verdict:
     def score(self) -> float:
         """Evidence for the pose, with seen-through areas weighted more than agreeing ones [m^2].
 
-        Notes
-        -----
         A wrong pose agrees in much that is alike everywhere (ground, parallel walls), but beams go
         through nothing of a right one, except what has moved.
         """
@@ -88,19 +84,7 @@ class Verdict:
 def judge(
     a: Indexed, b: Indexed, views: tuple[RangeView, RangeView], pose: Pose, tolerance: float
 ) -> Verdict:
-    """Judge a pose of scan b in scan a.
-
-    Parameters
-    ----------
-    a, b : Indexed
-        Surfels of the scans.
-    views : tuple of RangeView
-        Views of a and b.
-    pose : Pose
-        Pose of b in a.
-    tolerance : float
-        Largest distance along normals that agrees [m].
-    """
+    """Judge a pose of scan b in scan a; surfels within a tolerance along normals agree [m]."""
     # what no scanner saw is coarser: beside what was seen it is no contradiction
     whole = not any(view.blind for view in views)
     one = _direction(a, b, views[0], pose, tolerance, whole)

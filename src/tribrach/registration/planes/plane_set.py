@@ -27,8 +27,6 @@ __all__ = ["PlaneSet", "overlap"]
 class SamePlaneGates:
     """When planes of two scans of one station are one surface.
 
-    Notes
-    -----
     Chosen by hand on simulated yards with several scans at a station
     (tests/registration/test_plane_poses); no source.
     """
@@ -88,8 +86,6 @@ class PlaneSet:
     def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
         """Join the planes of several scans of one station.
 
-        Notes
-        -----
         What is wrong with a wall is common to all scans of it, so it counts once.
         """
         whole = cls(
@@ -149,17 +145,7 @@ class PlaneSet:
         )
 
     def with_angles(self, sigma: Mapping[str, float]) -> PlaneSet:
-        """Covariances with what both angles may be wrong by for a whole plane.
-
-        Parameters
-        ----------
-        sigma
-            By the names of the scans [rad]; none where a scan is not named.
-
-        References
-        ----------
-        Method section 2.10.
-        """
+        """Covariances with errors of both angles of a whole plane (method section 2.10)."""
         size = np.array([sigma.get(name, 0.0) for name in self.scans])
         out = self.covariance.copy()
 
@@ -199,13 +185,7 @@ class PlaneSet:
 
 
 def overlap(first: PlaneSet, second: PlaneSet, i: int, j: int, first_from_second: Pose) -> float:
-    """Area of a plane of one station that a plane of another one covers as well.
-
-    Returns
-    -------
-    float
-        Area [m^2].
-    """
+    """Area of a plane of one station that a plane of another one covers as well."""
     near = GATES.cell_widths * max(first.spacing[i], second.spacing[j])
     there = first_from_second.inverse @ first.samples[i]
     low, high = second.boxes[j]

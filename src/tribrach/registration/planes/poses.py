@@ -42,8 +42,6 @@ __all__ = [
 class PlanePairGates:
     """How the relative pose of two stations is sought by their planes, and when it is decided.
 
-    Notes
-    -----
     Chosen by hand on simulated yards, symmetric rooms, corridors and repeated facades, so that no
     wrong pose is decided (tests/registration/test_plane_poses, benchmarks/plane_registration);
     where a number has a source, it is named.
@@ -124,15 +122,8 @@ GATES = PlanePairGates()
 
 
 def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
-    """Propose rotations that bring the normals of two stations together.
+    """Rotations ``first from second`` that bring normals together, best supported first.
 
-    Returns
-    -------
-    array (r, 3, 3)
-        Rotations ``first from second``, those that most planes support first.
-
-    Notes
-    -----
     Levelled stations differ by one angle about the plumb line, and every pair of walls proposes
     one; others differ by three, and every pair of planes that enclose the same angle in both scans
     proposes them (method section 8.4: angles between normals do not change).
@@ -156,42 +147,14 @@ def rotations(first: PlaneSet, second: PlaneSet, levelled: bool) -> Array:
 
 
 def fitting_pairs(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Index, Index]:
-    """Pairs of planes whose normals a rotation brings together.
-
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    rotation : array (3, 3)
-        Rotation ``first from second``.
-
-    Returns
-    -------
-    i : array of int (p,)
-        Numbers of planes of the first station.
-    j : array of int (p,)
-        Numbers of planes of the second station.
-    """
+    """Pairs of planes whose normals a rotation brings together."""
     cosine = first.normal @ (second.normal @ rotation.T).T
     i, j = np.nonzero(cosine > np.cos(GATES.turn_rad))
     return i, j
 
 
 def pair_weights(first: PlaneSet, second: PlaneSet, i: Index, j: Index) -> Array:
-    """Weights of pairs of planes by the smaller area.
-
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    i, j : array of int (p,)
-        Numbers of their planes.
-
-    Returns
-    -------
-    array (p,)
-        Weights.
-    """
+    """Weights of pairs of planes by the smaller area."""
     return np.asarray(
         np.sqrt(np.minimum(np.minimum(first.area[i], second.area[j]), GATES.most_area_m2))
     )
@@ -279,25 +242,10 @@ class _Axis:
 
 
 def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, Array]:
-    """Propose shifts that bring the offsets of the planes together under a rotation.
+    """Propose shifts that bring the offsets of the planes together under a rotation, best first.
 
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    rotation : array (3, 3)
-        Rotation ``first from second``.
+    None where the planes that the rotation brings together leave a direction open.
 
-    Returns
-    -------
-    shifts : array (t, 3)
-        Shifts ``first from second``, best first; none where the planes that the rotation brings
-        together leave a direction open [m].
-    support : array (t,)
-        Their support.
-
-    Notes
-    -----
     Every pair of parallel planes proposes a shift along their normal. Along three independent
     directions the proposals with most support are combined; all other planes then decide which of
     the combinations are good.
@@ -328,18 +276,7 @@ def shifts(first: PlaneSet, second: PlaneSet, rotation: Array) -> tuple[Array, A
 
 
 def open_directions(normal: Array) -> Array:
-    """Directions that planes leave open.
-
-    Parameters
-    ----------
-    normal : array (k, 3)
-        Unit normals of the planes.
-
-    Returns
-    -------
-    array (f, 3)
-        Unit directions, none if the planes hold all three.
-    """
+    """Unit directions that planes leave open, none if they hold all three."""
     if len(normal) == 0:
         return np.eye(3)
     values, vectors = np.linalg.eigh(_directions(normal))
@@ -473,19 +410,8 @@ def pair_poses(first: Surroundings, second: Surroundings) -> PairPoses:
 def with_rivals(
     first: Surroundings, second: Surroundings, found: PairPoses, places: Sequence[Pose]
 ) -> PairPoses:
-    """Add the poses at further places that nothing excludes.
+    """Add the poses at further places that nothing excludes, where one repeats itself for instance.
 
-    Parameters
-    ----------
-    first, second : Surroundings
-        The stations.
-    found : PairPoses
-        What their planes say, with a pose at least.
-    places : sequence of Pose
-        Where they may lie as well, because one of them repeats itself for instance.
-
-    Notes
-    -----
     Such a place may have less overlap than the best and be right all the same: what the stations
     saw is the same thing twice. Only what lies in empty space speaks against it.
     """
@@ -568,24 +494,7 @@ def _fit(first: Surroundings, second: Surroundings, start: Pose) -> PlanePose | 
 def common_planes(
     first: PlaneSet, second: PlaneSet, pose: Pose, turn: float, offset: float
 ) -> Index:
-    """Planes that are one surface under a pose: alike and overlapping.
-
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    pose : Pose
-        First from second.
-    turn : float
-        Largest angle between normals [rad].
-    offset : float
-        Largest offset [m].
-
-    Returns
-    -------
-    array of int (p, 2)
-        Numbers of the planes.
-    """
+    """Planes that are one surface under a pose: alike and overlapping."""
     cosine = first.normal @ (second.normal @ pose.rotation.T).T
     i, j = np.nonzero(cosine > np.cos(turn))
     away = np.abs(offsets(first, second, i, j, pose))
@@ -607,22 +516,7 @@ def common_planes(
 
 
 def offsets(first: PlaneSet, second: PlaneSet, i: Index, j: Index, pose: Pose) -> Array:
-    """Offsets of planes of the second station over those of the first, at the centre of either.
-
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    i, j : array of int (p,)
-        Numbers of their planes.
-    pose : Pose
-        First from second.
-
-    Returns
-    -------
-    array (p,)
-        The smaller of both offsets [m].
-    """
+    """Offsets [m] of paired planes of the two stations, the smaller of those at either centre."""
     there = pose @ second.center[j]
     here = np.einsum("pi,pi->p", first.normal[i], there) - first.offset[i]
     normal = second.normal[j] @ pose.rotation.T
@@ -638,28 +532,10 @@ def information(
     pose: Pose,
     floor: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[Array, Array]:
-    """Normal equations of a relative pose from common planes.
+    """Normal matrix and right side of a relative pose from common planes.
 
-    Parameters
-    ----------
-    first, second : PlaneSet
-        Planes of the stations.
-    pairs : array of int (p, 2)
-        Numbers of the common planes.
-    pose : Pose
-        First from second.
-    floor : tuple of float
-        Sigmas [rad], [m] that no plane falls below.
+    ``floor``: sigmas [rad], [m] that no plane falls below.
 
-    Returns
-    -------
-    normal : array (6, 6)
-        Normal matrix.
-    right : array (6,)
-        Right side.
-
-    Notes
-    -----
     The unknowns are the shift [m] and the left turn [rad] of the second station in the frame of the
     first, about its origin.
     """
@@ -691,22 +567,7 @@ def information(
 
 
 def _swung(planes: PlaneSet, numbers: Index, lever: Array) -> Array:
-    """What tilts add to the variance of offsets, and the squared levers along the planes.
-
-    Parameters
-    ----------
-    planes : PlaneSet
-        Planes of a station.
-    numbers : array of int (p,)
-        Numbers of the planes.
-    lever : array (p, 3)
-        Levers from their centres [m].
-
-    Returns
-    -------
-    array (p, 2)
-        Addition to the variance and squared lever of each plane [m^2].
-    """
+    """What tilts add to the variance of offsets, and the squared levers along the planes [m^2]."""
     along = np.einsum("kia,ki->ka", plane_basis(planes.normal[numbers]), lever)
     c = planes.covariance[numbers]
     by_tilt = np.einsum("ka,kab,kb->k", along, c[:, :2, :2], along)

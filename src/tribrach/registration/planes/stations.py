@@ -48,8 +48,6 @@ __all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
 class StationJoinGates:
     """When a pair of stations may be joined by its planes alone.
 
-    Notes
-    -----
     Chosen by hand on simulated yards, facades and corridors, so that no wrong pair is joined
     (tests/registration/test_plane_poses, tests/job/test_tying); no source.
     """
@@ -105,30 +103,12 @@ def register_by_planes(
 ) -> PlaneRegistration:
     """Find the relative poses of all stations from their planes.
 
-    Parameters
-    ----------
-    stations : sequence of Surroundings
-        Planes and views of the stations.
-    progress : callable
-        Called with how many pairs are done and how many there are.
-    further : sequence of Joint
-        Joints from elsewhere, of clouds for instance. One that a pair has from its planes as well
-        confirms it; if the two contradict each other neither is used.
-    known : mapping of str to Pose or None
-        Poses from elsewhere, of targets for instance: a joint that contradicts them needs a loop to
-        be believed.
-    doubtful : sequence of OpenPair
-        Pairs that may lie at several places by their clouds: at those places planes look as well.
-    witnesses : Witnesses or None
-        What decides between places that look alike. Its approximate poses say which pairs are near
-        each other, and so do the known ones.
-    choice : Choice
-        ``proposed`` for the pairs that promise most, ``all`` for every pair; all of few stations.
-    pair : callable
-        Finds the possible poses of a pair, or recalls them.
+    ``further`` are joints of clouds for instance: one that a pair has from its planes as well
+    confirms it; if the two contradict each other neither is used. A joint that contradicts
+    ``known`` poses needs a loop to be believed. At the places of ``doubtful`` pairs planes look as
+    well, and ``witnesses`` decide between places that look alike. ``pair`` finds the possible poses
+    of a pair, or recalls them.
 
-    Notes
-    -----
     Pairs are tried as those of clouds are (:mod:`tribrach.registration.clouds.proposals`): more
     until all stations are joined, or every pair across their groups was tried.
     """
@@ -394,15 +374,7 @@ def _ways(name: str, pair: PairPoses) -> str:
 
 
 def lacking_words(station: Surroundings, lacking: Array) -> str:
-    """Describe the directions that the planes of a station leave open, and what would close them.
-
-    Parameters
-    ----------
-    station : Surroundings
-        Planes and views of the station.
-    lacking : array (f, 3)
-        The open directions in the frame of the station.
-    """
+    """Describe the directions that planes of a station leave open, and what would close them."""
     count = len(station.planes)
     if count == 0:
         return "no plane was found in its scans; a target or an overlapping cloud would place it"

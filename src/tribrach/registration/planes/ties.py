@@ -29,8 +29,6 @@ __all__ = ["PlaneTies", "tie_planes"]
 class PlaneTieGates:
     """When planes of two stations are one surface, once both have poses.
 
-    Notes
-    -----
     Chosen by hand on simulated yards with panels on walls (tests/registration/test_plane_ties,
     tests/registration/test_edges: statistics of edges are chi-square); no source.
     """
@@ -76,16 +74,8 @@ def tie_planes(
 ) -> PlaneTies:
     """Find the surfaces that several stations have in common.
 
-    Parameters
-    ----------
-    stations : sequence of Surroundings
-        Planes and views of the stations.
-    poses : mapping of str to Pose
-        World from scanner, of all stations that take part.
-    slack : float
-        Further error that the poses may have [m].
-    groups : sequence of collection of str or None
-        If given, stations are tied within these groups alone.
+    ``slack`` is a further error that the poses may have [m]. Stations are tied within ``groups``
+    alone, if given.
     """
     taking = [s for s in stations if s.name in poses and len(s.planes)]
     first = np.cumsum([0] + [len(s.planes) for s in taking])
@@ -119,8 +109,6 @@ def _labels(
 ) -> tuple[Index, NDArray[np.bool_]]:
     """Number of the surface of every patch, and mask (m,) of the links that were kept.
 
-    Notes
-    -----
     If a station would see one surface as two, a wall and what is let into it for instance, both
     were joined by mistake: of its patches there the one that fits worse is taken out.
     """
