@@ -45,20 +45,13 @@ POINT_PARTS = ("range", "incidence", "horizontal angle", "vertical angle", "beam
 
 @dataclass(frozen=True)
 class PointBudget:
-    """Covariances of n points, part by part.
+    """Covariances of n points, part by part."""
 
-    Attributes
-    ----------
-    names
-        The m parts.
-    covariances : array (m, n, 3, 3)
-        In the axes of the world [m^2].
-    normals : array (n, 3)
-        Unit normals in the axes of the world, NaN where unknown.
-    """
-
+    #: the m parts
     names: tuple[str, ...]
+    #: (m, n, 3, 3): in the axes of the world [m^2]
     covariances: Array
+    #: (n, 3): unit normals in the axes of the world, NaN where unknown
     normals: Array
 
     @property
@@ -95,30 +88,8 @@ def point_budget(
 ) -> PointBudget:
     """Compute the budget of points of a scan.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    placement
-        Where the scan stands.
-    station
-        Shares (6, 6) of the station's covariance by name; one share ``station`` if None.
-    normals : array (n, 3)
-        Unit normals of the scanner frame, NaN where unknown; incidence adds nothing there.
-    intensity : array (n,)
-        Intensities as in the file, NaN where unknown; a law of the noise holds incidence already.
-
-    Returns
-    -------
-    PointBudget
-        Shares of the station, of a calibration, :data:`POINT_PARTS`, and :data:`SYSTEMATIC` where
-        the noise has that.
-
-    Raises
-    ------
-    ValueError
-        The placement has no noise of single points, or the shares do not add up to its
-        covariance.
+    The station has shares (6, 6) of its covariance by name, one named ``station`` if None.
+    Incidence adds nothing where normals are NaN; intensities are as in the file.
     """
     noise = placement.noise
     if noise is None:
@@ -196,17 +167,11 @@ def _cosine(xyz: Array, length: Array, normals: Array) -> Array:
 
 @dataclass(frozen=True)
 class Weakest:
-    """The direction in which the place of a cloud is known least.
+    """The direction in which the place of a cloud is known least."""
 
-    Attributes
-    ----------
-    sigma
-        Along that direction [m].
-    azimuth, elevation
-        Of the direction in E, N, U [rad].
-    """
-
+    #: along that direction [m]
     sigma: float
+    #: of the direction in E, N, U [rad]
     azimuth: float
     elevation: float
 
@@ -214,17 +179,7 @@ class Weakest:
 def weakest_direction(points: Array, covariance: Array) -> Weakest:
     """Find the direction in which the place of a cloud is known least.
 
-    Parameters
-    ----------
-    points : array (n, 3)
-        Relative to the station, along E, N, U [m].
-    covariance : array (6, 6)
-        Of its pose: translation [m], left rotation increments [rad].
-
-    Returns
-    -------
-    Weakest
-        Sigma and direction.
+    Points are relative to the station, along E, N, U.
     """
     geo = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), -skew(points)], axis=2)
     mean = (geo @ covariance @ geo.transpose(0, 2, 1)).mean(axis=0)

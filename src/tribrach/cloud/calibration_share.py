@@ -20,25 +20,7 @@ _BLOCK = 50_000
 
 
 def share_of(xyz: Array, placement: Placement) -> Array:
-    """Compute what a calibration adds to the covariance of corrected points.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Corrected points of the scanner frame [m].
-    placement
-        Where the scan stands, with its calibration.
-
-    Returns
-    -------
-    array (n, 6)
-        Elements xx, yy, zz, xy, xz, yz in the axes of the world [m^2].
-
-    Raises
-    ------
-    ValueError
-        The placement has no calibration.
-    """
+    """Compute what a calibration adds to the covariance of points: xx, yy, zz, xy, xz, yz."""
     share = placement.calibration
     if share is None:
         raise ValueError("the scan was not corrected")

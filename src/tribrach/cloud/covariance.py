@@ -25,30 +25,9 @@ def place_with_sigmas(
     cosine: Array | None = None,
     intensity: Array | None = None,
 ) -> tuple[Array, Single]:
-    """Place points in the world, with their standard deviations.
+    """Place points in the world, with their standard deviations along its axes.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    placement
-        Where the scan stands.
-    cosine : array (n,)
-        Cosines of the incidence angles, None if incidence adds nothing.
-    intensity : array (n,)
-        Intensities as in the file, for a scanner with a law of the noise; None if unknown.
-
-    Returns
-    -------
-    world : array (n, 3)
-        Coordinates [m].
-    sigma : array (n, 3)
-        Sigmas along the axes of the world [m].
-
-    Raises
-    ------
-    ValueError
-        The placement has no noise of single points.
+    Incidence adds nothing without cosines; a law of the noise takes intensities as in the file.
     """
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")
@@ -95,28 +74,9 @@ def covariances(
     cosine: Array | None = None,
     intensity: Array | None = None,
 ) -> Array:
-    """Compute the covariances of points.
+    """Compute the covariances of points in the axes of the world: xx, yy, zz, xy, xz, yz.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    placement
-        Where the scan stands.
-    cosine : array (n,)
-        Cosines of the incidence angles, None if incidence adds nothing.
-    intensity : array (n,)
-        Intensities as in the file, for a scanner with a law of the noise; None if unknown.
-
-    Returns
-    -------
-    array (n, 6)
-        Elements xx, yy, zz, xy, xz, yz in the axes of the world [m^2].
-
-    Raises
-    ------
-    ValueError
-        The placement has no noise of single points.
+    Incidence adds nothing without cosines; a law of the noise takes intensities as in the file.
     """
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")

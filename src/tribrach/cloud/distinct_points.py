@@ -26,27 +26,11 @@ def distinct_points(
 ) -> tuple[list[CloudPoints], list[Array]]:
     """Join what a quantity takes from each point, wherever the point comes in several times.
 
-    Parameters
-    ----------
-    sets : sequence of CloudPoints
-        The points.
-    gradients : sequence of array (n, ...)
-        What the quantity takes from each point, set by set.
+    ``gradients`` (n, ...) are what the quantity takes from each point, set by set.
 
-    Returns
-    -------
-    sets : list of CloudPoints
-        Of distinct points; those without points in common are as they were given.
-    gradients : list of array (n, ...)
-        The sums.
-
-    Notes
-    -----
     A joined point has the smallest cosine that is stated of it. Of sets whose points are said to
     count for fewer, all points of the joined set count for as few as those of the worst.
 
-    References
-    ----------
     Method section 5.10.
     """
     alike: dict[tuple[bytes, str], list[int]] = {}

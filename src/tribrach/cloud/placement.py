@@ -17,21 +17,14 @@ __all__ = ["CalibrationShare", "Placement"]
 
 @dataclass(frozen=True, eq=False)
 class CalibrationShare:
-    """What the uncertainty of a calibration and of other effects of a scanner adds to its points.
+    """What uncertain calibration and other effects of a scanner add to its points."""
 
-    Attributes
-    ----------
-    correction
-        Model, parameters and faces; effects that nothing was corrected by have the value zero.
-    own : array (k, k)
-        Covariance of the parameters.
-    cross : array (6, k)
-        Covariance of translation and left rotation increments of the station, in the axes of
-        the world, with the parameters.
-    """
-
+    #: model, parameters and faces; effects that nothing was corrected by have the value zero
     correction: Correction
+    #: (k, k): covariance of the parameters
     own: Array
+    #: (6, k): covariance of translation and left rotation increments of the station, in the axes of
+    #: the world, with the parameters
     cross: Array
 
     def turned(self, both: Array) -> CalibrationShare:
@@ -41,27 +34,18 @@ class CalibrationShare:
 
 @dataclass(frozen=True)
 class Placement:
-    """An adjusted station, for its cloud.
+    """An adjusted station, for its cloud."""
 
-    Attributes
-    ----------
-    station
-        Its name.
-    pose
-        World from scanner.
-    covariance : array (6, 6)
-        Of translation [m] and left rotation increments [rad] about the axes of the world.
-    noise
-        Noise of single points, None where the scanner's origin is not known, so that points
-        have no covariance.
-    calibration
-        Of the scanner, if its points were corrected.
-    """
-
+    #: its name
     station: str
+    #: world from scanner
     pose: Pose
+    #: (6, 6): of translation [m] and left rotation increments [rad] about the axes of the world
     covariance: Array
+    #: noise of single points, None where the scanner's origin is not known, so that points have no
+    #: covariance
     noise: ScanNoise | None
+    #: of the scanner, if its points were corrected
     calibration: CalibrationShare | None = None
 
     def turned(self, frame: Array) -> Placement:

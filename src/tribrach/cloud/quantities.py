@@ -54,26 +54,17 @@ _PLANE, _SPREAD = 6, 0.1
 
 @dataclass(frozen=True, repr=False)
 class PointQuantity:
-    """A number computed from points, with its variance in parts.
+    """A number computed from points, with its variance in parts."""
 
-    Attributes
-    ----------
-    value : float
-        In metres, or square or cubic metres.
-    own : float
-        Variance of what is new with every point: more points make it smaller.
-    shared : float
-        Variance of what points share: no number of points makes it smaller.
-    systematic : float
-        Largest variance that the systematic part of the angles can add.
-    unit : str
-        Of the value.
-    """
-
+    #: in metres, or square or cubic metres
     value: float
+    #: variance of what is new with every point: more points make it smaller
     own: float
+    #: variance of what points share: no number of points makes it smaller
     shared: float
+    #: largest variance that the systematic part of the angles can add
     systematic: float = 0.0
+    #: of the value
     unit: str = "m"
 
     @property
@@ -92,18 +83,7 @@ class PointQuantity:
         return float(np.sqrt(max(self.shared + self.systematic, 0.0)))
 
     def interval(self, confidence: float = 0.95) -> tuple[float, float]:
-        """Limits that hold the true value with a probability.
-
-        Parameters
-        ----------
-        confidence : float
-            The probability.
-
-        Raises
-        ------
-        InputError
-            The confidence is not between 0 and 1.
-        """
+        """Limits that hold the true value with a probability."""
         if not 0 < confidence < 1:
             raise InputError(
                 f"the confidence is {confidence:g}, which is not between 0 and 1",
@@ -124,42 +104,28 @@ class PointQuantity:
 
 @dataclass(frozen=True, repr=False)
 class Volume(PointQuantity):
-    """A volume between two surfaces.
+    """A volume between two surfaces."""
 
-    Attributes
-    ----------
-    area : float
-        Of the cells that both surfaces have points in [m^2].
-    cells, left_out : int
-        Those cells, and those that only one surface has points in.
-    sampling : float
-        The part of ``own`` that comes from the surfaces themselves [m^6]: how their points scatter
-        about the plane of each cell beyond their noise.
-    border : int
-        Cells that count in full although a neighbour is left out or empty: the edge of the volume
-        runs through them.
-    """
-
+    #: of the cells that both surfaces have points in [m^2]
     area: float = 0.0
+    #: those cells, and those that only one surface has points in
     cells: int = 0
     left_out: int = 0
+    #: the part of ``own`` that comes from the surfaces themselves [m^6]: how their points scatter
+    #: about the plane of each cell beyond their noise
     sampling: float = 0.0
+    #: cells that count in full although a neighbour is left out or empty: the edge of the volume
+    #: runs through them
     border: int = 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointVector:
-    """A place or a difference of two places, with its covariance in parts.
+    """A place or a difference of two places, with its covariance in parts."""
 
-    Attributes
-    ----------
-    value : array (3,)
-        Along the axes of the frame [m].
-    own, shared, systematic : array (3, 3)
-        As in :class:`PointQuantity` [m^2].
-    """
-
+    #: (3,): along the axes of the frame [m]
     value: Array
+    #: (3, 3): as in :class:`PointQuantity` [m^2]
     own: Array
     shared: Array
     systematic: Array
@@ -176,18 +142,7 @@ class PointVector:
         return out
 
     def along(self, direction: ArrayLike) -> PointQuantity:
-        """The component along a direction.
-
-        Parameters
-        ----------
-        direction : array_like (3,)
-            Of any length but zero.
-
-        Raises
-        ------
-        InputError
-            A direction that is none.
-        """
+        """The component along a direction."""
         given = np.array(direction, dtype=float)
         size = float(np.linalg.norm(given))
         if given.shape != (3,) or not 0 < size < np.inf:
@@ -200,13 +155,7 @@ class PointVector:
 
     @property
     def length(self) -> PointQuantity:
-        """The distance [m].
-
-        Raises
-        ------
-        InputError
-            It is zero: its sigma has no direction then.
-        """
+        """The distance [m], refused where it is zero: its sigma has no direction then."""
         if not self.value.any():
             raise InputError(
                 "a distance of zero has no direction that its sigma could be along",
@@ -501,15 +450,6 @@ class _CellPlanes:
 
     A cell takes the slope of its own points; where those are few or in a line, that of the points
     of the cells around it, or of the whole surface. Its height is that of the plane at its centre.
-
-    Attributes
-    ----------
-    weights : array (n,)
-        What each point counts for in the sum of the heights of all cells in use.
-    across : array (n, 2)
-        What the sum changes by as a point moves across.
-    slopes : array (n, 2)
-        Rise per metre of the plane of the cell that a point is in.
     """
 
     def __init__(
@@ -527,7 +467,9 @@ class _CellPlanes:
         centre = (np.stack(np.divmod(np.arange(size), shape[1]), axis=1) + low + 0.5) * cell
         lever = mean[:, :2] - centre
         slope, at, self._free = np.zeros((size, 2)), mean.copy(), np.maximum(count - 1.0, 0.0)
+        # what each point counts for in the sum of the heights of all cells in use
         self.weights = np.where(use, 1 / self._count, 0.0)[number]
+        # what the sum changes by as a point moves across
         self.across = np.zeros((len(points), 2))
         waiting = (count > 0) & use
         for reach in (0, 1, max(shape)):

@@ -61,22 +61,10 @@ _POSE = 6
 
 
 def slopes(world: Array, placement: Placement) -> Array:
-    """Derivatives of placed points by what they share with all points of their scan.
+    """Derivatives (n, 3, 6 + k) of placed points by what they share with all points of their scan.
 
-    Parameters
-    ----------
-    world : array (n, 3)
-        Points in the frame of the placement [m].
-    placement
-        Where the scan stands, with its effects if it has any.
+    They are by translation [m], left rotation increments [rad], and the k effects.
 
-    Returns
-    -------
-    array (n, 3, 6 + k)
-        By translation [m], left rotation increments [rad], and the k effects.
-
-    References
-    ----------
     Method sections 5.1 and 5.10.
     """
     arm = world - placement.pose.translation
@@ -89,22 +77,8 @@ def slopes(world: Array, placement: Placement) -> Array:
 
 
 def angle_slopes(world: Array, placement: Placement) -> Array:
-    """What the systematic part of the angles moves placed points by, at one sigma.
+    """What the systematic part of both angles moves placed points by, at one sigma (n, 3, 2).
 
-    Parameters
-    ----------
-    world : array (n, 3)
-        Points in the frame of the placement [m].
-    placement
-        Where the scan stands; nothing is systematic without noise.
-
-    Returns
-    -------
-    array (n, 3, 2)
-        By the horizontal and the zenith angle [m].
-
-    References
-    ----------
     Method section 5.10.
     """
     sigma = 0.0 if placement.noise is None else placement.noise.systematic
@@ -117,26 +91,14 @@ def angle_slopes(world: Array, placement: Placement) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class GivenPart:
-    """What a result was told from outside, and how much of it is in what its points share.
+    """What a result was told from outside, and how much of it is in what its points share."""
 
-    Attributes
-    ----------
-    keys : tuple of str
-        What the m given values are: coordinates of control, parameters of a calibration file.
-        Results with the same keys were told the same.
-    covariance : array (m, m)
-        Of the given values, a priori.
-    cross : array (q, m)
-        Covariance of the rows of the shared part with them.
-
-    Raises
-    ------
-    InputError
-        Sizes that do not fit.
-    """
-
+    #: what the m given values are: coordinates of control, parameters of a calibration file.
+    #: Results with the same keys were told the same
     keys: tuple[str, ...]
+    #: (m, m): of the given values, a priori
     covariance: Array
+    #: (q, m): covariance of the rows of the shared part with them
     cross: Array
 
     def __post_init__(self) -> None:
@@ -360,33 +322,19 @@ class SharedPart:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CloudPoints:
-    """Points of one scan, with what they share.
+    """Points of one scan, with what they share."""
 
-    Attributes
-    ----------
-    xyz : array (n, 3)
-        In the frame of the result [m].
-    scan : str
-        The scan that they are from.
-    shared : SharedPart
-        What they share with each other and with the points of other scans.
-    cosine, intensity : array (n,) or None
-        Cosines of the incidence angles; intensities for the law of the noise.
-    effective : float or None
-        How many of the points count as independent; None to take what the noise says that
-        neighbours share.
-
-    Raises
-    ------
-    InputError
-        Not (n, 3) finite coordinates, no points, an effective number that is none.
-    """
-
+    #: (n, 3): in the frame of the result [m]
     xyz: Array
+    #: the scan that they are from
     scan: str
+    #: what they share with each other and with the points of other scans
     shared: SharedPart
+    #: (n,): cosines of the incidence angles; intensities for the law of the noise
     cosine: Array | None = None
     intensity: Array | None = None
+    #: how many of the points count as independent; None to take what the noise says that neighbours
+    #: share
     effective: float | None = None
 
     def __post_init__(self) -> None:
@@ -423,13 +371,6 @@ class CloudPoints:
     def own(self, part: slice = slice(None)) -> Array:
         """Covariances ``B_i`` (n, 3, 3) [m^2] of what is new with every point; zero without noise.
 
-        Parameters
-        ----------
-        part
-            Of which points, all if not given.
-
-        References
-        ----------
         Method section 5.10.
         """
         where, xyz = self.placement, self.xyz[part]
@@ -443,22 +384,11 @@ class CloudPoints:
         return elements[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
 
     def carried(self, gradients: Array) -> tuple[Array, Array]:
-        """Carry the points to m quantities.
+        """Carry the points to m quantities by their gradients (n, m, 3).
 
-        Parameters
-        ----------
-        gradients : array (n, m, 3)
-            Of the quantities by each point.
+        ``sum_i G_i B_i G_i^T`` with what neighbours share of their ranges, and ``sum_i G_i J_i`` by
+        everything that is shared.
 
-        Returns
-        -------
-        own : array (m, m)
-            ``sum_i G_i B_i G_i^T`` with what neighbours share of their ranges.
-        shared : array (m, q)
-            ``sum_i G_i J_i``, by everything that is shared.
-
-        References
-        ----------
         Method section 5.10.
         """
         m = gradients.shape[1]
@@ -489,22 +419,7 @@ class CloudPoints:
 
 
 def checked_covariance(covariance: Array, count: int, whose: str) -> None:
-    """Refuse a matrix that is not the joint covariance of so many unknowns.
-
-    Parameters
-    ----------
-    covariance : array (q, q)
-        The matrix.
-    count
-        Number of the unknowns.
-    whose
-        Whose covariance it is, for the message.
-
-    Raises
-    ------
-    InputError
-        Another size, numbers that are none or too large, a negative variance.
-    """
+    """Refuse a matrix that is not the joint covariance of so many unknowns."""
     if covariance.shape != (count, count) or not np.isfinite(covariance).all():
         raise InputError(f"the joint covariance of {whose} has {count} rows and columns")
     if too_large(covariance):

@@ -51,36 +51,25 @@ _SAMPLE = 4000
 
 @dataclass
 class CloudSummary:
-    """Uncertainty of the points that were taken in so far.
+    """Uncertainty of the points that were taken in so far."""
 
-    Attributes
-    ----------
-    points
-        Number of points.
-    squares : array (3,)
-        Sums of squared sigmas along the axes [m^2].
-    smallest, largest
-        Extremes of the three-dimensional sigma [m].
-    counts : array (102,)
-        Points between the edges of the histogram.
-    within : array (classes,)
-        Points within the limit of each class.
-    low, high : array (3,)
-        Bounds of the coordinates [m].
-    sample : array (k, 4)
-        x, y, z in the frame of the cloud and the three-dimensional sigma [m].
-    """
-
+    #: number of points
     points: int = 0
+    #: (3,): sums of squared sigmas along the axes [m^2]
     squares: Array = field(default_factory=lambda: np.zeros(3))
+    #: extremes of the three-dimensional sigma [m]
     smallest: float = np.inf
     largest: float = 0.0
+    #: (102,): points between the edges of the histogram
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(102, dtype=np.int64))
+    #: (classes,): points within the limit of each class
     within: NDArray[np.int64] = field(
         default_factory=lambda: np.zeros(len(CLASSES), dtype=np.int64)
     )
+    #: (3,): bounds of the coordinates [m]
     low: Array = field(default_factory=lambda: np.full(3, np.inf))
     high: Array = field(default_factory=lambda: np.full(3, -np.inf))
+    #: (k, 4): x, y, z in the frame of the cloud and the three-dimensional sigma [m]
     sample: Array = field(default_factory=lambda: np.zeros((0, 4)))
     _step: int = _THIN
 

@@ -44,8 +44,6 @@ Verdict = Literal["within", "not within", "cannot tell", "not seen"]
 class DesignGates:
     """Which points are of a face, and what a place is.
 
-    Notes
-    -----
     Chosen by hand on simulated walls (tests/comparison/test_as_designed); where a number has a
     source, it is named.
     """
@@ -92,15 +90,8 @@ class DeviationLimits:
 class Design:
     """A model that clouds are compared with.
 
-    Parameters
-    ----------
-    mesh
-        The model.
-    scanner : (3,) or None
-        Where the cloud was seen from; of faces whose sides the model does not tell, it is the side
-        of the scanner.
-    place
-        Edge of the places [m].
+    Of faces whose sides the model does not tell, the scanner's side counts; ``place`` is the edge
+    [m] of what is compared.
     """
 
     def __init__(self, mesh: Mesh, scanner: Array | None = None, place: float = 0.5) -> None:
@@ -162,15 +153,7 @@ class Design:
 
 
 class _Faces:
-    """Flat faces that are larger than a place: each is divided evenly, along its own edges.
-
-    Parameters
-    ----------
-    mesh
-        The model.
-    place
-        Edge of the places [m].
-    """
+    """Flat faces that are larger than a place: each is divided evenly, along its own edges."""
 
     def __init__(self, mesh: Mesh, place: float) -> None:
         face = mesh.by_faces().element
@@ -209,18 +192,8 @@ class _Faces:
 class DesignSums:
     """Sums up points by place and distance, chunk by chunk; memory grows with the surface.
 
-    Parameters
-    ----------
-    design
-        The model.
-    limit
-        Points farther away are of something else [m].
-    placement
-        Of the scan, None where it is not known.
-    shared : (6, 6) or None
-        Covariance of a shift and turn about ``middle``, where the user states it instead.
-    middle : (3,)
-        See above [m].
+    Points beyond ``limit`` are of something else [m]. ``shared`` is the covariance of a shift and
+    turn about ``middle``, where the user states it instead of a placement.
     """
 
     def __init__(
@@ -412,27 +385,9 @@ class DesignPlaces:
 
 
 def judge(places: DesignPlaces, limits: DeviationLimits, risk: float) -> tuple[Verdict, float]:
-    """Whether all seen places of an element are within limits.
+    """Verdict whether all seen places of an element are within limits, and guard factor of sigma.
 
-    Parameters
-    ----------
-    places
-        Of the element.
-    limits
-        Deviations that are allowed [m].
-    risk
-        Largest probability of either wrong verdict.
-
-    Returns
-    -------
-    verdict : str
-        ``within``, ``not within``, ``cannot tell``, or ``not seen``.
-    guard : float
-        Factor of sigma by which a place has to be beyond a limit.
-
-    References
-    ----------
-    Method section 9.6.
+    ``risk`` is the largest probability of either wrong verdict (method section 9.6).
     """
     if not len(places):
         return "not seen", float("nan")

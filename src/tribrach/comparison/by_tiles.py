@@ -44,21 +44,7 @@ def tile_normals(
     engine: Engine = HERE,
     progress: Progress = _nothing,
 ) -> Normals:
-    """Normals at core points from the reference.
-
-    Parameters
-    ----------
-    cut
-        Both clouds.
-    core : array (m, 3)
-        Core points [m].
-    settings
-        Scales, and which way normals look.
-    engine
-        Who does the tiles.
-    progress
-        Told of the core points done.
-    """
+    """Normals at core points from the reference."""
     checked_core(core)
 
     def call(tile: Tile, rows: Index) -> tuple[Any, ...]:
@@ -80,22 +66,8 @@ def tile_m3c2(
 ) -> M3C2:
     """Distances of the compared cloud from the reference along the normals at core points.
 
-    Parameters
-    ----------
-    cut
-        Both clouds; all points of the compared one count, asked for or not.
-    core : array (m, 3)
-        Core points [m].
-    settings
-        Cylinder and registration.
-    normals
-        At the core points.
-    footprints, shares
-        As in :func:`~tribrach.comparison.m3c2.m3c2`, the first of the reference.
-    engine
-        Who does the tiles.
-    progress
-        Told of the core points done.
+    ``footprints`` and ``shares`` as in :func:`~tribrach.comparison.m3c2.m3c2`, the first of the
+    reference.
     """
 
     def call(tile: Tile, rows: Index) -> tuple[Any, ...]:

@@ -133,13 +133,7 @@ class C2C(
     normals: Array
 
     def beside(self, changed: float | None) -> C2C:
-        """The same, with nothing called sampling that distances across the surface call a change.
-
-        Parameters
-        ----------
-        changed
-            Share of the distances along normals beyond their levels, None without any.
-        """
+        """The same, with nothing called sampling that distances along normals call a change."""
         plane = self.local_plane
         moved = changed is not None and changed > _CHANGED
         if plane is not None and plane.count > _FEW:
@@ -174,16 +168,8 @@ def cloud_to_cloud(
 ) -> C2C:
     """Compare every point of a cloud with the nearest of a reference within a limit.
 
-    Parameters
-    ----------
-    compared, reference
-        Clouds A and B as streams.
-    limit
-        Largest distance that counts [m].
-    viewpoint : array (3,)
-        Distances from local planes are positive towards it.
-    size
-        Points of either cloud in and around a tile, which is in memory at a time.
+    Distances from local planes are positive towards the viewpoint; ``size`` points of either cloud
+    are in memory at a time.
     """
     with tiles(compared, reference, limit, size=size) as cut:
         return tile_distances(cut, limit, viewpoint=viewpoint)
@@ -198,23 +184,7 @@ def tile_distances(
     engine: Engine = HERE,
     progress: Progress = lambda what, done, total: None,
 ) -> C2C:
-    """Compare two clouds that are cut into tiles; see :func:`cloud_to_cloud`.
-
-    Parameters
-    ----------
-    cut
-        The clouds.
-    limit
-        Largest distance that counts [m].
-    viewpoint : array (3,)
-        Distances from local planes are positive towards it.
-    what
-        What progress calls this.
-    engine
-        Who does the tiles.
-    progress
-        Told of the points done.
-    """
+    """Compare two clouds that are cut into tiles; see :func:`cloud_to_cloud`."""
     calls = [Call(what, (tile, limit, viewpoint, what), cost=tile.asked) for tile in cut]
     found = dict(engine.completed(_look_at, calls, progress))
     looked = [found[number] for number in sorted(found)]
@@ -430,24 +400,8 @@ def plane_distances(
     No plane is there where the neighbours are no plane, lie to one side of the point, or the
     nearest is beyond the limit.
 
-    Parameters
-    ----------
-    cloud
-        The reference.
-    points : array (n, 3)
-        Points in its frame [m].
-    limit
-        Largest distance that counts [m].
-    viewpoint : array (3,)
-        Distances are positive towards it; without one, on the side of the largest coordinate of
-        the normal.
-    neighbours
-        Points through which a plane is laid.
-
-    Returns
-    -------
-    array (n,)
-        Distances [m], NaN without a plane.
+    Distances are positive towards the viewpoint; without one, on the side of the largest coordinate
+    of the normal. NaN without a plane.
     """
     out = np.full(len(points), np.nan)
     if cloud.count < neighbours:
@@ -569,11 +523,6 @@ class Tally:
         """The distance that a share does not exceed, to a twenty-thousandth of the limits.
 
         Within its bin distances are taken as even.
-
-        Returns
-        -------
-        float
-            Distance [m].
         """
         wanted = share * self.count
         cumulated = np.cumsum(self.bins)

@@ -66,17 +66,6 @@ def centred(
 
     Coordinates of the size of UTM lose their large part here before anything is multiplied. Small
     chunks are joined up to ``most`` points, as every chunk is searched from all core points.
-
-    Parameters
-    ----------
-    source
-        The cloud.
-    origin : array (3,)
-        What coordinates are to be relative to [m].
-    low, high : array (3,)
-        Corners of the box, relative to the origin [m].
-    most
-        Points of a chunk at most.
     """
     waiting: list[CloudChunk] = []
     for part in source():

@@ -42,22 +42,7 @@ def core_points(
 
     The order of the parts does not matter but for ties, which the first of them wins.
 
-    Parameters
-    ----------
-    cloud
-        The cloud.
-    spacing
-        Side of the cells [m].
-    most
-        Core points at most.
-    origin : array (3,)
-        A corner of the grid, near the points, so that large coordinates cost no digits [m]; the
-        first point if None.
-
-    Returns
-    -------
-    array (m, 3)
-        Core points [m].
+    ``origin`` is a corner of the grid, near the points, so that large coordinates cost no digits.
     """
     if not spacing > 0:
         raise InputError("the spacing of core points is not positive", record=f"{spacing:g} m")
@@ -191,18 +176,8 @@ def core_normals(
 ) -> Normals:
     """Estimate normals at core points from a cloud.
 
-    Parameters
-    ----------
-    cloud
-        The cloud.
-    core : array (m, 3)
-        Core points [m].
-    scales
-        One or several diameters D [m].
-    scanner : array (3,)
-        Normals look towards it.
-    direction : array (3,)
-        Without a scanner their component along it is positive; upwards if neither is given.
+    Normals look towards the scanner; without one their component along ``direction``, or upwards,
+    is positive.
     """
     if len(scales) == 0 or not min(scales) > 0:
         raise InputError("normals need scales that are positive lengths")

@@ -25,18 +25,6 @@ def beam_areas(core: Array, normals: Array, placement: Placement) -> Array:
 
     w is the diameter at the range from the station: the beam's (method section 5.2) unless the
     instrument has another one (method section 5.7).
-
-    Parameters
-    ----------
-    core, normals : array (m, 3)
-        Points and their unit normals.
-    placement
-        Where the scan stands.
-
-    Returns
-    -------
-    array (m,)
-        Areas [m^2].
     """
     shared = _shared(placement)
     beam = core - placement.pose.translation

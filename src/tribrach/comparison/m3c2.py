@@ -55,13 +55,7 @@ _MEDIAN_COST = np.pi / 2
 
 @dataclass(frozen=True)
 class M3C2Settings:
-    """Settings of M3C2.
-
-    Raises
-    ------
-    InputError
-        A length is not positive, or the registration negative.
-    """
+    """Settings of M3C2."""
 
     #: diameters D of the neighbourhoods for normals [m]; the most planar one is taken
     scales: Sequence[float]
@@ -180,21 +174,8 @@ def m3c2(
 ) -> M3C2:
     """Compute distances of the second cloud from the first at core points.
 
-    Parameters
-    ----------
-    first, second
-        The clouds, in one frame.
-    core : array (m, 3)
-        Core points [m].
-    settings
-        Scales, cylinder and registration.
-    normals
-        At the core points; from the first cloud if None.
-    footprints
-        Areas of the beams of both clouds on the surface [m^2], each (m,) or one number, for the
-        effective numbers.
-    shares
-        Share of their variance that points of one footprint share, in both clouds.
+    Normals come from the first cloud if None. ``footprints`` are areas of the beams of both clouds
+    on the surface [m^2], ``shares`` what points of one footprint share of their variance.
     """
     checked_core(core)
     if normals is None:

@@ -146,18 +146,7 @@ def m3c2_ep(
 ) -> M3C2EP:
     """Compute distances of the second cloud from the first, with propagated uncertainty.
 
-    Parameters
-    ----------
-    first, second
-        The clouds, with the random covariance of every point.
-    core : array (m, 3)
-        Core points [m].
-    settings
-        Scales and cylinder; its registration and median are not used.
-    stations
-        The stations of both clouds with their joint covariance.
-    normals, footprints, shares
-        As in plain M3C2.
+    Registration and median of the settings are not used; the rest is as in plain M3C2.
     """
     checked_core(core)
     if normals is None:

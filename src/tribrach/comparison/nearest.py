@@ -31,18 +31,7 @@ _BITS = 16
 
 
 class Neighbours:
-    """The tree of a reference.
-
-    Parameters
-    ----------
-    reference : array (m, 3)
-        Points [m].
-
-    Raises
-    ------
-    ValueError
-        Coordinates that are not finite.
-    """
+    """The tree of a reference, whose coordinates must be finite."""
 
     def __init__(self, reference: Array) -> None:
         self.count = len(reference)
@@ -65,22 +54,6 @@ class Neighbours:
         """Find the nearest points of the reference.
 
         Where nothing is nearer than the limit the distance is infinite and the index m.
-
-        Parameters
-        ----------
-        points : array (n, 3)
-            Points in the frame of the reference [m].
-        limit
-            Largest distance that counts [m].
-        k
-            Neighbours of each point.
-
-        Returns
-        -------
-        distances : array (n,), or (n, k) if k > 1
-            Distances [m].
-        indices : array of the same shape
-            Rows of the reference.
         """
         distances, indices = self.local_query(points, limit, k)
         return distances, indices if self._order is None else self._order[indices]
@@ -114,39 +87,14 @@ def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Arra
     """Find the nearest point of a reference.
 
     Where nothing is nearer than the limit the distance is infinite and the index m.
-
-    Parameters
-    ----------
-    query : array (n, 3)
-        Points [m].
-    reference : array (m, 3)
-        Points [m].
-    limit
-        Largest distance that counts [m].
-
-    Returns
-    -------
-    distances : array (n,)
-        Distances [m].
-    indices : array (n,)
-        Rows of the reference.
     """
     return Neighbours(reference).query(query, limit)
 
 
 def corners(points: Array) -> Array:
-    """Find the least and largest coordinates of points.
+    """Two corners of the box of points.
 
-    Parameters
-    ----------
-    points : array (n, 3)
-        Points [m].
-
-    Returns
-    -------
-    array (2, 3)
-        Two corners of their box [m]: infinite without points, NaN along an axis with a coordinate
-        that is not finite.
+    Infinite without points, NaN along an axis with a coordinate that is not finite.
     """
     if len(points) == 0:
         return np.array([[np.inf] * 3, [-np.inf] * 3])

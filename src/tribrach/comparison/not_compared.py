@@ -100,19 +100,7 @@ def reasons_of(found: M3C2EP, pair: StationPair) -> Index:
 def areas_without(
     places: Array, reasons: Index, cell: float, only_b: Array
 ) -> tuple[ComparedSurface, tuple[Reason, ...]]:
-    """Sum up what is not compared.
-
-    Parameters
-    ----------
-    places : array (m, 3)
-        Core points [m].
-    reasons : array (m,)
-        As :func:`reasons_of` says.
-    cell
-        Side of the cells that they stand for [m].
-    only_b : array (k, 3)
-        Places of B that A has nothing near.
-    """
+    """Sum up core points that are not compared, and places of B that A has nothing near."""
     everywhere = np.concatenate([places, only_b])
     why = np.concatenate([reasons, np.full(len(only_b), len(REASONS) - 1, dtype=np.int64)])
     total, area = max(len(everywhere), 1), cell**2

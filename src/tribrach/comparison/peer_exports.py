@@ -49,15 +49,7 @@ def alignment(
 ) -> PeerTransformation:
     """Write the uncertainty of the second station against the first for py4dgeo.
 
-    Parameters
-    ----------
-    stations
-        Both stations with their joint covariance.
-    reference : array (3,)
-        A place near the clouds, in their frame [m].
-    motion
-        What the second cloud still has to be moved by; None if it is in the frame of the first,
-        as clouds of one project are.
+    ``motion`` is what the second cloud still has to be moved by; None if both are in one frame.
     """
     rotation = np.eye(3) if motion is None else motion.rotation
     # x' = R x + s, written about the reference

@@ -30,48 +30,28 @@ _ROUNDING = 1e-9
 
 
 class PointCells(NamedTuple):
-    """Points in the order of their cells.
+    """Points in the order of their cells."""
 
-    Attributes
-    ----------
-    xyz : array (n, 3)
-        The points [m].
-    order : array (n,)
-        Where each point was before.
-    corner : array (3,)
-        Corner of the first cell [m].
-    size
-        Side of a cell [m].
-    shape
-        Columns along x and y.
-    base : array (columns + 1,)
-        Where the table of each column, x-major, begins.
-    lowest : array (columns,)
-        First layer of each column.
-    start : array (cells + 1,)
-        First point of each cell.
-    """
-
+    #: (n, 3): the points [m]
     xyz: Array
+    #: (n,): where each point was before
     order: Index
+    #: (3,): corner of the first cell [m]
     corner: Array
+    #: side of a cell [m]
     size: float
+    #: columns along x and y
     shape: tuple[int, int]
+    #: (columns + 1,): where the table of each column, x-major, begins
     base: Index
+    #: (columns,): first layer of each column
     lowest: Short
+    #: (cells + 1,): first point of each cell
     start: Index
 
     @classmethod
     def of(cls, xyz: Array, size: float) -> PointCells:
-        """Sort points, all finite, into cells.
-
-        Parameters
-        ----------
-        xyz : array (n, 3)
-            Points [m].
-        size
-            Side of a cell [m]; larger if there were too many.
-        """
+        """Sort points, all finite, into cells."""
         corner, top = corners(xyz) if len(xyz) else np.zeros((2, 3))
         while True:
             # the same arithmetic as in the sort, so that the topmost point has the last cell

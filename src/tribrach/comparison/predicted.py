@@ -60,17 +60,9 @@ def with_random(
 ) -> Source:
     """Give a cloud the random covariance of its points, ``C_int`` carried into its frame.
 
-    Parameters
-    ----------
-    stream
-        Points (n, 3) in the frame of the placement [m], or (n, 4) with their intensity as it was
-        in the file of the scan, NaN where unknown, which a law of the noise takes.
-    placement
-        Where the scan stands, with its noise.
-    core, normals : array (m, 3)
-        Where the surface is known; a point takes the normal of the nearest.
-    incidence
-        Are sigmas of ranges divided by the cosine of the incidence angle?
+    Chunks are (n, 3), or (n, 4) with their intensity as in the file, NaN where unknown. A point
+    takes the normal of the nearest core point. ``incidence`` divides sigmas of ranges by the
+    cosine.
     """
     if placement.noise is None:
         raise ValueError("points without a scanner origin have no covariance")
@@ -229,17 +221,7 @@ class Prediction(
 
 
 def predict(result: M3C2EP, stations: StationPair, diameter: float) -> Prediction | None:
-    """Sum up distances with propagated uncertainty over a site.
-
-    Parameters
-    ----------
-    result
-        Distances at core points of the site.
-    stations
-        Both stations with their joint covariance.
-    diameter
-        Of the cylinders [m]; those that share points count for less.
-    """
+    """Sum up distances with propagated uncertainty; overlapping cylinders count for less."""
     used = result.usable & np.isfinite(result.distance) & np.isfinite(result.sigma)
     if not used.any():
         return None

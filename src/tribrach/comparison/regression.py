@@ -199,19 +199,9 @@ def regress(
 ) -> Regression:
     """Fit quantities against causes.
 
-    Parameters
-    ----------
-    values
-        Columns (n,) by name.
-    x
-        Names of the causes.
-    y
-        Names of the quantities.
-    units
-        By column; the cause in ``deg``, ``gon`` or ``rad``, or whose name begins with ``inc``,
-        is the incidence angle (degrees if its unit is not given).
-    confidence
-        Of the t-test of the quadratic term.
+    The cause in ``deg``, ``gon`` or ``rad``, or whose name begins with ``inc``, is the incidence
+    angle (degrees if its unit is not given). ``confidence`` is that of the t-test of the quadratic
+    term.
     """
     units = units or {}
     n = len(values[y[0]])

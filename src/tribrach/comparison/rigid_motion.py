@@ -105,18 +105,8 @@ def distances_of(
 ) -> PlaceDistances:
     """Distances with propagated uncertainty as observations of motions.
 
-    Parameters
-    ----------
-    found
-        Of the second cloud, the later one, from the first.
-    pair
-        Both stations.
-    diameter
-        Of the cylinders [m]; those that share points count for less.
-    rows : array (m,)
-        Which of them can be used.
-    site
-        Number of their site.
+    ``found`` is from the first cloud to the second, later one; cylinders that share points count
+    for less.
     """
     core, normals = found.core[rows], found.normals.vectors[rows]
     # where the points of the later cloud are: at borders they lie to one side of the axis
@@ -275,12 +265,7 @@ def components(core: Array, normals: Array, middle: Array, axes: Array) -> Array
 
 
 def part_motion(part: PlaceDistances, factor: float = 1.0) -> PartMotion | None:
-    """The motion of a part, robust against distances that are not on it.
-
-    References
-    ----------
-    Method section 12.8.
-    """
+    """The motion of a part, robust against distances that are not on it (method section 12.8)."""
     kept = _kept(part, factor)
     found = None if kept is None else _fitted(part.some(kept), factor)
     return None if kept is None or found is None else replace(found, kept=kept)
@@ -307,14 +292,10 @@ def _kept(part: PlaceDistances, factor: float) -> Mask | None:
 def relative_motion(
     part: PlaceDistances, motion: PartMotion, stable: PartMotion
 ) -> PartMotion | None:
-    """The motion of a part against another one that is taken as not moved.
+    """The motion of a part against another one that is taken as not moved (method section 12.8).
 
     What the stations do to both alike cancels. The other part and this one have no distance in
     common.
-
-    References
-    ----------
-    Method section 12.8.
     """
     some = part.some(motion.kept)
     hidden = np.eye(6) - stable.basis @ stable.basis.T

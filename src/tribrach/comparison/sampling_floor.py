@@ -65,18 +65,6 @@ class Floor:
 def lattice_mean(pitch_x: Array, pitch_y: Array) -> Array:
     """Mean distances on rectangular lattices.
 
-    Parameters
-    ----------
-    pitch_x, pitch_y : array (n,)
-        Pitches at right angles [m].
-
-    Returns
-    -------
-    array (n,)
-        Distances [m].
-
-    Notes
-    -----
     The mean distance from the corner of a rectangle ``p x q`` with diagonal d to its points, ``d/3
     + p^2/(6q) asinh(q/p) + q^2/(6p) asinh(p/q)``, for a quarter of the cell.
     """
@@ -135,17 +123,7 @@ class SamplingPattern:
 
 
 def pattern(cloud: Neighbours, places: Array, limit: float = np.inf) -> SamplingPattern:
-    """Find how the points of a cloud lie around places on or near its surface.
-
-    Parameters
-    ----------
-    cloud
-        The cloud.
-    places : array (n, 3)
-        Places in its frame [m].
-    limit
-        Distances beyond it have no part in the floor [m].
-    """
+    """Find how the points of a cloud lie around places on or near its surface."""
     count = len(places)
     figures = np.full((count, 9), np.nan)
     rest = np.arange(count)

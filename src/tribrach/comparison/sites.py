@@ -76,23 +76,7 @@ def cut(
     progress: Callable[[int], None] = lambda points: None,
     columns: int = 3,
 ) -> Spool:
-    """Cut the points of each site out of a cloud that is read once.
-
-    Parameters
-    ----------
-    cloud
-        The cloud as a stream.
-    sites
-        The sites.
-    folder
-        Where the points are kept.
-    margin
-        Points within it of a site count [m].
-    progress
-        Called with the number of points done.
-    columns
-        Of the chunks: three, or with light four.
-    """
+    """Cut the points of each site out of a cloud that is read once."""
     spool, done = Spool(folder, len(sites), columns), 0
     for chunk in cloud():
         xyz = chunk[:, :3]
@@ -115,17 +99,7 @@ class Geometry(Result):
 
 
 def seen_from(scanner: Array, places: Array, normals: Array) -> Geometry | None:
-    """Compute range and incidence of places seen from a scanner.
-
-    Parameters
-    ----------
-    scanner : array (3,)
-        Place of the scanner [m].
-    places : array (n, 3)
-        Places of the surface [m].
-    normals : array (n, 3)
-        Unit normals, NaN where there is no surface.
-    """
+    """Compute range and incidence of places seen from a scanner."""
     if len(places) == 0:
         return None
     beams = scanner - places
@@ -142,19 +116,7 @@ def choose_sites(
     count: int = 16,
     size: float = _SIZE,
 ) -> list[ComparisonSite]:
-    """Propose balls on surfaces that both clouds have, numbered from 1.
-
-    Parameters
-    ----------
-    clouds
-        Points (n, 3) [m] and unit normals (n, 3), NaN where unknown, of either, in one frame.
-    scanners
-        Places (3,) of both [m].
-    count
-        Sites at most.
-    size
-        Diameter of the balls [m].
-    """
+    """Propose balls on surfaces that both clouds have, numbered from 1."""
     origin = np.mean([x.mean(axis=0) for x, _ in clouds if len(x)], axis=0)
     cells = [_cells(*cloud, origin, size) for cloud in clouds]
     shared = np.intersect1d(cells[0], cells[1])

@@ -46,13 +46,7 @@ class PairSide:
 
 @dataclass(frozen=True)
 class StationPair:
-    """Two stations with one covariance.
-
-    Raises
-    ------
-    InputError
-        The matrix is not a covariance of so many unknowns.
-    """
+    """Two stations with one covariance, which is tested for being one."""
 
     #: (3,), their places [m]
     first: Array
@@ -97,8 +91,6 @@ class StationPair:
     def of_results(cls, one: SharedPart, first: str, two: SharedPart, second: str) -> StationPair:
         """Two scans of two results: what both were given alike is counted once.
 
-        References
-        ----------
         Method section 12.7.
         """
         sides, order, sizes = [], [], [len(one.covariance), len(two.covariance)]
@@ -208,15 +200,8 @@ class StationPair:
 def joint_covariance(one: SharedPart, two: SharedPart) -> tuple[Array, tuple[str, ...]]:
     """The covariance of what the points of two results share, and what both were given alike.
 
-    Returns
-    -------
-    covariance : array (q1 + q2, q1 + q2)
-        Rows of the first result, then of the second.
-    alike : tuple of str
-        Given values that both were told with one covariance; none where that is not known.
+    The second answer are given values that both were told with one covariance.
 
-    References
-    ----------
     Method section 12.7.
     """
     n = len(one.covariance)

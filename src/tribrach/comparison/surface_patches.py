@@ -119,15 +119,7 @@ class Patches:
 
 
 def patches_of(distances: PlaceDistances, cylinder: float) -> Patches:
-    """Cut a surface into cells of a grid, each three cylinders wide.
-
-    Parameters
-    ----------
-    distances
-        Of the later cloud from the earlier one.
-    cylinder
-        Width of the cylinders [m].
-    """
+    """Cut a surface into cells of a grid, each three cylinders wide."""
     side = _SIDE * cylinder
     origin = distances.core.min(axis=0) if len(distances) else np.zeros(3)
     cells = np.floor((distances.core - origin) / side).astype(np.int64)
@@ -163,13 +155,8 @@ def stable_patches(patches: Patches) -> Mask | None:
     Nothing is assumed of the registration, and nothing of which motion it is but that it is that of
     more than half of the patches that can be compared.
 
-    Returns
-    -------
-    array of bool (p,) or None
-        None where no motion explains more than half.
+    None where no motion explains more than half.
 
-    References
-    ----------
     Method section 12.9.
     """
     rigid = np.flatnonzero(patches.rigid)
@@ -199,21 +186,8 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
 
     Neighbours are one part as long as one motion explains both; those that agree best come first.
 
-    Parameters
-    ----------
-    patches
-        Of the whole surface.
-    stable : array of bool (p,)
-        Those that keep their places.
+    The largest part comes first; patches that no single motion explains are in none.
 
-    Returns
-    -------
-    list of array
-        Patches of each part, the largest part first; of those that no single motion explains none
-        is in any.
-
-    References
-    ----------
     Method section 12.9.
     """
     motion = patches.together(stable)
@@ -273,13 +247,6 @@ def edges_of(patches: Patches, parts: list[Index]) -> list[bool]:
 
     Cylinders across the border of a part hold points of both sides, so that distances run from one
     to the other: a ring of patches that seems to turn, and no body.
-
-    Parameters
-    ----------
-    patches
-        Of the whole surface.
-    parts
-        Patches of each part, the largest first.
     """
     every = np.concatenate([np.zeros(0, dtype=np.int64), *parts])
     near = _neighbours(patches.cells, every)

@@ -260,18 +260,8 @@ def tiles(
     not cut and leave the disk alone; else both pass through a temporary folder, which is removed
     when the block ends.
 
-    Parameters
-    ----------
-    compared, reference
-        The clouds A and B, each chunk (n, 3) or with light (n, 4). Each is read once.
-    limit
-        How far from its query a point of the reference can matter [m].
-    site
-        Only the points of A in it are asked for.
-    size
-        Points of either in and around a tile; :data:`SIZE` if None.
-    progress
-        Called with ``"A"`` or ``"B"`` and the number of its points read.
+    A point of the reference matters within ``limit`` of its query. With a site only the points of A
+    in it are asked for.
     """
     if not (np.isfinite(limit) and limit > 0):
         raise ValueError("the limit must be above zero and finite")
