@@ -118,20 +118,7 @@ def group_rigid(
 
     Groups without points give NaN-free identities with count 0.
 
-    Parameters
-    ----------
-    group : (n,)
-        Number of the group of each pair.
-    size
-        How many groups there are.
-    local, world : (n, d)
-        Pairs of points [m].
-    weights : (n,)
-        Relative, one if not given.
-    scale
-        Estimate a scale as well.
-    mirror
-        Return the best improper rotation instead.
+    ``mirror`` returns the best improper rotation instead.
     """
     w = np.ones(len(local)) if weights is None else np.asarray(weights, dtype=float)
     total = np.bincount(group, w, minlength=size)

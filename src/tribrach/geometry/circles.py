@@ -15,19 +15,7 @@ def common_axis(points: Array, circle: Index) -> tuple[Array, Array]:
     The direction is the one across which all chords of one circle lie (smallest singular vector);
     in its plane all circles have one centre, which is linear in ``|x|^2 = 2 c.x + k_i``.
 
-    Parameters
-    ----------
-    points : array (n, 3)
-        Points [m].
-    circle : array of int (n,)
-        Number of the circle of each.
-
-    Returns
-    -------
-    centre : array (3,)
-        A point of the axis, the one closest to the middle of all points [m].
-    normal : array (3,)
-        Unit vector along the axis.
+    The point of the axis is the one closest to the middle of all points.
     """
     number = np.unique(circle, return_inverse=True)[1]
     count = np.bincount(number)

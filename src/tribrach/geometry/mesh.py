@@ -75,10 +75,7 @@ class Mesh:
     def by_faces(self, angle: float = np.radians(1.0)) -> Mesh:
         """Make an element of every flat face: triangles of one element that share an edge.
 
-        Parameters
-        ----------
-        angle
-            Neighbours whose normals differ by less are of one face [rad].
+        Neighbours whose normals differ by less than the angle are of one face.
         """
         one, two = self._neighbours(self._edges()[0])
         normals = self.normals
@@ -98,12 +95,8 @@ class Mesh:
     def outwards(self) -> tuple[Mesh, bool]:
         """Turn triangles to the side from which they are seen, where the model tells it.
 
-        Returns
-        -------
-        mesh : Mesh
-            Closed bodies with their normals outwards, open sheets of terrain with theirs up.
-        known : bool
-            True if all of it is one of these; else either side of it may be the one that is seen.
+        Closed bodies get their normals outwards, open sheets of terrain theirs up; True if all of
+        it is one of these.
         """
         edge, sense = self._edges()
         body = _joined(*self._neighbours(edge), len(self))

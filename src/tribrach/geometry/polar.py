@@ -48,8 +48,6 @@ def xyz_from_polar(polar: Array) -> Array:
 def polar_by_xyz(u: Array) -> Array:
     """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles.
 
-    References
-    ----------
     Method section 2.0.
     """
     x, y, z = u[:, 0], u[:, 1], u[:, 2]
@@ -80,12 +78,7 @@ def xyz_by_polar(polar: Array) -> Array:
 def require_defined(polar: Array, source: Sequence[str] | NDArray[np.object_] = ()) -> None:
     """Refuse measured polar coordinates whose horizontal angle means nothing.
 
-    Parameters
-    ----------
-    polar : (n, 3)
-        r [m], H and V [rad]; V may be a raw back-face reading, between pi and 2 pi.
-    source
-        Where each came from, for the message; (n,) strings or empty.
+    V may be a raw back-face reading, between pi and 2 pi.
     """
     near = polar[:, 0] < NEAREST
     outside = (polar[:, 2] <= 0) | (polar[:, 2] >= 2 * np.pi)

@@ -14,25 +14,12 @@ _FLAT = np.radians(10.0)
 
 
 def held_rectangle(normal: Array, places: Array) -> tuple[Array, Array, Array]:
-    """Make the rectangle in a plane that holds the feet of places.
+    """Make the rectangle in a plane that holds the feet of places: its middle, axes, half widths.
 
-    Parameters
-    ----------
-    normal : array (3,)
-        Unit normal of the plane.
-    places : array (n, 3)
-        Places near the plane, one at least [m].
-
-    Returns
-    -------
-    centre : array (3,)
-        Its middle, as far from the plane as the places are in the mean [m].
-    axes : array (2, 3)
-        Unit vectors along its sides. On a plane that stands or leans the first one is horizontal
-        and the second goes up; on a flat one the rectangle is the smallest (one of its sides lies
-        on the convex hull of the places), the first axis along its longer side.
-    half : array (2,)
-        Half its widths along the axes [m].
+    The middle is as far from the plane as the places are in the mean. On a plane that stands or
+    leans the first axis is horizontal and the second goes up; on a flat one the rectangle is the
+    smallest (one of its sides lies on the convex hull of the places), the first axis along its
+    longer side.
     """
     up = np.array([0.0, 0.0, 1.0])
     across = np.cross(up, normal)

@@ -55,13 +55,6 @@ def log(matrix: Array) -> Array:
 def right_jacobian_inverse(r: Array) -> Array:
     """Derivative (..., 3, 3) of ``log(exp(r) @ exp(e))`` by ``e`` at ``e = 0``.
 
-    Parameters
-    ----------
-    r : (..., 3)
-        Rotation vectors [rad].
-
-    Notes
-    -----
     ``Jr^-1(r) = I + [r]x/2 + (1/|r|^2 - (1 + cos|r|)/(2 |r| sin|r|)) [r]x^2``; the bracket tends to
     1/12 at zero. The transpose is the inverse left Jacobian.
     """

@@ -41,13 +41,7 @@ class Nearest:
 
 
 class TriangleTree:
-    """A model that is asked for its nearest triangles.
-
-    Parameters
-    ----------
-    mesh
-        Its triangles, none without area.
-    """
+    """A model that is asked for its nearest triangles; none is without area."""
 
     def __init__(self, mesh: Mesh) -> None:
         self.mesh = mesh
@@ -60,15 +54,7 @@ class TriangleTree:
         self._boxes = _boxes(self._corners)
 
     def nearest(self, xyz: Array, limit: float = np.inf) -> Nearest:
-        """The nearest places.
-
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Points [m].
-        limit
-            Farther triangles are none [m].
-        """
+        """The nearest places."""
         if not len(xyz):
             empty = np.empty(0)
             return Nearest(np.empty(0, dtype=np.int64), np.empty((0, 3)), empty, empty)

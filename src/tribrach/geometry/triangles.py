@@ -18,15 +18,7 @@ _CHUNK = 1_000_000
 
 
 def covering_pieces(triangles: Array, size: float) -> Iterator[tuple[Array, Array]]:
-    """Cut triangles into small ones: their centres (k, 3) [m] and areas (k,) [m^2].
-
-    Parameters
-    ----------
-    triangles : (n, 3, 3)
-        Corners [m].
-    size
-        Longest side of the small ones [m].
-    """
+    """Cut triangles into ones with shorter sides than a size: their centres (k, 3) and areas."""
     waiting = [np.asarray(triangles, dtype=float)]
     while waiting:
         batch = waiting.pop()

@@ -31,18 +31,7 @@ _LEAST_POINTS, _LEAST_WINDOWS = 40, 12
 
 
 def angular_step(xyz: Array) -> tuple[float, float]:
-    """Estimate the steps between neighbouring points.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-
-    Returns
-    -------
-    tuple of float
-        Steps in H and V [rad].
-    """
+    """Estimate the steps in H and V between neighbouring points [rad]."""
     rng = np.random.default_rng(0)
     some = min(len(xyz), _SAMPLE)
     sample = xyz if some == len(xyz) else xyz[np.sort(rng.choice(len(xyz), some, shuffle=False))]
@@ -64,13 +53,6 @@ def angular_step(xyz: Array) -> tuple[float, float]:
 def on_lattice(xyz: Array) -> bool:
     """Tell whether points lie in rows and columns of directions, as seen from zero.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points [m], in the order of the scanner or complete.
-
-    Notes
-    -----
     From any other place the rows and columns of a scanner are bent and cut by what stands before
     something else.
     """

@@ -19,17 +19,7 @@ _SAMPLE = 5_000
 def coordinate_step(xyz: Array, finest: float = _STEPS[-1]) -> float:
     """Find the coarsest step of which all coordinates are multiples, up to a shift of all.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points [m].
-    finest
-        The smallest step that is looked for [m], a tenth of a millimetre at least.
-
-    Returns
-    -------
-    float
-        Step [m]; 0 if they are finer, or too few to tell.
+    0 if they are finer than ``finest`` (a tenth of a millimetre at least), or too few to tell.
     """
     if len(xyz) < _FEW or (np.ptp(xyz, axis=0) == 0).all():
         return 0.0

@@ -32,8 +32,6 @@ __all__ = ["NeighbourCorrelation", "neighbour_correlation", "smooth_correlation"
 class CorrelationGates:
     """What the correlation of neighbours is estimated from.
 
-    Notes
-    -----
     Chosen on simulated grids (tests/scan/test_neighbour_correlation uses other seeds).
     """
 
@@ -159,22 +157,11 @@ def neighbour_correlation(
 ) -> NeighbourCorrelation | None:
     """Estimate the correlation of neighbouring points from residuals on patches.
 
-    Parameters
-    ----------
-    residuals : array (n,)
-        Along the beams, of fits of a surface to each patch [m].
-    rows, columns : array of int (n,)
-        Of the grid of directions.
-    patch : array of int (n,)
-        Number of the patch, ascending.
-    pitch : array (2,) or (patches, 2)
-        Angles from row to row and from column to column [rad].
-    degree
-        Of the surfaces that are taken out of the residuals, at least that of the fits: 1 for
-        planes, 2 so that bows of the surface do not count as errors that neighbours share.
+    ``residuals`` are along the beams, of fits of a surface to each patch [m]; ``patch`` numbers
+    ascend; ``pitch`` are the angles from row to row and from column to column [rad]. Surfaces of
+    ``degree`` are taken out: 2 so that bows of the surface do not count as errors that neighbours
+    share.
 
-    Notes
-    -----
     Method section 5.7.
     """
     if not len(residuals) == len(rows) == len(columns) == len(patch):
@@ -256,15 +243,7 @@ class _Patch:
         return np.asarray(out * self.filled[:, :, None])
 
     def sums(self, pitch: Array, widths: Array) -> _Sums:
-        """``v^T S_l v``, pairs, and ``tr(M S_l M C)`` of independent errors and of those of discs.
-
-        Parameters
-        ----------
-        pitch : array (2,)
-            From row to row and from column to column [rad].
-        widths : array (w,)
-            Diameters of the discs [rad].
-        """
+        """``v^T S_l v``, pairs, ``tr(M S_l M C)`` of independent errors and of those of discs."""
         k = self.base.shape[2]
         both = np.concatenate(
             [self.residual[:, :, None], self.filled[:, :, None].astype(float), self.base], axis=2

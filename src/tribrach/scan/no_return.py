@@ -32,8 +32,6 @@ __all__ = ["find_no_return", "point_hashes", "screened"]
 class NoReturnGates:
     """When points are taken for beams without return.
 
-    Notes
-    -----
     Chosen by hand on a nodding and a spinning laser that write such points, on scans of others that
     do not, and on shells of 0.5 to 5 % in simulated scans (tests/scan/test_no_return); no source.
     """
@@ -251,18 +249,7 @@ class _Some:
 
 
 def point_hashes(xyz: Array) -> NDArray[np.uint64]:
-    """Mix the bits of coordinates; equal points have equal numbers.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points [m].
-
-    Returns
-    -------
-    array of uint64 (n,)
-        One number for each point.
-    """
+    """Mix the bits of coordinates; equal points have equal numbers."""
     bits = np.ascontiguousarray(xyz + 0.0).view(np.uint64)
     mixed = np.zeros(len(xyz), dtype=np.uint64)
     for k in range(3):

@@ -308,17 +308,8 @@ def noise_classes(
 ) -> list[NoiseClass]:
     """Compare noise stated and observed, class by class.
 
-    Parameters
-    ----------
-    observed
-        Points on planes.
-    stated : array (m,)
-        Variances along the beam [m^2] that are stated for these points.
-    by
-        What the points are put into classes by: of about as many patches each, but for the
-        incidence, whose classes end at 15, 30, 45, 60 and 75 degrees.
-    most
-        Number of classes at most.
+    ``stated`` are variances along the beam [m^2]. Classes have about as many patches each, but for
+    the incidence, whose classes end at 15, 30, 45, 60 and 75 degrees.
     """
     if not len(observed) or (by == "intensity" and not np.isfinite(observed.intensity).all()):
         return []
@@ -368,19 +359,9 @@ def contradicted_classes(
 ) -> tuple[ContradictedClass, ...]:
     """Find classes of patches that contradict a law, the one that contradicts most first.
 
-    Parameters
-    ----------
-    observed
-        Points on all planar patches, those of rough surfaces too.
-    stated : array (m,)
-        Variances along the beam [m^2] by the law.
-    kept : array (patches,)
-        Patches that count as smooth.
-    most
-        Number of classes at most by each cause.
+    ``stated`` are variances along the beam by the law [m^2], ``kept`` the patches that count as
+    smooth.
 
-    Notes
-    -----
     Two tests (method section 5.9). The smooth patches of a class scatter by another factor than
     0.9 to 1.1. Or even the smoothest tenth of *all* patches of a class has 1.2 times the noise:
     roughness of some of them does not explain that.
@@ -511,8 +492,6 @@ Along = Callable[[_Patches, Array], tuple[Array, Array]]
 def fit_noise(observed: ObservedNoise) -> FittedNoise:
     """Estimate the laws of the noise of a scanner.
 
-    Notes
-    -----
     Maximum likelihood of variances that are chi-square distributed, trimmed on the side of the
     rough ones; the trimmed mean of a chi-square variable is known and taken into account (method
     section 5.9).
@@ -581,14 +560,7 @@ def _held_against(found: FittedNoise, even: NDArray[np.bool_]) -> FittedNoise:
 def held_noise(fitted: FittedNoise, beam: Beam, angle: float | None = None) -> FittedNoise:
     """Estimate the laws again with the footprint of a beam, from the patches kept before.
 
-    Parameters
-    ----------
-    fitted
-        Laws without it.
-    beam
-        Whose footprint, ``d(rho)/4`` across the beam, is held.
-    angle
-        Noise of both angles [rad] that is held as well, estimated if None.
+    Held are the footprint, ``d(rho)/4`` across the beam, and the noise of angles unless it is None.
     """
     observed, model = fitted.observed, fitted.law
     plain = _Patches.of(observed)

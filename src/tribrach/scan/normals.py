@@ -25,22 +25,7 @@ FLATTEST = 0.1
 def normals(
     xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
 ) -> Array:
-    """Estimate unit normals that look towards the scanner.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    neighbours
-        Points that a normal is taken from.
-    rows : array (k,)
-        Points whose normals are wanted, all if None.
-
-    Returns
-    -------
-    array (n, 3) or (k, 3)
-        Unit normals; NaN with too few points.
-    """
+    """Estimate unit normals that look towards the scanner; NaN with too few points."""
     at = xyz if rows is None else xyz[rows]
     if len(xyz) <= neighbours:
         return np.full_like(at, np.nan)
@@ -53,22 +38,7 @@ def normals(
 def incidence_cosines(
     xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
 ) -> Array:
-    """Estimate the cosines of incidence angles.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    neighbours
-        Points that a normal is taken from.
-    rows : array (k,)
-        Points whose cosines are wanted, all if None.
-
-    Returns
-    -------
-    array (n,) or (k,)
-        At least 0.1; 1 where no normal is known.
-    """
+    """Estimate cosines of incidence angles: at least 0.1, and 1 where no normal is known."""
     normal = normals(xyz, neighbours, rows)
     at = xyz if rows is None else xyz[rows]
     length = np.linalg.norm(at, axis=1)

@@ -45,8 +45,6 @@ LEAST_VARIANCE = 1e-18
 class PatchGates:
     """What counts as a patch of a plane.
 
-    Notes
-    -----
     Chosen on simulated rooms and facades with clutter (tests/scan/test_noise_law), with seeds of
     their own.
     """
@@ -100,13 +98,7 @@ _LARGE = 2**31
 
 @dataclass(frozen=True, eq=False)
 class ObservedNoise:
-    """Points on planar patches and how far they are from their planes, along their beams.
-
-    Attributes
-    ----------
-    intense : bool
-        True if there are intensities that differ.
-    """
+    """Points on planar patches and how far they are from their planes, along their beams."""
 
     #: (m,), range measured less range of the plane [m]
     residual: Array
@@ -170,8 +162,6 @@ class ObservedNoise:
     def stated(self, noise: ScanNoise, *, incidence: bool = True) -> Array:
         """Variances (m,) [m^2] along the beam that a noise states for these points.
 
-        Notes
-        -----
         Noise of the range and, over the slope of the surface, of angles and footprint (method
         section 5.8), with the rounding of coordinates.
         """
@@ -215,14 +205,8 @@ def observed_noise(
     Of a larger scan blocks of consecutive records are read, so that the time does not grow with
     the scan.
 
-    Parameters
-    ----------
-    scan
-        The scan, as it is used: the scanner at zero, the face chosen, calibrated.
-    records
-        Records that are read at most.
-    width
-        Width that patches grow to [m] where points are close.
+    The scan is as it is used: scanner at zero, face chosen, calibrated. ``width`` is what patches
+    grow to where points are close [m].
     """
     if scan.origin == "unknown":
         return _nothing()
@@ -322,19 +306,8 @@ def patch_residuals(
 ) -> ObservedNoise:
     """Find planar patches among points, and the residuals along the beams.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m], one for each beam.
-    intensity : array (n,), optional
-        As in the file.
-    row, column : array (n,), optional
-        Of the scanner's grid.
-    width
-        Width that patches grow to [m] where points are close.
+    There is one point for each beam; rows and columns are those of the scanner's grid.
 
-    Notes
-    -----
     Method section 5.8.
     """
     length = np.linalg.norm(xyz, axis=1)

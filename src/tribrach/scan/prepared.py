@@ -69,13 +69,6 @@ def seen_from(scan: Scan, scanner: tuple[float, float, float]) -> Scan:
 
     A pose of the file carries the shifted points to where it carried those of the file; where the
     scanner was unknown, the points are taken to be placed already and the pose is left out.
-
-    Parameters
-    ----------
-    scan
-        As its file has it.
-    scanner
-        Where the scanner stood in the coordinates of the file [m].
     """
     at = np.array(scanner, dtype=float)
     if at.shape != (3,) or not np.isfinite(at).all():

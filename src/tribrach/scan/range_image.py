@@ -86,11 +86,6 @@ class RangeImage:
 
         A hole is closed where the points on both sides of it, in its row or its column, differ by
         less than 5 cm or 1 % of the range; it gets their mean. ``index`` still tells the holes.
-
-        Returns
-        -------
-        array (rows, columns)
-            Ranges [m].
         """
         return np.asarray(_closed(self.range, gap, self.wraps), dtype=np.float32)
 
@@ -104,14 +99,7 @@ def organise(
 ) -> RangeImage:
     """Lay points out as a range image.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    rows, columns : array (n,)
-        The scanner's grid; one that does not follow H and V is not used.
-    step
-        Step in H and V [rad] where there is no grid; estimated if None.
+    A grid that does not follow H and V is not used; steps are estimated if None.
     """
     if len(xyz) < 2 or not np.any(xyz[1:] != xyz[0]):
         raise InputError("a range image takes two points with different directions")
@@ -309,15 +297,7 @@ class PixelNumbers:
 
 
 def lay_out(xyz: Array, row: Index, column: Index) -> PixelNumbers | None:
-    """Fit the scanner's rows and columns to directions.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points of the scanner frame [m].
-    row, column : array (n,)
-        Their grid numbers.
-    """
+    """Fit the scanner's rows and columns to directions."""
     some = slice(None, None, max(1, len(xyz) // _SAMPLE))
     part, r, c = xyz[some], row[some].astype(np.int64), column[some].astype(np.int64)
     flat = np.hypot(part[:, 0], part[:, 1])

@@ -127,20 +127,7 @@ class NoReturn(Result, without=("at_scanner", "total")):
         return self.zeros + self.repeated + self.in_shell
 
     def marks(self, xyz: Array, scanner: Array) -> NDArray[np.int64]:
-        """Tell points apart.
-
-        Parameters
-        ----------
-        xyz : array (n, 3)
-            Points of the file [m].
-        scanner : array (3,)
-            Where the scanner stood among them [m].
-
-        Returns
-        -------
-        array of int (n,)
-            ``RETURN``, ``ZERO``, ``REPEATED`` or ``SHELL`` for each point.
-        """
+        """``RETURN``, ``ZERO``, ``REPEATED`` or ``SHELL`` for each point of a file."""
         out = np.zeros(len(xyz), dtype=np.int64)
         if self.at_scanner or self.shell is not None:
             ranges = np.linalg.norm(xyz - scanner, axis=1)
@@ -238,13 +225,7 @@ class Scan(ABC):
         """Read the points as the file has them, in its order and in its unit."""
 
     def measured(self, size: int = CHUNK, start: int = 0) -> Iterator[Chunk]:
-        """Read the points of the file in metres, in its order.
-
-        Raises
-        ------
-        InputError
-            The coordinates are angles.
-        """
+        """Read the points of the file in metres, in its order."""
         if self.unit.metric:
             return self.stored(size, start)
         if self.unit.factors is None:

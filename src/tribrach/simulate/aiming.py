@@ -36,20 +36,7 @@ def overview(
 ) -> TwinScan:
     """A scan of about so many points of the scene: a panorama or a window.
 
-    Parameters
-    ----------
-    name
-        Of the scan and of its station.
-    scene
-        What is scanned.
-    pose
-        World from scanner.
-    points
-        How many, about.
-    v
-        Range of zenith angles [rad].
-    h
-        Range of horizontal angles [rad], a full circle if None.
+    ``v`` and ``h`` are ranges of angles [rad], a full circle of h if None.
     """
     view = SceneView(scene, pose.translation)
     low, high = (0.0, 2 * np.pi) if h is None else h
@@ -69,18 +56,7 @@ def fine_scan(
 ) -> TwinScan:
     """One scan of windows around targets, all on one grid.
 
-    Parameters
-    ----------
-    station
-        Its name.
-    pose
-        World from scanner.
-    targets
-        In the world.
-    step
-        Of the grid [rad].
-    name
-        Of the scan; that of the station and "-targets" if empty.
+    Its name is that of the station and "-targets" if empty.
     """
     if not targets:
         raise InputError(f"station {station} has no targets to scan")

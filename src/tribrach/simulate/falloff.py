@@ -21,13 +21,7 @@ __all__ = ["FallOff"]
 
 @dataclass(frozen=True)
 class FallOff:
-    """Light received as a function of the range, 1 where it is strongest.
-
-    Raises
-    ------
-    InputError
-        ``blind`` is negative or ``focus`` not positive.
-    """
+    """Light received as a function of the range, 1 where it is strongest."""
 
     #: range up to which nothing falls on the detector [m]
     blind: float
@@ -44,18 +38,7 @@ class FallOff:
             )
 
     def at(self, length: Array) -> Array:
-        """Shares of the light at the best range.
-
-        Parameters
-        ----------
-        length : array (n,)
-            Ranges [m]; nothing comes back from infinity.
-
-        Returns
-        -------
-        array (n,)
-            0 to 1.
-        """
+        """Shares of the light at the best range."""
         return np.asarray(self._received(length) / self._most)
 
     @cached_property

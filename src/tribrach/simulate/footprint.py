@@ -57,15 +57,7 @@ def uniform_disc(rng: np.random.Generator, count: int) -> Array:
 
 
 def unit_vectors(angles: Array, rotation: Array) -> Array:
-    """Unit vectors (n, 3) in the world.
-
-    Parameters
-    ----------
-    angles : (n, 2)
-        H and V [rad].
-    rotation : (3, 3)
-        World from scanner.
-    """
+    """Unit vectors (n, 3) in the world."""
     rays = np.empty((len(angles), 3))
     given = np.ascontiguousarray(angles), np.ascontiguousarray(rotation)
     in_threads(_unit_vectors, len(rays), *given, rays)
@@ -82,17 +74,7 @@ def _unit_vectors(first, last, angles, t, rays):  # type: ignore[no-untyped-def]
 
 
 def offset_rays(rays: Array, offset: Array, length: Array) -> Array:
-    """Unit vectors (n, 3) that pass beams at an offset.
-
-    Parameters
-    ----------
-    rays : (n, 3)
-        Unit vectors of the beams.
-    offset : (n, 2)
-        Level, and across that [m].
-    length : (n,)
-        Distance at which the offset holds [m].
-    """
+    """Unit vectors (n, 3) that pass beams at an offset."""
     moved = np.empty_like(rays)
     given = np.ascontiguousarray(rays), np.ascontiguousarray(offset), length
     in_threads(_offset_rays, len(rays), *given, moved)
@@ -119,21 +101,7 @@ def _offset_rays(first, last, rays, offset, length, moved):  # type: ignore[no-u
 def footprints(
     rays: Array, length: Array, diameter: Array, beams: int, rng: np.random.Generator
 ) -> Array:
-    """Rays (n, beams, 3) that sample footprints evenly, the middle of the beam first.
-
-    Parameters
-    ----------
-    rays : (n, 3)
-        Unit vectors of the beams.
-    length : (n,)
-        Range at which the diameter holds [m].
-    diameter : (n,)
-        Of the footprints [m].
-    beams
-        Rays that sample each footprint.
-    rng
-        Turns the samples.
-    """
+    """Rays (n, beams, 3) that sample footprints evenly, the middle of the beam first."""
     n = len(rays)
     number = np.arange(beams)
     radius = np.sqrt((number + 0.5) / beams)
@@ -155,17 +123,9 @@ def average(
 ) -> Blend:
     """Means over footprints of beams.
 
-    Parameters
-    ----------
-    view
-        The scene from the scanner.
-    rays : (n, beams, 3)
-        Unit vectors that sample each footprint, the middle of the beam first.
-    received
-        What is received of light, reflectance times cosine, from ranges [m].
-    separable
-        Where ranges within a footprint spread by more than this [m], the range is that of what is
-        within it of the nearest place, or of all that is behind, whichever is the stronger echo.
+    ``received`` gives the light from ranges. Where ranges within a footprint spread by more than
+    ``separable`` [m], the range is that of what is within it of the nearest place, or of all that
+    is behind, whichever is the stronger echo.
     """
     n, beams = rays.shape[:2]
     hits = view.cast(rays.reshape(-1, 3))
@@ -208,25 +168,9 @@ def _stronger(light: Array, ranges: Array, separable: float) -> Array:
 def border(
     primitive: Array, reflectance: Array, window: Array, ranges: Array
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Pixels with another primitive or reflectance within their window.
+    """Pixels with another primitive or reflectance within half windows; the shortest range there.
 
-    Parameters
-    ----------
-    primitive : (columns, rows)
-        Its number, -2 for pixels that were not looked at.
-    reflectance : (columns, rows)
-        Of each pixel.
-    window : (columns, rows)
-        Half the size of the window [pixels].
-    ranges : (columns, rows)
-        Of each pixel [m].
-
-    Returns
-    -------
-    edge : (columns, rows)
-        Another surface lies within the window.
-    near : (columns, rows)
-        Shortest range within the window [m].
+    A primitive of -2 is a pixel that was not looked at.
     """
     edge, near = np.zeros(primitive.shape, dtype=bool), np.full(primitive.shape, np.inf)
     given = primitive, reflectance, window, ranges

@@ -53,21 +53,6 @@ def gsi(
     """The raw file of sights, with one set-up for each name that sights start from.
 
     In each set the targets that are not hidden are read in face 1 and backwards in face 2.
-
-    Parameters
-    ----------
-    places
-        True coordinates (3,) by name [m].
-    lines
-        Sights (from, to).
-    height_instrument, height_target
-        By name [m], zero for names that are missing.
-    precision
-        Of the instrument.
-    rng
-        Draws the errors.
-    day
-        State of the instrument.
     """
     day = day or InstrumentDay()
     direction, zenith, distance = true_sights(

@@ -138,16 +138,7 @@ def _cylinder(o, d, radius, top):  # type: ignore[no-untyped-def]
 def meet(kind, axes, half, o, dx, dy, dz, d):  # type: ignore[no-untyped-def]
     """Range [m] (FAR if none) and cosine of incidence of a ray with one primitive.
 
-    Parameters
-    ----------
-    kind, axes, half
-        Of the primitive.
-    o : (3,)
-        Origin of the ray in the primitive's frame [m].
-    dx, dy, dz
-        Direction of the ray in the world.
-    d : (3,)
-        Room for the direction in the primitive's frame; it is filled for :func:`reflectance_at`.
+    ``d`` is room for the direction in the primitive's frame, filled for :func:`reflectance_at`.
     """
     for k in range(3):
         d[k] = axes[k, 0] * dx + axes[k, 1] * dy + axes[k, 2] * dz
@@ -189,15 +180,7 @@ class Hits:
 
 
 class SceneView:
-    """A scene as seen from one place.
-
-    Parameters
-    ----------
-    scene
-        The primitives.
-    origin : (3,)
-        In the world [m].
-    """
+    """A scene as seen from one place."""
 
     def __init__(self, scene: Scene, origin: Array) -> None:
         self.scene, self.origin = scene, np.asarray(origin, dtype=float)
@@ -209,15 +192,7 @@ class SceneView:
         return self._hits(directions, None)
 
     def again(self, directions: Array, primitive: NDArray[np.int64]) -> Hits:
-        """Hits of rays with one primitive each and with no other.
-
-        Parameters
-        ----------
-        directions : (n, 3)
-            Unit vectors in the world.
-        primitive : (n,)
-            Numbers of the primitives.
-        """
+        """Hits of rays with one primitive each and with no other."""
         return self._hits(directions, primitive)
 
     def _hits(self, directions: Array, only: NDArray[np.int64] | None) -> Hits:

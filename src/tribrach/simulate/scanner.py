@@ -69,29 +69,13 @@ class ScanGrid:
 
     @classmethod
     def window(cls, h: tuple[float, float], v: tuple[float, float], step: float) -> ScanGrid:
-        """A window of the sphere.
-
-        Parameters
-        ----------
-        h, v
-            First and last H and V [rad], H counter-clockwise.
-        step
-            In both directions [rad].
-        """
+        """A window of the sphere."""
         rows, columns = int((v[1] - v[0]) / step) + 1, int((h[1] - h[0]) / step) + 1
         return cls(h[0], v[0], step, rows, columns)
 
     @classmethod
     def panorama(cls, v: tuple[float, float], points: int) -> ScanGrid:
-        """A full circle of H.
-
-        Parameters
-        ----------
-        v
-            First and last V [rad].
-        points
-            How many directions, about.
-        """
+        """A full circle of H."""
         step = float(np.sqrt(2 * np.pi * (v[1] - v[0]) / points))
         columns = max(round(2 * np.pi / step), 4)
         step = 2 * np.pi / columns
@@ -202,20 +186,8 @@ def scan(
 ) -> Iterator[SimulatedPoints]:
     """Scan a grid column by column, block by block.
 
-    Parameters
-    ----------
-    scene
-        What is scanned.
-    pose
-        World from scanner, the true one.
-    scanner
-        The instrument.
-    grid
-        Its directions.
-    seed
-        The same numbers give the same scan, whatever is scanned before or after.
-    mask : (rows, columns)
-        Directions that are measured, all if None.
+    The same seed gives the same scan, whatever is scanned before or after. Directions in the mask
+    are measured, all if None.
     """
     view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)

@@ -112,15 +112,7 @@ class Scene:
 
 
 def frame_of_normal(normal: ArrayLike, turn: float = 0.0) -> Array:
-    """Axes (3, 3) as rows: the third along a normal, the first level, then turned about the normal.
-
-    Parameters
-    ----------
-    normal : (3,)
-        Of any length.
-    turn
-        About the normal [rad].
-    """
+    """Axes as rows: the third along a normal, the first level, then turned about the normal."""
     z = np.asarray(normal, dtype=float)
     z = z / np.linalg.norm(z)
     x = np.cross([0.0, 0.0, 1.0], z)
@@ -133,53 +125,19 @@ def frame_of_normal(normal: ArrayLike, turn: float = 0.0) -> Array:
 def rectangle(
     center: ArrayLike, normal: ArrayLike, width: float, height: float, reflectance: float
 ) -> Primitive:
-    """A rectangle.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    normal : (3,)
-        Of any length.
-    width, height
-        Level, and across that [m].
-    reflectance
-        0 to 1.
-    """
+    """A rectangle."""
     half = np.array([width / 2, height / 2, 0.0])
     axes = frame_of_normal(normal)
     return Primitive(RECTANGLE, np.asarray(center, float), axes, half, reflectance)
 
 
 def ground(center: ArrayLike, side: float, reflectance: float = 0.35) -> Primitive:
-    """Level ground, a square.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    side
-        Of the square [m].
-    reflectance
-        0 to 1.
-    """
+    """Level ground, a square."""
     return rectangle(center, (0, 0, 1), side, side, reflectance)
 
 
 def box(center: ArrayLike, size: ArrayLike, reflectance: float, heading: float = 0.0) -> Primitive:
-    """A standing box.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    size : (3,)
-        In metres.
-    reflectance
-        0 to 1.
-    heading
-        Turn about the vertical, counter-clockwise [rad].
-    """
+    """A standing box."""
     c, s = np.cos(heading), np.sin(heading)
     axes = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     half = np.asarray(size, dtype=float) / 2
@@ -193,36 +151,14 @@ def cylinder(
     reflectance: float,
     axis: ArrayLike = (0.0, 0.0, 1.0),
 ) -> Primitive:
-    """A cylinder with both caps.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    radius, height
-        In metres.
-    reflectance
-        0 to 1.
-    axis : (3,)
-        Of any length.
-    """
+    """A cylinder with both caps."""
     half = np.array([radius, radius, height / 2])
     axes = frame_of_normal(axis)
     return Primitive(CYLINDER, np.asarray(center, float), axes, half, reflectance)
 
 
 def sphere(center: ArrayLike, radius: float, reflectance: float = 0.85) -> Primitive:
-    """A sphere.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    radius
-        In metres.
-    reflectance
-        0 to 1.
-    """
+    """A sphere."""
     half = np.full(3, float(radius))
     return Primitive(SPHERE, np.asarray(center, float), np.eye(3), half, reflectance)
 
@@ -234,21 +170,7 @@ def ellipsoid(
     axis: ArrayLike = (0.0, 0.0, 1.0),
     turn: float = 0.0,
 ) -> Primitive:
-    """An ellipsoid.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    half : (3,)
-        Semi-axes, the third along ``axis`` [m].
-    reflectance
-        0 to 1.
-    axis : (3,)
-        Of any length.
-    turn
-        About the axis [rad].
-    """
+    """An ellipsoid, the third of whose half axes lies along ``axis``."""
     return Primitive(
         ELLIPSOID,
         np.asarray(center, float),
@@ -267,23 +189,7 @@ def checkerboard(
     margin: float = 0.0,
     bright: float = 0.85,
 ) -> Primitive:
-    """Two black and two white quadrants on a board.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    normal : (3,)
-        Of any length.
-    side
-        Of all four quadrants together [m].
-    turn
-        About the normal [rad].
-    margin
-        Width of the grey margin around [m].
-    bright
-        Reflectance of the white quadrants.
-    """
+    """Two black and two white quadrants, ``side`` together, on a board with a grey margin."""
     half = np.array([side / 2 + margin, side / 2 + margin, 0.0])
     axes = frame_of_normal(normal, turn)
     return Primitive(CHECKERBOARD, np.asarray(center, float), axes, half, 0.4, side / 2, bright)
@@ -292,21 +198,7 @@ def checkerboard(
 def disc(
     center: ArrayLike, normal: ArrayLike, radius: float, side: float, bright: float = 0.85
 ) -> Primitive:
-    """A white disc in the middle of a black square board.
-
-    Parameters
-    ----------
-    center : (3,)
-        In the world [m].
-    normal : (3,)
-        Of any length.
-    radius
-        Of the disc [m].
-    side
-        Of the board [m].
-    bright
-        Reflectance of the disc.
-    """
+    """A white disc in the middle of a black board of a given side."""
     half = np.array([side / 2, side / 2, 0.0])
     axes = frame_of_normal(normal)
     return Primitive(DISC, np.asarray(center, float), axes, half, _DARK, radius, bright)
@@ -322,15 +214,6 @@ def distance_to_surface(scene: Scene, number: NDArray[np.int64], xyz: Array) -> 
     """Distance (n,) [m] of points from the surface of one primitive each.
 
     That from an ellipsoid is right to first order, near its surface.
-
-    Parameters
-    ----------
-    scene
-        The primitives.
-    number : (n,)
-        Which primitive.
-    xyz : (n, 3)
-        In the world [m].
     """
     local = np.einsum("nij,nj->ni", scene.axes[number], xyz - scene.center[number])
     half, kind = scene.half[number], scene.kind[number]

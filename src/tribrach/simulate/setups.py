@@ -12,37 +12,13 @@ __all__ = ["levelled", "tilted"]
 
 
 def levelled(place: ArrayLike, heading: float, sigma: float, rng: np.random.Generator) -> Pose:
-    """A levelled scanner, with the errors of its compensator.
-
-    Parameters
-    ----------
-    place : (3,)
-        Of the scanner's centre [m].
-    heading
-        Of its x axis, counter-clockwise from east [rad].
-    sigma
-        Of the deviation of its axis from the vertical in x and y [rad].
-    rng
-        Draws the errors.
-    """
+    """A levelled scanner, its axis off the vertical by errors of a compensator in x and y."""
     a, b = rng.normal(0, sigma, 2) if sigma > 0 else (0.0, 0.0)
     return _placed(place, heading, (a, b))
 
 
 def tilted(place: ArrayLike, heading: float, tilt: float, rng: np.random.Generator) -> Pose:
-    """A scanner that is not levelled.
-
-    Parameters
-    ----------
-    place : (3,)
-        Of the scanner's centre [m].
-    heading
-        Of its x axis, counter-clockwise from east [rad].
-    tilt
-        Largest lean about each of both level axes [rad].
-    rng
-        Draws the lean.
-    """
+    """A scanner that leans by up to a tilt about each of both level axes."""
     a, b = rng.uniform(-tilt, tilt, 2)
     return _placed(place, heading, (a, b))
 

@@ -48,21 +48,7 @@ def sight_lines(
     longest: float = np.inf,
     steepest: float = np.pi / 2,
 ) -> SightLines:
-    """Lines of sight from instruments to places.
-
-    Parameters
-    ----------
-    origins : (s, 3)
-        Of the instruments [m].
-    places : (n, 3)
-        In metres.
-    scene
-        What may hide places, nothing if None.
-    longest
-        Limit of the range [m].
-    steepest
-        Limit of the incidence [rad].
-    """
+    """Lines of sight from instruments to places."""
     chord = places[None, :, :] - origins[:, None, :]
     length = np.linalg.norm(chord, axis=2)
     unit = chord / np.where(length > 0, length, 1.0)[:, :, None]
@@ -86,24 +72,6 @@ def surface_places(
     """Places on the surfaces of a scene that instruments see.
 
     Those that two instruments or more see come first, in the order of how many.
-
-    Parameters
-    ----------
-    scene
-        The surfaces.
-    origins : (s, 3)
-        Of the instruments [m].
-    spacing
-        Of the places, about [m].
-    longest
-        Limit of the range [m].
-    steepest
-        Limit of the incidence [rad].
-
-    Returns
-    -------
-    (n, 3) array
-        Places [m].
     """
     h = np.arange(-np.pi, np.pi, _STEP)
     v = np.arange(_STEP, np.pi - _STEP / 2, _STEP)

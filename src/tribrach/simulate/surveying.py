@@ -57,19 +57,6 @@ def sights(
     """Directions, zenith angles and slope distances with errors, as a table.
 
     Each instrument has one orientation.
-
-    Parameters
-    ----------
-    places
-        True coordinates (3,) by name [m].
-    lines
-        Sights (from, to).
-    height_instrument, height_target
-        By name [m], zero for names that are missing.
-    precision
-        Of the instrument.
-    rng
-        Draws errors and orientations.
     """
     xyz = {name: np.asarray(x, dtype=float) for name, x in places.items()}
     length = np.array([np.linalg.norm(xyz[a] - xyz[b]) for a, b in lines])
@@ -104,29 +91,10 @@ def true_sights(
     refraction: Array | float,
     eccentric: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Sights without errors of readings.
+    """Directions, zenith angles and slope distances without errors of readings.
 
-    Parameters
-    ----------
-    places
-        True coordinates (3,) by name [m].
-    lines
-        n sights (from, to).
-    height_instrument, height_target
-        By name [m], zero for names that are missing.
-    refraction
-        Coefficient of refraction, of all or of each sight (n,).
-    eccentric
-        Vectors (n, 3) from the marks of both ends to what stands over them [m].
-
-    Returns
-    -------
-    direction : (n,)
-        Without orientation [rad].
-    zenith : (n,)
-        Zenith angles [rad].
-    distance : (n,)
-        Slope distances [m].
+    ``eccentric`` are vectors from the marks of both ends to what stands over them [m]; heights
+    missing are zero.
     """
     network, _ = _sights(
         places, lines, height_instrument, height_target, refraction, eccentric, [1.0, 1.0, 1.0]
@@ -210,21 +178,7 @@ def levelling(
     precision: Precision,
     rng: np.random.Generator,
 ) -> str:
-    """Height differences with errors, as a table.
-
-    Parameters
-    ----------
-    places
-        True coordinates (3,) by name [m].
-    lines
-        Levelled lines (from, to).
-    length : (n,)
-        Of the lines [m].
-    precision
-        Of the instrument.
-    rng
-        Draws the errors.
-    """
+    """Height differences with errors, as a table."""
     survey = _survey(places)
     start, end = (list(side) for side in zip(*lines, strict=True))
     sigma = precision.of_lines(np.asarray(length, dtype=float))
@@ -240,17 +194,7 @@ def levelling(
 def coordinates(
     places: Mapping[str, Array], sigma: tuple[float, float, float], rng: np.random.Generator
 ) -> str:
-    """Coordinates with errors, as a table.
-
-    Parameters
-    ----------
-    places
-        True coordinates (3,) by name [m].
-    sigma
-        Standard deviations of E, N, U [m].
-    rng
-        Draws the errors.
-    """
+    """Coordinates with errors, as a table."""
     rows = ["point,e_m,n_m,u_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
     e, n, u = (f"{1e3 * s:g}" for s in sigma)
     for name, x in places.items():
@@ -268,18 +212,8 @@ def gnss_positions(
 ) -> str:
     """Antenna positions with errors, as a table of one session.
 
-    Parameters
-    ----------
-    places
-        True coordinates (3,) by name [m].
-    sigma
-        Standard deviations of E, N, U [m].
-    rng
-        Draws the errors.
-    common
-        Share of the variance that all have in common; with zero there is no session.
-    antenna_height
-        Of the antenna over the named point [m], where ``places`` do not contain it.
+    ``common`` is the share of the variance that all have in common; with zero there is no session.
+    ``antenna_height`` is over the named point, where ``places`` do not contain it.
     """
     shift = np.sqrt(common) * rng.normal(size=3) * sigma
     rows = ["gnss,set,e_m,n_m,u_m,antenna_height_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
@@ -295,17 +229,7 @@ def gnss_positions(
 
 
 def rods(over: Mapping[str, tuple[str, float]], sigma: float, rng: np.random.Generator) -> str:
-    """Targets on rods, as a table.
-
-    Parameters
-    ----------
-    over
-        By mark: its target and the rod's true length [m].
-    sigma
-        Of the stated lengths [m].
-    rng
-        Draws the errors.
-    """
+    """Targets on rods, as a table, from the target and true length over each mark."""
     rows = ["mark,target,rod_m"]
     for mark, (target, length) in over.items():
         rows.append(f"{mark},{target},{length + sigma * rng.normal():.5f}")

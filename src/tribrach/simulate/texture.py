@@ -43,21 +43,9 @@ class SharedTexture:
     entropy: tuple[int, ...]
 
     def mixed(self, own: Array, row: Index, column: Index, length: Array) -> Array:
-        """Errors of variance one, made of beams' own and of what they share.
+        """Errors of variance one, made of beams' own standard normal ones and of what they share.
 
-        Parameters
-        ----------
-        own : array (n,)
-            Standard normal errors, new with each beam.
-        row, column : array (n,)
-            Of the grid; of columns that lie side by side.
-        length : array (n,)
-            Ranges, which tell the width of the discs [m].
-
-        Returns
-        -------
-        array (n,)
-            Errors.
+        Columns lie side by side; ranges tell the width of the discs [m].
         """
         if not len(own):
             return own
