@@ -26,8 +26,6 @@ __all__ = ["BoardSighting", "correlate_boards", "orientation_covariance"]
 class OrientationGates:
     """How errors of boards depend on orientation and on the density of points.
 
-    Notes
-    -----
     Errors of 0.3 to 0.8 mm are published for a scanner at 28 points per degree, of less than 0.3 mm
     at 109, and of up to 0.5 mm for another at 30 and 90, in one coordinate and over angles to both
     sides (Muralikrishnan et al. 2025). Two sigmas of 0.4 mm at 28 points per degree, falling with
@@ -69,22 +67,10 @@ class BoardSighting:
 
 
 def orientation_covariance(toward: Array, density: Array, sigma: float) -> Array:
-    """Covariance of one coordinate of a board's centre in several sightings.
+    """Covariance (m, m) of one coordinate of a board's centre in several sightings [m^2].
 
-    Parameters
-    ----------
-    toward : array (m, 3)
-        Unit vectors from the board to the scanners, in one frame.
-    density : array (m,)
-        Points per degree.
-    sigma : float
-        Standard deviation at 28 points per degree [m].
-
-    Returns
-    -------
-    array (m, m)
-        ``s_i s_j exp(-d_ij^2 / (2 a^2))`` with ``s = sigma sqrt(28 / density)`` and the chord d
-        between two directions [m^2]; positive semidefinite.
+    It is ``s_i s_j exp(-d_ij^2 / (2 a^2))`` with ``s = sigma sqrt(28 / density)`` and the chord d
+    between two directions to scanners; density in points per degree, sigma at 28 of them.
     """
     size = sigma * np.sqrt(GATES.points_per_degree / density)
     chord = ((toward[:, None] - toward) ** 2).sum(axis=2)
@@ -95,14 +81,7 @@ def orientation_covariance(toward: Array, density: Array, sigma: float) -> Array
 def correlate_boards(survey: Survey, sightings: Sequence[BoardSighting], sigma: float) -> None:
     """Add to the covariances of a survey what boards have in common by their orientation.
 
-    Parameters
-    ----------
-    survey : Survey
-        With the observations of the sightings; their covariances are changed.
-    sightings : sequence of BoardSighting
-        All of boards, from all stations.
-    sigma : float
-        Standard deviation in each coordinate at 28 points per degree [m]; nothing is done for 0.
+    ``sigma`` is that of each coordinate at 28 points per degree [m]; nothing is done for 0.
     """
     if sigma <= 0:
         return

@@ -20,18 +20,7 @@ __all__ = ["Calibrations"]
 
 
 class Calibrations:
-    """The calibrations of a project: known ones, read from their files, and those sought.
-
-    Parameters
-    ----------
-    instruments : Instruments
-        The instruments of the project and the stations they stood on.
-
-    Raises
-    ------
-    InputError
-        A calibration file is wrong, or ``[calibration]`` does not tell which scanner is meant.
-    """
+    """The calibrations of a project: known ones, read from their files, and those sought."""
 
     def __init__(self, instruments: Instruments) -> None:
         self.project = project = instruments.project

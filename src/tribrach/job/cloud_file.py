@@ -114,13 +114,6 @@ def stated_light(facts: Mapping[str, str], light: NDArray[Any]) -> Array:
     """Intensities (n,) in the units of the scan that a cloud was made of.
 
     LAS has integers: where they were stretched to their whole range, our clouds say from what.
-
-    Parameters
-    ----------
-    facts : mapping
-        What the cloud says of itself.
-    light : array (n,)
-        Intensities as the cloud has them.
     """
     low, _, high = facts.get("intensity", "").partition(" to ")
     try:

@@ -78,22 +78,7 @@ def cloud_pairs(
 ) -> CloudPairs:
     """Register the pairs of stations that are needed; those of unchanged scans are remembered.
 
-    Parameters
-    ----------
-    scans
-        Of all stations.
-    floor
-        Sigmas [m], [rad] of what residuals never show.
-    state
-        Where pairs are remembered.
-    known
-        Approximate poses by the names of the stations.
-    choice
-        ``proposed`` for the pairs that promise most, ``all`` for every pair.
-    witnesses
-        What decides between places that look alike, besides the approximate poses.
-    progress
-        Called with what is being done.
+    ``floor``: sigmas [m], [rad] of what residuals never show.
     """
     stations: dict[str, list[StationScan]] = {}
     for scan in scans:

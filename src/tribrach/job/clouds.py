@@ -252,19 +252,7 @@ def _in_space(sigma: Single) -> Single:
 
 
 class CloudProduct:
-    """One cloud on its way into its file.
-
-    Parameters
-    ----------
-    file
-        The name that its file has in the end.
-    name, scans, placements, frame, section
-        What is in the cloud, where it stands, and what the project says of it.
-    sources
-        Number of the station of each scan in the file of poses, from 1.
-    sigma_origin
-        Whether the covariances of the placements are a priori or a posteriori.
-    """
+    """One cloud on its way into its file."""
 
     def __init__(
         self,

@@ -28,19 +28,6 @@ def surroundings(
 
     Those of unchanged scans come from the last run. A scan whose scanner's place is unknown has
     neither.
-
-    Parameters
-    ----------
-    scans
-        Of all stations.
-    least_area
-        Planes of a scan smaller than this are not used [m²].
-    floor
-        Standard deviation that no plane falls below [m].
-    state
-        Where results are remembered.
-    progress
-        Called with what is being done.
     """
     seen = _planes_and_views(
         [s for s in scans if s.origin_known], least_area, floor, state, progress

@@ -52,19 +52,7 @@ def panorama(
     detections: Sequence[Detection],
     width: int = WIDTH,
 ) -> Panorama:
-    """The panorama of a scan.
-
-    Parameters
-    ----------
-    image : RangeImage
-        The scan in directions.
-    intensity : (n,) or None
-        Of the points behind the image.
-    detections : sequence of Detection
-        Targets to mark.
-    width : int
-        Pixels across.
-    """
+    """The panorama of a scan."""
     height = min(HEIGHT * width / WIDTH, max(140.0, width * image.shape[0] / image.shape[1]))
     grey = _reduced(image, intensity, width, round(height))
     scale = np.array(grey.shape) / np.array(image.shape)
@@ -91,16 +79,7 @@ def close_up(
 ) -> bytes | None:
     """The scan around a place, as its scanner saw it.
 
-    Parameters
-    ----------
-    image : RangeImage
-        The scan in directions.
-    intensity : (n,) or None
-        Of the points behind the image; ranges are shown without it.
-    center : (3,)
-        The place in the scanner frame [m].
-    radius : float
-        Of what is there [m]; NaN where nobody knows.
+    ``radius`` is NaN where nobody knows; without intensities ranges are shown.
     """
     length, h, v = polar_from_xyz(center[None])[0]
     half = max(_AROUND * radius, _LEAST) if np.isfinite(radius) else _LEAST

@@ -66,10 +66,7 @@ def joint_with_points(
 ) -> Array:
     """The joint covariance of what points of scans share, and of points of the network.
 
-    Returns
-    -------
-    array (q + 3p, q + 3p)
-        The q rows of the shared part in their order, then three of each point, in the work frame.
+    First the rows of the shared part in their order, then three of each point, in the work frame.
     """
     rows = _Rows(adjustment, list(dict.fromkeys(scan.station for scan in scans)))
     for scan in scans:

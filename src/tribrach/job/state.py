@@ -64,11 +64,8 @@ _MOST_BYTES = 200_000_000
 def digest(*parts: Any) -> str:
     """Take the digest of values, exact in every bit.
 
-    Parameters
-    ----------
-    *parts
-        Numbers, strings, arrays, dates, enums, functions, dataclasses and pydantic models, and
-        mappings, sequences and sets of them.
+    Numbers, strings, arrays, dates, enums, functions, dataclasses and pydantic models, and
+    mappings, sequences and sets of them.
     """
     reader = _Digest(None)
     reader.add(list(parts))
@@ -78,10 +75,7 @@ def digest(*parts: Any) -> str:
 class _Digest:
     """A digest that grows by values, and the modules of the classes and functions among them.
 
-    Parameters
-    ----------
-    contents
-        Gives the digest of a file's contents; None if there should be no paths.
+    ``contents`` gives the digest of a file's contents; None if there should be no paths.
     """
 
     def __init__(self, contents: Callable[[Path], str] | None) -> None:
@@ -187,12 +181,7 @@ def _left_out(item: Field[Any]) -> bool:
 class Remembered:
     """The remembered products in a folder of results.
 
-    Parameters
-    ----------
-    results
-        The folder of results.
-    engine
-        Who makes products that are not remembered, or hold no longer (:mod:`tribrach.job.each`).
+    ``engine`` makes products that are not remembered, or hold no longer.
     """
 
     #: files in the folder that begin so are on their way to their places

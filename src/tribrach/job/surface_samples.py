@@ -19,13 +19,6 @@ class SurfaceSamples:
     """Some points of scans with their normals, those of unchanged scans from the last run.
 
     Each sample is taken or recalled when it is first asked for.
-
-    Parameters
-    ----------
-    state
-        Where samples are remembered.
-    progress
-        Told of what is done.
     """
 
     def __init__(self, state: Remembered, progress: Progress) -> None:

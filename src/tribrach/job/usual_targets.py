@@ -37,12 +37,7 @@ _WORDS = {
 def usual_targets(found: Sequence[FolderFile]) -> tuple[list[tuple[str, float]], str]:
     """Keys of ``[targets]`` with sizes [m] that are in the scans of a folder, and what was tried.
 
-    Returns
-    -------
-    sizes : list of (str, float)
-        At most one for each kind; of sizes that find as many, the one that rejects fewest.
-    sentence : str
-        What was sought and found, without the stop; "" where no scan was looked at.
+    At most one size for each kind; of sizes that find as many, the one that rejects fewest.
     """
     scans = list(_looked_at(found))
     if not scans:

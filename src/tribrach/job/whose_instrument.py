@@ -41,16 +41,7 @@ class _Claim:
 class Instruments:
     """The instruments of a project and what they are used for.
 
-    Parameters
-    ----------
-    project : Project
-        Its sections on stations and its entries of scans that name their station are known from
-        the beginning; :meth:`learn` adds what only files tell.
-
-    Raises
-    ------
-    InputError
-        Two sections name different instruments for one station, or one that is not defined.
+    Known from the beginning is what the project says; :meth:`learn` adds what only files tell.
     """
 
     def __init__(self, project: Project) -> None:

@@ -105,15 +105,7 @@ FORM = Form("leave_out", ControlLeftOut, 1)
 
 
 def left_out(network: Network, progress: Progress) -> ControlLeftOut:
-    """Adjust a network without each position that is given, and with few of them.
-
-    Raises
-    ------
-    InputError
-        Less than two positions are given.
-    AdjustmentError
-        The whole network cannot be adjusted.
-    """
+    """Adjust a network without each position that is given, and with few of them."""
     units = _units(network)
     if len(units) < 2:
         raise InputError(

@@ -181,26 +181,10 @@ def shades(shares: Array, scale: Array = LEVELS) -> Array:
 class Chart:
     """A panel with two axes; marks are added one after the other.
 
-    Parameters
-    ----------
-    x, y : (float, float)
-        Ends of the axes in units of the values.
-    labels : (str, str)
-        What stands at the axes.
-    size : (float, float)
-        Width and height in pixels.
-    title : str
-        Above the panel.
-    log : {"", "x", "y", "xy"}
-        Axes that are logarithmic.
-    equal : bool
-        Both axes have one scale; the panel gets as high as that needs, up to ``size``.
-    names : sequence of str, optional
-        Instead of numbers at the axis to the right: at 0, 1, 2 and so on.
-    rows : sequence of str, optional
-        The same at the axis upwards, the first on top at the last number.
-    ticks : sequence of (float, str), optional
-        Values of the axis to the right and their words, instead of round numbers.
+    ``log`` names the logarithmic axes ("", "x", "y", "xy"). With ``equal`` both axes have one
+    scale, and the panel gets as high as that needs, up to ``size``. ``names`` and ``rows`` stand at
+    0, 1, 2 of the axes instead of numbers, the first row on top; ``ticks`` are values and words of
+    the lower axis.
     """
 
     def __init__(
@@ -504,17 +488,7 @@ def _about(ends: tuple[float, float], span: float) -> tuple[float, float]:
 
 
 def ends_of(values: Array, margin: float = 0.03, least: float = 1e-6) -> tuple[float, float]:
-    """Ends of an axis for values, with a little space beside them.
-
-    Parameters
-    ----------
-    values : array (n,)
-        What is drawn.
-    margin
-        Share of their extent on either side.
-    least
-        Added to it, for values that are all the same.
-    """
+    """Ends of an axis, with a share of the extent of the values beside them; ``least`` is added."""
     low, high = float(values.min()), float(values.max())
     more = margin * (high - low) + least
     return low - more, high + more

@@ -60,17 +60,8 @@ def panorama_drawing(
 ) -> Drawing:
     """A panorama with the names of its targets and an axis of directions.
 
-    Parameters
-    ----------
-    view : Panorama
-        The scan as its scanner saw it.
-    names : sequence of str
-        Of its targets in their order, "" for those that take no part: their number stands there.
-    heading : float, optional
-        Azimuth of the x axis of the scanner [rad]; the axis shows azimuths. Without it the axis
-        shows horizontal angles of the scanner.
-    angle : {"gon", "deg"}
-        Unit of the axis.
+    Targets that take no part have the name "", and their number is shown. Without a heading [rad]
+    the axis has horizontal angles of the scanner, else azimuths.
     """
     from PIL import Image
 

@@ -233,16 +233,8 @@ def build_table(
 ) -> ReportTable:
     """A table with one row for each of ``most`` items (all if None).
 
-    Parameters
-    ----------
-    columns : sequence of (head, make)
-        ``make`` says how a cell is made of an item; columns without any text are left out.
-    state : callable
-        State of the row of an item.
-    worst : Worst, optional
-        Which rows are shown where there are too many; the first if not given.
-    ends : callable
-        Names of the points that an item is about, one or two.
+    ``worst`` says which rows are shown where there are too many, ``state`` how a row is marked,
+    ``ends`` which points an item is about. Columns without any text are left out.
     """
     table = ReportTable(name, title, note, items, tuple(columns), state, worst=worst, ends=ends)
     return table.first(most)

@@ -40,14 +40,7 @@ class View:
 def views_of(xyz: Array, names: str = "ENU", *, level: bool = False) -> list[View]:
     """Plan, unless it is a line, and elevation along its longer side.
 
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        What is to be seen.
-    names
-        Of the axes.
-    level
-        Does a level surface have an elevation, which is a line too?
+    ``level``: does a level surface have an elevation, which is a line too?
     """
     extent = np.ptp(xyz, axis=0)
     along = 0 if extent[0] >= extent[1] else 1

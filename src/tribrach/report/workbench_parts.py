@@ -139,12 +139,7 @@ def workbench_texts(content: Report, folder: Path) -> dict[Path, str | bytes]:
 def stored_frame(frame: OutputFrame, box: tuple[Array, Array]) -> StoredFrame:
     """The frame of clouds, what turns it upright, and maps to the frames that the site knows.
 
-    Parameters
-    ----------
-    frame
-        Of the clouds.
-    box
-        Lowest and highest coordinates (3,) in the work frame [m] of all that is drawn.
+    ``box`` holds the lowest and highest coordinates of all that is drawn, in the work frame [m].
     """
     work, site = frame.work, frame.work.site
     low, high = box

@@ -131,13 +131,7 @@ class SceneFrame:
         return {**row, **new}
 
     def elsewhere(self, place: Array) -> dict[str, Array]:
-        """A place (3,) of this frame in all frames that are known, angles in radians.
-
-        Parameters
-        ----------
-        place : array (3,)
-            Coordinates in this frame [m].
-        """
+        """A place (3,) of this frame in all frames that are known, angles in radians."""
         out: dict[str, Array] = {self.kind: place}
         for name, to in self.maps.items():
             there = to(place[None])[0]

@@ -57,26 +57,13 @@ _NO_ENTRY = "Open the address that the command printed; it lets this browser in.
 
 
 class Guard:
-    """Lets requests through to an application that come from a page of this very server.
-
-    Parameters
-    ----------
-    app : ASGIApp
-        What answers them.
-    port : int
-        The port that is listened on.
-
-    Attributes
-    ----------
-    token : str
-        The secret of the printed address.
-    cookie : str
-        Name of the cookie; cookies are shared by all ports of a host, so it has the port.
-    """
+    """Lets requests through to an application that come from a page of this very server."""
 
     def __init__(self, app: ASGIApp, port: int) -> None:
         self._app = app
+        #: the secret of the printed address
         self.token = secrets.token_urlsafe(32)
+        #: cookies are shared by all ports of a host, so its name has the port
         self.cookie = f"tribrach-{port}"
         self._session = secrets.token_urlsafe(32)
         self._hosts = frozenset(f"{host}:{port}" for host in (LOOPBACK, "localhost"))

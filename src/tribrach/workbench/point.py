@@ -18,17 +18,7 @@ __all__ = ["point"]
 
 
 def point(sources: PointSources, cloud: str, place: tuple[str, str, str]) -> dict[str, Any]:
-    """Say what is known of a point of a cloud.
-
-    Parameters
-    ----------
-    sources : PointSources
-        What it is known from.
-    cloud : str
-        As the page calls it.
-    place : tuple of str
-        Its coordinates in the frame of the clouds [m].
-    """
+    """Say what is known of a point of a cloud."""
     where = coordinates(",".join(place))
     if where is None:
         raise InputError("these are no coordinates", cure="give three numbers in metres")

@@ -41,24 +41,7 @@ class _End:
 def relative(sources: PointSources, a: str, b: str) -> dict[str, Any]:
     """Compute the distance of two places with its sigma.
 
-    Parameters
-    ----------
-    sources : PointSources
-        What is known of them.
-    a, b : str
-        Names of points or stations, or ``CLOUD:x,y,z`` of points of clouds.
-
-    Returns
-    -------
-    dict
-        ``distance``, ``sigma``, ``covariance`` of the difference, what is own and what is shared.
-
-    Raises
-    ------
-    UnknownName
-        Neither a point nor a station nor a place in a cloud.
-    InputError
-        The two are one place, or what they have in common is not known.
+    ``a`` and ``b`` are names of points or stations, or ``CLOUD:x,y,z`` of points of clouds.
     """
     one, two = _end(sources, a), _end(sources, b)
     difference = two.xyz - one.xyz
@@ -87,13 +70,9 @@ def relative(sources: PointSources, a: str, b: str) -> dict[str, Any]:
 
 
 def named_joint(sources: PointSources) -> tuple[list[str], Array] | None:
-    """Collect the joint covariance of everything that has a name, as a static folder carries it.
+    """Names of points and stations, and the joint covariance of their places in the clouds' axes.
 
-    Returns
-    -------
-    tuple or None
-        Names (n) of points and stations, and the covariance (3n, 3n) of their places along the
-        axes of the clouds [m^2]; None where the run kept none.
+    None where the run kept none.
     """
     joint, shared = sources.joint, sources.shared
     if joint is None or shared is None:

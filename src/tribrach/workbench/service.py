@@ -44,15 +44,7 @@ class Cancelled(TribrachError):
 
 
 class Declined(TribrachError):
-    """Something that was asked for and is not done.
-
-    Parameters
-    ----------
-    status : int
-        That of HTTP.
-    content : mapping
-        What is answered: a sentence, or the state as it is.
-    """
+    """Something that was asked for and is not done."""
 
     def __init__(self, status: int, content: Mapping[str, Any]) -> None:
         super().__init__(str(content.get("sentence", "")))
@@ -62,23 +54,8 @@ class Declined(TribrachError):
 class Service:
     """A folder of results, and a session where there is one.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results.
-    session : Session, optional
-        The project that is worked on; without it everything is only looked at.
-    scratch : Path, optional
-        A folder for converted clouds, where that of the results may not be written.
-    further : sequence of Path
-        Clouds that are shown besides those of the run, in their frame.
-    epochs : Path, optional
-        What ``tribrach epochs --json`` wrote, to be drawn.
-
-    Raises
-    ------
-    InputError
-        No result, or one that cannot be understood.
+    ``scratch`` takes converted clouds where the folder may not be written; ``further`` are clouds
+    besides those of the run; ``epochs`` is what ``tribrach epochs --json`` wrote.
     """
 
     def __init__(

@@ -87,13 +87,7 @@ class Superseded(TribrachError):
 
 
 class Defect(TribrachError):
-    """The network cannot be adjusted with a change; the state before it stays.
-
-    Parameters
-    ----------
-    sentences
-        What cannot be done and the reasons, one each.
-    """
+    """The network cannot be adjusted with a change; the state before it stays."""
 
     def __init__(self, sentences: Sequence[str]) -> None:
         self.sentences = tuple(sentences)
@@ -331,11 +325,8 @@ class Session:
     def what_if(self, observation: str) -> dict[str, Any]:
         """Predict what switching an observation off, or on, would do; nothing is adjusted again.
 
-        Returns
-        -------
-        dict
-            ``sigma0`` a posteriori, ``dof``, ``largest`` with ``name`` and ``moved`` [m], and
-            ``words``; numbers are None where the network needs the observation.
+        ``sigma0``, ``dof``, ``largest`` with ``name`` and ``moved`` [m], and ``words``; numbers are
+        None where the network needs the observation.
         """
         with self._lock:
             state = self._state
@@ -365,12 +356,8 @@ class Session:
     def targets(self) -> list[dict[str, Any]]:
         """Targets that were found in scans, with their names and what was decided about them.
 
-        Returns
-        -------
-        list of dict
-            ``scan``, ``number`` (from 1 in each scan, as the finders left them), ``kind``,
-            ``center`` (3) in the scanner frame [m], ``name`` ("" without one), ``accepted``,
-            ``reason``. A rejected target has the name that it would have if none were rejected.
+        Numbers count from 1 in each scan, as the finders left them; centres are in the scanner
+        frame. A rejected target has the name that it would have if none were rejected.
         """
         with self._lock:
             state = self._state

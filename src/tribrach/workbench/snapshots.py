@@ -122,12 +122,7 @@ def _array(values: Any, shape: tuple[int, ...]) -> Array:
 def moves(now: Snapshot, before: Snapshot) -> dict[str, Any]:
     """How points and stations moved from one state to another.
 
-    Returns
-    -------
-    dict
-        ``points`` and ``stations`` of the state now, each with ``moved`` (3) [m], ``moved_length``,
-        stations also ``turned`` [rad], and ``before``, the covariance that it had; None where the
-        state before has no such name. ``largest`` is the one that moved most.
+    ``before`` is the covariance that each had; None where the state before has no such name.
     """
     points = _rows(now.points, before.points, (3,))
     covariances = _blocks(now.point_covariances, now.points, 3)

@@ -94,15 +94,7 @@ class PointSources:
         return names, read_covariance_rows(path, 3 * len(names), q + 3 * len(names))
 
     def picked(self, cloud: str, place: Array) -> Picked:
-        """The point of a cloud at a place (3,).
-
-        Parameters
-        ----------
-        cloud : str
-            As the page calls it.
-        place : array (3,)
-            In the frame of the clouds [m].
-        """
+        """The point of a cloud at a place (3,)."""
         file = self.clouds.get(cloud)
         if file is None:
             raise InputError(f"there is no cloud {cloud}", cure="pick a point that is shown")

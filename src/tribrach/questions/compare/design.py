@@ -142,24 +142,10 @@ def compare_design(
     distances: Path | None,
     progress: Progress,
 ) -> Answer:
-    """Compare a cloud with a model.
+    """Compare a cloud, as it was built, with a model.
 
-    Parameters
-    ----------
-    cloud
-        As it was built.
-    b
-        The model.
-    options
-        Tolerances, risk, elements.
-    limit
-        Farther points are of something else [m].
-    registration
-        What the user says of the pose of the cloud, None if nothing.
-    distances
-        A cloud to write with distance, sigma, verdict and element.
-    progress
-        Called with what is being done.
+    ``registration`` is what the user says of the pose of the cloud; ``distances`` a cloud to write,
+    with distance, sigma, verdict and element. Points beyond ``limit`` are of something else [m].
     """
     mesh = read_model(b, model_unit(options.model_unit))
     refuse_other_systems(cloud.crs, mesh.crs, b)

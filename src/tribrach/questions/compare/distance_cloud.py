@@ -57,20 +57,7 @@ _MEMBERSHIP = (
 
 
 class DistanceCloud:
-    """Writes the distances of site after site into one cloud; nothing is left after an error.
-
-    Parameters
-    ----------
-    path
-        Of the new cloud.
-    a, b
-        The compared cloud and the reference.
-
-    Raises
-    ------
-    InputError
-        A suffix of no cloud that has room for them.
-    """
+    """Writes the distances of site after site into one cloud; nothing is left after an error."""
 
     def __init__(self, path: Path, a: CloudFile, b: CloudFile) -> None:
         if not path.name.lower().endswith(_SUFFIXES):

@@ -178,19 +178,8 @@ def assess_completeness(
 ) -> Completeness:
     """Assess what stations saw of a surface.
 
-    Parameters
-    ----------
-    grid
-        The cells.
-    stations
-        Merged patches of each station, by name.
-    model
-        Merged patches of the surface, with areas [m^2] for variances where they are known; the
-        union of the stations if None.
-    required
-        Sigma to be reached [m].
-    gaps
-        How many of the largest to name of each sort.
+    Without a model the surface is the union of the stations. ``required`` is the sigma to be
+    reached [m], ``gaps`` how many of the largest to name of each sort.
     """
     cells = _union(stations) if model is None else model.keys
     surface = _Patches.of(cells, grid.size)
@@ -444,15 +433,7 @@ class SurfacePatches:
     _size: int = 0
 
     def add(self, keys: Index, variance: Array | None = None) -> None:
-        """Count points by their cells.
-
-        Parameters
-        ----------
-        keys : array (n,)
-            Cells of the points.
-        variance : array (n,)
-            Of the points [m^2], None where it is not known.
-        """
+        """Count points by their cells."""
         cells, where, counts = np.unique(keys, return_inverse=True, return_counts=True)
         sums: Array = np.zeros(len(cells))
         if variance is not None:

@@ -168,21 +168,10 @@ def difference(
     *,
     confidence: float = 0.95,
 ) -> ResultDifference:
-    """What differs between two results.
+    """What differs between two results, second minus first, given as keys of ``result.json``.
 
-    Parameters
-    ----------
-    first, second : mapping
-        Keys of ``result.json`` [m, rad, m^2].
-    names : (str, str)
-        What they are called in messages.
-    confidence : float
-        Of all tests together: the share of clean pairs of results in which nothing is called moved.
-
-    Returns
-    -------
-    ResultDifference
-        Shifts second minus first [m], with their tests.
+    ``confidence`` is that of all tests together: the share of clean pairs of results in which
+    nothing is called moved.
     """
     a, b = _Result.of(first, names[0]), _Result.of(second, names[1])
     common = _common(a, b)

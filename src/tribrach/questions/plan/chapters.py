@@ -330,16 +330,7 @@ def gain_map(
 ) -> Picture:
     """Where one target or station more serves how much, in plan and from the side.
 
-    Parameters
-    ----------
-    places, gains
-        Places (n, 3) [m] that were looked at, and what each is worth (n,) in ``unit``.
-    chosen, chosen_xyz
-        Names and places (k, 3) [m] of what is proposed.
-    stations
-        Places (s, 3) [m] of the stations.
-    unit
-        Of the gains.
+    ``gains`` say in ``unit`` what each of the places is worth; ``chosen`` is what is proposed.
     """
     every = np.concatenate([places, chosen_xyz, stations])
     low, high = every.min(axis=0), every.max(axis=0)

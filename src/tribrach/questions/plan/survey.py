@@ -54,28 +54,14 @@ def read_places(path: Path, context: Context) -> dict[str, Array]:
 
 
 class PlanSurvey:
-    """The plan of a project, to which targets and stations can be added.
-
-    Parameters
-    ----------
-    further : what scans of the project brought.
-
-    Attributes
-    ----------
-    points : approximate coordinates (3,) by name; known : those with coordinates or positions of
-    their own; stations : planned ones, and the measured ones where none is planned; targets : names
-    of what the planned stations scan; arm : the lever arm that the plan is about, or None.
-
-    Raises
-    ------
-    InputError : what the project or a file says wrong.
-    """
+    """The plan of a project, to which targets and stations can be added."""
 
     def __init__(self, job: Job, further: Survey | None = None) -> None:
         project = job.project
         assert project.plan is not None
         self.job, self.project, self.plan, self.further = job, project, project.plan, further
         section = project.plan.lever_arm
+        #: the lever arm that the plan is about, or None
         self.arm = None if section is None else PlannedLeverArm(project, section)
         self._bare = self._plain({})
         self.context = Context(frame=self._bare.frame)
@@ -87,6 +73,7 @@ class PlanSurvey:
         self.measured: dict[str, ScannerPlace] = {}
         self._start = self._adjusted(surveyed)
         planned = self._planned_stations()
+        #: planned stations, and the measured ones where none is planned
         self.stations = planned or dict(self.measured)
         self.planned = tuple(planned)
         if self.arm is not None and not self.points:

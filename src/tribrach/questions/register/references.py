@@ -94,19 +94,7 @@ def read_references(
     reach: float,
     progress: Progress,
 ) -> tuple[list[ScanReference], tuple[UsedReference, ...]]:
-    """Read references; far away from approximate poses they are not needed.
-
-    Parameters
-    ----------
-    files
-        What there is.
-    scans
-        Names that are taken.
-    priors
-        Approximate poses of scans.
-    reach
-        How far from these a scan sees [m].
-    """
+    """Read references; far away from approximate poses they are not needed."""
     ready: list[ScanReference] = []
     used: list[UsedReference] = []
     places = np.array([pose.translation for pose in priors.values()]).reshape(-1, 3)

@@ -241,30 +241,10 @@ def register_files(
 ) -> RegisteredFiles:
     """Register all scans of files; no more than one scan's surfels are made at a time.
 
-    Parameters
-    ----------
-    paths
-        Files of scans in the frames of their scanners.
-    approximate
-        Are poses used that stand beside the scans or in their headers, as proposals among others?
-    poses
-        Lists of approximate poses, or folders of files with one each, instead of these.
-    sigma
-        What approximate poses may be wrong by.
-    no_return
-        Are points that files have for beams without return kept?
-    choice
-        ``proposed`` for the pairs that promise most, ``all`` for every pair.
-    floor
-        Sigmas [m], [rad] of what residuals never show.
-    origin
-        Where the scanner stood in the coordinates of each file [m], where the files do not say.
-    references
-        Clouds and models that the scans are placed on.
-    output
-        What will be written, so that it is refused before any work is done.
-    progress
-        Called with what is being done.
+    ``approximate``: are poses used that stand beside the scans or in their headers? ``poses`` are
+    lists of them, or folders, instead. ``no_return``: are points kept that stand for beams without
+    return? ``floor`` holds sigmas [m], [rad] of what residuals never show, ``origin`` the place of
+    the scanner in each file, where files do not say. ``output`` is refused before any work is done.
     """
     read = [scan for path in paths for scan in read_scans(path)]
     scans = _named(read if origin is None else [seen_from(scan, origin) for scan in read])

@@ -63,11 +63,8 @@ def seal_job(
     scans : are the scans inside? Else they are named by their digests.
     check : runs the sealed inputs first.
 
-    Raises
-    ------
-    InputError
-        No results, or they were changed after they were written; an input has an absolute name; a
-        run of the inputs alone gives something else.
+    Without ``scans`` inside, they are named by their digests; ``check`` runs the sealed inputs
+    first.
     """
     own = project.inputs()[0]
     folder = project.results

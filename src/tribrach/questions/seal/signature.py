@@ -86,13 +86,7 @@ def _signer(wish: Signing) -> Signer:
 
 
 def signed(data: bytes, wish: Signing) -> bytes:
-    """Sign a text; the signature apart from it.
-
-    Raises
-    ------
-    InputError
-        The package is missing, certificate or key cannot be read, the server does not answer.
-    """
+    """Sign a text; the signature apart from it."""
     _needed()
     signer = _signer(wish)
     stamps: Any = None
@@ -112,13 +106,7 @@ def signed(data: bytes, wish: Signing) -> bytes:
 
 
 def read_signature(data: bytes, of: bytes, trusted: Sequence[Path] = ()) -> Signature:
-    """Test a signature of a text against it.
-
-    Raises
-    ------
-    InputError
-        The package is missing, or a certificate of an authority cannot be read.
-    """
+    """Test a signature of a text against it."""
     _needed()
     from asn1crypto import cms
     from pyhanko.keys import load_certs_from_pemder

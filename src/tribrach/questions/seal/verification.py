@@ -93,10 +93,7 @@ def verify_seal(
     trusted : certificates of authorities.
     run : runs the job again.
 
-    Raises
-    ------
-    InputError
-        It is no seal, is unsafe to unpack, or an input that is not inside is not in the folder.
+    ``inputs`` is a folder of those that are not inside, ``trusted`` certificates of authorities.
     """
     with opened_bag(path) as bag:
         progress("digests", 0, 1)

@@ -28,19 +28,9 @@ def alarm_lines(
     A point is tested in each cycle and in the mean of its last cycles, so that a small movement
     that stays is found as well.
 
-    Parameters
-    ----------
-    found
-        All cycles.
-    new
-        Keys of the cycles whose alarms are wanted.
-    threshold
-        Displacements of points below this are no alarm [m]; those of references are of any size.
-    run_length
-        Where nothing moves, one alarm comes in so many days on average, of the whole site.
+    Displacements of points below ``threshold`` are no alarm [m]; those of references are of any
+    size. Where nothing moves, one alarm of the site comes in ``run_length`` days on average.
 
-    References
-    ----------
     Method section 12.6.
     """
     level = _level(found, run_length)

@@ -226,19 +226,8 @@ def monitor(
 ) -> Series:
     """Adjust every cycle and compare it with the baseline.
 
-    Parameters
-    ----------
-    readings
-        Of all cycles.
-    places
-        Approximate coordinates (3,) of the references at least [m].
-    settings
-        How.
-    earlier
-        What an earlier call found with the same settings: its cycles are not solved again, and
-        its baseline, factor and wander stay.
-    progress
-        Told of each cycle.
+    Cycles in ``earlier``, of the same settings, are not solved again; its baseline, factor and
+    wander stay. ``places`` are approximate coordinates of the references at least.
     """
     parts = readings.cycles(settings.pause)
     keys = [readings.digest(part) for part in parts]

@@ -54,10 +54,7 @@ _WORST = Worst(
 class Uncertainty:
     """Ellipses, intervals and ellipsoids of positions at the chosen confidence.
 
-    Parameters
-    ----------
-    covariances : (n, 3, 3) [m^2], scaled.
-    freedom : (n, 3), degrees of freedom of the variances along E, N and U.
+    ``covariances`` are scaled; ``freedom`` (n, 3) is that of the variances along E, N and U.
     """
 
     def __init__(self, covariances: Array, freedom: Array, settings: ReportSettings) -> None:
