@@ -98,21 +98,7 @@ def calibrate_survey(survey: Survey, models: Mapping[str, StationModel]) -> None
 def add_priors(
     survey: Survey, names: Sequence[str], values: Array, covariance: Array, source: str
 ) -> None:
-    """Add known parameters as observations of the unknowns.
-
-    Parameters
-    ----------
-    survey
-        The survey, which is changed.
-    names
-        The k parameters.
-    values : array (k,)
-        Their values [m, rad or 1].
-    covariance : array (k, k)
-        Their covariance.
-    source
-        Where they come from.
-    """
+    """Add known parameters as observations of the unknowns."""
     table = survey.add(
         ScalarPriors,
         values=values,
@@ -180,24 +166,7 @@ def _polar_columns(part: ObservationTable, given: StationModel) -> dict[str, Any
 
 
 def polar_of_centres(xyz: Array, covariance: Array, sources: Sequence[str]) -> tuple[Array, Array]:
-    """Turn target centres into polar coordinates with their covariances.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Centres in the scanner frame [m].
-    covariance : array (n, 3, 3)
-        Their covariances [m^2].
-    sources
-        Where each came from, for the message.
-
-    Returns
-    -------
-    polar : array (n, 3)
-        Range [m], H and V [rad].
-    covariance : array (n, 3, 3)
-        Of range, H and V.
-    """
+    """Turn target centres into polar coordinates with their covariances."""
     polar = polar_from_xyz(xyz)
     require_defined(polar, np.asarray(sources, dtype=object))
     turn = polar_by_xyz(xyz)

@@ -47,15 +47,6 @@ def linearise(network: Network, state: State, held: Index) -> System:
     """Linearise a network with some columns held.
 
     What the datum leaves open is pinned, which changes no estimable quantity.
-
-    Parameters
-    ----------
-    network
-        The network.
-    state
-        Where it is linearised.
-    held : array (k,)
-        Columns of the full tangent vector that are held.
     """
     free = network.free.copy()
     free[held] = False
@@ -91,12 +82,9 @@ def model_columns(
     model: CalibrationModel,
     station: NDArray[np.bool_] | None = None,
 ) -> Array:
-    """Derivatives of all active polar observations by a model's parameters, whitened.
+    """Derivatives (n, k) of all active polar observations by a model's parameters, whitened.
 
-    Returns
-    -------
-    array (n, k)
-        In the order of the rows, zero for other observations.
+    Other observations have zeros.
     """
     out = np.zeros((len(assembly.rows), len(model.parameters)))
     first = 0

@@ -188,20 +188,8 @@ def check_readings(
 ) -> FieldCheck:
     """Test whatever the readings allow to test (method sections 11.2, 11.3 and 11.6).
 
-    Parameters
-    ----------
-    readings
-        Of targets, with the precision that the scanner is stated to have.
-    title
-        Of the check.
-    alpha
-        Error probability of the whole.
-    earlier
-        An earlier check.
-    known
-        Known lengths.
-    noise
-        The same readings with the covariances of their noise alone.
+    ``alpha`` is the error probability of the whole; ``noise`` are the same readings with the
+    covariances of their noise alone.
     """
     means, pairs = face_means(readings), face_pairs(readings)
     notes: list[str] = []

@@ -63,21 +63,9 @@ class Explanation(Result, without=("dof", "t_limit")):
 
 
 def whitened(covariance: Array, rank: int, *others: Array) -> tuple[Array, ...]:
-    """Whiten arrays with ``W C W^T = I`` on the range of a covariance.
+    """Whiten arrays with ``W C W^T = I`` on the range of a covariance C.
 
-    Parameters
-    ----------
-    covariance : array (n, n)
-        C.
-    rank
-        Directions that C has; what is beyond is rounding, or of second order.
-    others
-        Arrays y, (n, k) or (n,).
-
-    Returns
-    -------
-    tuple of arrays
-        ``W y`` of each.
+    What C has beyond ``rank`` directions is rounding, or of second order.
     """
     value, vector = np.linalg.eigh((covariance + covariance.T) / 2)
     largest = value[-rank:]
@@ -95,18 +83,8 @@ def explain(
 ) -> Explanation:
     """Choose the parameters that explain observations, one after the other.
 
-    Parameters
-    ----------
-    names
-        The k parameters.
-    columns : array (n, k)
-        Whitened observations that a parameter of one makes.
-    observed : array (n,)
-        Whitened observations.
-    alpha0
-        Error probability of each parameter.
-    alpha
-        Error probability of the test of what is left.
+    ``columns`` are what parameters of one make. ``alpha0`` is the error probability of each
+    parameter, ``alpha`` that of the test of what is left.
     """
     limit = float(norm.ppf(1 - alpha0 / 2))
     rest, chosen = observed.copy(), list[int]()

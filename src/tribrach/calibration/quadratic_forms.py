@@ -26,13 +26,6 @@ def exceedance(x: float, weights: Array) -> float:
 
     The characteristic function is inverted by the trapezoidal rule (Davies 1973, equation 9), to
     six digits or better.
-
-    Parameters
-    ----------
-    x
-        In the unit of the weights.
-    weights : array (n,)
-        Of either sign.
     """
     unit = float(np.abs(weights).max(initial=0.0))
     if unit == 0:
@@ -58,30 +51,14 @@ def _log_modulus(weights: Array, at: Array) -> Array:
 
 
 def quantile(p: float, weights: Array) -> float:
-    """Quantile of a weighted sum of squares of standard normal variables.
-
-    Parameters
-    ----------
-    p
-        Probability of as much or less, between 1e-4 and 1 - 1e-4.
-    weights : array (n,)
-        Not negative, not all zero.
-    """
+    """Quantile of a weighted sum of squares of standard normal variables."""
     w = np.asarray(weights, dtype=float)
     high = w.sum() + 20 * np.sqrt(2 * (w @ w)) + 40 * w.max()
     return float(brentq(lambda x: exceedance(x, w) - (1 - p), 0.0, high, xtol=1e-10 * high))
 
 
 def ratio_quantile(p: float, numerator: Array, denominator: Array) -> float:
-    """Quantile of the ratio of two independent weighted sums of squares.
-
-    Parameters
-    ----------
-    p
-        Probability of as much or less.
-    numerator, denominator : array (n,), (m,)
-        Weights, not negative.
-    """
+    """Quantile of the ratio of two independent weighted sums of squares."""
 
     def beyond(log_c: float) -> float:
         weights = np.concatenate([numerator, -np.exp(log_c) * np.asarray(denominator)])
@@ -92,12 +69,6 @@ def ratio_quantile(p: float, numerator: Array, denominator: Array) -> float:
 
 
 def equivalent_dof(weights: Array) -> float:
-    """Degrees of freedom of the chi-square with the same relative variance (Satterthwaite 1946).
-
-    Parameters
-    ----------
-    weights : array (n,)
-        Not negative.
-    """
+    """Degrees of freedom of the chi-square with the same relative variance (Satterthwaite 1946)."""
     w = np.asarray(weights, dtype=float)
     return float(w.sum() ** 2 / (w @ w))

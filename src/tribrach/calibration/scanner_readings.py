@@ -69,19 +69,7 @@ class FacePairs:
 def folded(polar: Array, face: Array) -> tuple[Array, Array]:
     """Fold readings to the front: V above pi is the back face.
 
-    Parameters
-    ----------
-    polar : array (n, 3)
-        Range [m], H and V [rad] as they were read.
-    face : array (n,)
-        Faces where V does not say it.
-
-    Returns
-    -------
-    polar : array (n, 3)
-        Readings of the front.
-    face : array (n,)
-        +1 front, -1 back.
+    Faces are +1 front, -1 back; those given count where V does not say it.
     """
     raw = polar[:, 2] > np.pi
     out = polar.copy()

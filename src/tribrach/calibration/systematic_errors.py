@@ -81,13 +81,7 @@ class SystematicErrors(WrongList):
 
 
 def systematic_errors(adjustment: Adjustment) -> SystematicErrors | None:
-    """Find systematic errors of the scanners that explain more than any single observation.
-
-    Parameters
-    ----------
-    adjustment
-        A network whose scanners are not calibrated in it.
-    """
+    """Find systematic errors of the scanners that explain more than any single observation."""
     tables = adjustment.network.observations
     if adjustment.dof < 2 or not any(_readings(o) for o in tables):
         return None

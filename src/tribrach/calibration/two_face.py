@@ -71,18 +71,7 @@ class TwoFaceTest(Result, also=("passed",), without=("pairs", "alpha")):
 
 
 def signatures(polar: Array) -> Array:
-    """Half differences that each parameter makes.
-
-    Parameters
-    ----------
-    polar : array (n, 3)
-        Range [m], H and V [rad].
-
-    Returns
-    -------
-    array (n, 3, k)
-        Half differences for a parameter of one, in the order of :data:`SIGNATURES`.
-    """
+    """Half differences (n, 3, k) of each parameter of one, in the order of :data:`SIGNATURES`."""
     model = NIST.select(SIGNATURES)
     r, h, v = polar.T
     front, back = (model.columns(r, h, v, np.full(len(r), face)) for face in (1.0, -1.0))

@@ -195,19 +195,9 @@ def coloured_fit(
 ) -> ColouredFit:
     """Fit a design (n, p) to values (n,) at times (n,) [days], whatever their noise.
 
-    Parameters
-    ----------
-    days : array (n,)
-        In their order.
-    values, sigma : array (n,)
-        With the sigmas that are stated, of which the ratios count.
-    design : array (n, p)
-        With a column for the offset.
-    prior : array (k,), optional
-        Of the laws of noise, from ``learned_prior``.
+    Of stated sigmas the ratios count; the design has a column for the offset; the prior of the laws
+    of noise comes from ``learned_prior``.
 
-    References
-    ----------
     Method section 12.6.
     """
     whitening = _whitening(days.tobytes(), sigma.tobytes())
@@ -243,8 +233,6 @@ def learned_prior(likely: Sequence[Array]) -> Array:
     Series need not have one law. By expectation and maximisation; what is known beforehand counts
     as some series more.
 
-    References
-    ----------
     Method section 12.6.
     """
     prior = BEFOREHAND

@@ -170,12 +170,7 @@ class Comparison:
 def compare(
     difference: Difference, settings: Settings | None = None, chosen: Collection[str] = ()
 ) -> Comparison:
-    """Test which points moved between two epochs.
-
-    References
-    ----------
-    Method sections 12.2 to 12.5.
-    """
+    """Test which points moved between two epochs (method sections 12.2 to 12.5)."""
     settings = settings or Settings()
     difference, held = _without_held(difference)
     names = difference.names
@@ -233,21 +228,9 @@ def compare(
 def with_common_scale(found: Comparison, chosen: Collection[str] = ()) -> Comparison | None:
     """The comparison with a scale between the epochs, where that explains what moved as well.
 
-    Parameters
-    ----------
-    found
-        Without it.
-    chosen
-        Motions that were taken out by choice.
+    None where nothing has to be explained, where the networks leave the scale open, or where a
+    scale explains less than points that moved.
 
-    Returns
-    -------
-    Comparison or None
-        With the scale taken out; None where nothing has to be explained, where the networks leave
-        the scale open, or where a scale explains less than points that moved.
-
-    References
-    ----------
     Method section 12.3.
     """
     motions, search = found.difference.motions, found.search

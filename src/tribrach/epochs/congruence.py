@@ -89,26 +89,9 @@ class CongruenceTest(Result, also=("passed",)):
 class Congruence:
     """The quadratic form of differences with the motions of the whole taken out.
 
-    Parameters
-    ----------
-    values : array (k,)
-        Differences d [m].
-    covariance : array (k, k)
-        Of the differences [m^2]; singular only in what the motions span.
-    basis : array (k, m)
-        Motions G of the whole that are no displacement.
-    width
-        Differences of each point.
-    names
-        Of the points, for what is refused.
+    The basis (k, m) are motions of the whole that are no displacement; the covariance is singular
+    in what they span alone. ``width`` is how many differences a point has.
 
-    Raises
-    ------
-    AdjustmentError
-        The covariance is singular in something else than the motions.
-
-    References
-    ----------
     Method section 12.2.
     """
 
@@ -239,8 +222,6 @@ def search_moved(form: Congruence, limits: Limits, *, most: int | None = None) -
     a smaller one only if it explains significantly more; one test in twenty of what is left fails
     although nothing else moved.
 
-    References
-    ----------
     Method section 12.3; Nowel (2020), Velsink (2015).
     """
     n = len(form.values) // form.width

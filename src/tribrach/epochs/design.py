@@ -18,14 +18,9 @@ CONFIDENCE, POWER = 0.95, 0.8
 
 
 def detectable_displacement(sigma: float, axes: int) -> float:
-    """Displacement [m] that is found in the hardest direction.
+    """Displacement [m] that is found in the hardest direction of 1, 2 or 3 axes tested together.
 
-    Parameters
-    ----------
-    sigma
-        Largest standard deviation of the point in any direction, of one epoch [m].
-    axes
-        Coordinates that are tested together: 1, 2 or 3.
+    ``sigma`` is the largest of the point in any direction, of one epoch [m].
     """
     return float(np.sqrt(2 * Limits(1 - CONFIDENCE).noncentrality(axes, POWER)) * sigma)
 

@@ -82,13 +82,7 @@ class Epoch:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """What changed between two epochs: second minus first.
-
-    Attributes
-    ----------
-    equal_precision
-        Ratio of the variance factors, its limits and the degrees of freedom; None where unknown.
-    """
+    """What changed between two epochs: second minus first."""
 
     #: of both epochs
     labels: tuple[str, str]
@@ -130,15 +124,6 @@ def motion_columns(xyz: Array, axes: Sequence[int], motions: Sequence[str]) -> A
 
     Motions that move no coordinate that is compared are left out. Columns have the length of a
     shift of all points by a metre: turns and scale act at the mean distance from the middle.
-
-    Parameters
-    ----------
-    xyz : array (n, 3)
-        Points [m].
-    axes
-        Coordinates that are compared.
-    motions
-        Of :data:`MOTIONS`.
     """
     n = len(xyz)
     out = _unit_motions(xyz, axes, motions)
@@ -172,16 +157,7 @@ def laid_on(
 ) -> Array:
     """Coordinates (n, 3) moved as a whole onto others, by finite turns.
 
-    Parameters
-    ----------
-    target, xyz : array (n, 3)
-        Where they are to lie, and where they lie [m].
-    axes
-        Coordinates that count.
-    motions
-        How they may be moved.
-    by : array of bool (n,)
-        Points that are laid on each other.
+    Points in ``by`` are laid on each other.
     """
     return _aligned(target, xyz, axes, motions, by)[0]
 
@@ -206,21 +182,10 @@ def difference(
 ) -> Difference:
     """The differences of two epochs (method section 12.1).
 
-    Parameters
-    ----------
-    first, second
-        The epochs.
-    space
-        Coordinates that are compared; all that both have if not given.
-    free
-        Further motions that are taken out, as if the networks had left them open: ``scale`` for
-        distances that have a common one.
-    points
-        Names that are compared; all that both have if not given.
-    cross : array (3 n1, 3 n2)
-        Covariance between both epochs, from control or instruments that they share.
-    align_by
-        Names by which the second epoch is turned onto the first; all common ones if not given.
+    Compared are coordinates and points that both have, if not given. ``free`` are further motions
+    that are taken out, as if the networks had left them open. ``cross`` is the covariance between
+    both epochs, from control or instruments that they share; ``align_by`` names by which the second
+    is turned onto the first.
     """
     strange = [m for m in free if m not in MOTIONS]
     if strange:

@@ -45,8 +45,6 @@ def baseline(cycles: Sequence[Epoch], label: str, align_by: Sequence[str] = ()) 
     ``x_i = x + G t_i + e_i``: the normal matrix is the sum of the weights of the cycles without
     their motions, and what it leaves open are the motions again.
 
-    References
-    ----------
     Method section 12.6.
     """
     first = cycles[0]
@@ -197,8 +195,6 @@ def fit_together(
     Together they say which noise is met how often, so that a short series need not say it alone;
     and the level of the tests holds for all of them.
 
-    References
-    ----------
     Method section 12.6.
     """
     alone = [fit_series(*one) for one in series]
@@ -222,23 +218,8 @@ def fit_series(
     Sigmas and tests of the parameters are averages over white and correlated noise, flicker noise
     and walks, each as likely as the residuals make it.
 
-    Parameters
-    ----------
-    days : array (n,)
-        Times, ascending [days since 1970].
-    values, sigma : array (n,)
-        Displacements and their standard deviations [m].
-    axis
-        Along which they are.
-    confidence
-        Of the tests of trend, period and jumps.
-    family
-        Series that are tested together: the confidence holds for all of them.
-    prior : array (k,), optional
-        How often each law of noise is met.
+    ``family`` series are tested together: the confidence holds for all of them.
 
-    References
-    ----------
     Method section 12.6.
     """
     n = len(days)

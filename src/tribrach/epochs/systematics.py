@@ -28,17 +28,6 @@ _MOST = 12
 def quadratic_range(values: Array, covariance: Array, bounds: Array) -> tuple[float, float]:
     """Least and largest ``T = (d + s)^T C^-1 (d + s)`` for all ``|s_i| <= b_i``.
 
-    Parameters
-    ----------
-    values : array (k,)
-        The differences d [m].
-    covariance : array (k, k)
-        C, regular [m^2].
-    bounds : array (k,)
-        b, 0 for none [m].
-
-    References
-    ----------
     Method section 12.5.
     """
     bounds = np.asarray(bounds, dtype=float)

@@ -91,15 +91,8 @@ def with_wander(
 ) -> Array:
     """Covariance of differences with the wander of their points.
 
-    Parameters
-    ----------
-    changes
-        Differences against a baseline.
-    wander
-        By name: covariance (d, d) of one cycle [m^2].
-    share
-        How much of it is in a difference, of each point or of all: ``1 + 1/b`` against a baseline
-        of b other cycles.
+    ``share`` says how much of the covariance of one cycle is in a difference: ``1 + 1/b`` against a
+    baseline of b other cycles.
     """
     out = changes.covariance.copy()
     width = len(changes.axes)
@@ -121,22 +114,6 @@ def learned_wander(
     steps and drifts are not in it. Cycles far out lose weight as in a distribution of Student. A
     point has a wander only where its likelihood ratio says so: noise of the sights is none.
 
-    Returns
-    -------
-    dict
-        Of the points that wander.
-
-    Parameters
-    ----------
-    differences
-        Of the reference points against the baseline, in the order of time.
-    days : array (n,)
-        Of the cycles.
-    names
-        Points whose wander is learned.
-
-    References
-    ----------
     Method section 12.6.
     """
     if not names or not differences:

@@ -57,14 +57,8 @@ def group_rows(design: sp.csr_array, group: Index, place: Index) -> list[Blocks]
 
     A row belongs to the group of its own columns; rows without any are left out.
 
-    Parameters
-    ----------
-    design : sparse array (n, u)
-        Whitened derivatives of rows that belong to groups, and of others.
-    group : array (u,)
-        Number of the group that owns a column, -1 for columns of the network.
-    place : array (u,)
-        Column of the prospect, for columns of the network; -1 where it is held fixed.
+    ``group`` is the group that owns a column, -1 for columns of the network; ``place`` the column
+    of the prospect for these, -1 where it is held fixed.
     """
     triple = design.tocoo()
     owner = np.full(design.shape[0], -1, dtype=np.int64)

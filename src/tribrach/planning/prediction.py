@@ -158,15 +158,7 @@ def predict(network: Network) -> Adjustment:
 
 
 def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, ...], Index]:
-    """Find the columns of positions in the full tangent vector.
-
-    Returns
-    -------
-    names
-        The p positions.
-    columns : array (p, 3)
-        Their columns.
-    """
+    """Find the columns of positions in the full tangent vector."""
     chosen = tuple(names) or layout.names["point"]
     arms = np.zeros(len(chosen), dtype=bool)
     for k, name in enumerate(chosen):
@@ -186,15 +178,7 @@ def position_columns(layout: Layout, names: Sequence[str]) -> tuple[tuple[str, .
 
 
 def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Index]:
-    """Find the columns of the scalars and stations whose correlations count.
-
-    Returns
-    -------
-    scalars : array (k,)
-        Columns of the scalars.
-    stations : array (6 S,)
-        Columns of the stations.
-    """
+    """Find the columns of the scalars and stations whose correlations count."""
     chosen = criterion.parameters or layout.names["scalar"]
     for name in chosen:
         if not layout.has("scalar", name):
@@ -213,16 +197,6 @@ def largest_sigma(covariances: Array) -> Array:
     """Largest standard deviation in any direction.
 
     Closed form of the largest eigenvalue of a symmetric 3x3 matrix (Smith 1961).
-
-    Parameters
-    ----------
-    covariances : array (..., 3, 3)
-        Covariances [m^2].
-
-    Returns
-    -------
-    array (...,)
-        Standard deviations [m].
     """
     c = covariances
     mean = (c[..., 0, 0] + c[..., 1, 1] + c[..., 2, 2]) / 3
@@ -277,12 +251,8 @@ def redundancy_rows(system: WeightedResiduals) -> tuple[sp.csr_array, Array]:
     are correlated have none each; theirs are those of the whitened values, whose sum is the
     redundancy of the observation.
 
-    Returns
-    -------
-    rows : sparse array (n, u)
-        Rows whose form with Q is what the unknowns take of each value.
-    left : array (n,)
-        What is left of one.
+    The rows' form with Q is what the unknowns take of each value; the second answer is what is left
+    of one.
     """
     adjustment = system.adjustment
     correlated = np.zeros(len(system.s), dtype=bool)
