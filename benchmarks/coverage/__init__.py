@@ -1,0 +1,1 @@
+"""An open benchmark of stated uncertainty of registered scans: see README.md here."""
