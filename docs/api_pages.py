@@ -98,7 +98,7 @@ def passed_on(room: Path) -> str:
 
 @cache
 def public_names(path: Path) -> list[str]:
-    """Names that a module defines itself and offers to others."""
+    """Names that a module defines and offers: its ``__all__``, or those without underscore."""
     if path.stem.startswith("_") and path.stem != "__init__":
         return []
     own = {
@@ -110,7 +110,14 @@ def public_names(path: Path) -> list[str]:
             + [getattr(getattr(node, "target", None), "id", "")]
         )
     }
-    return [name for name in listed_names(path) if name in own]
+    listed = listed_names(path)
+    if listed or path.stem == "__init__":
+        return [name for name in listed if name in own]
+    return sorted(
+        node.name
+        for node in tree(path).body
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_")
+    )
 
 
 @cache

@@ -21,9 +21,6 @@ from tribrach.errors import InputError
 from tribrach.geodesy import frames
 from tribrach.sentences import Sentence
 
-__all__ = ["PLATES", "Motion", "Passage", "Realisation", "carry", "crs_is_dynamic", "plates"]
-
-
 #: epochs closer than this are taken as one [years]: four days, a tenth of a millimetre
 SAME_EPOCH = 0.01
 #: plates of the models that come with PROJ

@@ -23,17 +23,6 @@ from pyproj.exceptions import ProjError
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = [
-    "connected",
-    "decimal_year",
-    "ellipsoid",
-    "frame",
-    "identifier",
-    "is_dynamic",
-    "transform",
-]
-
-
 #: ITRF to GDA2020: shifts [mm], scale [ppb], rotations of the axes [mas], then their rates per
 #: year, at epoch 2020 (ICSM, GDA2020 Technical Manual)
 ICSM = {

@@ -24,9 +24,6 @@ from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import GRS80
 from tribrach.units import SEC
 
-__all__ = ["GeoidGrid", "slope"]
-
-
 #: half of the distance [rad] over which the slope is taken: two to three cells of a 2.5' grid
 _STEP = np.radians(3 / 60)
 #: curvature of the normal plumb line of GRS80 at 45 degrees [rad/m]: level surfaces sink towards

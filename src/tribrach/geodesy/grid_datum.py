@@ -20,8 +20,6 @@ from tribrach.geodesy import frames
 from tribrach.geodesy.proj_grids import offline
 from tribrach.geodesy.site import EllipsoidSite, ecef_from_geodetic
 
-__all__ = ["GridDatum"]
-
 #: datums this close [m] to WGS 84 have its centre: geoid models of a country are in its own
 _GEOCENTRIC = 5.0
 _WGS84 = "WGS 84"

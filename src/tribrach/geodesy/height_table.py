@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array
 
-__all__ = ["HeightTable"]
-
 #: how far [cells] a place may lie outside by rounding
 _ROUNDING = 1e-6
 

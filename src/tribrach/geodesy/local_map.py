@@ -17,9 +17,6 @@ from tribrach._types import Array
 from tribrach.answers import Matrix, Result, Vector
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["LocalMap", "StoredMap"]
-
-
 #: largest difference from the exact function [m]
 TOLERANCE = 1e-6
 _POWERS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in range(4 - i - j)])

@@ -17,8 +17,6 @@ from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geodesy.work_frame import WorkFrame
 
-__all__ = ["FrameKind", "OutputFrame"]
-
 FrameKind = Literal["work", "projected", "ecef"]
 
 

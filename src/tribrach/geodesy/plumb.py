@@ -17,8 +17,6 @@ from tribrach.geodesy.geoid_grid import GeoidGrid, slope
 from tribrach.geodesy.site import EllipsoidSite, Site
 from tribrach.geodesy.work_frame import WorkFrame
 
-__all__ = ["PlumbField", "PlumbLines"]
-
 
 @dataclass(frozen=True)
 class PlumbField:

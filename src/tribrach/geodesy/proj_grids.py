@@ -16,8 +16,6 @@ from pyproj.transformer import TransformerGroup
 from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 
-__all__ = ["geoid_names", "missing_grid_sentences", "offline", "vertical_name"]
-
 _GEOGRAPHIC = "+proj=longlat +datum=WGS84 +type=crs"
 
 

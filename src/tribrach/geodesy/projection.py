@@ -24,8 +24,6 @@ from tribrach.geodesy.site import GRS80, EllipsoidSite, ecef_from_geodetic
 from tribrach.sentences import Sentence
 from tribrach.units import SEC
 
-__all__ = ["FlatEffect", "ProjectedGrid", "flat_effects", "grid_scale", "stereographic"]
-
 #: mean radius of the Earth [m]
 RADIUS = 6371000.0
 #: effects below this [m] are not worth a sentence

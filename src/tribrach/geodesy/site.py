@@ -20,17 +20,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = [
-    "GRS80",
-    "EllipsoidSite",
-    "FlatSite",
-    "Site",
-    "curvature_radii",
-    "ecef_from_geodetic",
-    "enu_rotation",
-]
-
-
 #: semi-major axis [m] and flattening of GRS80
 GRS80 = (6378137.0, 1 / 298.257222101)
 

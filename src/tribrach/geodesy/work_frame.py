@@ -18,8 +18,6 @@ from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.projection import ProjectedGrid
 from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, ecef_from_geodetic
 
-__all__ = ["WorkFrame"]
-
 
 @dataclass(frozen=True)
 class WorkFrame:

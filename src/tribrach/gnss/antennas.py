@@ -14,12 +14,6 @@ from tribrach.errors import InputError
 from tribrach.io.gnss.antex_file import AntexFile
 from tribrach.io.gnss.observation_file import RinexObservations
 
-__all__ = [
-    "ANTEX_NAME",
-    "AntennaSetup",
-    "BaselineAntennas",
-]
-
 #: name of the ANTEX file in the engine's work folder
 ANTEX_NAME = "antennas.atx"
 #: antennas are lower than this above their marks [m]

@@ -16,8 +16,6 @@ from tribrach.answers import Number, Result
 from tribrach.sentences import Sentence, joined
 from tribrach.units import percent
 
-__all__ = ["FREQUENCIES", "Attempt", "choose", "comparison", "reason"]
-
 #: words for the numbers of frequencies
 FREQUENCIES = {1: "L1 alone", 2: "L1 and L2", 3: "three frequencies"}
 #: share of epochs that an attempt needs to be taken

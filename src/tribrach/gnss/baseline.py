@@ -61,8 +61,6 @@ from tribrach.scratch import scratch_folder
 from tribrach.sentences import Sentence
 from tribrach.units import percent
 
-__all__ = ["Baseline", "Processing", "compute_baseline", "doubts_of_length"]
-
 #: double differences of phases at 45 degrees have this standard deviation by the weights of the
 #: engine [m]: twice the root of 3 mm squared and (3 mm / sin 45 degrees) squared
 NOISY = 0.0104

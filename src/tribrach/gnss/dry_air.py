@@ -21,8 +21,6 @@ from tribrach.geodesy.site import EllipsoidSite
 from tribrach.gnss.fixed_phases import phase_variance, sight_lines, signal_groups
 from tribrach.io.gnss.solution_file import PhaseResiduals
 
-__all__ = ["UNSURE", "delay_differences", "displacement"]
-
 #: share of the displacement that is not sure: directions to 0.1 degrees, mapping functions
 UNSURE = 0.03
 #: radius of the orbits of navigation satellites [m]: GPS, and systems that are farther

@@ -21,8 +21,6 @@ from typing import Literal
 
 from tribrach.errors import InputError
 
-__all__ = ["EngineName", "engines", "run_engine", "staged"]
-
 EngineName = Literal["auto", "pyrtklib", "rnx2rtkp"]
 PROGRAM = "rnx2rtkp"
 #: exit status of each engine where there was nothing to compute

@@ -10,8 +10,6 @@ from __future__ import annotations
 import importlib
 import sys
 
-__all__ = ["main"]
-
 #: seconds of a GPS week
 WEEK = 604_800.0
 

@@ -25,16 +25,6 @@ from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.io.gnss.solution_file import PhaseResiduals, Solution
 
-__all__ = [
-    "ClockFreePhases",
-    "PhaseWeights",
-    "clock_free",
-    "learned_weights",
-    "phase_variance",
-    "sight_lines",
-    "signal_groups",
-]
-
 #: the engine's standard deviation of a phase in zenith, and of what grows towards the horizon [m]
 PHASE_SIGMA = 0.003
 #: sine of the lowest elevation

@@ -19,9 +19,6 @@ from tribrach._types import Array, Index
 from tribrach.answers import Matrix, Result, Vector
 from tribrach.statistics import chi2
 
-__all__ = ["BaselineLoop", "close_loops", "minimal_loops", "triangles"]
-
-
 #: a loop as (baseline, +1 or -1) in the order it is walked
 Walk = tuple[tuple[int, int], ...]
 #: above this many candidates of the shortest basis the loops of a shortest tree are taken

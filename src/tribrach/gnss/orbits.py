@@ -18,15 +18,6 @@ from tribrach.io.gnss.navigation_file import NavigationFile
 from tribrach.io.gnss.observation_file import RinexObservations
 from tribrach.io.gnss.precise_file import PreciseOrbits
 
-__all__ = [
-    "Calendar",
-    "calendar",
-    "check_precise",
-    "check_together",
-    "idle_systems",
-    "usable_systems",
-]
-
 #: broadcast orbits are used up to this far from their time [s]
 ORBIT_AGE = 14400.0
 #: names of the satellite systems

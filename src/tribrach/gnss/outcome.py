@@ -34,17 +34,6 @@ from tribrach.io.gnss.solution_file import (
     Solution,
 )
 
-__all__ = [
-    "GIVEN",
-    "RESIDUALS",
-    "ROUNDING",
-    "RunOutcome",
-    "outcome_of",
-    "outcome_standing",
-    "standing_place",
-    "stated_factor",
-]
-
 #: coordinates of the engine end with this decimal [m]
 ROUNDING = 1e-4
 #: share of a variance from which on the last decimal is noticed

@@ -29,8 +29,6 @@ from tribrach.gnss.fixed_phases import ClockFreePhases
 from tribrach.instruments.gnss_solutions import CORRELATION_TIME
 from tribrach.sentences import Sentence
 
-__all__ = ["FEWEST", "PhaseNoise", "phase_noise", "usual_noise"]
-
 #: fewer degrees of freedom than this do not show their noise
 FEWEST = 10.0
 #: the noise that the engine assumes counts as much as so many independent phases

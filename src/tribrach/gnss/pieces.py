@@ -32,8 +32,6 @@ from tribrach.answers import Result, Vector
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
-__all__ = ["UNSEEN", "PieceScatter", "piece_scatter", "piece_spans"]
-
 #: a piece is to last this long [s] where the session allows for it
 PIECE = 900.0
 #: pieces that a session is cut into

@@ -31,15 +31,6 @@ from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
 
-__all__ = [
-    "Occupation",
-    "ReceiverSession",
-    "SessionResult",
-    "independent_baselines",
-    "run_sessions",
-    "session_covariance",
-]
-
 #: of the variance of the worst baseline, that no receiver falls below
 _LEAST = 1e-6
 

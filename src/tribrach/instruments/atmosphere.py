@@ -14,9 +14,6 @@ from numpy.typing import ArrayLike
 
 from tribrach._types import Array
 
-__all__ = ["REFERENCE", "Air", "first_velocity_ppm", "refractivity", "vapour_pressure_hpa"]
-
-
 ZERO_CELSIUS = 273.15
 
 

@@ -13,8 +13,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["Beam"]
-
 
 @dataclass(frozen=True)
 class Beam:

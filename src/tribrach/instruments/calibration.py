@@ -25,22 +25,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = [
-    "HIGH_END",
-    "MODELS",
-    "NIST",
-    "ORDER",
-    "PAPER_EIGHT",
-    "PAPER_EIGHT_ELEVATION",
-    "Architecture",
-    "CalibrationModel",
-    "find_model",
-    "lichti",
-    "meaning_of",
-    "unit_of",
-]
-
-
 #: range, H, V (complex where differentiated), face -> contributions to range, H, V
 Column = Callable[[Any, Any, Any, Any], tuple[Any, Any, Any]]
 Unit = Literal["m", "rad", "1"]

@@ -11,8 +11,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["of_angles", "of_directions", "of_slope_distances", "of_zeniths"]
-
 
 def of_directions(length: Array, instrument: Array | float, target: Array | float) -> Array:
     """Variances (n,) [rad^2] of directions and azimuths, ``(I^2 + T^2) / d^2``.

@@ -16,16 +16,6 @@ import numpy as np
 
 from tribrach.instruments.calibration import MODELS, CalibrationModel, find_model
 
-__all__ = [
-    "COMMON",
-    "OF_INSTRUMENT",
-    "RANGE_SCALE",
-    "RANGE_ZERO",
-    "REFRACTION",
-    "CommonErrors",
-    "effects_model",
-]
-
 #: names of the effects
 RANGE_SCALE, REFRACTION, RANGE_ZERO = "range scale", "refraction", "range zero"
 #: of them those that all stations of an instrument have alike

@@ -15,9 +15,6 @@ from tribrach._types import Array
 from tribrach.geometry.polar import NEAREST, POLE, polar_from_xyz, xyz_by_polar, xyz_from_polar
 from tribrach.instruments.calibration import CalibrationModel
 
-__all__ = ["Correction", "Faces"]
-
-
 #: which face measured a point: always the front, or the back where H is above 180 degrees
 Faces = Literal["front", "back", "dome"]
 #: points whose columns are in memory at a time

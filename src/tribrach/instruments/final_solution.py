@@ -16,15 +16,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "AGREEMENT",
-    "FEWEST_CHECKED",
-    "RARELY",
-    "SHARE",
-    "FinalSolution",
-    "final_solution",
-]
-
 #: the end of a session is this part of its epochs
 END = 1 / 3
 #: share of the epochs at the end that must be fixed

@@ -20,8 +20,6 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["CORRELATION_TIME", "SOURCE", "sigma_factor"]
-
 #: correlation time of phase errors [s]
 CORRELATION_TIME = 300.0
 #: what reports cite for the factor

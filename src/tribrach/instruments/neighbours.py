@@ -26,8 +26,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.instruments.beam import Beam
 
-__all__ = ["RangeCorrelation", "SharedNoise", "effective_number", "lattice_factor", "overlap_share"]
-
 #: axes along which discs are wider than this many pitches take the integral, right to 0.3 % there
 _DENSE = 6.0
 #: ratios at which sums over square lattices are tabled

@@ -17,14 +17,6 @@ from tribrach.geometry.polar import POLE, polar_from_xyz, xyz_by_polar
 from tribrach.instruments import centring
 from tribrach.units import SEC
 
-__all__ = [
-    "CentringPer",
-    "Precision",
-    "beam_covariance",
-    "covariance_of_readings",
-    "pointing_sigma",
-]
-
 #: what stands over a mark with one error of centring
 CentringPer = Literal["setup", "mark", "sight"]
 

@@ -19,8 +19,6 @@ from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 from tribrach.units import span
 
-__all__ = ["RangeLaw"]
-
 #: the law is continued to intensities weaker than those it was estimated from by this factor
 _WEAKER = 10.0
 

@@ -39,19 +39,6 @@ from tribrach.errors import InputError
 from tribrach.statistics import robust_sigma
 from tribrach.units import SEC
 
-__all__ = [
-    "Means",
-    "Reduction",
-    "adjust_repeats",
-    "adjust_rounds",
-    "axis_errors",
-    "find_sets",
-    "fold",
-    "half_difference",
-    "reduce",
-    "wrapped",
-]
-
 #: face differences are out of line beyond so many robust standard deviations, and beyond this [rad]
 LIMIT, FLOOR = 5.0, 20 * SEC
 #: zenith angles spread at least so much where the tilt of the trunnion axis can be told apart [rad]

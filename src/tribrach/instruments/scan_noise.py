@@ -23,8 +23,6 @@ from tribrach.instruments.range_law import RangeLaw
 from tribrach.sentences import Sentence, joined
 from tribrach.units import SEC
 
-__all__ = ["ScanNoise"]
-
 
 @dataclass(frozen=True)
 class ScanNoise:

@@ -23,15 +23,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.keeping import keep
 
-__all__ = [
-    "joint_covariance_bytes",
-    "named_bytes",
-    "read_covariance_rows",
-    "read_joint_covariance",
-    "read_named",
-]
-
-
 #: deflate packs nothing more tightly than this; bytes of the header of an array
 _DEFLATED, _HEADER = 1040, 10_000
 #: what reading a damaged archive raises

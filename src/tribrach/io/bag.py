@@ -30,18 +30,6 @@ from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
 from tribrach.io.outputs import destination, reason, take_over
 
-__all__ = [
-    "ABOUT",
-    "SIGNATURE",
-    "SIGNED",
-    "Bag",
-    "copied",
-    "digest_of",
-    "files_below",
-    "opened_bag",
-    "write_bag",
-]
-
 #: what may be wrong with a file
 Wrong = Literal["changed", "missing", "not listed"]
 #: what the seal says of itself, what is signed, and the signature

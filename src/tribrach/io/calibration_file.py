@@ -20,9 +20,6 @@ from tribrach.errors import InputError
 from tribrach.instruments.calibration import Architecture, CalibrationModel, find_model, unit_of
 from tribrach.io.toml_model import quoted, read_model
 
-__all__ = ["SCHEMA", "Calibration", "calibration_text", "read_calibration"]
-
-
 #: version of the file
 SCHEMA = 1
 #: more parameters than any model has

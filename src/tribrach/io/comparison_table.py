@@ -18,8 +18,6 @@ from tribrach.io.json_file import read_json
 from tribrach.io.number_table import NumberTable
 from tribrach.units import LARGEST, too_large
 
-__all__ = ["read_comparison"]
-
 _CURE = "give what tribrach compare wrote with --json and --sites"
 #: units by the last word of a name; all others are lengths
 _UNITS = {"range": ("m", 1.0), "incidence": ("deg", 180 / math.pi)} | dict.fromkeys(

@@ -23,8 +23,6 @@ from tribrach.io.decimals import Decimal, decimal_of
 from tribrach.io.spreadsheet import is_spreadsheet, read_sheet
 from tribrach.io.xml_file import read_bytes
 
-__all__ = ["AS_FOUND", "SEPARATORS", "ListForm", "ListRows", "name_cell", "read_rows"]
-
 #: what a spreadsheet takes for the beginning of a formula, white space before it left aside
 _FORMULA = re.compile(r"\s*[=+\-@]")
 #: a cell that was written by :func:`name_cell`

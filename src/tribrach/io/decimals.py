@@ -14,8 +14,6 @@ from typing import Literal
 
 from tribrach.errors import InputError
 
-__all__ = ["Decimal", "Exact", "decimal_of", "plain"]
-
 Decimal = Literal[".", ","]
 
 _EXPONENT = r"(?:[eE][+-]?\d+)?"

@@ -21,22 +21,6 @@ from tribrach.errors import InputError
 from tribrach.io.xml_file import MAX_BYTES, line_of
 from tribrach.kernels import in_threads, njit
 
-__all__ = [
-    "CURE",
-    "PAGE",
-    "PAYLOAD",
-    "Header",
-    "child",
-    "damaged",
-    "number",
-    "paged",
-    "parse",
-    "read_header",
-    "read_xml",
-    "verify",
-    "verify_section",
-]
-
 Bytes = NDArray[np.uint8]
 
 PAGE, PAYLOAD = 1024, 1020

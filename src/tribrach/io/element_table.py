@@ -12,8 +12,6 @@ import numpy as np
 from tribrach.comparison.as_designed import ElementTable
 from tribrach.units import MM
 
-__all__ = ["elements_csv"]
-
 
 def elements_csv(elements: ElementTable) -> str:
     """The elements as text, lengths in millimetres and slopes in millimetres per metre."""

@@ -30,8 +30,6 @@ from tribrach.io.survey.gama.element import Element
 from tribrach.io.survey.gama.reader import ADJUSTED
 from tribrach.units import too_large
 
-__all__ = ["FORM", "EpochDocument", "StoredEpoch", "read_epoch"]
-
 #: coordinates of an epoch; their covariance has 200 MB
 _MOST = 5000
 

@@ -10,8 +10,6 @@ import traceback
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-__all__ = ["write_fault"]
-
 #: packages whose versions matter
 _PACKAGES = ("tribrach", "numpy", "scipy", "numba", "laspy", "pyproj", "pydantic")
 

@@ -20,8 +20,6 @@ from filelock import FileLock, Timeout
 from tribrach.errors import InputError
 from tribrach.io.json_text import json_text
 
-__all__ = ["LOCK_FILE", "FolderLock"]
-
 #: file of the lock in the folder of what the program keeps for itself
 LOCK_FILE = "lock"
 #: notes of who holds a lock are no longer than this [bytes]

@@ -24,8 +24,6 @@ from tribrach.geodesy.geoid_grid import GeoidGrid
 from tribrach.geodesy.height_table import HeightTable
 from tribrach.io.keeping import keep
 
-__all__ = ["read_geoid"]
-
 _CURE = "give a grid of geoid heights: GeoTIFF, GTX, .gsb, .byn, .pgm, .ggf or .isg"
 #: largest text that is read [bytes], and rows or columns of any grid
 _TEXT, _MOST = 400_000_000, 200_000

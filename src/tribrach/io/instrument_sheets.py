@@ -17,8 +17,6 @@ from typing import Any, Literal
 
 from tribrach.errors import InputError
 
-__all__ = ["Figure", "Sheet", "find_sheet", "sheets"]
-
 _ABOUT = ("aliases", "kind", "status", "remark")
 
 

@@ -13,8 +13,6 @@ from typing import Any, NoReturn
 
 from tribrach.io.xml_file import read_bytes
 
-__all__ = ["LENIENT", "read_json"]
-
 #: integers with more digits are no count and no coordinate
 _DIGITS = 18
 

@@ -11,8 +11,6 @@ import json
 import math
 from typing import Any
 
-__all__ = ["json_text", "restored"]
-
 #: the only key of an object that stands for a number without a word in JSON
 _WORD = "not_finite"
 

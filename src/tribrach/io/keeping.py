@@ -40,23 +40,6 @@ from tribrach.io.folder_lock import LOCK_FILE, FolderLock
 from tribrach.io.json_text import json_text
 from tribrach.scratch import is_scratch
 
-__all__ = [
-    "MANIFEST",
-    "STATE_FOLDER",
-    "alone",
-    "hold",
-    "is_read",
-    "keep",
-    "keeping",
-    "looking",
-    "note_written",
-    "read_for",
-    "refuse_changes",
-    "refuse_loss",
-    "refuse_mixture",
-    "written_in",
-]
-
 #: folder of what the program keeps for itself inside a folder of results
 STATE_FOLDER = ".tribrach"
 

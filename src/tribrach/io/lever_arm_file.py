@@ -16,9 +16,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.toml_model import quoted, read_model
 
-__all__ = ["SCHEMA", "LeverArmResult", "lever_arm_text", "read_lever_arm"]
-
-
 #: version of the file
 SCHEMA = 1
 _Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat]

@@ -9,8 +9,6 @@ from typing import Any, NoReturn
 
 from tribrach.errors import InputError
 
-__all__ = ["libe57"]
-
 
 class _Missing:
     """Takes the place of the library: whatever is asked of it is refused."""

@@ -8,8 +8,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.keeping import keep
 
-__all__ = ["read_logo"]
-
 #: a larger one makes every report as large
 _MOST = 1_000_000
 _SORTS = {

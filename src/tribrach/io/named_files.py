@@ -6,8 +6,6 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["named_file"]
-
 
 def named_file(name: str, folder: Path, root: Path | None = None) -> Path:
     """Path of a file that another file names."""

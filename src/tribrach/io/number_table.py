@@ -21,9 +21,6 @@ from tribrach.io.csv_rows import read_rows
 from tribrach.io.decimals import plain
 from tribrach.units import LARGEST
 
-__all__ = ["NumberTable", "read_numbers"]
-
-
 _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 
 

@@ -13,8 +13,6 @@ from pathlib import Path
 
 from tribrach.io.keeping import keep
 
-__all__ = ["contents", "opened_once"]
-
 #: larger files are no survey files and are not kept [bytes]
 _LARGEST = 200_000_000
 #: what was opened, and the size of the largest file that is kept

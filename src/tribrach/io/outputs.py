@@ -11,18 +11,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.keeping import hold, note_written, refuse_changes, refuse_loss
 
-__all__ = [
-    "Content",
-    "copy_file",
-    "destination",
-    "reason",
-    "special",
-    "take_over",
-    "write_bytes",
-    "write_text",
-    "write_texts",
-]
-
 #: of a file: text, bytes, or pieces of text
 Content = str | bytes | Iterator[str]
 

@@ -17,8 +17,6 @@ from tribrach.errors import InputError
 if TYPE_CHECKING:
     from lxml.html import HtmlElement
 
-__all__ = ["Paper", "paper_of"]
-
 #: left out by tag, and by class
 _SKIPPED = {"nav", "script", "style", "button", "input", "svg"}
 _ONLY_SCREEN = {"screen", "open", "filter", "up", "print", "paper"}

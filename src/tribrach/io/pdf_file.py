@@ -9,8 +9,6 @@ from collections.abc import Mapping
 from tribrach.errors import InputError
 from tribrach.scratch import scratch_folder
 
-__all__ = ["pdf_document"]
-
 _INSTALL = 'install it: pip install "tribrach[pdf]"'
 #: place of the field for a signature on the first page [pt]: at the foot, to the right
 _FIELD = (590, 8, 808, 36)

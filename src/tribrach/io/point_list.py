@@ -20,9 +20,6 @@ from tribrach.io.csv_rows import name_cell
 from tribrach.io.survey.csv.columns import COORDINATES
 from tribrach.io.survey.csv.file import CsvTable, read_table
 
-__all__ = ["PointList", "point_list_text", "read_point_list"]
-
-
 _PAIRS = ("ee", "en", "nn", "eu", "nu", "uu")
 _USES = ("", "on", "check", "off")
 

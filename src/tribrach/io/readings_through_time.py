@@ -20,8 +20,6 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.csv_rows import read_rows
 from tribrach.units import GON, LARGEST, MM
 
-__all__ = ["TimedReadings", "read_timed_readings"]
-
 #: of one sight: seconds, both ends, numbers and line
 _Row = tuple[float, str, str, tuple[float, ...], int]
 _HOUR = 3600.0

@@ -8,8 +8,6 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.io.json_file import read_json
 
-__all__ = ["RESULT", "read_result_file", "result_path"]
-
 #: name in a folder of results
 RESULT = "result.json"
 #: layouts that are read

@@ -14,8 +14,6 @@ from tribrach.errors import InputError
 from tribrach.io.csv_rows import read_rows
 from tribrach.io.decimals import plain
 
-__all__ = ["read_sites"]
-
 _BALL = ("x", "y", "z", "radius")
 _BOX = ("xmin", "ymin", "zmin", "xmax", "ymax", "zmax")
 

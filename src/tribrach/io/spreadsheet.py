@@ -19,8 +19,6 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.io.decimals import Exact
 
-__all__ = ["is_spreadsheet", "read_sheet", "sheet_names"]
-
 #: largest size of all parts of a file [bytes], of one part over its packed size, and their number
 _UNPACKED, _RATIO, _PARTS = 200_000_000, 500, 5000
 #: cells that are read

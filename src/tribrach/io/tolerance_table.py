@@ -17,8 +17,6 @@ from tribrach.io.csv_rows import read_rows
 from tribrach.io.decimals import plain
 from tribrach.units import MM
 
-__all__ = ["limits_of", "read_tolerances"]
-
 _BOTH, _EACH = ("tolerance_mm",), ("lower_mm", "upper_mm")
 
 

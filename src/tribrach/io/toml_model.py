@@ -15,8 +15,6 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import LARGEST
 
-__all__ = ["quoted", "read_model", "read_text", "with_comments"]
-
 #: a comment, behind texts that may hold its sign
 _COMMENT = re.compile(r"""(?:[^"'#]|"(?:\\.|[^"\\])*"|'[^']*')*(#.*)$""")
 #: what earlier files began with

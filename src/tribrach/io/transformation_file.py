@@ -18,9 +18,6 @@ from tribrach.io.json_file import read_json
 from tribrach.transformation.models import Transformation, find_model
 from tribrach.units import too_large
 
-__all__ = ["KIND", "SCHEMA", "StoredTransformation", "read_transformation"]
-
-
 KIND = "transformation"
 SCHEMA = 1
 

@@ -32,9 +32,6 @@ from tribrach.scan.scan import Field
 from tribrach.simulate.scanner import SimulatedPoints
 from tribrach.simulate.twin import Twin, TwinScan, child_rng
 
-__all__ = ["write_twin"]
-
-
 #: coordinate step on disk [m]
 STEP = 1e-5
 #: points of a scan whose truth is kept

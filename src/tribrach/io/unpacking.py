@@ -23,8 +23,6 @@ from typing import Any, BinaryIO, cast
 from tribrach.errors import InputError
 from tribrach.io.keeping import keep
 
-__all__ = ["MAX_BYTES", "unpacked", "unpacked_bytes"]
-
 #: unpacked files above this are refused: a day of four systems at 1 s has about 700 MB
 MAX_BYTES = 1_000_000_000
 #: a file may become so many times as large (RINEX packed twice: 100; a scan of mostly sky: 50) ...

@@ -15,8 +15,6 @@ from lxml import etree
 from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
 
-__all__ = ["MAX_BYTES", "line_of", "load", "read_bytes"]
-
 #: files above this are refused (200 MB)
 MAX_BYTES = 200_000_000
 

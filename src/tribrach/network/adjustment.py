@@ -47,8 +47,6 @@ from tribrach.observations.unknowns import State
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Adjustment", "Options", "adjust"]
-
 #: what ``dir`` of an adjustment shows
 _SURVEYORS = (
     "points",

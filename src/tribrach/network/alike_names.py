@@ -11,8 +11,6 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Iterable, Sequence
 
-__all__ = ["alike_groups", "alike_hint", "hints_among", "look_alike"]
-
 #: how every hint ends, by which it is found again
 _CURE = "write them alike if they are one point."
 

@@ -20,8 +20,6 @@ from tribrach.observations.base import Block, Observations, Use
 from tribrach.observations.sights import ECCENTRICITY_UNKNOWN
 from tribrach.observations.unknowns import State
 
-__all__ = ["Assembly", "Rows"]
-
 
 @dataclass(frozen=True)
 class Rows:

@@ -27,8 +27,6 @@ from tribrach.observations.planes import FittedPlanes, moved_planes
 from tribrach.observations.poses import RelativePoses
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 
-__all__ = ["Considered", "influence_of"]
-
 #: kinds whose readings have what a scanner does alike at all points
 _CARRYING = (ScannerPolar, TargetCentres, FittedPlanes, RelativePoses)
 

@@ -22,9 +22,6 @@ from tribrach.network.network import JointCovariance, Network
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import Category, End
 
-__all__ = ["CATEGORIES", "Contribution", "by_category", "contributions"]
-
-
 #: what surveyors call the groups, in the order of a budget; every kind says which is its own
 CATEGORIES: tuple[str, ...] = tuple(Category)
 

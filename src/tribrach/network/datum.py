@@ -22,9 +22,6 @@ from tribrach.geometry.rotation import skew
 from tribrach.network.linear import Factor, factorise
 from tribrach.observations.unknowns import Layout, State, plane_basis
 
-__all__ = ["GENERATORS", "Cofactor", "generators", "open_motions", "pins_of", "point_numbers"]
-
-
 #: names of the similarity motions, in the order of :func:`generators`
 GENERATORS = (
     "shift in E",

@@ -18,8 +18,6 @@ from tribrach.network.given_coordinates import GivenCoordinates, given_coordinat
 from tribrach.network.roles import given_coordinates as given_tables
 from tribrach.observations.base import Use
 
-__all__ = ["unchecked_control"]
-
 
 def unchecked_control(adjustment: Adjustment) -> list[str]:
     """Sentences on given coordinates that nothing checks, in plan and in height."""

@@ -32,17 +32,6 @@ from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2
 
-__all__ = [
-    "column_length",
-    "datum_mask",
-    "left_out",
-    "motion_words",
-    "not_converged",
-    "null_space",
-    "sentences",
-    "worst_misclosure",
-]
-
 #: singular values of the column-scaled system below this are zero
 RANK_TOLERANCE = 1e-9
 #: and below this they are worth a warning

@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.kernels import blas_in_one_thread, njit
 
-__all__ = ["Elimination", "eliminate"]
-
 Index = NDArray[np.integer]
 
 #: columns of the widest panel

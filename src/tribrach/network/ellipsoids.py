@@ -15,15 +15,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.statistics import chi2, f
 
-__all__ = [
-    "ConfidenceEllipse",
-    "ConfidenceEllipsoid",
-    "Ellipses",
-    "confidence_factor",
-    "plan_ellipses",
-    "principal_axes",
-]
-
 
 def confidence_factor(
     dimension: int, confidence: float, dof: Array | float | None = None

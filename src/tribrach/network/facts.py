@@ -15,22 +15,6 @@ from tribrach.geodesy.epochs import Passage
 from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.sentences import Sentence, capital, joined
 
-__all__ = [
-    "AssumedSigmas",
-    "Fact",
-    "FrameChange",
-    "ListReading",
-    "OverGeoid",
-    "PointCodes",
-    "Reference",
-    "StartOnly",
-    "codes_of",
-    "facts_of",
-    "frame_sentences",
-    "is_assumed",
-]
-
-
 #: mean radius of the Earth [m]
 EARTH = 6371000.0
 

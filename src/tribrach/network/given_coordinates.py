@@ -30,16 +30,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinate, Coordinates
 from tribrach.observations.declaration import End
 
-__all__ = [
-    "AXES",
-    "UNCONTROLLED",
-    "GivenCoordinate",
-    "GivenCoordinates",
-    "coordinate_words",
-    "given_coordinates",
-    "released",
-]
-
 #: names of the axes of the work frame
 AXES = "ENU"
 #: most given coordinates that are tested, those first that residuals pull at most

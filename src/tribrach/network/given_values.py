@@ -25,8 +25,6 @@ from tribrach.observations.declaration import Role
 if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
 
-__all__ = ["common_values", "given_rows", "through_given", "with_given"]
-
 #: given values are one where they agree to a nanometre
 _DIGITS = 9
 

@@ -22,12 +22,6 @@ from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "corrected_heights",
-    "height_recipe",
-]
-
-
 _REASON = "heights by the recipe: six free parameters"
 
 

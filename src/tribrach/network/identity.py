@@ -28,8 +28,6 @@ from numpy.typing import NDArray
 from tribrach.observations.base import Observations
 from tribrach.observations.unknowns import Layout
 
-__all__ = ["escaped", "file_and_line", "names_apart", "observation_ids"]
-
 AnyPath = TypeVar("AnyPath", bound=PurePath)
 
 #: ``scan: what was found in it``

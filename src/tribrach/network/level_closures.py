@@ -16,8 +16,6 @@ import numpy as np
 
 from tribrach.sentences import Sentence
 
-__all__ = ["LevelClosure", "LevelSection", "level_closures"]
-
 #: names that a sentence lists
 _NAMED = 8
 

@@ -35,16 +35,6 @@ from tribrach.network.sparse_solution import column_products, half_solutions, ro
 
 AnyIndex = NDArray[np.integer]
 
-__all__ = [
-    "DenseFactor",
-    "Factor",
-    "SchurFactor",
-    "SingularMatrix",
-    "SparseFactor",
-    "factorise",
-    "group_products",
-]
-
 
 #: up to this many unknowns LAPACK inverts the whole matrix: as fast as the sparse ways once their
 #: kernels are compiled, and without compiling them (400 points: 3 s on a first use, not 30)

@@ -22,8 +22,6 @@ from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2
 from tribrach.units import UNITS
 
-__all__ = ["misread_checks"]
-
 #: significance at which a point disagrees, and at which another reading of it agrees
 _DISAGREES, _AGREES = 0.001, 0.05
 #: units that files say metres and mean, in words

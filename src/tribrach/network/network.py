@@ -21,19 +21,6 @@ from tribrach.observations.control import CHECK_SIGMA, Coordinate
 from tribrach.observations.declaration import Category, ObservedAxes
 from tribrach.observations.unknowns import State
 
-__all__ = [
-    "Constraint",
-    "Datum",
-    "Edit",
-    "EstimatedFactors",
-    "JointCovariance",
-    "Network",
-    "PointRole",
-    "axes_in_use",
-    "axes_sentence",
-    "is_given",
-]
-
 
 def axes_in_use(axes: Iterable[ObservedAxes], site: Site) -> NDArray[np.bool_]:
     """Axes E, N, U (3,) that a network observes at all.

@@ -21,8 +21,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
 from tribrach.statistics import largest_first
 
-__all__ = ["ObservationRow", "ObservationRows", "observation_rows"]
-
 #: words by :class:`Use`
 _STATES = np.array(["active", "check", "off"], dtype=object)
 _FIGURES = ("redundancy", "w", "tau", "mdb", "external")

@@ -20,8 +20,6 @@ from tribrach.network.survey import GivenPoint, ObservationTable, Survey
 from tribrach.observations.control import Coordinate
 from tribrach.observations.unknowns import FAMILIES
 
-__all__ = ["observed_part"]
-
 #: points that a sentence names
 _NAMED = 8
 #: kinds that name points, and nothing but points

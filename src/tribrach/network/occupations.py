@@ -26,8 +26,6 @@ from tribrach.observations.control import Centrings, RefractionChanges
 from tribrach.observations.declaration import ObservedAxes
 from tribrach.observations.sights import ECCENTRICITY_UNKNOWN
 
-__all__ = ["LONG", "Ends", "Occupied", "by_sight", "occupy", "share_refraction"]
-
 #: sights [m] beyond which 0.1 of the coefficient of refraction is more than 0.2 mm in height
 LONG = 150.0
 

@@ -16,8 +16,6 @@ from tribrach.network.identity import file_and_line
 from tribrach.network.start.start_values import find_start
 from tribrach.network.survey import ObservationTable, Survey
 
-__all__ = ["placed_part"]
-
 #: observations that a sentence names
 _NAMED = 10
 #: how often what hangs on points that are left out is looked for

@@ -14,8 +14,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import Category
 from tribrach.sentences import Sentence
 
-__all__ = ["is_gnss_position", "placement_sentences"]
-
 #: said once, with the first group
 _WHAT_FOR = ": the first is for places in the world, the second for lengths on the site"
 

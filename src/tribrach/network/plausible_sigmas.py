@@ -20,8 +20,6 @@ from tribrach.observations.sights import Azimuths
 from tribrach.sentences import Sentence
 from tribrach.units import DEG, SEC
 
-__all__ = ["held_azimuths", "implausible_sigmas"]
-
 
 @dataclass(frozen=True)
 class _Range:

@@ -50,18 +50,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, f, t
 
-__all__ = [
-    "ROUNDED",
-    "Chance",
-    "Quality",
-    "assess",
-    "block_tests",
-    "check_covariances",
-    "design_of",
-    "global_test",
-    "prediction_statistics",
-]
-
 #: redundancy of a direction that counts as controlled
 CONTROLLED = 1e-7
 #: a test that reaches its bound must not exceed it by rounding

@@ -18,9 +18,6 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.observations.base import Use
 from tribrach.sentences import Sentence
 
-__all__ = ["Reactions", "constraint_reactions"]
-
-
 #: units as sentences show them
 _SHOWN = {"m": (1e-3, " mm"), "rad": (1e-3, " mrad")}
 

@@ -21,17 +21,6 @@ from tribrach._types import Array, Index
 from tribrach.network.solved import SolvedSystem
 from tribrach.statistics import largest_first
 
-__all__ = [
-    "External",
-    "WeightedResiduals",
-    "correlations_of_tests",
-    "external_reliability",
-    "redundancy_numbers",
-    "solutions_affordable",
-    "weigh",
-]
-
-
 #: share of its own weight that must be left in S_ii for a value to count as controlled
 UNCONTROLLED = 1e-8
 #: unknowns times right-hand sides that a report may cost, a few seconds

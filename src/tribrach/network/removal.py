@@ -17,8 +17,6 @@ from tribrach.network.quality import CONTROLLED, check_covariances, design_of
 from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Use
 
-__all__ = ["Removal", "what_if"]
-
 
 @dataclass(frozen=True)
 class Removal:

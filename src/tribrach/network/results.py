@@ -35,18 +35,6 @@ from tribrach.sentences import capital
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = [
-    "FrameLibrary",
-    "Names",
-    "PlaceDifference",
-    "PlotName",
-    "PointResult",
-    "Results",
-    "ScalarResult",
-    "StationResult",
-    "TableName",
-]
-
 TableName = Literal["observations", "points", "stations"]
 FrameLibrary = Literal["polars", "pandas"]
 #: libraries of frames, the one that is taken first before the other

@@ -15,21 +15,6 @@ from tribrach.network.solved import SolvedSystem
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import IndexField
 
-__all__ = [
-    "Role",
-    "assumed_sigmas",
-    "datum_names",
-    "datum_sentence",
-    "given_coordinates",
-    "held_names",
-    "joined_positions",
-    "point_roles",
-    "scalar_roles",
-    "unknown_references",
-    "used_axes",
-    "weighted_names",
-]
-
 #: what a point is in the adjustment
 Role = Literal["control", "free", "check"]
 

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.kernels import blas_in_one_thread, njit
 
-__all__ = ["look_up", "look_up_blocks", "selected_inverse", "stored"]
-
 Index = NDArray[np.integer]
 
 #: columns of the widest panel and of a gathered strip

@@ -27,16 +27,6 @@ from tribrach.network.solved import SolvedSystem
 from tribrach.sentences import Sentence
 from tribrach.statistics import largest_first
 
-__all__ = [
-    "ConfusablePair",
-    "Separability",
-    "confusable",
-    "describe_row",
-    "partners",
-    "separability",
-]
-
-
 #: pairs above this correlation are named
 LIMIT = 0.9
 #: weights correlated beyond this a priori are looked at whatever their redundancy

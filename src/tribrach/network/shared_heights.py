@@ -21,8 +21,6 @@ from tribrach.network.survey import ObservationTable, Survey, as_column
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.declaration import ObservedAxes
 
-__all__ = ["SharedHeight", "has_shared_heights", "share_heights"]
-
 #: heights over marks in one name that differ by more than this are two [m]
 _SAME = 1e-6
 

@@ -21,8 +21,6 @@ from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinate
 
-__all__ = ["ComputedShot", "SideShots", "compute"]
-
 #: added to variances of marks, whose covariance is singular where parts of them are held [m^2]
 _HELD = 1e-16
 

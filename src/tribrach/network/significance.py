@@ -11,17 +11,6 @@ from scipy.special import gammaln
 
 from tribrach.statistics import chi2, f, norm
 
-__all__ = [
-    "block_noncentrality",
-    "block_tau_critical",
-    "block_tau_significance",
-    "log_significance",
-    "noncentrality",
-    "sidak",
-    "tau_critical",
-    "w_critical",
-]
-
 #: statistics beyond this have a tail probability near the smallest floating point number
 FAR = 500.0
 

@@ -21,9 +21,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.control import Offsets, VectorPriors
 from tribrach.observations.gnss import GnssPositions
 
-__all__ = ["CommonShift", "SiteAccuracy", "sessions", "site_accuracy"]
-
-
 #: positions looked at; more are thinned evenly
 _MOST = 60
 

@@ -20,8 +20,6 @@ from tribrach.network.datum import Cofactor, OpenMotions
 from tribrach.network.network import Network
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 
-__all__ = ["Scale", "SolvedSystem"]
-
 _Kept = TypeVar("_Kept")
 
 #: what covariances are scaled by

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.kernels import njit
 
-__all__ = ["column_products", "half_solutions", "roots", "solutions"]
-
 Index = NDArray[np.integer]
 
 

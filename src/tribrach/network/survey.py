@@ -28,8 +28,6 @@ from tribrach.observations.unknowns import FAMILIES, Layout, State
 from tribrach.sentences import Sentence
 from tribrach.units import GON, LARGEST, beyond_circle, check_circle
 
-__all__ = ["GivenPoint", "ObservationTable", "Survey", "as_column"]
-
 #: standard deviations below are none
 SMALLEST_SIGMA = 1e-15
 

@@ -18,9 +18,6 @@ from tribrach.errors import InputError
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations
 
-__all__ = ["Row", "SurveyRows"]
-
-
 #: value, sigma, source and columns of an observation
 Row = tuple[Any, float, str, tuple[Any, ...]]
 

@@ -28,8 +28,6 @@ from tribrach.observations.sights import (
     ZenithAngles,
 )
 
-__all__ = ["Traverse", "traverses"]
-
 #: sigmas beyond which a misclosure asks for a single angle, and within which one explains it
 _LARGE, _EXPLAINED = 4.0, 3.0
 

@@ -27,8 +27,6 @@ from tribrach.network.network import EstimatedFactors, Network, is_given
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
-__all__ = ["VarianceComponent", "VarianceComponents", "estimate_components"]
-
 Method = Literal["foerstner", "helmert"]
 
 #: largest number of unknowns for the full estimate

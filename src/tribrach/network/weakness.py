@@ -19,8 +19,6 @@ from tribrach.sentences import Sentence, joined
 from tribrach.statistics import largest_first
 from tribrach.units import GON
 
-__all__ = ["Weakness", "weak_place_of", "weak_places", "weakness_sentences"]
-
 #: standard deviations that are so many times those with all else known are weak
 WEAK = 300.0
 #: directions within this of the vertical are heights (cosine)

@@ -26,20 +26,6 @@ from tribrach.observations.sights import Sights
 from tribrach.observations.ties import Fixes, TieCollector, Vectors
 from tribrach.observations.unknowns import Layout, State
 
-__all__ = [
-    "CHECK_SIGMA",
-    "Centrings",
-    "Coordinate",
-    "Coordinates",
-    "DirectedComponents",
-    "Heights",
-    "Offsets",
-    "RefractionChanges",
-    "ScalarPriors",
-    "VectorComponentPriors",
-    "VectorPriors",
-]
-
 #: sigma of given coordinates that came without one and are only compared with [m]; chosen by hand
 CHECK_SIGMA = 1e-4
 

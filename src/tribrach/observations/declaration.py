@@ -16,25 +16,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = [
-    "Category",
-    "CsvColumns",
-    "End",
-    "Family",
-    "IndexField",
-    "KindFacts",
-    "ObservedAxes",
-    "Planned",
-    "Repetition",
-    "Role",
-    "SightLength",
-    "SightLine",
-    "StartTie",
-    "per_item",
-    "refers",
-    "shared",
-]
-
 #: families of unknowns; a position is a point or the place of a pose
 Family = Literal["point", "pose", "plane", "vector", "scalar", "position"]
 

@@ -28,8 +28,6 @@ from tribrach.observations.declaration import (
 from tribrach.observations.ties import Lengths, TieCollector
 from tribrach.observations.unknowns import State
 
-__all__ = ["EllipsoidArcs", "EllipsoidChords", "Latitudes", "Longitudes"]
-
 
 @dataclass(kw_only=True)
 class EllipsoidChords(Observations):

@@ -25,8 +25,6 @@ from tribrach.observations.declaration import (
 from tribrach.observations.ties import Fixes, ScannerShots, TieCollector, Vectors
 from tribrach.observations.unknowns import State
 
-__all__ = ["Antennas", "GnssBaselines", "GnssPositions", "MountedPoints"]
-
 
 @dataclass(kw_only=True)
 class GnssPositions(Observations):

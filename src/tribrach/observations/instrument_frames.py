@@ -43,15 +43,6 @@ from tribrach.observations.unknowns import State
 _FEWEST, _LEAST_MAIN = 4, 0.3
 _AXES = ("east", "north", "up")
 
-__all__ = [
-    "AxisFeet",
-    "AxisPlanes",
-    "AxisRadii",
-    "FrameAngles",
-    "FrameCoordinates",
-    "FrameDistances",
-]
-
 
 @dataclass(kw_only=True)
 class FrameSights(Observations):

@@ -28,8 +28,6 @@ from tribrach.observations.sights import DEFLECTION_UNKNOWN, SlopeDistances
 from tribrach.observations.ties import Rises, TieCollector
 from tribrach.observations.unknowns import State
 
-__all__ = ["EqualDistances", "EqualHeightDifferences", "HeightDifferences"]
-
 
 @dataclass(kw_only=True)
 class HeightDifferences(Observations):

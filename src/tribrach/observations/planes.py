@@ -27,8 +27,6 @@ from tribrach.observations.declaration import (
 from tribrach.observations.ties import Faces, TieCollector
 from tribrach.observations.unknowns import State, plane_basis
 
-__all__ = ["FittedPlanes", "PointsOnPlanes", "moved_planes"]
-
 #: step over which the tilt of a plane is differentiated [m]
 _STEP = 0.05
 

@@ -22,8 +22,6 @@ from tribrach.observations.declaration import (
 from tribrach.observations.ties import Links, TieCollector
 from tribrach.observations.unknowns import State
 
-__all__ = ["RelativePoses", "RelativeRotations", "RelativeTranslations", "RotationComponents"]
-
 
 @dataclass(kw_only=True)
 class RelativePoses(Observations):

@@ -10,8 +10,6 @@ from pkgutil import iter_modules
 import tribrach.observations as package
 from tribrach.observations.base import Observations
 
-__all__ = ["kind_named", "kinds"]
-
 
 @cache
 def kinds() -> tuple[type[Observations], ...]:

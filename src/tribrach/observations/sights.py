@@ -30,21 +30,6 @@ from tribrach.observations.declaration import (
 from tribrach.observations.ties import Lengths, Rays, TieCollector, Zeniths
 from tribrach.observations.unknowns import State
 
-__all__ = [
-    "ECCENTRICITY_UNKNOWN",
-    "HEIGHT_UNKNOWNS",
-    "Angles",
-    "Azimuths",
-    "Directions",
-    "Distances",
-    "HorizontalDistances",
-    "LocalOffsets",
-    "Sights",
-    "SlopeDistances",
-    "ZenithAngles",
-    "face_two_words",
-]
-
 #: what the unknown heights of instruments and targets are
 HEIGHT_UNKNOWNS = ("instrument height", "target height")
 

@@ -36,8 +36,6 @@ from tribrach.observations.declaration import (
 )
 from tribrach.observations.unknowns import State
 
-__all__ = ["CircleReadings", "TelescopeTargets"]
-
 #: headings of the azimuth circle that are tried for a start, and fewest targets of a telescope
 _HEADINGS, _FEWEST = 24, 4
 

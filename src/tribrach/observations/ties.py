@@ -31,21 +31,6 @@ from tribrach._types import Array, Index, Mask
 from tribrach.geodesy.site import Site
 from tribrach.observations.unknowns import State
 
-__all__ = [
-    "Faces",
-    "Fixes",
-    "Lengths",
-    "Links",
-    "Rays",
-    "Rises",
-    "ScannerShots",
-    "TieCollector",
-    "TieTable",
-    "Vectors",
-    "Zeniths",
-    "xyz_of_polar",
-]
-
 
 @dataclass(frozen=True)
 class TieTable:

@@ -30,9 +30,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.geometry import rotation
 
-__all__ = ["FAMILIES", "WIDTH", "Layout", "State", "plane_basis"]
-
-
 FAMILIES = ("point", "pose", "plane", "vector", "scalar")
 
 

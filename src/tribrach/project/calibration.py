@@ -10,8 +10,6 @@ from tribrach.errors import InputError
 from tribrach.instruments.calibration import CalibrationModel, find_model
 from tribrach.project.sections import Section
 
-__all__ = ["COMPONENTS", "CalibrationSection", "Hold"]
-
 #: components of a station's position [m] and of its turn [rad], with the axis of each
 COMPONENTS = {
     "e": (1.0, 0.0, 0.0),

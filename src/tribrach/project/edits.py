@@ -20,8 +20,6 @@ from tribrach.network.network import PointRole
 from tribrach.project import toml_file
 from tribrach.project.sections import Section
 
-__all__ = ["Edits", "ObservationEdit", "RoleEdit", "TargetEdit", "edits_text", "read_edits"]
-
 #: the largest file of this kind [bytes]
 _LARGEST = 20_000_000
 #: characters of a reason

@@ -10,8 +10,6 @@ from tribrach.epochs.comparison import Settings
 from tribrach.epochs.differences import MOTIONS
 from tribrach.project.sections import Section
 
-__all__ = ["EpochSection"]
-
 
 class EpochSection(Section):
     """An earlier epoch, and how the project is compared with it.

@@ -10,8 +10,6 @@ from pydantic import Field, PositiveFloat, model_validator
 from tribrach.gnss.baseline import Processing
 from tribrach.project.sections import Section
 
-__all__ = ["GnssSection", "GnssSession", "Receiver"]
-
 Name = Annotated[str, Field(min_length=1)]
 
 

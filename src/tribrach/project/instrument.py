@@ -26,8 +26,6 @@ from tribrach.io.instrument_sheets import Figure, find_sheet
 from tribrach.project.sections import Section
 from tribrach.units import MM, SEC
 
-__all__ = ["Instrument", "Origin", "noise_of"]
-
 #: where a figure of an instrument stands
 Origin = Literal["project", "file", "sheet"]
 

@@ -19,8 +19,6 @@ from tribrach.project import toml_file
 from tribrach.project.instrument import Instrument
 from tribrach.project.sections import Section
 
-__all__ = ["InstrumentFile", "instrument_file_text", "read_instrument_file"]
-
 #: keys that lead to other files and so have no place in one that is passed on
 _ELSEWHERE = ("file", "calibration")
 #: the largest file of this kind [bytes]

@@ -12,8 +12,6 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.project import toml_file
 from tribrach.project.model import Project
 
-__all__ = ["load_leniently", "without"]
-
 #: a file is looked at so often; every look removes something that is wrong
 _LOOKS = 50
 

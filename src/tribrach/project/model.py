@@ -37,8 +37,6 @@ from tribrach.project.sections import (
 )
 from tribrach.project.site import SiteSection
 
-__all__ = ["Project"]
-
 #: longer texts are no names of files
 _LONGEST_NAME = 4096
 

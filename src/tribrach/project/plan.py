@@ -11,8 +11,6 @@ from tribrach.epochs.design import sigma_for_displacement
 from tribrach.project.sections import Section
 from tribrach.simulate.scene import Primitive, box, cylinder, rectangle, sphere
 
-__all__ = ["LeverArmPlan", "PlanSection", "SceneBody"]
-
 #: reflectance of bodies of a scene, which plans do not use
 _GREY = 0.5
 

@@ -28,29 +28,6 @@ from tribrach.io.delivery.names import TEMPLATE, DeliveryFormat
 from tribrach.network.network import Datum
 from tribrach.units import LARGEST
 
-__all__ = [
-    "AdjustmentSection",
-    "Backsight",
-    "CloudSection",
-    "ComparisonSection",
-    "DatumSection",
-    "EpochKeys",
-    "HeightSection",
-    "LeverArm",
-    "ListKeys",
-    "ObservationFile",
-    "OutputSection",
-    "PointFile",
-    "RegistrationSection",
-    "ScaleBar",
-    "ScanFile",
-    "Section",
-    "StationSection",
-    "TargetSection",
-    "TelescopeSection",
-    "parse_datum",
-]
-
 # What all sections of a project file have in common; units stand in the names of the keys.
 
 

@@ -10,8 +10,6 @@ from tribrach.errors import InputError
 from tribrach.geodesy.epochs import Realisation, crs_is_dynamic
 from tribrach.project.sections import Section
 
-__all__ = ["Deflection", "SiteSection"]
-
 
 def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> None:
     """A dynamic reference system has its epoch.

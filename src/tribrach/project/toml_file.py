@@ -19,8 +19,6 @@ from pydantic_core import ErrorDetails
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import MAX_BYTES, read_bytes
 
-__all__ = ["line_of", "load", "refused", "typed", "without"]
-
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
 _KEY = re.compile(r"""\s*("[^"]*"|'[^']*'|[\w.-]+(?:\s*\.\s*[\w-]+)*)\s*=""")
 

@@ -13,8 +13,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.transformation.models import Transformation
 
-__all__ = ["Carrier"]
-
 
 @dataclass(frozen=True, eq=False)
 class Carrier:

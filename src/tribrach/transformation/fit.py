@@ -20,8 +20,6 @@ from tribrach.geometry import rotation as turns
 from tribrach.transformation.models import Model, Transformation, find_model, start
 from tribrach.transformation.weights import Metric, Spread, given_spread
 
-__all__ = ["CommonPoints", "TransformationFit", "fit_points", "fit_transformation"]
-
 #: iterations before giving up
 _STEPS = 100
 #: ratio of singular values of the scaled design below which a parameter is open

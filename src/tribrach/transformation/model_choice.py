@@ -18,8 +18,6 @@ from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_poi
 from tribrach.transformation.models import MODELS
 from tribrach.transformation.testing import trusted
 
-__all__ = ["Rung", "ScaleTest", "ladder", "scale_test"]
-
 #: differences of a scale from one below this are rounding
 _ROUNDING = 1e-12
 

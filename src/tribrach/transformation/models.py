@@ -17,8 +17,6 @@ from tribrach.errors import InputError
 from tribrach.geometry import rotation as turns
 from tribrach.geometry.alignment import kabsch, planar, umeyama
 
-__all__ = ["MODELS", "Model", "Transformation", "find_model", "start"]
-
 _AXES = ("x", "y", "z")
 
 

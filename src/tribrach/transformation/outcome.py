@@ -28,8 +28,6 @@ from tribrach.transformation.testing import (
     snoop_points,
 )
 
-__all__ = ["Outcome", "axis_sentences", "examine", "unit_sentences"]
-
 #: so many times better must another order of the axes fit before it is named
 _RATIO = 5.0
 #: share of the points that may be switched off

@@ -19,8 +19,6 @@ from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, f
 from tribrach.transformation.fit import TransformationFit, fit_points
 
-__all__ = ["CheckResult", "PointTests", "check_points", "point_tests", "snoop_points", "trusted"]
-
 #: significance of the test of a single point
 ALPHA0 = 0.001
 #: wrong points are looked for that hide each other among so few points, so many of them at most

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["Metric", "Spread", "given_spread"]
-
 #: a joint covariance over more values than this is refused
 _MOST = 6000
 

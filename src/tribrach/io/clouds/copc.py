@@ -39,8 +39,6 @@ from tribrach.io.clouds.las import LasRecords, forget_date
 from tribrach.io.clouds.staged import Staged
 from tribrach.kernels import njit
 
-__all__ = ["Cube", "paged_hierarchy", "subtree"]
-
 Places = NDArray[np.int32]
 Records = NDArray[np.void]
 

@@ -19,8 +19,6 @@ from tribrach.errors import InputError
 from tribrach.io.scans.facts import told_facts
 from tribrach.io.scans.las import FACTS, check_header
 
-__all__ = ["CloudPoint", "CopcHead", "is_copc", "nearest_point", "read_copc_head"]
-
 #: place and content of the record that comes first in every COPC file
 _AT, _COPC = 377, b"copc"
 _COLOURS = {"red", "green", "blue"}

@@ -54,8 +54,6 @@ from tribrach.io.libe57 import libe57
 from tribrach.io.scans.e57 import OURS, pose_of
 from tribrach.scan.scan import Field
 
-__all__ = ["copy_with_poses"]
-
 #: representations of a picture that have a place; a visual reference does not
 _PLACED = ("pinholeRepresentation", "sphericalRepresentation", "cylindricalRepresentation")
 #: pages copied at a time, 4 MB

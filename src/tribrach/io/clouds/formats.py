@@ -8,8 +8,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader, CloudWriter
 
-__all__ = ["WRITERS", "create"]
-
 #: module in this package and its class by suffix, the longest first
 WRITERS: dict[str, tuple[str, str]] = {
     ".e57": ("e57", "E57Writer"),

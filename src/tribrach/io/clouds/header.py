@@ -20,8 +20,6 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.scan.scan import Field
 
-__all__ = ["CloudHeader", "CloudWriter", "exactly", "single_resolution", "step_for"]
-
 #: limits of the coordinate step [m]
 FINEST, COARSEST = 1e-6, 1e-3
 

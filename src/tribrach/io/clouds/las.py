@@ -29,9 +29,6 @@ from tribrach.io.scans.las import FACTS, LIGHT
 from tribrach.kernels import in_threads, njit
 from tribrach.scan.scan import Field
 
-__all__ = ["LasRecords", "LasWriter", "forget_date", "las_header"]
-
-
 #: our names of the format's own dimensions
 _RENAMED = {"time": "gps_time"}
 _RGB = ("red", "green", "blue")

@@ -21,9 +21,6 @@ from tribrach.errors import InputError
 from tribrach.io.clouds.header import CloudHeader, exactly
 from tribrach.io.clouds.staged import Staged
 
-__all__ = ["PlyWriter"]
-
-
 _TYPES = {
     "i1": "char",
     "u1": "uchar",

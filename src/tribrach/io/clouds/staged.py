@@ -13,8 +13,6 @@ from tribrach.errors import InputError
 from tribrach.io.keeping import note_written, refuse_changes
 from tribrach.io.outputs import destination, reason, special
 
-__all__ = ["Staged", "staged_name"]
-
 
 def staged_name(path: Path) -> Path:
     """The hidden name beside the destination; a killed run leaves at most this one file behind."""

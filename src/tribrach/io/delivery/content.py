@@ -20,15 +20,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
 
-__all__ = [
-    "DeliveredMove",
-    "DeliveredPosition",
-    "Delivery",
-    "delivered_epochs",
-    "delivered_network",
-    "ellipse_of",
-]
-
 PositionRole = Literal["control", "check", "free", "station", "moved", "stable", "undecided"]
 #: roles by the verdict of a comparison
 _ROLES: dict[str, PositionRole] = {"moved": "moved", "not moved": "stable"}

@@ -26,8 +26,6 @@ from tribrach.io.delivery.content import (
     ellipse_of,
 )
 
-__all__ = ["write"]
-
 #: on paper [m]: height of texts, of a symbol, of a line of the legend, of ellipses and moves
 _TEXT, _SYMBOL, _LINE, _SEEN = 2.5e-3, 2.0e-3, 5e-3, 8e-3
 #: what a sheet A3 holds inside its margin [m]

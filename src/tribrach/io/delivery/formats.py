@@ -13,8 +13,6 @@ from tribrach.io.delivery.names import FORMATS, DeliveryOptions, refuse_missing
 from tribrach.io.json_file import read_json
 from tribrach.io.result_file import read_result_file, result_path
 
-__all__ = ["delivered", "read_delivery"]
-
 _CURE = "give the folder of results of a run, its result.json, or the JSON of tribrach epochs"
 
 

@@ -25,8 +25,6 @@ from tribrach._types import Array
 from tribrach.io.delivery.content import Delivery
 from tribrach.io.delivery.lists import columns_of
 
-__all__ = ["write_geojson", "write_gpkg", "write_kml"]
-
 #: vertices of an ellipse
 _ROUND = 48
 #: enlargement of ellipses in layers, as their column says

@@ -17,8 +17,6 @@ from lxml import etree
 from tribrach.errors import InputError
 from tribrach.io.delivery.content import DeliveredPosition, Delivery
 
-__all__ = ["write"]
-
 NAMESPACE = "http://www.landxml.org/schema/LandXML-1.2"
 _SCHEMA = f"{NAMESPACE} {NAMESPACE}/LandXML-1.2.xsd"
 _INSTANCE = "http://www.w3.org/2001/XMLSchema-instance"

@@ -12,8 +12,6 @@ from typing import Any
 from tribrach.errors import InputError
 from tribrach.io.delivery.content import Delivery
 
-__all__ = ["columns_of", "write", "write_template"]
-
 #: columns of positions: head with its unit, digits, value
 _COLUMNS: dict[str, tuple[int | None, Callable[[Any], Any]]] = {
     "point": (None, lambda p: p.name),

@@ -8,15 +8,6 @@ from typing import Literal
 
 from tribrach.errors import InputError
 
-__all__ = [
-    "FORMATS",
-    "TEMPLATE",
-    "DeliveryFormat",
-    "DeliveryOptions",
-    "refuse_missing",
-    "suffix_of",
-]
-
 DeliveryFormat = Literal["dxf", "landxml", "gpkg", "geojson", "kml", "xlsx", "csv", "list"]
 #: by name: suffix, module in this room, function
 FORMATS: dict[str, tuple[str, str, str]] = {

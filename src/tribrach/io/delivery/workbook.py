@@ -11,8 +11,6 @@ from typing import Any
 from tribrach.io.delivery.content import Delivery
 from tribrach.io.delivery.lists import columns_of
 
-__all__ = ["write"]
-
 #: dates inside a packed file, the first that it can hold
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 

@@ -14,8 +14,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.unpacking import unpacked_bytes
 
-__all__ = ["AntexFile", "ReceiverAntenna", "read_antex"]
-
 _TYPE = re.compile(rb"^(.{20})(.{20}).{20}TYPE / SERIAL NO", re.M)
 #: a satellite's number stands where receivers' antennas have a serial number
 _SATELLITE = re.compile(rb"[GREJCIS]\d\d *")

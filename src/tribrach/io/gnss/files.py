@@ -32,8 +32,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 from tribrach.sentences import Sentence
 
-__all__ = ["GnssContext", "read", "survey_of", "vector_reader"]
-
 Reader = Callable[[Path], GnssRecords]
 #: test of the beginning and reader of text files with vectors, whatever their suffix
 _VECTORS: tuple[tuple[Callable[[str], bool], Reader], ...] = (

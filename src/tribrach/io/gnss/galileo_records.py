@@ -13,8 +13,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-__all__ = ["GalileoRecords", "galileo_records"]
-
 #: the largest accuracy that the signal can state [m]
 LARGEST_SISA = 6.0
 #: bits of the data sources: clocks of F/NAV and of I/NAV

@@ -18,8 +18,6 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.xml_file import line_of, load
 from tribrach.units import LARGEST, too_large
 
-__all__ = ["read_gvx"]
-
 _METRES = ("meter", "meters", "metre", "metres", "m", "")
 
 

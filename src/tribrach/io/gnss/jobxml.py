@@ -21,8 +21,6 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.vector_text import covariance, numbers
 from tribrach.io.opened_files import contents
 
-__all__ = ["has_vectors_only", "read_jobxml"]
-
 _ELEMENTS = ("VCVxx", "VCVxy", "VCVxz", "VCVyy", "VCVyz", "VCVzz")
 
 

@@ -21,8 +21,6 @@ from dataclasses import dataclass, replace
 
 from tribrach.io.gnss.observation_file import RinexObservations, header_text, records_2
 
-__all__ = ["SHIFT", "MixedPhases", "aligned_l2", "mixed_l2"]
-
 #: what makes a phase of L2C one of P(Y) [cycles]
 SHIFT = -0.25
 #: of either kind there are at least so many satellites: a trial decides what they mean

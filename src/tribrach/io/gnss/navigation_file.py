@@ -16,8 +16,6 @@ from tribrach.errors import InputError
 from tribrach.io.gnss.observation_file import header_of, header_text, seconds_of
 from tribrach.io.gnss.rinex_file import read_rinex
 
-__all__ = ["NavigationFile", "read_navigation"]
-
 #: first line of a record in RINEX 2 and 3: satellite, date and time
 _RECORD_2 = re.compile(
     rb"^([ \d]\d) (\d\d) ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d)", re.M

@@ -18,15 +18,6 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.io.gnss.rinex_file import read_rinex
 
-__all__ = [
-    "RinexObservations",
-    "header_of",
-    "header_text",
-    "read_observations",
-    "records_2",
-    "seconds_of",
-]
-
 _CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
 #: epoch lines: date and time, flag, number of satellites or lines, and the rest; events other than
 #: measurements may leave the date blank

@@ -17,8 +17,6 @@ from tribrach.io.gnss.navigation_file import NavigationFile, read_navigation
 from tribrach.io.gnss.precise_file import PreciseOrbits, is_sp3, joined, read_sp3
 from tribrach.io.unpacking import unpacked_bytes
 
-__all__ = ["Orbits", "read_orbits"]
-
 
 @dataclass(frozen=True, eq=False)
 class Orbits:

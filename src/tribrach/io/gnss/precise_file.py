@@ -22,9 +22,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.gnss.observation_file import seconds_of
 
-__all__ = ["MOST_SATELLITES", "PreciseOrbits", "is_sp3", "joined", "read_sp3", "sp3_text"]
-
-
 #: satellites that an SP3-c file can hold
 MOST_SATELLITES = 85
 #: seconds that time systems of SP3 are ahead of GPS time

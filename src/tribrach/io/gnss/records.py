@@ -9,8 +9,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geodesy.epochs import Realisation
 
-__all__ = ["GnssRecords"]
-
 
 @dataclass
 class GnssRecords:

@@ -10,8 +10,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.unpacking import unpacked_bytes
 
-__all__ = ["read_rinex"]
-
 
 def read_rinex(path: Path) -> bytes:
     """Plain RINEX text of a file that may be packed."""

@@ -24,8 +24,6 @@ from tribrach.io.gnss.solution_file import FIXED, FLOAT, Solution, read_solution
 from tribrach.statistics import chi2
 from tribrach.units import percent
 
-__all__ = ["read_rtklib"]
-
 
 def read_rtklib(
     path: Path, *, point: str = "", base: str = "", factor: float | None = None

@@ -21,8 +21,6 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.opened_files import contents
 from tribrach.units import too_large
 
-__all__ = ["read_sinex"]
-
 #: files above this are refused
 MAX_BYTES = 300_000_000
 #: weights of coordinates [1/m^2] are below, and so is everything else in a matrix

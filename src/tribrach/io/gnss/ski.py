@@ -23,8 +23,6 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.vector_text import covariance, numbers
 from tribrach.io.totalstation.text import read_lines
 
-__all__ = ["read_ski", "sniff"]
-
 _HEAD = re.compile(r"@%\s*([^:]+?)\s*:\s*(.*?)\s*$")
 #: a name, which may have blanks in it, and three numbers
 _PLACE = re.compile(r"@.(?P<name>.*?\S)\s+(?P<x>\S+)\s+(?P<y>\S+)\s+(?P<z>\S+)\s*$")

@@ -28,16 +28,6 @@ from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 from tribrach.io.opened_files import contents
 from tribrach.units import LARGEST, too_large
 
-__all__ = [
-    "FIXED",
-    "FLOAT",
-    "PhaseResiduals",
-    "SatelliteUse",
-    "Solution",
-    "read_solution",
-    "read_status",
-]
-
 Kind = Literal["ecef", "geodetic", "baseline"]
 
 #: quality of an epoch: ambiguities are integers, or real numbers

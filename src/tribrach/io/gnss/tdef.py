@@ -22,8 +22,6 @@ from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.vector_text import covariance, numbers
 from tribrach.io.totalstation.text import read_lines
 
-__all__ = ["read_tdef", "sniff"]
-
 _METRES = ("meters", "metres", "meter", "metre", "m")
 _DISABLED = "disabled in the project it was exported from"
 #: places of the values of a vector

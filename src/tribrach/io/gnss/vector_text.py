@@ -11,8 +11,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.units import too_large
 
-__all__ = ["covariance", "numbers"]
-
 
 def numbers(words: Sequence[str], what: str, path: Path, line: int) -> Array:
     """Finite numbers (n,) of words."""

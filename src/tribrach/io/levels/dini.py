@@ -17,8 +17,6 @@ from tribrach.io.levels.readings import LevelFile, LevelLine, StaffReading, chec
 from tribrach.io.totalstation.text import read_lines
 from tribrach.units import LARGEST, UNITS
 
-__all__ = ["read", "sniff"]
-
 _READINGS = {"Rb": "back", "Rf": "fore", "Rz": "side", "Lr": "back", "Lv": "fore", "Lz": "side"}
 _DISTANCES = ("HD", "E", "D")
 #: values of a record: type, number and unit

@@ -27,8 +27,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.sentences import Sentence
 
-__all__ = ["Levelled", "format_name", "leave_to", "read", "recognised"]
-
 #: of a level that nobody has described, for a line of one kilometre [m]
 TYPICAL = 1e-3
 #: misclosures and double readings beyond this many sigmas are told

@@ -17,8 +17,6 @@ from tribrach.io.totalstation.gsi import sniff as begins_as_gsi
 from tribrach.io.totalstation.text import read_lines
 from tribrach.units import LARGEST
 
-__all__ = ["read", "sniff"]
-
 _READINGS = {"331": "back", "335": "back", "332": "fore", "336": "fore", "333": "side"}
 _CIRCLES = ("21", "22", "31")
 

@@ -13,8 +13,6 @@ from pathlib import Path
 
 import numpy as np
 
-__all__ = ["LevelFile", "LevelLine", "LevelSetup", "StaffReading", "check_reading", "setups_of"]
-
 #: no staff is longer, and none is read from farther [m]
 _STAFF, _FAR = 100.0, 1000.0
 

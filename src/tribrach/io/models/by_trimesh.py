@@ -19,8 +19,6 @@ from tribrach.geometry.mesh import Mesh
 from tribrach.io.models.formats import RawModel
 from tribrach.scan.length_unit import METRES
 
-__all__ = ["read"]
-
 _GLTF = (".glb", ".gltf")
 #: z up from y up
 _UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

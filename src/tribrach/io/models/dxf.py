@@ -17,8 +17,6 @@ from tribrach.io.models.formats import RawModel
 from tribrach.io.scans.units import named_unit
 from tribrach.scan.length_unit import LengthUnit
 
-__all__ = ["read"]
-
 #: units by the number of ``$INSUNITS``
 _UNITS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 7: "km", 10: "yd", 14: "dm", 21: "usft"}
 #: bodies whose faces only their own modeller knows

@@ -20,8 +20,6 @@ from tribrach.io.xml_file import read_bytes
 from tribrach.scan.length_unit import LengthUnit
 from tribrach.sentences import Sentence
 
-__all__ = ["MODELS", "RawModel", "is_model", "model_unit", "read_model"]
-
 #: modules of this package by suffix
 MODELS: dict[str, str] = {
     ".stl": "triangle_files",

@@ -15,8 +15,6 @@ from tribrach.io import xml_file
 from tribrach.io.models.formats import RawModel
 from tribrach.io.scans.units import named_unit
 
-__all__ = ["read"]
-
 _SPACES = [f"{{http://www.landxml.org/schema/LandXML-{v}}}" for v in ("1.2", "1.1", "1.0", "2.0")]
 
 

@@ -22,8 +22,6 @@ from tribrach.geometry.mesh import Mesh
 from tribrach.io.models.formats import RawModel
 from tribrach.io.scans.units import unit_of_crs
 
-__all__ = ["read"]
-
 #: more pixels are refused: two triangles each
 _MOST = 4_000_000
 #: tags of the grid, its keys, and what stands for no height

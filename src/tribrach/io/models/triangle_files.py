@@ -17,9 +17,6 @@ from tribrach.geometry.mesh import Mesh
 from tribrach.io.models.formats import RawModel
 from tribrach.io.xml_file import MAX_BYTES
 
-__all__ = ["read"]
-
-
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEAD = 84
 _VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE)

@@ -16,8 +16,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.poses import kitti, matrix, slam6d
 from tribrach.io.poses.rows import PoseList, number_rows
 
-__all__ = ["assigned", "beside", "read_pose_list"]
-
 #: endings of files with the pose of one scan, after its name, and whether nothing else has them
 _ENDINGS = {".pose": True, "_pose.txt": True, ".pose.txt": True, ".dat": False, ".mat": False}
 #: files of a folder that are looked at

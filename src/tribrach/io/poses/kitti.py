@@ -17,8 +17,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.io.opened_files import contents
 from tribrach.io.poses.rows import LARGEST, NumberRow, PoseList, rigid
 
-__all__ = ["CALIBRATION", "fits", "read"]
-
 #: name of the file with the place of the scanner in the camera
 CALIBRATION = "calib.txt"
 #: numbers of a line, without and with the number of a frame

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from tribrach.io.poses.rows import NumberRow, PoseList, rigid
 
-__all__ = ["fits", "read"]
-
 
 def fits(rows: Sequence[NumberRow]) -> bool:
     """True for three or four lines of four numbers."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-__all__ = ["GIVEN", "JOINT", "POSES", "POSES_TABLE", "POSE_FILES"]
-
 #: placements of all scans, and a table of them
 POSES, POSES_TABLE = "poses.json", "poses.csv"
 #: joint covariance of the stations and of what the points share

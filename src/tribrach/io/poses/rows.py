@@ -13,8 +13,6 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.opened_files import contents
 
-__all__ = ["LARGEST", "NumberRow", "PoseList", "number_rows", "rigid"]
-
 #: files of poses are small; larger ones are something else [bytes]
 LARGEST = 20_000_000
 #: coordinates beyond this are none [m, cm]

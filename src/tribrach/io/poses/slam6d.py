@@ -18,8 +18,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.io.poses.rows import NumberRow, PoseList
 
-__all__ = ["SUFFIX", "fits", "read"]
-
 SUFFIX = ".pose"
 #: left-handed axes of the toolkit from right-handed ones
 _LEFT_FROM_RIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])

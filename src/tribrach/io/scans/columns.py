@@ -17,8 +17,6 @@ from tribrach.io.survey.csv.headings import coordinate_word
 from tribrach.scan.length_unit import LengthUnit
 from tribrach.scan.scan import Chunk, Field
 
-__all__ = ["ColumnRoles", "arranged", "cast", "column_unit", "known_name"]
-
 _RGB = ("red", "green", "blue")
 _NAMES: dict[str, str] = {
     other: name

@@ -44,8 +44,6 @@ from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Origin, Scan
 from tribrach.sentences import Sentence
 
-__all__ = ["OURS", "E57Scan", "pose_of", "read"]
-
 Values = NDArray[Any]
 
 #: names of the columns of coordinates

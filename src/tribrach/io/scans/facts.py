@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 
-__all__ = ["told_facts"]
-
 #: facts that are kept, and characters of each
 _MOST, _LENGTH = 50, 20_000
 

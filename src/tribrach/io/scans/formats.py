@@ -23,8 +23,6 @@ from tribrach.io.scans.units import in_metres
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
-__all__ = ["READERS", "read_scans"]
-
 #: modules of this package by suffix
 READERS: dict[str, str] = {
     ".e57": "e57",

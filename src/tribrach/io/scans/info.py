@@ -27,8 +27,6 @@ from tribrach.scan.scan import Chunk, Field, NoReturn, Scan
 from tribrach.sentences import capital, stopped
 from tribrach.units import percent
 
-__all__ = ["Description", "describe"]
-
 #: points that are kept: the first ones, for what needs neighbours, and some from all over the scan
 _FIRST, _SPREAD = 1_500_000, 300_000
 #: points that are compared with each other to find doubles

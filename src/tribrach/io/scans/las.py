@@ -38,8 +38,6 @@ from tribrach.kernels import in_threads
 from tribrach.scan.length_unit import METRES, LengthUnit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Scan
 
-__all__ = ["FACTS", "LIGHT", "read"]
-
 CURE = "copy the file again from its source"
 #: bytes of the header of a record before the points, and of one after them
 _RECORD, _EXTENDED = 54, 60

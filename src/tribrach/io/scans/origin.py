@@ -16,9 +16,6 @@ from tribrach.errors import InputError
 from tribrach.scan.angular_step import on_lattice
 from tribrach.scan.scan import Origin, Scan
 
-__all__ = ["assumed_origin", "bounds_of", "scan_name", "seen_from_zero"]
-
-
 #: the scanner is taken to be at zero if that lies within the bounds and this margin [m]
 MARGIN = 10.0
 #: points that are looked at where zero lies outside

@@ -32,9 +32,6 @@ from tribrach.io.unpacking import unpacked
 from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
-__all__ = ["PcdCompressedScan", "PcdScan", "PcdTextScan", "read"]
-
-
 #: longest header [bytes]; longest match of the compression for each 3 bytes of it
 _HEADER, _LONGEST = 1 << 16, 264
 _KINDS = {"F": "f", "I": "i", "U": "u"}

@@ -24,8 +24,6 @@ from tribrach.io.scans.text_scan import TextScan, rows, short
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
-__all__ = ["PlyScan", "PlyTextScan", "read"]
-
 #: longest header [bytes]
 _HEADER = 1 << 18
 _TYPES = {

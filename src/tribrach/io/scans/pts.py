@@ -15,8 +15,6 @@ from tribrach.io.scans.text_scan import TextScan, off_by_one, refuse_many, rows
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
-__all__ = ["PtsScan", "read"]
-
 #: columns by their number
 _COLUMNS = {
     3: "x y z",

@@ -26,9 +26,6 @@ from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 from tribrach.sentences import Sentence
 
-__all__ = ["HEADER", "PtxScan", "read"]
-
-
 #: values in the lines of a header
 HEADER = (1, 1, 3, 3, 3, 3, 4, 4, 4, 4)
 #: columns of a point: without and with colours

@@ -11,8 +11,6 @@ from tribrach.errors import InputError
 from tribrach.io.scans.units import named_unit
 from tribrach.scan.length_unit import LengthUnit
 
-__all__ = ["ScanReading", "as_told", "reading"]
-
 
 @dataclass(frozen=True)
 class ScanReading:

@@ -14,8 +14,6 @@ from tribrach.io.scans.columns import ColumnRoles
 from tribrach.io.scans.text_scan import short
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
-__all__ = ["RecordScan", "native", "sampled"]
-
 #: places in the file and records at each that are looked at beforehand
 _PLACES, _RECORDS = 64, 256
 

@@ -19,13 +19,6 @@ from tribrach.errors import InputError
 from tribrach.io.unpacking import unpacked
 from tribrach.kernels import njit
 
-__all__ = [
-    "BLANKS",
-    "LineBlock",
-    "Lines",
-    "Mark",
-]
-
 #: bytes read at a time; no line may be longer
 BLOCK = 1 << 23
 #: of so many lines so many are looked at beforehand

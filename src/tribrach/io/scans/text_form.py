@@ -15,8 +15,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.unpacking import unpacked
 
-__all__ = ["COMMENTS", "TextForm", "agreement", "form_of", "heads", "text_start"]
-
 #: what comments begin with
 COMMENTS = ("#", "//", "%", "!", "'")
 #: bytes and lines that are looked at

@@ -24,17 +24,6 @@ from tribrach.io.scans.text import BLANKS, LineBlock, Lines, Mark
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import CHUNK, Chunk, Scan
 
-__all__ = [
-    "TextScan",
-    "is_number",
-    "malformed",
-    "off_by_one",
-    "refuse_many",
-    "rows",
-    "short",
-    "table",
-]
-
 #: what programs write for a value that is no number; nan and inf are known to parsers
 _ODD = re.compile(rb"(?i)(?<![^ \n])[-+]?(?:1\.#\w+|nan\(\w*\)|n/a|null)(?![^ \n])")
 

@@ -21,16 +21,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.scan.length_unit import METRES, LengthUnit
 from tribrach.scan.scan import Scan
 
-__all__ = [
-    "LINEAR",
-    "as_filed",
-    "in_metres",
-    "metric_crs",
-    "named_unit",
-    "stated_unit",
-    "unit_of_crs",
-]
-
 #: metres of units by what people write, without blanks, full stops, hyphens and underscores
 _WORDS: dict[str, tuple[str, float]] = {
     word: (name, metres)

@@ -26,9 +26,6 @@ from tribrach.io.unpacking import unpacked
 from tribrach.scan.length_unit import METRES
 from tribrach.scan.scan import Scan
 
-__all__ = ["XyzScan", "numeric", "read"]
-
-
 #: lines before the points, at most
 _HEAD = 200
 #: colours are whole numbers up to this

@@ -27,8 +27,6 @@ from tribrach.network.occupations import by_sight
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.levelling import HeightDifferences
 
-__all__ = ["WRITERS", "Exported", "Sieve", "ValueCovariances", "export", "packed_seconds"]
-
 Mask = NDArray[np.bool_]
 #: where a value stands: table of the network, observation in it, row of the observation
 Place = tuple[int, int, int]

@@ -21,8 +21,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.sights import HorizontalDistances, SlopeDistances, ZenithAngles
 from tribrach.units import carried_angles
 
-__all__ = ["FORMATS", "carried_words", "format_of", "read", "read_files"]
-
 #: format name -> module of the reader in :mod:`tribrach.io`
 FORMATS = {
     "gama": "survey.gama.reader",

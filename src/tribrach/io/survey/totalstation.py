@@ -39,8 +39,6 @@ from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 from tribrach.units import SEC
 
-__all__ = ["ReducedFile", "reduce_file", "survey_of"]
-
 # What a surveyor must be told of a raw file: what was left out, assumed, or looks misread.
 
 #: adjusts to look at the figure of a network; what takes longer says nothing about its points

@@ -21,8 +21,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _WORD = re.compile(r'"[^"]*"|\S+')
 _LENGTHS = {"FOOT": UNITS["ft"], "FEET": UNITS["ft"], "METER": 1.0, "METRE": 1.0, "METERS": 1.0}
 _ANGLES = {

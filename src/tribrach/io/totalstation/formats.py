@@ -11,8 +11,6 @@ from tribrach.io.totalstation import fbk, gsi, gts6, gts7, jobxml, landxml, m5, 
 from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import head
 
-__all__ = ["READERS", "format_of", "read", "recognised"]
-
 Sniff = Callable[[str], bool]
 Read = Callable[[Path], RawFile]
 

@@ -21,8 +21,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import packed_dms, read_lines
 from tribrach.units import GON, UNITS
 
-__all__ = ["Word", "parse_words", "read", "sniff"]
-
 _WORDS = {
     8: re.compile(r"(\d\d)(.{4})([+-])(.{8})(?: |$)"),
     16: re.compile(r"(\d\d)(.{4})([+-])(.{16})(?: |$)"),

@@ -18,8 +18,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _START = re.compile(r"_'[^_]*_\([^_]*_\)")
 _RECORD = re.compile(
     r"_'(?P<station>[^_]*)(?:_\((?P<code>[^_]*)_\)(?P<height>[^_]*))?"

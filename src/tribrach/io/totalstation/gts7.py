@@ -17,8 +17,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _SILENT = ("JOB", "DATE", "NAME", "SCALE", "NOTE", "CTL", "MLM")
 
 

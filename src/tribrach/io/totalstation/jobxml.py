@@ -21,8 +21,6 @@ from tribrach.io.totalstation.recorder import Recorder
 from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import number
 
-__all__ = ["read", "sniff"]
-
 _FACES = {"Face1": 1, "Face2": 2}
 #: points that were given rather than observed
 _GIVEN = ("KeyedIn", "Coordinates", "Imported", "ImportedPoint", "Linked", "CopiedPoint")

@@ -21,8 +21,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _SPACES = [f"{{http://www.landxml.org/schema/LandXML-{v}}}" for v in ("1.2", "1.1", "1.0", "2.0")]
 _LENGTHS = {
     "meter": 1.0, "millimeter": 1e-3, "centimeter": 1e-2, "kilometer": 1e3, "foot": UNITS["ft"],

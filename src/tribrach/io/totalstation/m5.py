@@ -17,8 +17,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _ANGLES = {"dms": "dms", "gon": "gon", "grd": "gon", "grad": "gon", "deg": "deg", "mil": "mil"}
 _PRESSURES = {"hpa": 1.0, "torr": 1013.25 / 760, "mmhg": 1013.25 / 760, "inhg": 33.8639}
 _LENGTHS = ("SD", "HD", "h", "ih", "th", "X", "Y", "Z", "PC", "A", "x", "y", "z")

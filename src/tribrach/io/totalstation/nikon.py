@@ -20,8 +20,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 T = TypeVar("T")
 
 _ANGLES = {"dddmmss": "dms", "dms": "dms", "gons": "gon", "gon": "gon", "mils": "mil", "mil": "mil"}

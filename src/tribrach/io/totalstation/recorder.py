@@ -15,8 +15,6 @@ from tribrach.io.totalstation.records import Problem, RawFile, RawSights, Setups
 from tribrach.sentences import Sentence
 from tribrach.units import GON, check_circle, circle_passed, too_large
 
-__all__ = ["Recorder"]
-
 NAN = math.nan
 #: heights of the instrument that differ by less belong to one set-up [m]
 SAME_HEIGHT = 5e-5

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 
-__all__ = ["Problem", "RawFile", "RawSights", "Setups", "StoredPoints"]
-
 
 @dataclass(frozen=True)
 class Setups:

@@ -18,8 +18,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _LENGTHS = {"0": UNITS["ft"], "1": 1.0, "2": UNITS["usft"]}
 _FACES = {"BD": 1, "FD": 1, "BR": 2, "FR": 2, "TR": 0, "SS": 0}
 #: letters that fields begin with, the longer ones first

@@ -20,8 +20,6 @@ from tribrach.io.totalstation.records import RawFile
 from tribrach.io.totalstation.text import angle, number, read_lines
 from tribrach.units import UNITS
 
-__all__ = ["read", "sniff"]
-
 _ANGLES = {"1": "deg", "2": "gon", "4": "mil"}
 _PRESSURE_HPA = {"1": 1013.25 / 760, "2": 33.8639, "3": 1.0}
 #: records that say nothing about the geometry

@@ -11,8 +11,6 @@ from tribrach.io.opened_files import contents
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import UNITS, check_circle, from_dms, too_large
 
-__all__ = ["angle", "head", "number", "packed_dms", "read_lines"]
-
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)$")
 _BREAK = re.compile(r"\r*\n|\r+")
 #: lines that a transmission leaves in a file, such as <STX>, and what leads to the text of a line

@@ -23,8 +23,6 @@ from tribrach.network.reliability import weigh
 from tribrach.observations.base import Observations, Use, wrap
 from tribrach.observations.sights import Angles, Directions
 
-__all__ = ["turned_angles"]
-
 #: single angles that are tried, the most suspicious first
 _MOST = 12
 #: angles that are exchanged together at most, and the share of the variance factor that each but

@@ -28,8 +28,6 @@ from tribrach.observations.declaration import End
 from tribrach.observations.unknowns import State
 from tribrach.statistics import chi2, robust_sigma
 
-__all__ = ["ALPHA", "Cleared", "fits", "from_adjusted", "from_start", "loosened"]
-
 #: significance of the global test that an explanation must pass
 ALPHA = 0.001
 #: rounds of loosening and taking back

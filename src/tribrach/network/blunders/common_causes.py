@@ -37,8 +37,6 @@ from tribrach.observations.sights import Sights
 from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, largest_first
 
-__all__ = ["CommonCause", "CommonCauses", "Pattern", "common_causes"]
-
 #: significance of all common causes together
 _ALPHA = 0.001
 #: rounds in which common causes are looked for, and single observations that compete in each

@@ -56,8 +56,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, f
 
-__all__ = ["WrongCoordinate", "WrongList", "wrong_coordinate", "wrong_list"]
-
 #: significance of all tests of given coordinates together
 _ALPHA = 0.001
 #: redundancy from which sigma0 without the coordinate is an estimate to test against

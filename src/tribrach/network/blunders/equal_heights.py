@@ -18,8 +18,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
 from tribrach.sentences import Sentence
 
-__all__ = ["equal_heights", "without_heights"]
-
 #: points from which equal heights are looked at, and how near they are alike [m]
 _LEAST, _SAME = 3, 5e-4
 #: factor on the sigmas of heights that must not pull

@@ -24,8 +24,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.declaration import End
 from tribrach.observations.unknowns import State
 
-__all__ = ["GIVEN_LIST", "given_lists"]
-
 #: the kind of these slips
 GIVEN_LIST = "given_list"
 #: units that coordinates may be in [m], other than metres

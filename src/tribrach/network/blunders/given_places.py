@@ -29,8 +29,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
 from tribrach.sentences import Sentence
 
-__all__ = ["given_places"]
-
 #: how near an exchanged coordinate must be to its place [m]
 _NEAR = 1.0
 

@@ -47,8 +47,6 @@ from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.unknowns import State
 from tribrach.sentences import Sentence
 
-__all__ = ["explain"]
-
 #: pairs of names that are tried where nothing points at one
 _MOST_PAIRS = 60
 #: predictions that cannot tell a quarter of the circle are not used [rad]

@@ -17,8 +17,6 @@ from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.slip_search import SlipSearch
 from tribrach.network.network import Network
 
-__all__ = ["Mistakes", "first_adjustment", "mistakes"]
-
 
 def first_adjustment(network: Network) -> Adjustment:
     """Adjust a network as it is."""

@@ -31,8 +31,6 @@ from tribrach.network.separability import LIMIT
 from tribrach.network.significance import log_significance
 from tribrach.observations.declaration import End
 
-__all__ = ["ALIKE", "Rivals", "rivals_of"]
-
 #: explanations whose logarithms of significance differ by less than this cannot be told apart
 ALIKE = 3.0
 #: observations that are asked, the most correlated and the most improbable first

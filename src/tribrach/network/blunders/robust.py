@@ -25,9 +25,6 @@ from tribrach.observations.base import Observations
 from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 
-__all__ = ["RobustResult", "adjust_robust", "weight_function", "with_sigmas"]
-
-
 Method = Literal["huber", "danish", "igg3"]
 
 #: no weight falls below this, so that every observation keeps its place in the network

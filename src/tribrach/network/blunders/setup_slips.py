@@ -24,8 +24,6 @@ from tribrach.network.reliability import redundancy_numbers, weigh
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
 
-__all__ = ["setup_of", "wrong_setup"]
-
 #: set-ups that are tried
 _MOST = 30
 #: redundancy that must be left, and its share of all

@@ -14,8 +14,6 @@ from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Network
 from tribrach.sentences import Sentence
 
-__all__ = ["FEW", "GROSS", "LEFT", "Slip", "SlipSearch", "explains"]
-
 #: networks that fit worse than this many times their sigmas are looked at
 GROSS = 5.0
 #: share of the variance factor that may be left

@@ -32,9 +32,6 @@ from tribrach.observations.base import Use
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
-__all__ = ["SnoopingLog", "SnoopingStep", "coverage_after", "restart", "snoop"]
-
-
 #: what is done with given coordinates that look wrong
 SUSPICIOUS = "suspicious control, kept"
 #: what is done with an observation that cannot be told from others

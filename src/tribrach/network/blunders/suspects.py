@@ -15,8 +15,6 @@ from tribrach.network.quality import block_tests
 from tribrach.network.reliability import WeightedResiduals
 from tribrach.network.significance import log_significance, w_critical
 
-__all__ = ["Key", "Suspect", "find_suspects"]
-
 #: (table, item) of an observation in ``Network.observations``
 Key = tuple[int, int]
 

@@ -18,9 +18,6 @@ from tribrach.network.start.grouping import grouped_median, pair_key, wrap
 from tribrach.network.start.ties import Ties
 from tribrach.observations.ties import Lengths, Rays
 
-__all__ = ["Frame", "Kind"]
-
-
 Kind = Literal["world", "oriented", "levelled", "rigid"]
 
 

@@ -31,8 +31,6 @@ from tribrach.observations.ties import (
     xyz_of_polar,
 )
 
-__all__ = ["gather"]
-
 
 def gather(network: Network, vectors: Array) -> Ties:
     """The ties of all active observations and hard constraints.

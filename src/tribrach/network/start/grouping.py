@@ -6,8 +6,6 @@ import numpy as np
 
 from tribrach._types import Array, Index
 
-__all__ = ["azimuth", "grouped_angle", "grouped_median", "grouped_sum", "pair_key", "wrap"]
-
 
 def wrap(angle: Array) -> Array:
     """Angles [rad] brought to (-pi, pi]."""

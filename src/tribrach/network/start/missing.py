@@ -20,9 +20,6 @@ from tribrach.observations.ties import TieTable
 from tribrach.observations.unknowns import Layout, State
 from tribrach.sentences import Sentence
 
-__all__ = ["missing_ties"]
-
-
 #: sentences at most
 _MOST_SENTENCES = 12
 #: what would place a point in plan, and in height

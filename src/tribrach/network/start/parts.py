@@ -49,8 +49,6 @@ from tribrach.network.start.space import (
     vectors,
 )
 
-__all__ = ["join_parts"]
-
 #: places what it can in a frame
 Rule = Callable[[Frame], None]
 _SPACE: tuple[Rule, ...] = (fixes, vectors, links, poses, shots, faces)

@@ -25,18 +25,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.declaration import End, StartTie
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "Contradiction",
-    "contradiction",
-    "dummy_places",
-    "dummy_words",
-    "listed",
-    "misplaced",
-    "unplaced",
-    "without_dummies",
-    "without_placeholders",
-]
-
 #: coordinates that agree to this are the same [m]
 _SAME = 5e-4
 #: lengths that tell two places apart [m]

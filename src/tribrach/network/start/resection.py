@@ -28,9 +28,6 @@ from tribrach.network.start.frame import Frame
 from tribrach.network.start.grouping import azimuth, grouped_median, grouped_sum, wrap
 from tribrach.network.start.sights import unit
 
-__all__ = ["cross", "intersect", "multilaterate", "resect", "trilaterate_space"]
-
-
 #: smallest sine of the angle at which lines may meet
 _SHARP = 0.05
 #: loci of one place that are crossed with each other

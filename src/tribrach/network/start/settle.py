@@ -21,8 +21,6 @@ from tribrach.network.start.space import robust_rigid
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.unknowns import State
 
-__all__ = ["SWEEPS", "disagreement", "settle"]
-
 #: sweeps at most
 SWEEPS = 6
 #: fewer proposals than this cannot outvote a gross error

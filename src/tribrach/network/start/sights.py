@@ -13,18 +13,6 @@ from tribrach.geometry.alignment import Groups, group_planar
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.grouping import azimuth, grouped_angle, grouped_median, wrap
 
-__all__ = [
-    "CURVATURE",
-    "orient",
-    "rises",
-    "robust_planar",
-    "set_ups",
-    "transfer",
-    "traverse",
-    "unit",
-    "zeniths",
-]
-
 #: (1 - k) / 2R of method section 2.3 with k = 0.13 [1/m]
 CURVATURE = 0.87 / (2 * 6371000.0)
 #: two places nearer than this [m] give no direction

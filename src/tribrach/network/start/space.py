@@ -13,8 +13,6 @@ from tribrach.geometry.alignment import Groups, group_rigid
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.grouping import grouped_median, wrap
 
-__all__ = ["faces", "fixes", "headings", "links", "poses", "robust_rigid", "shots", "vectors"]
-
 
 def placed_poses(f: Frame) -> NDArray[np.bool_]:
     """Poses (S,) whose position and rotation are known."""

@@ -29,8 +29,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.declaration import End, StartTie
 from tribrach.observations.unknowns import State
 
-__all__ = ["find_start"]
-
 
 def find_start(network: Network) -> State:
     """Find start values for all unknowns of a network.

@@ -20,8 +20,6 @@ from tribrach.observations.ties import (
     Zeniths,
 )
 
-__all__ = ["Ties"]
-
 
 @dataclass(frozen=True)
 class Ties:

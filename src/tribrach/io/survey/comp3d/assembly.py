@@ -74,8 +74,6 @@ from tribrach.observations.sights import (
 from tribrach.observations.unknowns import State
 from tribrach.units import SEC
 
-__all__ = ["Comp3dFacts", "assemble", "grid_axes"]
-
 #: observations that a sentence names
 _NAMED = 10
 #: reasons of observations that are switched off

@@ -22,8 +22,6 @@ from tribrach.io.survey.csv.matrix import CoordinateCovariance, read_matrix
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations
 
-__all__ = ["TableKey", "Weight", "correlate", "read_covariances"]
-
 #: kind, group and hardness of the observations of one table
 TableKey = tuple[type[Observations], str, bool]
 #: coordinates that a sentence names

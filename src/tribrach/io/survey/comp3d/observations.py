@@ -29,8 +29,6 @@ from tribrach.io.survey.comp3d.records import (
 )
 from tribrach.io.survey.comp3d.text import Problems, TextLine, read_lines
 
-__all__ = ["read_observations"]
-
 _Item = TypeVar("_Item")
 
 #: codes of plain observations

@@ -14,8 +14,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.survey.comp3d.text import Problems, TextLine, read_lines
 
-__all__ = ["SMALLEST_SIGMA", "Comp3dPoint", "Comp3dPoints", "read_points"]
-
 #: sigmas closer to zero than this are a mistake [m or file unit]
 SMALLEST_SIGMA = 1e-8
 #: axes (of E, N, h) that exist and that are constrained, by point code

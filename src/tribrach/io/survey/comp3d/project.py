@@ -20,8 +20,6 @@ from tribrach.io.named_files import named_file
 from tribrach.io.xml_file import MAX_BYTES
 from tribrach.units import GON, LARGEST
 
-__all__ = ["Comp3dProject", "read_project"]
-
 #: latitude [degrees] of a local system that states none
 DEFAULT_LATITUDE = 45.0
 DEFAULT_REFRACTION = 0.12

@@ -27,8 +27,6 @@ from tribrach.network.survey import Survey
 from tribrach.sentences import Sentence
 from tribrach.units import DEG
 
-__all__ = ["read"]
-
 
 def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
     """Survey of a project file, or of an observation and a coordinate file.

@@ -11,17 +11,6 @@ from dataclasses import dataclass, field, replace
 
 from tribrach.io.survey.comp3d.text import TextLine
 
-__all__ = [
-    "AxisRecord",
-    "CircleRecord",
-    "EqualRecord",
-    "FrameEntry",
-    "FrameRecord",
-    "Observed",
-    "PairRecord",
-    "SightRecord",
-]
-
 
 @dataclass(frozen=True)
 class SightRecord:

@@ -22,9 +22,6 @@ from tribrach.io.survey.comp3d.records import (
     Observed,
 )
 
-__all__ = ["AxisStart", "Pose", "axis_start", "frame_poses", "offset_points"]
-
-
 Pose = tuple[Array, Array]
 
 

@@ -17,8 +17,6 @@ from tribrach.io.named_files import named_file
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import too_large
 
-__all__ = ["Problems", "TextLine", "comp3d_lines", "read_lines"]
-
 #: how deep files may include each other
 MAX_DEPTH = 5
 

@@ -24,19 +24,6 @@ from tribrach.observations.scanner import Inclinations, ScannerPolar, TargetCent
 from tribrach.observations.sights import Angles
 from tribrach.observations.telescopes import TelescopeTargets
 
-__all__ = [
-    "COVARIANCE",
-    "LAYOUTS",
-    "LOCAL",
-    "NUMBERS",
-    "QUANTITIES",
-    "SIGHT_KINDS",
-    "WORDS",
-    "TableLayout",
-    "nearest",
-    "units_of",
-]
-
 LENGTH = ("m", "mm", "cm", "km", "ft", "usft")
 
 

@@ -38,8 +38,6 @@ from tribrach.io.survey.csv.headings import (
 from tribrach.io.survey.csv.observation_heads import observation_heads
 from tribrach.units import LARGEST, UNITS, parse_angle
 
-__all__ = ["CsvTable", "read_table"]
-
 #: a number with its unit in the cell
 _WITH_UNIT = re.compile(r"([-+]?\d+(?:[.,]\d+)?)\s*(?:mm|cm|m|km|gon|deg|°|\"|cc|mgon)")
 

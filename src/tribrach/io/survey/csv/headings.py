@@ -17,19 +17,6 @@ from typing import Literal
 
 from tribrach.errors import InputError
 
-__all__ = [
-    "BRACKETS",
-    "AxesQuestion",
-    "HeadQuestion",
-    "Heads",
-    "coordinate_word",
-    "heads_of",
-    "letters",
-    "looks_headless",
-    "named_columns",
-    "refuse_headless",
-]
-
 #: words over columns by our name of the column, as :func:`letters` leaves them. German, English,
 #: French, Spanish, Italian, Portuguese, Dutch, Czech, Polish
 _WORDS: dict[str, str] = {

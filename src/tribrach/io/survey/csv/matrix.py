@@ -20,8 +20,6 @@ from tribrach.io.decimals import plain
 from tribrach.network.survey import SMALLEST_SIGMA
 from tribrach.units import too_large
 
-__all__ = ["CoordinateCovariance", "read_matrix"]
-
 #: factor to square metres by the first cell, and axis by the end of a name
 _UNITS = {"covariance_m2": 1.0, "covariance_mm2": 1e-6}
 _AXES = {"e": 0, "n": 1, "u": 2, "x": 0, "y": 1, "z": 2}

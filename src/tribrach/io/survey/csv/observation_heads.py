@@ -17,8 +17,6 @@ from tribrach.errors import InputError
 from tribrach.io.survey.csv.columns import ANGLE, LENGTH, QUANTITIES
 from tribrach.io.survey.csv.headings import BRACKETS, Heads, letters
 
-__all__ = ["observation_heads"]
-
 #: words over columns by our name of the column, as :func:`letters` leaves them. English, German,
 #: French, Spanish, Italian, Portuguese, Dutch, Czech, Polish
 _WORDS: dict[str, str] = {

@@ -28,8 +28,6 @@ from tribrach.observations.control import (
 )
 from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
 
-__all__ = ["CoordinateReader", "PositionReader", "RodReader", "VectorReader"]
-
 
 def rod_covariance(rod: Array, sigma: Array, bubble: Array, eccentricity: Array) -> Array:
     """Covariances of targets on rods over marks (method section 2.6).

@@ -21,8 +21,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.declaration import Planned, SightLength, SightLine
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
 
-__all__ = ["PLANNED", "read_planned"]
-
 #: sights that a table may plan
 _SIGHTS = {name: entry for name, entry in SIGHT_KINDS.items() if entry[1].planned is not Planned.NO}
 

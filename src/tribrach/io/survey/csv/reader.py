@@ -23,9 +23,6 @@ from tribrach.network.facts import FrameChange
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Observations, Use
 
-__all__ = ["Context", "Reader", "located"]
-
-
 USES = {"": Use.ACTIVE, "on": Use.ACTIVE, "check": Use.CHECK, "off": Use.OFF}
 
 

@@ -16,8 +16,6 @@ from tribrach.io.survey.totalstation import survey_of
 from tribrach.io.totalstation.recorder import Recorder
 from tribrach.io.totalstation.records import RawFile
 
-__all__ = ["ReadingsReader"]
-
 _CORRECTIONS = ("prism_constant", "atmosphere_ppm", "pressure_hpa")
 #: columns that are read row by row, with what is to be applied to a distance
 _READ = (

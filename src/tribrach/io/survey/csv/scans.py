@@ -14,8 +14,6 @@ from tribrach.io.survey.csv.columns import COVARIANCE
 from tribrach.io.survey.csv.reader import Reader, located
 from tribrach.observations.scanner import NEAREST, POLE, Inclinations, ScannerPolar, TargetCentres
 
-__all__ = ["SERIES", "InclinationReader", "PolarReader", "TargetReader", "series_name"]
-
 #: between a station and a series in the name of a set-up
 SERIES = ", series "
 

@@ -18,8 +18,6 @@ from tribrach.observations.declaration import CsvColumns, SightLength, SightLine
 from tribrach.observations.sights import Angles, ZenithAngles, face_two_words
 from tribrach.sentences import Sentence
 
-__all__ = ["AngleReader", "SightReader"]
-
 
 class _Sighted(Reader):
     """What sights and angles share: heights of both ends and repetitions."""

@@ -15,8 +15,6 @@ from tribrach.io.survey.csv.reader import Reader, located
 from tribrach.observations.instrument_frames import AxisFeet, AxisPlanes, AxisRadii
 from tribrach.observations.telescopes import CircleReadings, TelescopeTargets
 
-__all__ = ["CircleReader", "TelescopeReader", "telescope_unknowns"]
-
 #: angles of one position of a dish agree this well [rad]
 _SAME = 1e-9
 #: axes of the work frame by the word in the column ``along``

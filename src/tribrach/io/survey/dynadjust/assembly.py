@@ -54,8 +54,6 @@ from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Angles, Azimuths, Directions, SlopeDistances, ZenithAngles
 from tribrach.sentences import Sentence
 
-__all__ = ["assemble"]
-
 #: epochs closer than this are taken as one [years]
 SAME_EPOCH = 1e-3
 #: a transformation of positions less accurate than this is warned about [m]

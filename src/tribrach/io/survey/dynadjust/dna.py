@@ -29,8 +29,6 @@ from tribrach.io.survey.dynadjust.records import (
 )
 from tribrach.io.xml_file import read_bytes
 
-__all__ = ["parse"]
-
 
 def _columns(*edges: tuple[int, int]) -> tuple[slice, ...]:
     """Slices of columns from (start, width)."""

@@ -25,8 +25,6 @@ from tribrach.io.survey.dynadjust.records import (
 )
 from tribrach.io.xml_file import line_of, load
 
-__all__ = ["parse"]
-
 #: elements of a variance and of a covariance block
 _VARIANCE = ("SigmaXX", "SigmaXY", "SigmaXZ", "SigmaYY", "SigmaYZ", "SigmaZZ")
 _BLOCK = [[f"m{i}{j}" for j in (1, 2, 3)] for i in (1, 2, 3)]

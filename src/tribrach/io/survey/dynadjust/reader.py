@@ -16,8 +16,6 @@ from tribrach.io.survey.dynadjust.records import Records
 from tribrach.io.xml_file import read_bytes
 from tribrach.network.survey import Survey
 
-__all__ = ["read"]
-
 
 def read(paths: Path | Sequence[Path]) -> Survey:
     """Survey of the files of one network.

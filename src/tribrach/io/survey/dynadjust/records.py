@@ -17,22 +17,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.units import from_dms, too_large
 
-__all__ = [
-    "ARCSEC",
-    "IGNORED",
-    "SIGHTS",
-    "TYPES",
-    "Entry",
-    "GnssCluster",
-    "RecordPlace",
-    "Records",
-    "StationRecord",
-    "TerrestrialRecord",
-    "number",
-    "packed_dms",
-]
-
-
 #: DynAdjust's measurement types
 TYPES = {
     "A": "horizontal angle",

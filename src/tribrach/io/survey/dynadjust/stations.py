@@ -22,8 +22,6 @@ from tribrach.io.survey.dynadjust.records import (
 from tribrach.network.survey import Survey
 from tribrach.observations.control import DirectedComponents
 
-__all__ = ["Stations", "ecef_of"]
-
 
 class Stations:
     """All stations of a network in the reference frame of the first one.

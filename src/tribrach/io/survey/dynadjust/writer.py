@@ -45,8 +45,6 @@ from tribrach.observations.sights import (
     ZenithAngles,
 )
 
-__all__ = ["write"]
-
 #: letters of measurements with two or three stations and heights, and the fields that are written
 _SIGHTS: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
     Angles: ("A", ()),

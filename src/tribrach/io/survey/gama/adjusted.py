@@ -23,8 +23,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinate
 from tribrach.units import MM
 
-__all__ = ["AdjustedCoordinates", "adjusted_coordinates", "read_adjusted"]
-
 
 @dataclass(frozen=True, eq=False)
 class AdjustedCoordinates:

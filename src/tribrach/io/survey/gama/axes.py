@@ -14,8 +14,6 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["AXES", "HANDS", "Axes"]
-
 AXES = ("ne", "sw", "es", "wn", "en", "nw", "se", "ws")
 HANDS = {"left-handed": 1.0, "right-handed": -1.0}
 _DIRECTION = {"n": (0, 1), "s": (0, -1), "e": (1, 0), "w": (-1, 0)}

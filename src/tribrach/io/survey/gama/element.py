@@ -16,8 +16,6 @@ from typing import Any, TypeVar
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.units import CC, LARGEST, SEC, parse_angle
 
-__all__ = ["NAMESPACE", "Element", "checked", "local_name"]
-
 T = TypeVar("T")
 
 

@@ -39,8 +39,6 @@ from tribrach.observations.sights import (
 )
 from tribrach.units import CC, GON, MM, beyond_circle
 
-__all__ = ["ObservationReader"]
-
 Needs = tuple[bool, bool, bool]
 
 #: kind of each element of a set-up, and which of E, N, U it needs at both ends

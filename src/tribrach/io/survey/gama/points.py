@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from tribrach.io.survey.gama.axes import Axes
 from tribrach.io.survey.gama.element import Element
 
-__all__ = ["GamaPoint", "read_points"]
-
 _ROLES = ("", "xy", "XY", "z", "Z", "xyz", "XYZ", "xyZ", "XYz")
 
 

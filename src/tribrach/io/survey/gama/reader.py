@@ -26,8 +26,6 @@ from tribrach.network.network import Datum
 from tribrach.network.survey import Survey
 from tribrach.observations.sights import face_two_words
 
-__all__ = ["GamaFacts", "read"]
-
 #: older files leave the namespace out
 ROOTS = (NAMESPACE + "gama-local", "gama-local")
 #: of a result; those of version 1 have no namespace

@@ -44,8 +44,6 @@ from tribrach.observations.sights import (
 )
 from tribrach.units import CC, GON, MM
 
-__all__ = ["write"]
-
 #: elements of sights, and the fields that are written or reduced
 _SIGHTS: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
     Directions: ("direction", ("orientation",)),

@@ -18,8 +18,6 @@ from tribrach.geometry.alignment import umeyama
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, norm
 
-__all__ = ["GridScale", "grid_scale", "grid_sentence"]
-
 #: error probability of both tests
 _ALPHA = 0.001
 

@@ -14,8 +14,6 @@ from tribrach.io.survey.riscan.reader import is_geocentric, read
 from tribrach.io.survey.riscan.records import RiscanProject, ScanPosition, parse
 from tribrach.sentences import capital, stopped
 
-__all__ = ["ProjectDescription", "describe_project"]
-
 
 @dataclass(frozen=True, eq=False)
 class DescribedPosition(

@@ -12,8 +12,6 @@ from dataclasses import replace
 
 from tribrach.io.survey.riscan.records import RiscanProject, ScanPosition, TiePoint
 
-__all__ = ["linked_stations"]
-
 #: links that follow each other, at most
 _LONGEST = 8
 

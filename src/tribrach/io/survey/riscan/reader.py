@@ -45,18 +45,6 @@ from tribrach.observations.gnss import GnssPositions
 from tribrach.observations.scanner import Inclinations, TargetCentres
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "COMMON_SHARE",
-    "CONTROL_SIGMA",
-    "SAME_TARGET",
-    "TARGET_FLOOR",
-    "TILT_SIGMA",
-    "Frames",
-    "identities",
-    "is_geocentric",
-    "read",
-]
-
 #: distances between the same two reflectors from two stations differ by less than this [m]
 SAME_TARGET = 0.1
 #: semi-major axis [m] and flattening of WGS 84

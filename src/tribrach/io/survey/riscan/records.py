@@ -18,8 +18,6 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.xml_file import line_of, load
 from tribrach.units import too_large
 
-__all__ = ["Position", "RiscanProject", "ScanPosition", "TiePoint", "parse"]
-
 
 @dataclass(frozen=True)
 class TiePoint:

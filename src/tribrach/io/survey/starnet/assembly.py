@@ -46,8 +46,6 @@ from tribrach.observations.sights import (
     face_two_words,
 )
 
-__all__ = ["Part", "assemble"]
-
 #: what is wanted of a job: everything, its points alone, or its observations as planned ones
 Part = Literal["all", "points", "planned"]
 

@@ -40,8 +40,6 @@ from tribrach.io.survey.starnet.text import (
 )
 from tribrach.units import SEC
 
-__all__ = ["CODES", "DataReader"]
-
 #: how deep files may include each other
 MAX_DEPTH = 5
 #: what is measured along one line, of slope and zenith or of horizontal distance and height

@@ -19,8 +19,6 @@ from tribrach.io.survey.starnet.settings import (
 from tribrach.io.survey.starnet.text import LINEAR_UNITS, DataLine, angle_of, number_of
 from tribrach.units import CC, GON, SEC
 
-__all__ = ["InlineOptions"]
-
 #: options that change nothing that is computed
 _INDIFFERENT = (
     "ELLIPSE",

@@ -25,8 +25,6 @@ from tribrach.io.survey.starnet.settings import StarnetSettings
 from tribrach.network.survey import Survey
 from tribrach.observations.control import Coordinate, DirectedComponents, Heights
 
-__all__ = ["Places", "grid_around"]
-
 #: coordinates of a point written twice that differ by more are told [m]
 _SAME = 1e-4
 

@@ -20,8 +20,6 @@ from tribrach.io.survey.starnet.settings import StarnetSettings, read_settings
 from tribrach.network.survey import Survey
 from tribrach.sentences import Sentence, joined
 
-__all__ = ["read"]
-
 
 def read(
     paths: Path | Sequence[Path],

@@ -8,8 +8,6 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.survey.starnet.text import data_line, text_of
 
-__all__ = ["DATA_TYPES", "PROJECTS", "is_listing", "is_settings", "recognised"]
-
 #: suffixes of project files
 PROJECTS = (".snproj", ".prj")
 #: codes that data lines begin with

@@ -12,18 +12,6 @@ from typing import NamedTuple
 
 from tribrach.io.survey.starnet.settings import StandardErrors
 
-__all__ = [
-    "Given",
-    "Level",
-    "Quantity",
-    "SideShot",
-    "Sight",
-    "Sigma",
-    "SigmaMark",
-    "StarnetRecords",
-    "Vector",
-]
-
 
 class SigmaMark(Enum):
     """Words in the place of a standard error."""

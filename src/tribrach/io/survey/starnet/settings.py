@@ -23,8 +23,6 @@ from tribrach.io.survey.starnet.recognition import is_listing
 from tribrach.io.survey.starnet.text import LINEAR_UNITS, text_of
 from tribrach.units import SEC, too_large
 
-__all__ = ["StandardErrors", "StarnetSettings", "grid_of", "name_of_grid", "read_settings"]
-
 #: refraction is written as the part of the angle at the centre of the Earth that the ray is bent
 #: by: half of the coefficient of the method
 REFRACTION_PER_UNIT = 2.0

@@ -17,17 +17,6 @@ from tribrach.errors import InputError
 from tribrach.io.opened_files import contents
 from tribrach.units import GON, LARGEST, UNITS, circle_passed, from_dms, too_large
 
-__all__ = [
-    "LINEAR_UNITS",
-    "MAX_BYTES",
-    "DataLine",
-    "angle_of",
-    "azimuth_of",
-    "data_line",
-    "number_of",
-    "text_of",
-]
-
 #: largest file that is read [bytes]
 MAX_BYTES = 200_000_000
 

@@ -15,8 +15,6 @@ from tribrach._types import Array
 from tribrach.instruments import centring
 from tribrach.io.survey.starnet.records import Quantity, Sight, SigmaMark
 
-__all__ = ["sigmas_of"]
-
 #: finds horizontal length and height difference (n, 2) of lines by the names of their ends
 Lines = Callable[[Sequence[tuple[str, str]]], Array]
 

@@ -51,8 +51,6 @@ from tribrach.observations.sights import (
 )
 from tribrach.units import SEC
 
-__all__ = ["write"]
-
 _HEIGHTS = ("height_instrument", "height_target")
 #: codes of sights with two or three stations, and the fields that are written or reduced
 _CODES: dict[type[Observations], tuple[str, tuple[str, ...]]] = {
