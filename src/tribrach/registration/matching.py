@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from heapq import heapify, heappop, heappush
 
 import numpy as np
 
@@ -238,25 +239,63 @@ def _bits(mask: int) -> Iterator[int]:
 
 
 def _largest_cliques(graph: list[int], smallest: int) -> list[list[int]]:
-    """Maximal cliques of the largest size and of one less (Bron and Kerbosch 1973 with pivot)."""
+    """Maximal cliques of the largest size and of one less.
+
+    Bron and Kerbosch (1973) with pivot, from nodes of few neighbours to those of many (Eppstein et
+    al. 2010); a branch ends where its colours are too few (Tomita and Seki 2003).
+    """
     cliques: list[list[int]] = []
     largest = smallest
-    stack: list[tuple[list[int], int, int]] = [([], (1 << len(graph)) - 1, 0)]
-    while stack:
-        clique, candidates, excluded = stack.pop()
-        if len(clique) + candidates.bit_count() < max(largest - 1, smallest):
-            continue
-        if not candidates:
-            if not excluded and len(clique) >= smallest:
-                cliques.append(clique)
-                largest = max(largest, len(clique))
-            continue
-        pivot = max(_bits(candidates | excluded), key=lambda v: (graph[v] & candidates).bit_count())
-        for v in _bits(candidates & ~graph[pivot]):
-            stack.append(([*clique, v], candidates & graph[v], excluded & graph[v]))
-            candidates &= ~(1 << v)
-            excluded |= 1 << v
+    done = 0
+    for v, later in _fewest_first(graph):
+        stack = [([v], graph[v] & later, graph[v] & done)]
+        done |= 1 << v
+        while stack:
+            clique, candidates, excluded = stack.pop()
+            if _fewer_colours(graph, candidates, max(largest - 1, smallest) - len(clique)):
+                continue
+            if not candidates:
+                if not excluded:
+                    cliques.append(clique)
+                    largest = max(largest, len(clique))
+                continue
+            near = [(graph[u] & candidates, u) for u in _bits(candidates | excluded)]
+            pivot = max(near, key=lambda x: x[0].bit_count())[1]
+            for u in _bits(candidates & ~graph[pivot]):
+                stack.append(([*clique, u], candidates & graph[u], excluded & graph[u]))
+                candidates &= ~(1 << u)
+                excluded |= 1 << u
     return [c for c in cliques if len(c) >= max(largest - 1, smallest)]
+
+
+def _fewest_first(graph: list[int]) -> Iterator[tuple[int, int]]:
+    """Each node with those that come later; the next one has the fewest neighbours among these."""
+    left = (1 << len(graph)) - 1
+    degree = [row.bit_count() for row in graph]
+    queue = [(d, v) for v, d in enumerate(degree)]
+    heapify(queue)
+    while queue:
+        d, v = heappop(queue)
+        if not left >> v & 1 or d != degree[v]:
+            continue
+        left &= ~(1 << v)
+        for u in _bits(graph[v] & left):
+            degree[u] -= 1
+            heappush(queue, (degree[u], u))
+        yield v, left
+
+
+def _fewer_colours(graph: list[int], nodes: int, needed: int) -> bool:
+    """Whether greedy colours, of which a clique has one a node, are fewer than needed."""
+    colours = 0
+    while nodes and colours < needed:
+        colours += 1
+        alike = nodes
+        while alike:
+            low = alike & -alike
+            nodes ^= low
+            alike = (alike ^ low) & ~graph[low.bit_length() - 1]
+    return colours < needed
 
 
 def _fit(targets: Array, points: Array, pairs: Index, s2: Array, levelled: bool) -> Matching | None:
