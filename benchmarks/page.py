@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,8 +15,9 @@ HEAD = """# Benchmarks
 Each row is one run: ours and a peer with the same data, one after the other. A peer is another
 program, or an operation that no method avoids. **The ratio is ours over the peer: below 1 ours
 takes less.** Ratios of the clock and of the processors' seconds differ where one of both uses more
-than one core. `python -m benchmarks --write` writes this page; what each program does stands in
-its first lines, in the folder `benchmarks/`.
+than one core. Where sizes differ in their numbers alone, the row is that of the last, and ratios
+of the others stand before its own. `python -m benchmarks --write` writes this page; what each
+program does stands in its first lines, in the folder `benchmarks/`.
 
 """
 #: share of a processor that others may take of a machine that is called idle
@@ -43,14 +45,14 @@ def write_page(
     figures = [figure for figure in every if isinstance(figure, Figure)]
     growths = [growth for growth in every if isinstance(growth, Growth)]
     parts = [HEAD, _machine(where, runs)]
-    parts += ["\n## Ratios\n\n", _table(_HEADS, [_row(f) for f in figures])]
+    parts += ["\n## Ratios\n\n", _table(_HEADS, by_size(map(_row, figures)))]
     if growths:
         heads = ("what", "sizes", "seconds", "grows with")
         parts += ["\n## Growth\n\n", _table(heads, [_growth(g) for g in growths])]
     missing = sorted({f.peer for f in figures if f.theirs is None})
     if missing:
         parts.append(f"\nNot installed when this was measured: {', '.join(missing)}.\n")
-    parts += ["\n## Runs\n\n", _RUNS, _table(_RUN_HEADS, [_run(run) for run in runs])]
+    parts += ["\n## Runs\n\n", _runs(runs)]
     left = [f"`{name}`" for name in names if name not in measured]
     if left:
         parts.append(f"\nNot measured: {', '.join(left)}.\n")
@@ -86,24 +88,21 @@ def _idle(runs: Sequence[Measured]) -> str:
     )
 
 
-_RUNS = """One program after the other. *Load*: the load average when it began, which counts what
-ran before; *others*: how many processors other programs kept busy meanwhile. *Tree*: the commit
-that was measured, with + where files had changed.
-
-"""
-_RUN_HEADS = ("benchmark", "sizes", "ended (UTC)", "minutes", "load", "others", "tree")
-
-
-def _run(run: Measured) -> tuple[str, ...]:
-    return (
-        f"`{run.name}`",
-        run.sizes,
-        run.date,
-        f"{run.seconds / 60:.1f}",
-        f"{run.load:.1f}",
-        "" if run.others is None else f"{run.others:.2f}",
-        run.tree,
-    )
+def _runs(runs: Sequence[Measured]) -> str:
+    """Which commits were measured, by what, and under what load."""
+    least, most = min(run.load for run in runs), max(run.load for run in runs)
+    lines = [
+        "One program after the other; load averages when they began, which count what ran before: "
+        f"{least:.1f} to {most:.1f}. Commits, with + where files had changed:\n\n"
+    ]
+    for tree in dict.fromkeys(run.tree for run in runs):
+        names = (
+            f"`{run.name}`" + ("" if run.sizes == "full" else f" ({run.sizes})")
+            for run in runs
+            if run.tree == tree
+        )
+        lines.append(f"* {tree}: {', '.join(names)}\n")
+    return "".join(lines)
 
 
 _HEADS = (
@@ -125,6 +124,17 @@ def _row(figure: Figure) -> tuple[str, ...]:
         " / ".join(_megabytes(cost) for cost in (figure.ours, theirs)).strip(" /"),
         figure.agreement,
     )
+
+
+def by_size(rows: Iterable[tuple[str, ...]]) -> list[tuple[str, ...]]:
+    """One row for sizes that differ in their numbers alone."""
+    found: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for what, size, peer, *figures in rows:
+        key = (what, re.sub(r"[\d.,]+", "0", size), peer)
+        before = found.get(key, ("",) * 5)[3:5]
+        ratios = (", ".join(filter(None, both)) for both in zip(before, figures, strict=False))
+        found[key] = (what, size, peer, *ratios, *figures[2:])
+    return list(found.values())
 
 
 def _megabytes(cost: Cost | None) -> str:

@@ -24,14 +24,17 @@ def register() -> dict[str, Any]:
     return read
 
 
-def evidence_words(item: dict[str, str]) -> str:
-    """One piece of evidence: where, and with whose data."""
-    place = next(item[key] for key in PLACES if key in item)
-    place = place.removeprefix("tests/").replace(".py::test_", ": ").replace("test_", "")
-    place = place.replace("_", " ")
-    whose = next((item[key] for key in ("program", "table", "data") if key in item), "")
-    further = ", ".join(words for words in (whose, item.get("note", "")) if words)
-    return f"{item['kind']}: {place.removesuffix('.py')}" + (f" ({further})" if further else "")
+def evidence_words(evidence: list[dict[str, str]]) -> str:
+    """Evidence by kind: files and whose data; the register names the tests."""
+    pieces: dict[str, list[str]] = {}
+    for item in evidence:
+        place = next(item[key] for key in PLACES if key in item).split("::")[0]
+        place = place.removeprefix("tests/").removesuffix(".py").replace("test_", "")
+        whose = next((item[key] for key in ("program", "table", "data") if key in item), "")
+        further = ", ".join(words for words in (whose, item.get("note", "")) if words)
+        words = place + (f" ({further})" if further else "")
+        pieces.setdefault(item["kind"], []).append(words)
+    return "; ".join(f"{kind}: {', '.join(dict.fromkeys(w))}" for kind, w in pieces.items())
 
 
 def tables() -> str:
@@ -41,8 +44,8 @@ def tables() -> str:
     lines += [f"| {name} | {words} |" for name, words in read["levels"].items()]
     lines += ["", "| claim | level | evidence |", "|---|---|---|"]
     for claim in read["claims"]:
-        pieces = "<br>".join(evidence_words(item) for item in claim["evidence"])
-        lines.append(f"| **{claim['id']}**: {claim['approved']} | {claim['level']} | {pieces} |")
+        words = evidence_words(claim["evidence"])
+        lines.append(f"| **{claim['id']}**: {claim['approved']} | {claim['level']} | {words} |")
     return "\n".join(lines)
 
 

@@ -19,8 +19,8 @@ PAGE = Path(__file__).parent / "project_keys.md"
 HEAD = """# Every key of a project
 
 Made from the models that read project files (`python docs/project_keys.py`).
-[Project file](project.md) says what they are for; a key that is not listed here is refused with its
-line. `required` has no default. Sections in double brackets can be repeated.
+[Project file](project.md) says what they are for, with examples. A key that is not listed is
+refused with its line. `required` has no default. Sections in double brackets can be repeated.
 """
 #: units by the ends of keys, the longest first
 UNITS = {
@@ -31,10 +31,10 @@ UNITS = {
 
 
 def unit(key: str) -> str:
-    """The unit that a key names."""
+    """The unit that a key names, in brackets."""
     for end, words in UNITS.items():
         if key.endswith(end) or f"{end}_" in key:
-            return words
+            return f" [{words}]"
     return ""
 
 
@@ -42,7 +42,7 @@ def kind(annotation: Any) -> str:
     """A type in words."""
     origin, inner = get_origin(annotation), get_args(annotation)
     if origin is Literal:
-        return ", ".join(f"`{value}`" for value in inner)
+        return ", ".join(f"`{value}`" if value else "nothing" for value in inner)
     if origin is typing.Annotated:
         return kind(inner[0])
     if origin in (typing.Union, types.UnionType):
@@ -117,56 +117,57 @@ def inner_model(annotation: Any) -> tuple[type[BaseModel] | None, str]:
     return None, "[{}]"
 
 
-def example(key: str, field: Any) -> str:
-    """A line as it may stand in a project."""
-    annotation, value = field.annotation, field.default
-    options = [a for a in get_args(annotation) if a is not type(None)]
-    if get_origin(annotation) in (typing.Union, types.UnionType) and options:
-        annotation = options[0]
-    while get_origin(annotation) is typing.Annotated:
-        annotation = get_args(annotation)[0]
-    if get_origin(annotation) is Literal:
-        return f'`{key} = "{get_args(annotation)[-1]}"`'
-    if annotation is bool:
-        return f"`{key} = {str(not value).lower()}`"
-    if annotation in (float, int):
-        number = value if isinstance(value, int | float) and value else 1
-        return f"`{key} = {number:g}`"
-    if annotation is str:
-        text = value if isinstance(value, str) and value else {"file": "file.csv"}.get(key, "…")
-        return f'`{key} = "{text}"`'
-    return ""
+def table(model: type[BaseModel], path: str, seen: dict[str, str]) -> list[str]:
+    """The rows of a section, and the tables of those in it; keys of one meaning share a row.
 
-
-def tables(model: type[BaseModel], path: str, seen: set[str]) -> list[str]:
-    """The table of a section, and those of the sections in it."""
-    said, rows, further = meanings(model), [], []
+    ``seen`` has the headings of the sections that are written already, and where keys that several
+    sections have are explained.
+    """
+    said = meanings(model)
+    rows: dict[str, list[tuple[str, str, str]]] = {}
+    elsewhere: dict[str, list[str]] = {}
+    further: list[str] = []
     for name, field in model.model_fields.items():
         key = field.alias or name
         section, words = inner_model(field.annotation)
         if section is not None:
             heading = words.format(f"{path}.{key}" if path else key)
             if heading not in seen:
-                seen.add(heading)
+                seen[heading] = heading
                 inner = re.sub(r"[\[\]]", "", heading)
-                lines = tables(section, inner, seen)
+                lines = table(section, inner, seen)
                 if lines:
-                    first = (section.__doc__ or "").strip().split("\n")[0]
+                    first = (section.__doc__ or "").strip().split("\n")[0].replace("``", "`")
                     further += ["", f"## `{heading}`", "", first, "", *lines]
             continue
+        if name not in model.__annotations__ and name in seen:
+            elsewhere.setdefault(seen[name], []).append(f"`{key}`")
+            continue
+        if name not in model.__annotations__:
+            seen[name] = path
         meaning = said.get(name, "").replace("|", "\\|").replace("``", "`")
         meaning = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", meaning)
-        rows.append(
-            f"| `{key}` | {kind(field.annotation)} | {unit(key)} | {default(field)} | "
-            f"{example(key, field)} | {meaning} |"
-        )
-    head = ["| key | type | unit | default | example | meaning |", "|---|---|---|---|---|---|"]
-    return [*(head if rows else []), *rows, *further]
+        words = f"{kind(field.annotation)}{unit(key)}"
+        rows.setdefault(meaning or key, []).append((f"`{key}`", words, default(field)))
+    lines = [
+        f"| {' | '.join(together(cells) for cells in zip(*keys, strict=True))} | "
+        f"{'' if meaning == keys[0][0].strip('`') else meaning} |"
+        for meaning, keys in rows.items()
+    ]
+    lines += [f"| {', '.join(keys)} | | | As in `{of}`. |" for of, keys in elsewhere.items()]
+    head = ["| key | type [unit] | default | meaning |", "|---|---|---|---|"]
+    return [*(head if lines else []), *lines, *further]
+
+
+def together(cells: tuple[str, ...]) -> str:
+    """Cells of keys that share a row: once if they are alike."""
+    alike = len(set(cells)) == 1
+    return cells[0] if alike else ", ".join(cells)
 
 
 def page() -> str:
     """The text of the page."""
-    body = tables(Project, "", set())
+    body = table(Project, "", {})
     return "\n".join([HEAD, "## Top of the file", "", *body]) + "\n"
 
 

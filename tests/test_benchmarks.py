@@ -81,7 +81,8 @@ def test_page(tmp_path):
     assert "| reading | 10 points | peer | 0.5 | 1.5 | 1 | 2 | 90 / 50 | alike |" in text
     assert "not installed" in text
     assert "points^1.00" in text
-    assert "| `some` | full | 2026-01-02 03:04 | 1.5 | 0.5 | 0.70 | abc |" in text
+    assert "began, which count what ran before: 0.5 to 0.5." in text
+    assert "* abc: `some`\n" in text
     assert "Not measured: `another`." in text
     assert "not idle" in text
     write_page(page, HERE, {"some": measured("some", 0.02, [FOUND])}, ["some"])
