@@ -381,15 +381,7 @@ def items_of(result: Result) -> dict[str, Any]:
 
 
 def rows_of(cls: type[Result], columns: Mapping[str, NDArray[Any]]) -> list[dict[str, Any]]:
-    """What is written of many results, each by its keys.
-
-    Parameters
-    ----------
-    cls
-        Their class.
-    columns
-        Arrays (n,) by the names of its fields.
-    """
+    """What is written of many results, each by its keys."""
     chosen = {key: columns[name] for name, key in written(cls).items()}
     lists = [_lists(v) if v.dtype.kind == "f" else v.tolist() for v in chosen.values()]
     return [
@@ -529,18 +521,9 @@ class Test(Result, also=("passed",)):
 class Form:
     """The JSON document of a question: what stands first, its result, and words about it.
 
-    Parameters
-    ----------
-    name
-        Of its schema in ``docs/schema``.
-    result
-        Class of the result.
-    schema
-        Version of the layout; it changes when a key or a meaning does.
-    quick
-        True for a result of plain columns, which is written without making its schema.
-    **words
-        Types of keys that are no figures of the result, such as sentences, by key.
+    ``schema`` is the version of the layout; it changes when a key or a meaning does. A ``quick``
+    result of plain columns is written without making its schema. Words are types of keys that are
+    no figures of the result, such as sentences, by key.
     """
 
     #: all that were made, by name

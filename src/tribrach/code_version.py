@@ -52,17 +52,9 @@ class _Module:
 
 
 def code_version(modules: Iterable[str]) -> str:
-    """Take the version of some modules and of everything that they use.
+    """Digest of the version of some modules of this package and of everything that they use.
 
-    Parameters
-    ----------
-    modules
-        Names of modules; those of other packages than this one are left out.
-
-    Returns
-    -------
-    str
-        A digest; the same as long as no source and no library has changed.
+    It stays the same as long as no source and no library has changed.
     """
     return _version(frozenset(modules))
 

@@ -107,18 +107,8 @@ class InputError(TribrachError):
 
     The sentence holds on one line and steers no terminal, whatever a file brought into it.
 
-    Parameters
-    ----------
-    what
-        What is wrong, one sentence without the final stop.
-    file
-        The file with the error, if there is one.
-    line
-        Its 1-based line, if there is one.
-    record
-        Anything else that tells the place: an element, a column, a point.
-    cure
-        What to do about it, one sentence without the final stop.
+    ``what`` and ``cure`` are sentences without the final stop; the place is a file with a line, or
+    a ``record``: an element, a column, a point.
     """
 
     def __init__(
@@ -315,13 +305,7 @@ class RefusalCollector:
         self.count = 0
 
     def add(self, error: InputError) -> None:
-        """Note a refusal; the same sentence a second time says nothing new.
-
-        Parameters
-        ----------
-        error : InputError
-            The refusal; several count as so many.
-        """
+        """Note a refusal; the same sentence a second time says nothing new."""
         parts: Sequence[InputError] = (error,)
         if isinstance(error, Refusals):
             parts, self.count = error.errors, self.count + error.count - len(error.errors)
@@ -350,13 +334,7 @@ class RefusalCollector:
         return self._kept[0] if self.count == 1 else Refusals(self._kept, self.count)
 
     def settle(self) -> None:
-        """Raise what was noted so far, if anything was.
-
-        Raises
-        ------
-        InputError
-            The refusal, or :class:`Refusals` if there are several.
-        """
+        """Raise what was noted so far, if anything was."""
         if self.count:
             error = self.error()
             self._kept, self.count = [], 0
@@ -381,15 +359,7 @@ class RefusalCollector:
 
 
 class AdjustmentError(TribrachError):
-    """The network cannot be adjusted.
-
-    Parameters
-    ----------
-    headline
-        What cannot be done.
-    sentences
-        The reasons, one each.
-    """
+    """The network cannot be adjusted."""
 
     def __init__(self, headline: str, sentences: Sequence[str] = ()) -> None:
         self.headline, self.sentences = headline, tuple(sentences)
@@ -399,24 +369,12 @@ class AdjustmentError(TribrachError):
         return "\n".join([self.headline, *(f"  - {sentence}" for sentence in self.sentences)])
 
     def also(self, sentences: Sequence[str]) -> None:
-        """Append sentences to the reasons.
-
-        Parameters
-        ----------
-        sentences
-            What may have to do with it, one each.
-        """
+        """Append sentences to the reasons: what may have to do with it."""
         self.sentences += tuple(sentences)
         self.args = (self._text(),)
 
     def because(self, sentences: Sequence[str]) -> None:
-        """Put sentences before the reasons.
-
-        Parameters
-        ----------
-        sentences
-            What is likely to be behind it, one each.
-        """
+        """Put sentences before the reasons: what is likely to be behind it."""
         self.sentences = (*sentences, *self.sentences)
         self.args = (self._text(),)
 
@@ -424,14 +382,7 @@ class AdjustmentError(TribrachError):
 class NoStartValues(AdjustmentError):
     """No chain of observations leads to some unknowns; the sentences name the missing ties.
 
-    Parameters
-    ----------
-    headline
-        What cannot be done.
-    sentences
-        The reasons, one each.
-    unplaced
-        Family and name of each unknown without a value.
+    ``unplaced`` are family and name of each unknown without a value.
     """
 
     def __init__(

@@ -44,13 +44,7 @@ _PATIENCE = 20.0
 class Kernel:
     """A function that numba compiles when it is first called.
 
-    Parameters
-    ----------
-    function : Callable
-        The loop, in what numba knows of Python. Other kernels that it calls are names of its
-        module.
-    options : dict
-        Of ``numba.njit``.
+    Other kernels that it calls are names of its module; the options are those of ``numba.njit``.
     """
 
     def __init__(self, function: Callable[..., Any], options: dict[str, Any]) -> None:
@@ -135,16 +129,6 @@ class _Turn:
 
     The system gives the lock back when a process ends, however it ends. Where files cannot be
     locked every process compiles for itself.
-
-    Parameters
-    ----------
-    path : Path
-        The file, beside the stored kernel.
-
-    Attributes
-    ----------
-    in_vain : bool
-        Another process had the lock and kept it.
     """
 
     #: of this process, for all kernels together
@@ -253,18 +237,9 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
 def in_threads(kernel: Callable[..., None], rounds: int, *args: Any, least: int = 4096) -> None:
     """Share the rounds of a loop among threads, as many as numba would take.
 
-    Parameters
-    ----------
-    kernel : Callable
-        Called as ``kernel(first, last, *args)``, it does the rounds from ``first`` to before
-        ``last`` without the interpreter's lock (``nogil``). No round may depend on another, so that
-        results are the same in any number of threads.
-    rounds : int
-        How many there are.
-    *args
-        What the kernel works with; results go into arrays of these.
-    least : int
-        So many rounds are worth a thread.
+    The kernel, called as ``kernel(first, last, *args)``, does the rounds from ``first`` to before
+    ``last`` without the interpreter's lock (``nogil``). No round may depend on another, so that
+    results are the same in any number of threads. ``least`` rounds are worth a thread.
     """
     threads = 1
     if rounds >= 2 * least:

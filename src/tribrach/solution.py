@@ -115,13 +115,6 @@ class Solving:
 
     What the adjusted values need is done before what only tests and warnings need, so that
     somebody who waits sees the values first.
-
-    Parameters
-    ----------
-    network : Network
-        What is adjusted; it may start anywhere.
-    settings : AdjustmentSettings
-        What is done with it.
     """
 
     def __init__(self, network: Network, settings: AdjustmentSettings) -> None:

@@ -20,7 +20,6 @@ __all__ = [
     "DEG",
     "GON",
     "LARGEST",
-    "MGON",
     "MM",
     "SEC",
     "UNITS",
@@ -35,12 +34,11 @@ __all__ = [
     "too_large",
 ]
 
-#: radians per gon, arc second, ten-thousandth of a gon, degree, thousandth of a gon
+#: radians per gon, arc second, ten-thousandth of a gon, degree
 GON = math.pi / 200
 SEC = math.pi / 648000
 CC = GON / 10000
 DEG = math.pi / 180
-MGON = GON / 1000
 #: metres per millimetre
 MM = 1e-3
 #: no file means a number from here on; squares of smaller ones can still be added up
@@ -94,13 +92,6 @@ def from_dms(degrees: int, minutes: int, seconds: float, text: str) -> float:
 
     Programs that round seconds print ``35-44-60`` for ``35-45-00``: 60 minutes or seconds are
     carried and noted for :func:`carried_angles`. More than 60 are refused.
-
-    Parameters
-    ----------
-    degrees, minutes, seconds
-        Not negative.
-    text
-        The angle as it was written.
     """
     if minutes > 60 or seconds > 60:
         raise ValueError(f"{text!r} has more than 60 minutes or seconds")
@@ -120,13 +111,7 @@ def too_large(value: ArrayLike) -> bool:
 
 
 def beyond_circle(angle: ArrayLike) -> NDArray[np.bool_]:
-    """True for angles [rad] of more than one turn either way, which no instrument reads.
-
-    Parameters
-    ----------
-    angle : array
-        Any shape; NaN is no angle and not beyond the circle.
-    """
+    """True for angles [rad] of more than one turn either way, which no instrument reads."""
     return np.asarray(np.abs(np.asarray(angle, dtype=float)) > _CIRCLE)
 
 
