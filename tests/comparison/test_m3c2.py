@@ -102,10 +102,9 @@ def test_overlapping_beams_widen_the_level() -> None:
     areas = (np.array([np.pi / 4 * 0.02**2]), np.array([np.pi / 4 * 0.02**2]))
     found = m3c2(whole(a), whole(b), core, settings((0, 0, 1)), footprints=areas)
     assert plain.independent is None
-    assert plain.lod95_independent is None
     # the cylinder's area over that of the beam
     assert found.independent[0] == pytest.approx([100, 100], rel=0.06)
-    ratio = found.lod95_independent[0] / found.lod95[0]
+    ratio = found.noise_independent[0] / found.noise[0]
     assert ratio == pytest.approx(np.sqrt(found.first.count[0] / 100), rel=0.06)
 
 

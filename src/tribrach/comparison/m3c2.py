@@ -135,12 +135,6 @@ class M3C2:
         noise = self.noise if self.noise_independent is None else self.noise_independent
         return quadratic_level(noise, self.settings.registration)
 
-    @cached_property
-    def lod95_independent(self) -> Array | None:
-        """The additive level (m,) with only the independent points, None where not known."""
-        noise = self.noise_independent
-        return None if noise is None else additive_level(noise, self.settings.registration)
-
     @property
     def few(self) -> int:
         """Distances that rest on fewer than twenty points in either cloud."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["Spool", "Stream", "in_memory", "joined", "without_light"]
+__all__ = ["Spool", "Stream", "in_memory", "joined"]
 
 Stream = Callable[[], Iterator[Array]]
 
@@ -68,11 +68,6 @@ class Spool:
 def in_memory(points: Array) -> Stream:
     """Points (n, 3) as a stream."""
     return lambda: iter([points[k : k + _CHUNK] for k in range(0, len(points), _CHUNK)])
-
-
-def without_light(stream: Stream) -> Stream:
-    """The coordinates alone of a stream, whether it has light or not."""
-    return lambda: (np.ascontiguousarray(chunk[:, :3]) for chunk in stream())
 
 
 def joined(chunks: Iterator[Array]) -> Array:

@@ -53,8 +53,6 @@ class ReferenceGates:
     #: points in a cube that holds any, on the average, and the largest edge for that [m]
     cube_points: float = 8.0
     largest_m: float = 1.0
-    #: edge of the cubes in which the density is counted [m]
-    density_m: float = 1.0
     #: samples of a model to a cube, along an edge, and cubes at most
     samples: float = 3.0
     cubes: int = 400_000
