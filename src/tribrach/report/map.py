@@ -101,6 +101,28 @@ class MapDrawing:
     ellipse_bar: float
     ellipse_bar_metres: float
 
+    @property
+    def bar_words(self) -> str:
+        """Length of the scale bar."""
+        return length_words(self.bar_metres)
+
+    @property
+    def ellipse_words(self) -> str:
+        """Length of the scale bar of ellipses and arrows, and how they are enlarged."""
+        what = "ellipses and arrows" if self.arrows else "ellipses"
+        factor = self.exaggeration
+        enlarged = (
+            Sentence("enlarged {factor:0,} ×", factor=factor)
+            if factor >= 1
+            else Sentence("reduced to 1 : {factor:0,}", factor=1 / factor)
+        )
+        return Sentence(
+            "{length} for {what} ({enlarged})",
+            length=length_words(self.ellipse_bar_metres),
+            what=what,
+            enlarged=enlarged,
+        )
+
 
 def round_down(value: float) -> float:
     """The largest of 1, 2, 5 times a power of ten that is not above a positive value."""
