@@ -32,13 +32,7 @@ PLATES = (
 
 @dataclass(frozen=True)
 class Realisation:
-    """A frame by its name, such as ``ITRF2014``, and the epoch of coordinates in it.
-
-    Raises
-    ------
-    InputError
-        The frame is not known, or it is dynamic and has no epoch.
-    """
+    """A frame by its name, such as ``ITRF2014``, and the epoch of coordinates in it."""
 
     #: name of the frame, as :func:`~tribrach.geodesy.frames.frame` knows it
     frame: str
@@ -78,21 +72,9 @@ def carry(
 ) -> tuple[Array, float]:
     """Carries coordinates from one frame and epoch to another.
 
-    Parameters
-    ----------
-    xyz : (n, 3)
-        ECEF coordinates [m] in ``source``.
-    source, target
-        Frames with their epochs.
-    motion
-        How the marks move; needed where both frames are dynamic and the epochs differ.
-
-    Returns
-    -------
-    xyz : (n, 3)
-        ECEF coordinates [m] in ``target``.
-    accuracy : float
-        What is stated for the change of frame [m]; NaN if nothing is stated.
+    ``xyz`` (n, 3): ECEF coordinates [m] in ``source``; ``motion``: how the marks move; needed where
+    both frames are dynamic and the epochs differ; ``xyz`` (n, 3): ECEF coordinates [m] in
+    ``target``; ``accuracy``: what is stated for the change of frame [m]; NaN if nothing is stated.
     """
     if not source.dynamic:
         # plate-fixed coordinates hold at any time: the frames meet at the epoch of the target
@@ -138,12 +120,8 @@ class Passage:
 
         Only the frame changes; vectors keep the epoch at which they were measured.
 
-        Returns
-        -------
-        matrix : (3, 3)
-            Derivative of the coordinates: turn and scale between the frames.
-        accuracy : float
-            What is stated for the change of frame [m].
+        ``matrix`` (3, 3): derivative of the coordinates: turn and scale between the frames;
+        ``accuracy``: what is stated for the change of frame [m].
         """
         step = 1e5 * np.eye(3)
         around = np.concatenate([place + step, place - step])
@@ -172,8 +150,6 @@ def plates(frame: str) -> str:
 
     It is that of the frame's own realisation where there is one, else that of ITRF2014.
 
-    References
-    ----------
     ITRF2008: Altamimi et al. 2012. ITRF2014: Altamimi et al. 2017, doi 10.1093/gji/ggx136.
     ITRF2020: Altamimi et al. 2023.
     """

@@ -204,22 +204,10 @@ def _versions(name: str) -> list[str]:
 def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tuple[Array, float]:
     """Carries coordinates from one frame to another at the epoch of their observation.
 
-    Parameters
-    ----------
-    xyz : (n, 3)
-        ECEF coordinates [m] in ``source``.
-    source, target
-        Names of frames.
-    epoch : (n,) or float
-        Decimal years of the observations, or one for all.
-
-    Returns
-    -------
-    xyz : (n, 3)
-        ECEF coordinates [m] in ``target``; between two dynamic frames they keep the epoch of the
-        observation.
-    accuracy : float
-        What the EPSG dataset states for the transformation [m], NaN if it states none.
+    ``xyz`` (n, 3): ECEF coordinates [m] in ``source``; ``epoch`` (n,): decimal years of the
+    observations, or one for all; ``xyz`` (n, 3): ECEF coordinates [m] in ``target``; between two
+    dynamic frames they keep the epoch of the observation; ``accuracy``: what the EPSG dataset
+    states for the transformation [m], NaN if it states none.
     """
     if frame(source) == frame(target):
         return xyz, 0.0

@@ -65,15 +65,7 @@ class GeoidGrid:
     def undulation(self, latitude: Array, longitude: Array) -> Array:
         """Geoid heights above the ellipsoid.
 
-        Parameters
-        ----------
-        latitude, longitude : (n,)
-            Geodetic position [rad].
-
-        Returns
-        -------
-        (n,) array
-            Geoid heights [m].
+        ``latitude``, ``longitude`` (n,): geodetic position [rad]; Returns (n,): geoid heights [m].
         """
         if self.table is not None:
             height = self.table.at(latitude, longitude).reshape(np.shape(latitude))
@@ -96,19 +88,9 @@ class GeoidGrid:
     def deflection(self, latitude: float, longitude: float, height: float) -> tuple[float, float]:
         """Deflection of the vertical at a point.
 
-        Parameters
-        ----------
-        latitude, longitude
-            Geodetic position [rad].
-        height
-            Height of the point [m], for the curvature of the plumb line.
-
-        Returns
-        -------
-        xi : float
-            Northern component [rad].
-        eta : float
-            Eastern component [rad].
+        ``latitude``, ``longitude``: geodetic position [rad]; ``height``: height of the point [m],
+        for the curvature of the plumb line; ``xi``: northern component [rad]; ``eta``: eastern
+        component [rad].
         """
         place = np.array([latitude]), np.array([longitude]), np.array([height])
         xi, eta = slope(self.undulation, *place)[0]
@@ -124,25 +106,12 @@ def slope(
 ) -> Array:
     """Deflections of the vertical from the slope of geoid heights.
 
-    Parameters
-    ----------
-    undulation
-        Geoid heights (n,) [m] at latitudes and longitudes (n,) [rad].
-    latitude, longitude : (n,)
-        Geodetic positions [rad].
-    height : (n,)
-        Heights of the points [m], for the curvature of the plumb line.
-    ellipsoid
-        Semi-major axis [m] and flattening.
-
-    Returns
-    -------
-    (n, 2) array
-        Northern and eastern component [rad].
-
-    References
-    ----------
     Osada et al. 2017, Sensors 17:1489; method section 7.5.
+
+    ``undulation``: geoid heights (n,) [m] at latitudes and longitudes (n,) [rad]; ``latitude``,
+    ``longitude`` (n,): geodetic positions [rad]; ``height`` (n,): heights of the points [m], for
+    the curvature of the plumb line; ``ellipsoid``: semi-major axis [m] and flattening; Returns (n,
+    2): northern and eastern component [rad].
     """
     step = np.repeat([_STEP, -_STEP, 0.0, 0.0], len(latitude))
     lat = np.tile(latitude, 4) + step

@@ -25,10 +25,7 @@ _POWERS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in r
 class LocalMap:
     """A change of coordinates that is evaluated quickly; call it with points (n, 3) [m].
 
-    Parameters
-    ----------
-    exact
-        Maps points (n, 3) to (n, 3) [m].
+    ``exact``: maps points (n, 3) to (n, 3) [m].
     """
 
     def __init__(self, exact: Callable[[Array], Array]) -> None:
@@ -94,14 +91,8 @@ class StoredMap(Result):
     ) -> StoredMap | None:
         """Fit a map over a box; None where no cubic is exact to the tolerance [m].
 
-        Parameters
-        ----------
-        exact : function
-            Maps points (n, 3) to (n, 3) [m].
-        low, high : array (3,)
-            Corners of the box [m].
-        tolerance : float
-            Largest difference from the exact function [m].
+        ``exact``: maps points (n, 3) to (n, 3) [m]; ``low``, ``high`` (3,): corners of the box [m];
+        ``tolerance``: largest difference from the exact function [m].
         """
         origin, cubic, error = _fitted(exact, low, high)
         return cls(low, high, origin, cubic) if error <= tolerance else None

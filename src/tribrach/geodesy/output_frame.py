@@ -22,13 +22,7 @@ FrameKind = Literal["work", "projected", "ecef"]
 
 @dataclass(frozen=True)
 class OutputFrame:
-    """The frame of delivered coordinates.
-
-    Raises
-    ------
-    InputError
-        A projected frame without a projected site, or a geocentric one with a flat site.
-    """
+    """The frame of delivered coordinates."""
 
     #: the work frame of the network
     work: WorkFrame

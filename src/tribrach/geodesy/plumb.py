@@ -76,14 +76,7 @@ class PlumbLines:
     def deflection(self, site: Site, index: Index, x: Array) -> Array:
         """Deflections xi, eta (k, 2) [rad].
 
-        Parameters
-        ----------
-        site
-            The work frame.
-        index : (k,)
-            Positions.
-        x : (k, 3)
-            Where they are in W [m].
+        ``index`` (k,): positions; ``x`` (k, 3): where they are in W [m].
         """
         if self.normal:
             return np.zeros((len(index), 2))
@@ -97,22 +90,10 @@ class PlumbLines:
     def rise(self, site: Site, start: Index, end: Index, xyz: Array) -> tuple[Array, Array]:
         """Rise of the geoid over the ellipsoid from one position to another.
 
-        Parameters
-        ----------
-        site
-            The work frame.
-        start, end : (k,)
-            Positions.
-        xyz : (n, 3)
-            Where all positions are in W [m].
-
-        Returns
-        -------
-        rise : (k,)
-            Differences of geoid heights [m] where both are known, else 0.
-        lean : (k, 2)
-            Where they are not, the mean deflection xi, eta of both ends [rad], which makes
-            ``-(xi dN + eta dE)`` of the way between them; else 0.
+        ``start``, ``end`` (k,): positions; ``xyz`` (n, 3): where all positions are in W [m];
+        ``rise`` (k,): differences of geoid heights [m] where both are known, else 0; ``lean`` (k,
+        2): where they are not, the mean deflection xi, eta of both ends [rad], which makes ``-(xi
+        dN + eta dE)`` of the way between them; else 0.
         """
         rise = self._undulation(site, end, xyz[end]) - self._undulation(site, start, xyz[start])
         lean = np.zeros((len(start), 2))

@@ -40,13 +40,8 @@ def gaussian_radius(latitude: float, ellipsoid: tuple[float, float] = GRS80) -> 
 def stereographic(latitude: float, easting: float, northing: float) -> str:
     """PROJ definition of the oblique stereographic grid of a local system.
 
-    Parameters
-    ----------
-    latitude
-        Where the grid touches the ellipsoid [degrees]; the longitude of a local system is unknown
-        and taken as zero.
-    easting, northing
-        Coordinates of that place [m].
+    ``latitude``: where the grid touches the ellipsoid [degrees]; the longitude of a local system is
+    unknown and taken as zero; ``easting``, ``northing``: coordinates of that place [m].
     """
     return (
         f"+proj=sterea +lat_0={latitude!r} +lon_0=0 +k_0=1 +x_0={easting!r} +y_0={northing!r} "
@@ -56,13 +51,7 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 
 @dataclass(frozen=True)
 class ProjectedGrid:
-    """A projected grid around an origin.
-
-    Raises
-    ------
-    InputError
-        PROJ does not know the grid, or the origin is outside of it.
-    """
+    """A projected grid around an origin."""
 
     #: anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string
     crs: str
@@ -123,10 +112,7 @@ class ProjectedGrid:
     def plan(self, latitude: float, longitude: float) -> Array:
         """E, N (2,) [m] of a place.
 
-        Parameters
-        ----------
-        latitude, longitude
-            Geodetic position [rad] in the datum of the grid.
+        ``latitude``, ``longitude``: geodetic position [rad] in the datum of the grid.
         """
         place: Array = self._plan(np.array([longitude]), np.array([latitude]))[0]
         if not np.isfinite(place).all():
@@ -163,12 +149,7 @@ class ProjectedGrid:
 def grid_scale(crs: str, xyz: Array) -> float:
     """Length in the grid over length on the ground, minus one.
 
-    Parameters
-    ----------
-    crs
-        The projection.
-    xyz : (3,)
-        E, N and height [m]; a height of NaN counts as zero.
+    ``xyz`` (3,): e, N and height [m]; a height of NaN counts as zero.
     """
     try:
         definition = CRS.from_user_input(crs)
@@ -199,14 +180,9 @@ class FlatEffect:
 def flat_effects(xyz: Array, crs: str | None, *, curved: bool) -> list[FlatEffect]:
     """What a flat site neglects over the extent of its points.
 
-    Parameters
-    ----------
-    xyz : (n, 3)
-        E, N, U [m]; points with NaN in plan take no part.
-    crs
-        The projection of the coordinates, if they are projected.
-    curved
-        Zenith angles are corrected for the curvature of the Earth.
+    ``xyz`` (n, 3): e, N, U [m]; points with NaN in plan take no part; ``crs``: the projection of
+    the coordinates, if they are projected; ``curved``: zenith angles are corrected for the
+    curvature of the Earth.
     """
     known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
     if len(known) < 2:

@@ -89,15 +89,8 @@ class FlatSite:
 def enu_rotation(latitude: Array, longitude: Array) -> Array:
     """Rows east, north, up in ECEF at geodetic positions.
 
-    Parameters
-    ----------
-    latitude, longitude : (...,)
-        Geodetic position [rad].
-
-    Returns
-    -------
-    (..., 3, 3) array
-        Rotation from ECEF differences to ENU.
+    ``latitude``, ``longitude`` (...,): geodetic position [rad]; Returns (..., 3, 3): rotation from
+    ECEF differences to ENU.
     """
     sp, cp = np.sin(latitude), np.cos(latitude)
     sl, cl = np.sin(longitude), np.cos(longitude)
@@ -111,19 +104,8 @@ def ecef_from_geodetic(
 ) -> Array:
     """ECEF coordinates of geodetic positions.
 
-    Parameters
-    ----------
-    latitude, longitude : (...,)
-        Geodetic position [rad].
-    height : (...,)
-        Ellipsoidal height [m].
-    ellipsoid
-        Semi-major axis [m] and flattening.
-
-    Returns
-    -------
-    (..., 3) array
-        ECEF [m].
+    ``latitude``, ``longitude`` (...,): geodetic position [rad]; ``height`` (...,): ellipsoidal
+    height [m]; ``ellipsoid``: semi-major axis [m] and flattening; Returns (..., 3): ECEF [m].
     """
     a, f = ellipsoid
     e2 = f * (2 - f)
@@ -141,17 +123,8 @@ def ecef_from_geodetic(
 def curvature_radii(latitude: Array, ellipsoid: tuple[float, float] = GRS80) -> tuple[Array, Array]:
     """Radii of curvature of an ellipsoid.
 
-    Parameters
-    ----------
-    latitude : (...,)
-        Geodetic latitude [rad].
-    ellipsoid
-        Semi-major axis [m] and flattening.
-
-    Returns
-    -------
-    nu, m : (...,)
-        In the prime vertical and in the meridian [m].
+    ``latitude`` (...,): geodetic latitude [rad]; ``ellipsoid``: semi-major axis [m] and flattening;
+    Returns (...,): in the prime vertical and in the meridian [m].
     """
     a, f = ellipsoid
     e2 = f * (2 - f)
@@ -207,8 +180,6 @@ class EllipsoidSite:
     def geodetic(self, x: Array) -> Array:
         """Latitude, longitude [rad] and ellipsoidal height [m] (n, 3) of points (n, 3) in W.
 
-        Notes
-        -----
         Bowring's start and three fixed-point steps: below 1e-9 m within 10 km of the ellipsoid.
         What is left is rounding of coordinates of 6000 km. Two steps of Newton's method in the
         differences from the origin take it away near it: heights within 10 km of the origin differ
@@ -273,14 +244,9 @@ class EllipsoidSite:
     def leaning(self, x: Array, lean: Array) -> Array:
         """Astronomic east, north and up at each point, as rows in W; (n, 3, 3).
 
-        Parameters
-        ----------
-        x : (n, 3)
-            Points in W [m].
-        lean : (n, 2)
-            Deflections of the vertical xi, eta [rad]: astronomic less geodetic latitude, and
-            astronomic less geodetic longitude times the cosine of the latitude (method section
-            7.5).
+        ``x`` (n, 3): points in W [m]; ``lean`` (n, 2): deflections of the vertical xi, eta [rad]:
+        astronomic less geodetic latitude, and astronomic less geodetic longitude times the cosine
+        of the latitude (method section 7.5).
         """
         geodetic = self.geodetic(x)
         longitude = geodetic[:, 1] + lean[:, 1] / np.cos(geodetic[:, 0])
@@ -293,8 +259,6 @@ class EllipsoidSite:
     def turn(self, x: Array) -> Array:
         """Turn of the local axes per metre moved (n, 3, 3) at points (n, 3).
 
-        Notes
-        -----
         Its entries are 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h).
         """
         geodetic = self.geodetic(x)

@@ -43,16 +43,9 @@ class WorkFrame:
     def undulation(self, latitude: Array, longitude: Array) -> Array:
         """Geoid heights that make given heights ellipsoidal.
 
-        Parameters
-        ----------
-        latitude, longitude : (n,)
-            Geodetic position [rad] in the datum of the site.
-
-        Returns
-        -------
-        (n,) array
-            Geoid heights [m] over the ellipsoid of the site. Models give them over a geocentric
-            one; where the grid of the site has an older datum, what lies between is added.
+        ``latitude``, ``longitude`` (n,): geodetic position [rad] in the datum of the site; Returns
+        (n,): geoid heights [m] over the ellipsoid of the site. Models give them over a geocentric
+        one; where the grid of the site has an older datum, what lies between is added.
         """
         if self.geoid_grid is None and not self.geoid:
             return np.zeros(np.shape(latitude))
@@ -67,19 +60,9 @@ class WorkFrame:
     def from_own(self, enu: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
         """Coordinates of the site's own system in W.
 
-        Parameters
-        ----------
-        enu : (n, 3)
-            E, N, U or easting, northing, height [m].
-        covariance : (n, 3, 3)
-            Of these coordinates [m^2].
-
-        Returns
-        -------
-        xyz : (n, 3)
-            W coordinates [m].
-        covariance : (n, 3, 3) or None
-            Of the W coordinates [m^2].
+        ``enu`` (n, 3): e, N, U or easting, northing, height [m]; ``covariance`` (n, 3, 3): of these
+        coordinates [m^2]; ``xyz`` (n, 3): W coordinates [m]; ``covariance`` (n, 3, 3): of the W
+        coordinates [m^2].
         """
         if self.grid is None:
             return enu, covariance
@@ -104,19 +87,9 @@ class WorkFrame:
     ) -> tuple[Array, Array | None]:
         """Geodetic coordinates in W.
 
-        Parameters
-        ----------
-        geodetic : (n, 3)
-            Latitude, longitude [rad] and height [m].
-        covariance : (n, 3, 3)
-            Along east, north, up at each point [m^2].
-
-        Returns
-        -------
-        xyz : (n, 3)
-            W coordinates [m].
-        covariance : (n, 3, 3) or None
-            Of the W coordinates [m^2].
+        ``geodetic`` (n, 3): latitude, longitude [rad] and height [m]; ``covariance`` (n, 3, 3):
+        along east, north, up at each point [m^2]; ``xyz`` (n, 3): W coordinates [m]; ``covariance``
+        (n, 3, 3): of the W coordinates [m^2].
         """
         site = self._ellipsoid("latitude and longitude")
         height = geodetic[:, 2] + self.undulation(geodetic[:, 0], geodetic[:, 1])

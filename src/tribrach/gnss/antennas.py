@@ -22,13 +22,7 @@ HIGHEST = 100.0
 
 @dataclass(frozen=True)
 class AntennaSetup:
-    """An antenna over a mark.
-
-    Raises
-    ------
-    InputError
-        A height or offset of 100 m or more.
-    """
+    """An antenna over a mark."""
 
     #: IGS name with dome
     type: str = ""
@@ -48,12 +42,7 @@ class AntennaSetup:
     def of(cls, file: RinexObservations, *, height: float | None = None) -> AntennaSetup:
         """The antenna that the header of a file describes.
 
-        Parameters
-        ----------
-        file
-            Observations with their header.
-        height
-            Height over the mark [m]; overrides that of the header.
+        ``height``: height over the mark [m]; overrides that of the header.
         """
         up, east, north = (float(value) for value in file.delta)
         return cls(file.antenna, up if height is None else height, east, north)

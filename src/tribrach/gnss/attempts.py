@@ -79,10 +79,7 @@ class Attempt(
 def choose(attempts: Sequence[Attempt]) -> int:
     """The number of the attempt that is taken (method section 2.7).
 
-    Parameters
-    ----------
-    attempts
-        The first is the baseline as it was asked for.
+    ``attempts``: the first is the baseline as it was asked for.
     """
     first = attempts[0]
     able = [
@@ -118,12 +115,7 @@ def _cured(first: Attempt, other: Attempt) -> bool:
 def reason(attempts: Sequence[Attempt], taken: int) -> str:
     """Why an attempt is taken, or why the baseline stays as it was asked for.
 
-    Parameters
-    ----------
-    attempts
-        The first is the baseline as it was asked for.
-    taken
-        What :func:`choose` says.
+    ``attempts``: the first is the baseline as it was asked for.
     """
     first, best = attempts[0], attempts[taken]
     if taken:
@@ -153,10 +145,7 @@ def reason(attempts: Sequence[Attempt], taken: int) -> str:
 def comparison(attempts: Sequence[Attempt]) -> list[str]:
     """A line for each attempt, the taken one marked.
 
-    Parameters
-    ----------
-    attempts
-        The first is the baseline as it was asked for.
+    ``attempts``: the first is the baseline as it was asked for.
     """
     return [
         Sentence("{a.what}: {a.words}, sigma {a.sigma:mm1}", a=a)

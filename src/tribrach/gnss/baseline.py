@@ -77,12 +77,7 @@ _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
     """A sentence if the base is far from where its receiver believed to be.
 
-    Parameters
-    ----------
-    base
-        Its observations.
-    reference : (3,)
-        Given ECEF coordinates of the base [m].
+    ``reference`` (3,): given ECEF coordinates of the base [m].
     """
     away = float(np.linalg.norm(reference - base.approximate))
     # no position in the header is not a number, and never too far
@@ -103,14 +98,8 @@ def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
 def effect_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> float:
     """What the accuracy that coarse broadcast orbits state changes a baseline by [m], 0 without.
 
-    Parameters
-    ----------
-    orbits
-        With the satellites whose accuracy is beyond what their signal can state.
-    used
-        Names of the satellites that the engine used.
-    length
-        Of the baseline [m].
+    ``orbits``: with the satellites whose accuracy is beyond what their signal can state; ``used``:
+    names of the satellites that the engine used; ``length``: of the baseline [m].
     """
     if not set(orbits.coarse) & set(used) or orbits.precise is not None:
         return 0.0
@@ -120,14 +109,8 @@ def effect_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> floa
 def doubts_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> list[str]:
     """A sentence if broadcast orbits of satellites that were used are not known well.
 
-    Parameters
-    ----------
-    orbits
-        With the satellites whose accuracy is beyond what their signal can state.
-    used
-        Names of the satellites that the engine used.
-    length
-        Of the baseline [m].
+    ``orbits``: with the satellites whose accuracy is beyond what their signal can state; ``used``:
+    names of the satellites that the engine used; ``length``: of the baseline [m].
     """
     coarse = sorted(set(orbits.coarse) & set(used))
     effect = effect_of_orbits(orbits, used, length)
@@ -158,15 +141,7 @@ def doubts_of_files(*files: RinexObservations) -> list[str]:
 
 
 def doubts_of_fixes(name: str, final: FinalSolution) -> list[str]:
-    """Sentences on ambiguities that are float, rarely fixed, or checked by too few epochs.
-
-    Parameters
-    ----------
-    name
-        Of the baseline.
-    final
-        What its solution has come to.
-    """
+    """Sentences on ambiguities that are float, rarely fixed, or checked by too few epochs."""
     if not final.fixed:
         return [
             Sentence(
@@ -198,12 +173,7 @@ def doubts_of_fixes(name: str, final: FinalSolution) -> list[str]:
 def doubts_of_phases(name: str, residual: float | None) -> list[str]:
     """A sentence where phases scatter more than the weights of the engine let expect.
 
-    Parameters
-    ----------
-    name
-        Of the baseline.
-    residual
-        Root mean square of the phases' double differences [m], None if it is not known.
+    ``residual``: root mean square of the phases' double differences [m], None if it is not known.
     """
     if residual is None or residual <= NOISY:
         return []
@@ -226,16 +196,7 @@ def _epochs(n: int) -> str:
 def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
     """What a long baseline suffers from and the covariance leaves out.
 
-    Parameters
-    ----------
-    name
-        Of the baseline.
-    length
-        Its length [m].
-    precise
-        Precise orbits are used.
-    satellites
-        Phase centres of satellites are known.
+    ``length``: its length [m].
     """
     if length <= LONG:
         return []
@@ -258,45 +219,22 @@ def doubts_of_length(name: str, length: float, *, precise: bool, satellites: boo
 
 @dataclass(frozen=True)
 class Processing:
-    """How baselines are computed.
+    """How baselines are computed."""
 
-    Attributes
-    ----------
-    mask
-        Elevation mask [deg].
-    frequencies
-        1, 2 or 3.
-    systems
-        Letters of satellite systems; those that the files have in common are used.
-    atmosphere
-        Model troposphere and ionosphere; False for simulated data, or receivers side by side.
-    ratio
-        Threshold of the ambiguity test.
-    factor
-        On formal standard deviations, None for the default.
-    antex
-        File of antenna phase centres.
-    engine
-        ``auto``, ``pyrtklib`` or ``rnx2rtkp``.
-    seconds
-        Time limit of the engine.
-    alternatives
-        Compute a doubtful baseline in other ways too, and take the best (method section 2.7).
-    pieces
-        Check sigma by computing pieces of the session.
-    """
-
-    mask: float = 15.0
-    frequencies: int = 2
+    mask: float = 15.0  #: elevation mask [deg]
+    frequencies: int = 2  #: 1, 2 or 3
+    #: letters of satellite systems; those that the files have in common are used
     systems: str = "GEJC"
+    #: model troposphere and ionosphere; False for simulated data, or receivers side by side
     atmosphere: bool = True
-    ratio: float = 3.0
-    factor: float | None = None
-    antex: Path | None = None
-    engine: EngineName = "auto"
-    seconds: float = 600.0
+    ratio: float = 3.0  #: threshold of the ambiguity test
+    factor: float | None = None  #: on formal standard deviations, None for the default
+    antex: Path | None = None  #: file of antenna phase centres
+    engine: EngineName = "auto"  #: ``auto``, ``pyrtklib`` or ``rnx2rtkp``
+    seconds: float = 600.0  #: time limit of the engine
+    #: compute a doubtful baseline in other ways too, and take the best (method section 2.7)
     alternatives: bool = True
-    pieces: bool = True
+    pieces: bool = True  #: check sigma by computing pieces of the session
 
 
 @dataclass(frozen=True)
@@ -426,26 +364,9 @@ def compute_baseline(
 ) -> Baseline:
     """The baseline from base to rover.
 
-    Parameters
-    ----------
-    base, rover
-        Observation files.
-    navigation
-        Files of broadcast and precise orbits.
-    base_xyz : (3,)
-        ECEF coordinates of the base mark [m].
-    processing
-        How it is computed.
-    base_antenna, rover_antenna
-        The antennas; None takes height and type of the file.
-    progress
-        Called with what is being done, how much is done and how much there is.
-
-    Raises
-    ------
-    InputError
-        Files damaged, truncated, empty, of other days, without common satellites; no solution;
-        engine missing or too slow.
+    ``base_xyz`` (3,): ECEF coordinates of the base mark [m]; ``base_antenna``, ``rover_antenna``:
+    the antennas; None takes height and type of the file; ``progress``: called with what is being
+    done, how much is done and how much there is.
     """
     settings = processing or Processing()
     reference = np.asarray(base_xyz, dtype=float)
@@ -630,14 +551,8 @@ def _solved(
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
     """Run the engine in a temporary folder, with the options of the antennas as well.
 
-    Parameters
-    ----------
-    first, second, orbits, setups, settings, options
-        Of the baseline.
-    span
-        First and last time [s] to take, None for all.
-    stand : (3,)
-        Place of the rover's mark [m] that is given, with residuals against it; None to find it.
+    ``span``: first and last time [s] to take, None for all; ``stand`` (3,): place of the rover's
+    mark [m] that is given, with residuals against it; None to find it.
     """
     options = options | ({} if stand is None else _standing_options(stand))
     with scratch_folder() as folder:
@@ -783,18 +698,8 @@ def checked_by_pieces(
 ) -> Baseline:
     """The baseline with the scatter of its pieces, and with wider sigmas where they disagree.
 
-    Parameters
-    ----------
-    baseline
-        Of the whole session.
-    outcome
-        What it is made of, and the noise of its phases.
-    pieces
-        RunOutcome of each piece that has one, and its common epochs.
-    cut
-        How many pieces there were.
-    settings
-        A factor that is given stays as it is.
+    ``outcome``: what it is made of, and the noise of its phases; ``pieces``: RunOutcome of each
+    piece that has one, and its common epochs; ``settings``: a factor that is given stays as it is.
     """
     whole, noise = outcome
     # a piece that solved half of its epochs, and whose ambiguities are of the same kind

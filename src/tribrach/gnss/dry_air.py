@@ -45,12 +45,8 @@ def mapped(sine: Array) -> Array:
 def delay_differences(phases: PhaseResiduals, base: Array, rover: Array) -> Array:
     """Hydrostatic delay at the rover minus that at the base (n,) [m].
 
-    Parameters
-    ----------
-    phases
-        With the directions of the satellites from the rover.
-    base, rover : (3,)
-        ECEF coordinates [m].
+    ``phases``: with the directions of the satellites from the rover; ``base``, ``rover`` (3,): ECEF
+    coordinates [m].
     """
     toward = sight_lines(phases, rover)
     orbit = np.array([_ORBITS.get(name[0], _ORBIT) for name in phases.satellites.tolist()])
@@ -66,14 +62,7 @@ def delay_differences(phases: PhaseResiduals, base: Array, rover: Array) -> Arra
 def displacement(phases: PhaseResiduals, delay: Array, rover: Array) -> Array:
     """What differences of delays did to the rover with fixed ambiguities (3,) [m]; add it.
 
-    Parameters
-    ----------
-    phases
-        That the engine used.
-    delay : (n,)
-        Of each, rover minus base [m].
-    rover : (3,)
-        ECEF coordinates [m].
+    ``delay`` (n,): of each, rover minus base [m]; ``rover`` (3,): ECEF coordinates [m].
     """
     group = signal_groups(phases)
     weight = 1 / phase_variance(phases.elevation)

@@ -50,20 +50,9 @@ def run_engine(
 ) -> tuple[Path, EngineName]:
     """Run RTKLIB on the files of one baseline.
 
-    Parameters
-    ----------
-    options
-        RTKLIB's options by name.
-    files
-        Observations of the rover, of the base, then files of orbits.
-    folder
-        Work folder of the caller's.
-    engine
-        ``auto`` takes the preferred one of those installed.
-    seconds
-        Time limit.
-    span
-        GPS time [s] since 1980-01-06 of the first and the last epoch to take, None for all.
+    ``files``: observations of the rover, of the base, then files of orbits; ``engine``: ``auto``
+    takes the preferred one of those installed; ``span``: GPS time [s] since 1980-01-06 of the first
+    and the last epoch to take, None for all.
     """
     installed = engines()
     if engine == "auto" and not installed:

@@ -17,16 +17,8 @@ WEEK = 604_800.0
 def main(options: str, out: str, start: float, end: float, files: list[str]) -> int:
     """Compute positions with the options of a file.
 
-    Parameters
-    ----------
-    options
-        Path of the file of options.
-    out
-        Path of the solution file.
-    start, end
-        GPS time [s] since 1980-01-06 of the first and the last epoch; both 0 for all epochs.
-    files
-        Paths of observations and orbits.
+    ``start``, ``end``: GPS time [s] since 1980-01-06 of the first and the last epoch; both 0 for
+    all epochs.
     """
     pyrtklib = importlib.import_module("pyrtklib")
     pyrtklib.resetsysopts()

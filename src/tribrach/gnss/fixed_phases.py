@@ -84,16 +84,8 @@ class ClockFreePhases:
         Frequencies share air and part of their multipath. Their sum over the root of their number
         has this in its variance, while each by itself would count as a witness of its own.
 
-        Returns
-        -------
-        times : (k,)
-            Ascending for each satellite [s].
-        table : (k, 4)
-            Values, and the three columns of the design.
-        satellites : (k,)
-            Ascending.
-        freedom : (k,)
-            As before.
+        ``times`` (k,): ascending for each satellite [s]; ``table`` (k, 4): values, and the three
+        columns of the design; ``satellites`` (k,): ascending; ``freedom`` (k,): as before.
         """
         order = np.lexsort((self.times, self.satellites))
         time, satellite = self.times[order], self.satellites[order]
@@ -157,10 +149,7 @@ def sight_lines(phases: PhaseResiduals, place: Array) -> Array:
 def phase_variance(elevation: Array) -> Array:
     """Variance [m^2] that the engine gives the difference of a phase between two receivers.
 
-    Parameters
-    ----------
-    elevation : (n,)
-        Of the satellite [rad].
+    ``elevation`` (n,): of the satellite [rad].
     """
     sine = np.maximum(np.sin(elevation), LOWEST)
     variance: Array = 2 * PHASE_SIGMA**2 * (1 + 1 / sine**2)
@@ -170,10 +159,7 @@ def phase_variance(elevation: Array) -> Array:
 def decimal_variance(frequencies: NDArray[np.int64]) -> Array:
     """Variance [m^2] that last decimals leave in the difference of a phase between two receivers.
 
-    Parameters
-    ----------
-    frequencies : (n,)
-        Numbers from 1 on.
+    ``frequencies`` (n,): numbers from 1 on.
     """
     wave = np.array(WAVELENGTHS)[np.clip(frequencies, 1, len(WAVELENGTHS)) - 1]
     variance: Array = (2 * (CYCLES * wave) ** 2 + LAST_DECIMAL**2) / 12
@@ -203,21 +189,12 @@ def clock_free(
 ) -> ClockFreePhases | None:
     """Phases of some epochs without clocks, related to one place of the rover.
 
-    Parameters
-    ----------
-    phases
-        Residuals as the engine wrote them, each against the place of its own epoch.
-    solution
-        All epochs, in ECEF.
-    chosen : (k,)
-        Epochs of the solution, ascending.
-    place : (3,)
-        ECEF coordinates of the rover [m] that the residuals are to belong to; None leaves each
-        with its own epoch, as it must be where ambiguities move as well.
-    delay : (n,)
-        That the engine computed with each phase, rover minus base, and should not have [m].
-    weights
-        Of the phases, None for those of the engine.
+    ``phases``: residuals as the engine wrote them, each against the place of its own epoch;
+    ``chosen`` (k,): epochs of the solution, ascending; ``place`` (3,): ECEF coordinates of the
+    rover [m] that the residuals are to belong to; None leaves each with its own epoch, as it must
+    be where ambiguities move as well; ``delay`` (n,): that the engine computed with each phase,
+    rover minus base, and should not have [m]; ``weights``: of the phases, None for those of the
+    engine.
     """
     times = solution.times[chosen]
     at = np.clip(np.searchsorted(times, phases.times - 1e-3), 0, len(times) - 1)

@@ -70,12 +70,8 @@ class BaselineLoop(Result, also=("size", "ppm", "passes"), without=("points", "w
 def minimal_loops(start: Index, end: Index, length: Array) -> list[Walk]:
     """Loops of a minimum cycle basis, repeated baselines first, then by length.
 
-    Parameters
-    ----------
-    start, end : (n,)
-        Indices of the points of each baseline.
-    length : (n,)
-        Of each baseline [m].
+    ``start``, ``end`` (n,): indices of the points of each baseline; ``length`` (n,): of each
+    baseline [m].
     """
     sides, repeated = _sides(start, end)
     pairs: list[Walk] = [
@@ -99,10 +95,7 @@ def minimal_loops(start: Index, end: Index, length: Array) -> list[Walk]:
 def triangles(start: Index, end: Index) -> list[Walk]:
     """All triangles of baselines without repeated ones, at most :data:`MOST_TRIANGLES`.
 
-    Parameters
-    ----------
-    start, end : (n,)
-        Indices of the points of each baseline.
+    ``start``, ``end`` (n,): indices of the points of each baseline.
     """
     sides, _ = _sides(start, end)
     neighbours: dict[int, dict[int, int]] = {}
@@ -133,20 +126,10 @@ def close_loops(
 ) -> list[BaselineLoop]:
     """Closures of loops.
 
-    Parameters
-    ----------
-    walks
-        The loops.
-    start, end : (n,)
-        Indices of the points of each baseline.
-    vectors : (n, 3)
-        The baselines [m].
-    covariance
-        Of all vectors [m^2]: (3n, 3n), dense or sparse rows, or (n, 3, 3) if they are uncorrelated.
-    independent
-        How many of the walks, counted from the first, are of the basis; all if None.
-    alpha
-        Level of the test.
+    ``start``, ``end`` (n,): indices of the points of each baseline; ``vectors`` (n, 3): the
+    baselines [m]; ``covariance``: of all vectors [m^2]: (3n, 3n), dense or sparse rows, or (n, 3,
+    3) if they are uncorrelated; ``independent``: how many of the walks, counted from the first, are
+    of the basis; all if None.
     """
     many = len(walks) if independent is None else independent
     out = []

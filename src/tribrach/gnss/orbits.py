@@ -48,20 +48,7 @@ Calendar = Annotated[float, Written(calendar)]
 def check_together(
     base: RinexObservations, rover: RinexObservations, orbits: Sequence[NavigationFile]
 ) -> None:
-    """Refuse files that cannot give a baseline.
-
-    Parameters
-    ----------
-    base, rover
-        Observations of the two receivers.
-    orbits
-        Broadcast orbits.
-
-    Raises
-    ------
-    InputError
-        No common time, fewer than four common satellites, no orbits for them.
-    """
+    """Refuse files that cannot give a baseline."""
     if not orbits:
         raise InputError("there is no navigation file", cure="give the broadcast orbits of the day")
     start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
@@ -102,19 +89,7 @@ def usable_systems(
 ) -> str:
     """Letters of the wanted satellite systems that all files have.
 
-    Parameters
-    ----------
-    base, rover
-        Observations of the two receivers.
-    orbits
-        Broadcast orbits.
-    wanted
-        Letters of systems in the order of preference.
-
-    Raises
-    ------
-    InputError
-        There is none of them.
+    ``wanted``: letters of systems in the order of preference.
     """
     of_orbits = {str(name)[0] for orbit in orbits for name in orbit.satellites}
     systems = "".join(
@@ -140,21 +115,8 @@ def idle_systems(
 ) -> list[str]:
     """Why satellite systems of the observations took no part in a baseline.
 
-    Parameters
-    ----------
-    base, rover
-        Observations of the two receivers.
-    orbits
-        Broadcast orbits.
-    wanted
-        Letters of the systems that were asked for.
-    used
-        Names of the satellites that the engine used.
-
-    Returns
-    -------
-    list of str
-        Name of the system and reason, for each that observations hold.
+    ``wanted``: letters of the systems that were asked for; ``used``: names of the satellites that
+    the engine used; Returns name of the system and reason, for each that observations hold.
     """
     start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
     present = sorted(base.systems | rover.systems, key=lambda s: (list(_NAMES).index(s), s))
@@ -199,20 +161,7 @@ def _count(n: int) -> str:
 
 
 def check_precise(orbits: PreciseOrbits, base: RinexObservations, rover: RinexObservations) -> None:
-    """Refuse precise orbits that do not cover the common time of two receivers.
-
-    Parameters
-    ----------
-    orbits
-        Precise orbits of all files together.
-    base, rover
-        Observations of the two receivers.
-
-    Raises
-    ------
-    InputError
-        Too few epochs or too far apart, another time, too few of the satellites.
-    """
+    """Refuse precise orbits that do not cover the common time of two receivers."""
     start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
     first, last = float(orbits.times[0]), float(orbits.times[-1])
     if len(orbits.times) < EPOCHS:

@@ -93,12 +93,8 @@ class RunOutcome:
     def noise(self, interval: float, *, air: bool) -> PhaseNoise | None:
         """Noise of the phases, None where they do not tell.
 
-        Parameters
-        ----------
-        interval
-            Time between epochs [s].
-        air
-            False if the data are free of it: the engine's assumption says nothing of them then.
+        ``interval``: time between epochs [s]; ``air``: false if the data are free of it: the
+        engine's assumption says nothing of them then.
         """
         if self.phases is None:
             return None
@@ -118,18 +114,9 @@ def outcome_of(
 ) -> RunOutcome | None:
     """The outcome of a run; None where no epoch has a solution of phases.
 
-    Parameters
-    ----------
-    solution
-        All epochs, ECEF.
-    used
-        What the status file says, None if there is none.
-    base : (3,)
-        ECEF coordinates of the base [m].
-    air
-        False if the data are free of it.
-    weights
-        Of phases with integers; None learns them from these phases.
+    ``used``: what the status file says, None if there is none; ``base`` (3,): ECEF coordinates of
+    the base [m]; ``air``: false if the data are free of it; ``weights``: of phases with integers;
+    None learns them from these phases.
     """
     phase = np.flatnonzero(solution.quality <= FLOAT)
     if not len(phase):
@@ -189,31 +176,11 @@ def _adjusted(
 ) -> tuple[ClockFreePhases, PhaseWeights, Array, Array | None, Array | None] | None:
     """Least squares of the phases of fixed epochs, with the weights that they have or show.
 
-    Parameters
-    ----------
-    phases, solution, base, air, weights
-        Those of ``outcome_of``.
-    chosen : (k,)
-        Epochs of one set of integers.
-    place : (3,)
-        To which phases are related [m].
-    limit
-        A shift beyond this is refused [m].
-
-    Returns
-    -------
-    phases
-        Related to the place that they give, else to the one given.
-    weights
-        Of them.
-    shift : (3,)
-        Of the place [m].
-    cofactor : (3, 3) or None
-        Its formal covariance [m^2]; None where the phases do not determine a place near by.
-    away : (3,) or None
-        What the delays of the air did to it [m], None with air.
-
-    None where there are no phases.
+    ``chosen`` (k,): epochs of one set of integers; ``place`` (3,): to which phases are related [m];
+    ``limit``: a shift beyond this is refused [m]; ``phases``: related to the place that they give,
+    else to the one given; ``shift`` (3,): of the place [m]; ``cofactor`` (3, 3): its formal
+    covariance [m^2]; None where the phases do not determine a place near by; ``away`` (3,): what
+    the delays of the air did to it [m], None with air.
     """
     delay = None if air else delay_differences(phases, base, place)
     own = PhaseWeights() if weights is None else weights
@@ -303,14 +270,8 @@ def _chosen(phases: PhaseResiduals, keep: NDArray[np.bool_]) -> PhaseResiduals:
 def stated_factor(noise: PhaseNoise | None, interval: float, epochs: int) -> tuple[float, str]:
     """Factor on formal standard deviations, and where it comes from (method section 7.2).
 
-    Parameters
-    ----------
-    noise
-        Of the phases of the session, None where they do not tell.
-    interval
-        Time between epochs [s].
-    epochs
-        Of the session, or of a piece of it.
+    ``noise``: of the phases of the session, None where they do not tell; ``interval``: time between
+    epochs [s]; ``epochs``: of the session, or of a piece of it.
     """
     if noise is None:
         return sigma_factor(interval, epochs), SOURCE

@@ -72,12 +72,8 @@ class PhaseNoise(
     def means(self, starts: Sequence[int], counts: Sequence[int]) -> Array:
         """Covariance (k, k) of means over spans of epochs, in variances that the engine assumes.
 
-        Parameters
-        ----------
-        starts : (k,)
-            Epochs at which spans start, ascending; they do not overlap.
-        counts : (k,)
-            How many epochs they have.
+        ``starts`` (k,): epochs at which spans start, ascending; they do not overlap; ``counts``
+        (k,): how many epochs they have.
         """
         q = np.exp(-self.interval / self.times)
         part = self.shares[:, 1:]
@@ -159,21 +155,8 @@ def phase_noise(
 ) -> PhaseNoise | None:
     """Noise of the phases of a session with integer ambiguities.
 
-    Parameters
-    ----------
-    phases
-        Of one session.
-    interval
-        Time between its epochs [s].
-    epochs
-        How many there are.
-    assumed
-        What the engine assumes counts as much as so many independent phases.
-
-    Returns
-    -------
-    PhaseNoise or None
-        None where there are too few.
+    ``interval``: time between its epochs [s]; ``assumed``: what the engine assumes counts as much
+    as so many independent phases; Returns none where there are too few.
     """
     time, table, satellite, freedom = phases.over_frequencies()
     if interval <= 0:
@@ -219,16 +202,9 @@ def _filtered(
 ) -> tuple[Array, Array]:
     """``Y^T R^-1 Y`` (g, c, c) and ``log |R|`` (g,) for g laws, by a Kalman filter of two states.
 
-    Parameters
-    ----------
-    table : (n, c)
-        Y, ascending in time for each satellite; satellites are independent.
-    satellite, step, freedom : (n,)
-        Satellite, number of the epoch, weight in the determinant.
-    shares, times : (g, 3), (g, 2)
-        The laws.
-    interval
-        Of the epochs [s].
+    ``table`` (n, c): y, ascending in time for each satellite; satellites are independent;
+    ``satellite``, ``step``, ``freedom`` (n,): satellite, number of the epoch, weight in the
+    determinant; ``shares``, ``times`` (g, 3): the laws; ``interval``: of the epochs [s].
     """
     white, first, second = shares.T
     columns = table.shape[1]
@@ -272,14 +248,7 @@ def usual_noise(phases: ClockFreePhases, interval: float, epochs: int) -> PhaseN
     Float ambiguities take up whatever stays alike, and residuals do not show it. With few
     independent ones the variance is at least what the engine assumes.
 
-    Parameters
-    ----------
-    phases
-        Of one session.
-    interval
-        Time between its epochs [s].
-    epochs
-        How many there are.
+    ``interval``: time between its epochs [s].
     """
     _, table, _, freedom = phases.over_frequencies()
     total = float(freedom.sum())

@@ -156,15 +156,8 @@ class PieceScatter(
 def piece_spans(times: Array) -> list[tuple[float, float]]:
     """First and last time [s] of the pieces of a session; none where it is too short.
 
-    Parameters
-    ----------
-    times : (n,)
-        Of the common epochs [s], ascending.
-
-    Returns
-    -------
-    list of (float, float)
-        Four to ten spans of equal numbers of epochs; their limits lie between epochs.
+    ``times`` (n,): of the common epochs [s], ascending; Returns (float, float): four to ten spans
+    of equal numbers of epochs; their limits lie between epochs.
     """
     n = len(times)
     if n < 2:
@@ -188,23 +181,10 @@ def piece_scatter(
 ) -> PieceScatter | None:
     """The scatter of pieces against their covariance.
 
-    Parameters
-    ----------
-    values : (k, 3)
-        Coordinates of the same mark from each piece [m].
-    covariance : (k, 3, 3)
-        That they state [m^2].
-    cut
-        How many pieces there were, k if not given.
-    floating
-        How many of them have float ambiguities.
-    correlation : (k, k)
-        Between pieces, None for none.
-
-    Returns
-    -------
-    PieceScatter or None
-        None with fewer than three pieces, which tell nothing.
+    ``values`` (k, 3): coordinates of the same mark from each piece [m]; ``covariance`` (k, 3, 3):
+    that they state [m^2]; ``cut``: how many pieces there were, k if not given; ``correlation`` (k,
+    k): between pieces, None for none; Returns none with fewer than three pieces, which tell
+    nothing.
     """
     k = len(values)
     if k < FEWEST - 1:

@@ -40,15 +40,8 @@ def independent_baselines(
 ) -> list[tuple[int, int]]:
     """The n - 1 baselines (from, to) of n stations, each from a station reached before.
 
-    Parameters
-    ----------
-    positions : (n, 3)
-        Approximate coordinates [m].
-    known
-        Stations with coordinates; the chain starts at the first one (at the first station if none
-        is known).
-    star
-        Take all baselines from this station.
+    ``positions`` (n, 3): approximate coordinates [m]; ``known``: stations with coordinates; the
+    chain starts at the first one (at the first station if none is known).
     """
     n = len(positions)
     root = star if star is not None else (known[0] if len(known) else 0)
@@ -67,17 +60,8 @@ def independent_baselines(
 def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) -> Array:
     """Joint covariance of m independent baselines of one session.
 
-    Parameters
-    ----------
-    baselines
-        (from, to) of each.
-    covariance : (m, 3, 3)
-        Of each baseline [m^2].
-
-    Returns
-    -------
-    (3m, 3m) array
-        Of all of them [m^2].
+    ``baselines``: (from, to) of each; ``covariance`` (m, 3, 3): of each baseline [m^2]; Returns
+    (3m, 3m): of all of them [m^2].
     """
     m = len(baselines)
     names = {name: k for k, name in enumerate(dict.fromkeys(np.ravel(baselines).tolist()))}
@@ -165,16 +149,9 @@ def run_sessions(
 ) -> tuple[SessionResult, ...]:
     """Baselines of all sessions.
 
-    Parameters
-    ----------
-    sessions
-        In the order of computation; a later one may start at points of an earlier one.
-    known
-        ECEF (3,) [m] of points by name, the most certain first.
-    processing
-        How baselines are computed.
-    progress
-        Called with what is being done, how much is done and how much there is.
+    ``sessions``: in the order of computation; a later one may start at points of an earlier one;
+    ``known``: ECEF (3,) [m] of points by name, the most certain first; ``progress``: called with
+    what is being done, how much is done and how much there is.
     """
     places = dict(known)
     total = sum(len(session.occupations) - 1 for session in sessions)

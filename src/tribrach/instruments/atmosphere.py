@@ -49,17 +49,10 @@ def refractivity(
 ) -> Array:
     """Group refractivity ``N = (n - 1) 1e6`` of air.
 
-    Parameters
-    ----------
-    temperature_c, pressure_hpa, humidity_percent
-        The air, any shapes that broadcast.
-    wavelength_um
-        Wavelength L [micrometres].
-
-    Notes
-    -----
     ``N = 273.15/1013.25 N_g p/T - 11.27 e/T`` with ``N_g = 287.6155 + 4.88660/L^2 + 0.06800/L^4``
     for dry air at 0 deg C, 1013.25 hPa and 0.0375 % of CO2.
+
+    ``wavelength_um``: wavelength L [micrometres].
     """
     kelvin = np.asarray(temperature_c, dtype=float) + ZERO_CELSIUS
     dry = 287.6155 + 4.88660 / wavelength_um**2 + 0.06800 / wavelength_um**4
@@ -83,16 +76,8 @@ def first_velocity_ppm(
     refractivity of the reference less the true one (Rueger, "Electronic Distance Measurement",
     first velocity correction).
 
-    Parameters
-    ----------
-    temperature_c, pressure_hpa
-        The air, any shapes that broadcast.
-    humidity_percent
-        Relative humidity; NaN takes that of the reference, which matters 0.3 ppm at 12 deg C.
-    reference
-        The air for which the instrument computes.
-    wavelength_um
-        Wavelength of the light [micrometres].
+    ``humidity_percent``: relative humidity; NaN takes that of the reference, which matters 0.3 ppm
+    at 12 deg C; ``wavelength_um``: wavelength of the light [micrometres].
     """
     humidity = np.asarray(humidity_percent, dtype=float)
     humidity = np.where(np.isnan(humidity), reference.humidity_percent, humidity)

@@ -28,15 +28,7 @@ class Beam:
     def diameter(self, length: Array) -> Array:
         """Diameters at ranges.
 
-        Parameters
-        ----------
-        length : array (n,)
-            Ranges [m].
-
-        Returns
-        -------
-        array (n,)
-            Diameters [m].
+        ``length`` (n,): ranges [m]; Returns (n,): diameters [m].
         """
         wide = self.divergence * np.asarray(length, dtype=float)
         return np.asarray(self.exit + wide if self.cone else np.hypot(self.exit, wide))

@@ -147,14 +147,8 @@ class CalibrationModel:
     def columns(self, r: Any, h: Any, v: Any, face: Any) -> NDArray[Any]:
         """The matrix ``B`` (n, 3, k) at readings.
 
-        Parameters
-        ----------
-        r : (n,)
-            Ranges [m].
-        h, v : (n,)
-            Horizontal and zenith angles [rad]; all three may be complex.
-        face : (n,)
-            +1 front, -1 back.
+        ``r`` (n,): ranges [m]; ``h``, ``v`` (n,): horizontal and zenith angles [rad]; all three may
+        be complex; ``face`` (n,): +1 front, -1 back.
         """
         kind = np.result_type(r, h, v, float)
         out = np.zeros((len(r), 3, len(self.functions)), dtype=kind)
@@ -166,14 +160,8 @@ class CalibrationModel:
     def delta(self, polar: Array, face: Array, c: Array) -> Array:
         """Corrections ``Delta`` (n, 3) of range [m], H and V [rad].
 
-        Parameters
-        ----------
-        polar : (n, 3)
-            Range [m], H and V [rad].
-        face : (n,)
-            +1 front, -1 back.
-        c : (n, k)
-            Parameters at each reading.
+        ``polar`` (n, 3): range [m], H and V [rad]; ``face`` (n,): +1 front, -1 back; ``c`` (n, k):
+        parameters at each reading.
         """
         r, h, v = polar.T
         b = self.columns(r, h, v, face)
@@ -183,14 +171,8 @@ class CalibrationModel:
     def derivative(self, polar: Array, face: Array, c: Array) -> Array:
         """Derivative ``dDelta/d(R, H, V)`` (n, 3, 3), exact to rounding (complex step).
 
-        Parameters
-        ----------
-        polar : (n, 3)
-            Range [m], H and V [rad].
-        face : (n,)
-            +1 front, -1 back.
-        c : (n, k)
-            Parameters at each reading.
+        ``polar`` (n, 3): range [m], H and V [rad]; ``face`` (n,): +1 front, -1 back; ``c`` (n, k):
+        parameters at each reading.
         """
         out = np.empty((len(polar), 3, 3))
         step = 1e-30
@@ -276,10 +258,7 @@ def lichti(unit_1: float, unit_2: float) -> CalibrationModel:
     elevation ``al``, which runs on over the zenith on the back face. A1 is a scale of ranges and
     can be determined by external lengths only. Method section 4.2.
 
-    Parameters
-    ----------
-    unit_1, unit_2
-        Unit lengths of the modulation of the range [m], for A3 to A6.
+    ``unit_1``, ``unit_2``: unit lengths of the modulation of the range [m], for A3 to A6.
     """
     sin, cos, tan = np.sin, np.cos, np.tan
     one, two = 4 * np.pi / unit_1, 4 * np.pi / unit_2
@@ -351,8 +330,6 @@ def unit_of(parameter: str) -> Unit:
 def meaning_of(parameter: str) -> str:
     """What a parameter is, in the words of an instrument maker, such as ``collimation axis error``.
 
-    References
-    ----------
     Method section 4.1.
     """
     return _MEANINGS[parameter]
@@ -363,14 +340,8 @@ def find_model(
 ) -> CalibrationModel:
     """A model by its name, with some of its parameters only if any are named.
 
-    Parameters
-    ----------
-    name
-        One of :data:`MODELS`.
-    parameters
-        Those to keep, in this order; all if empty.
-    unit_lengths
-        Two unit lengths of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
+    ``parameters``: those to keep, in this order; all if empty; ``unit_lengths``: two unit lengths
+    of the modulation of the range [m], for the terms A3 to A6 of ``lichti``.
     """
     if name not in MODELS:
         raise InputError(

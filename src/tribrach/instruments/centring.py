@@ -15,12 +15,8 @@ from tribrach._types import Array
 def of_directions(length: Array, instrument: Array | float, target: Array | float) -> Array:
     """Variances (n,) [rad^2] of directions and azimuths, ``(I^2 + T^2) / d^2``.
 
-    Parameters
-    ----------
-    length : (n,)
-        Horizontal lengths [m].
-    instrument, target : (n,) or float
-        Errors of centring [m].
+    ``length`` (n,): horizontal lengths [m]; ``instrument``, ``target`` (n,): errors of centring
+    [m].
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         variance: Array = (np.square(instrument) + np.square(target)) / length**2
@@ -36,12 +32,8 @@ def of_angles(
 ) -> Array:
     """Variances (n,) [rad^2] of angles, ``(I d3 / (d1 d2))^2 + T^2 (1/d1^2 + 1/d2^2)``.
 
-    Parameters
-    ----------
-    ahead, back, across : (n,)
-        Horizontal lengths to foresight and backsight, and between these two [m].
-    instrument, target : (n,) or float
-        Errors of centring [m].
+    ``ahead``, ``back``, ``across`` (n,): horizontal lengths to foresight and backsight, and between
+    these two [m]; ``instrument``, ``target`` (n,): errors of centring [m].
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = np.square(target) * (1 / ahead**2 + 1 / back**2)
@@ -58,14 +50,8 @@ def of_slope_distances(
 ) -> Array:
     """Variances (n,) [m^2] of slope distances, ``(d^2 (I^2 + T^2) + 2 e^2 V^2) / s^2``.
 
-    Parameters
-    ----------
-    length : (n,)
-        Horizontal lengths [m].
-    rise : (n,) or float
-        Height differences [m].
-    instrument, target, height : (n,) or float
-        Errors of centring, and of the height of either end [m].
+    ``length`` (n,): horizontal lengths [m]; ``rise`` (n,): height differences [m]; ``instrument``,
+    ``target``, ``height`` (n,): errors of centring, and of the height of either end [m].
     """
     plan = np.square(instrument) + np.square(target)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -83,14 +69,8 @@ def of_zeniths(
 ) -> Array:
     """Variances (n,) [rad^2] of zenith angles, ``(e^2 (I^2 + T^2) + 2 d^2 V^2) / s^4``.
 
-    Parameters
-    ----------
-    length : (n,)
-        Horizontal lengths [m].
-    rise : (n,) or float
-        Height differences [m].
-    instrument, target, height : (n,) or float
-        Errors of centring, and of the height of either end [m].
+    ``length`` (n,): horizontal lengths [m]; ``rise`` (n,): height differences [m]; ``instrument``,
+    ``target``, ``height`` (n,): errors of centring, and of the height of either end [m].
     """
     plan = np.square(instrument) + np.square(target)
     with np.errstate(divide="ignore", invalid="ignore"):

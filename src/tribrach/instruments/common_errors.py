@@ -63,15 +63,8 @@ def effects_model(
 ) -> CalibrationModel:
     """The model of a calibration and of common errors together.
 
-    Parameters
-    ----------
-    name
-        Of the calibration model, one of :data:`~tribrach.instruments.calibration.MODELS`; None
-        without a calibration.
-    effects
-        Parameters of the calibration, then common errors.
-    unit_lengths
-        Of the modulation of the range [m].
+    ``name``: of the calibration model, one of :data:`~tribrach.instruments.calibration.MODELS`;
+    None without a calibration; ``unit_lengths``: of the modulation of the range [m].
     """
     own = [effect for effect in effects if effect not in COMMON.parameters]
     common = COMMON.select([effect for effect in effects if effect in COMMON.parameters])

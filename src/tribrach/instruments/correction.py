@@ -76,17 +76,8 @@ class Correction:
     def factors(self, xyz: Array) -> tuple[Array, Array]:
         """The two factors of :meth:`jacobian`.
 
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Points [m].
-
-        Returns
-        -------
-        by_polar : (n, 3, 3)
-            Derivatives of the coordinates by range and angles.
-        columns : (n, 3, k)
-            Derivatives of range and angles by the parameters.
+        ``xyz`` (n, 3): points [m]; ``by_polar`` (n, 3, 3): derivatives of the coordinates by range
+        and angles; ``columns`` (n, 3, k): derivatives of range and angles by the parameters.
         """
         polar = polar_from_xyz(xyz)
         r, h, v = _limited(polar).T

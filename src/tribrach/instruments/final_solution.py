@@ -83,18 +83,9 @@ def final_solution(
 ) -> FinalSolution:
     """The state of a static solution at its end (method section 2.7).
 
-    Parameters
-    ----------
-    values : (n, 3)
-        Solved epochs in the order of time, at least one [m], in any Cartesian frame.
-    covariance : (n, 3, 3)
-        That the engine states [m^2].
-    fixed : (n,)
-        Epochs whose ambiguities are integers.
-    ratio : (n,)
-        Of the ambiguity test.
-    length
-        Of the baseline [m].
+    ``values`` (n, 3): solved epochs in the order of time, at least one [m], in any Cartesian frame;
+    ``covariance`` (n, 3, 3): that the engine states [m^2]; ``fixed`` (n,): epochs whose ambiguities
+    are integers; ``ratio`` (n,): of the ambiguity test; ``length``: of the baseline [m].
     """
     n = len(values)
     end = np.arange(n - max(int(np.ceil(END * n)), 1), n)

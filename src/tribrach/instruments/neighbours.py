@@ -59,16 +59,8 @@ _SUMS = _lattice_sums(_RATIOS, _RATIOS)
 def lattice_factor(across: Array, up: Array | None = None) -> Array:
     """Factor F on the variance of a mean if points share all that their discs have in common.
 
-    Parameters
-    ----------
-    across, up : array (m,)
-        Diameter of the discs over the pitches of the lattice along both axes; a square lattice
-        without the second.
-
-    Returns
-    -------
-    array (m,)
-        Factors, at least 1 (method section 5.7).
+    ``across``, ``up`` (m,): diameter of the discs over the pitches of the lattice along both axes;
+    a square lattice without the second; Returns (m,): factors, at least 1 (method section 5.7).
     """
     x = np.maximum(np.asarray(across, dtype=float), 1e-9)
     if up is None:
@@ -86,22 +78,10 @@ def effective_number(
 ) -> Array:
     """Count the independent points among evenly spread ones, at least one.
 
-    Parameters
-    ----------
-    count : array (m,)
-        Points.
-    area
-        Area of the patch that they lie on [m^2].
-    footprint : array (m,)
-        Area on the same surface of the discs whose overlap points share: that across the beam over
-        the cosine of the incidence angle [m^2].
-    share : array (m,) or float
-        Share of their variance that points share where discs are one.
-
-    Returns
-    -------
-    array (m,)
-        Independent points (method section 5.7).
+    ``count`` (m,): points; ``area``: area of the patch that they lie on [m^2]; ``footprint`` (m,):
+    area on the same surface of the discs whose overlap points share: that across the beam over the
+    cosine of the incidence angle [m^2]; ``share`` (m,): share of their variance that points share
+    where discs are one; Returns (m,): independent points (method section 5.7).
     """
     ratio = np.sqrt(4 / np.pi * footprint * count / area)
     factor = 1 + share * (lattice_factor(ratio) - 1)
@@ -132,18 +112,10 @@ class RangeCorrelation:
     def summed(self, directions: Array, rows: Array) -> Array:
         """Sum of ``r_ij a_i a_j^T`` over all pairs of different points.
 
-        Parameters
-        ----------
-        directions : array (n, 3)
-            Unit vectors to the points.
-        rows : array (n, u)
-            Rows of a fit, each over the sigma of its range.
-
-        Returns
-        -------
-        array (u, u)
-            What correlation adds to the normal matrix ``Sigma a_i a_i^T``, so that ``Q (N + this)
-            Q`` is the covariance of a fit with the cofactors Q (method section 5.7).
+        ``directions`` (n, 3): unit vectors to the points; ``rows`` (n, u): rows of a fit, each over
+        the sigma of its range; Returns (u, u): what correlation adds to the normal matrix ``Sigma
+        a_i a_i^T``, so that ``Q (N + this) Q`` is the covariance of a fit with the cofactors Q
+        (method section 5.7).
         """
         u = rows.shape[1]
         if self.share <= 0 or self.angle <= 0 or len(rows) < 2:
@@ -167,13 +139,7 @@ class RangeCorrelation:
 
 @dataclass(frozen=True)
 class SharedNoise:
-    """What neighbouring points of an instrument share of their range errors.
-
-    Raises
-    ------
-    InputError
-        The share is not between 0 and 1, or the angle is negative.
-    """
+    """What neighbouring points of an instrument share of their range errors."""
 
     #: share of the range variance that goes with the overlap, 0 to 1
     share: float

@@ -76,14 +76,9 @@ class Precision:
     ) -> Array | None:
         """Standard deviations (n,) of directions [rad], None where the instrument says nothing.
 
-        Parameters
-        ----------
-        length : (n,)
-            Lengths of the sights [m]; NaN leaves the errors of centring out.
-        repetitions : (n,)
-            Readings that a value is the mean of.
-        ends : (n,) or float
-            How many of the two ends have an error of centring that is the sight's own.
+        ``length`` (n,): lengths of the sights [m]; NaN leaves the errors of centring out;
+        ``repetitions`` (n,): readings that a value is the mean of; ``ends`` (n,): how many of the
+        two ends have an error of centring that is the sight's own.
         """
         return _angle(self.direction, self.centring, length, repetitions, ends)
 
@@ -92,14 +87,9 @@ class Precision:
     ) -> Array | None:
         """Standard deviations (n,) of zenith angles [rad], None where the instrument says nothing.
 
-        Parameters
-        ----------
-        length : (n,)
-            Lengths of the sights [m]; NaN leaves the errors of heights out.
-        repetitions : (n,)
-            Readings that a value is the mean of.
-        ends : (n,) or float
-            How many of the two ends have an error of height that is the sight's own.
+        ``length`` (n,): lengths of the sights [m]; NaN leaves the errors of heights out;
+        ``repetitions`` (n,): readings that a value is the mean of; ``ends`` (n,): how many of the
+        two ends have an error of height that is the sight's own.
         """
         return _angle(self.zenith, self.height, length, repetitions, ends)
 
@@ -112,14 +102,9 @@ class Precision:
     ) -> Array | None:
         """Standard deviations (n,) of distances [m] with both ends centred.
 
-        Parameters
-        ----------
-        length : (n,)
-            The distances [m].
-        repetitions : (n,)
-            Readings that a value is the mean of.
-        ends : (n,) or float
-            How many of the two ends have an error of centring that is the sight's own.
+        ``length`` (n,): the distances [m]; ``repetitions`` (n,): readings that a value is the mean
+        of; ``ends`` (n,): how many of the two ends have an error of centring that is the sight's
+        own.
         """
         if self.distance is None:
             return None
@@ -145,21 +130,11 @@ class Precision:
     def of_polar(self, polar: Array, repetitions: float = 1.0) -> Array | None:
         """Standard deviations (n, 3) of range [m], horizontal and zenith angle [rad] of targets.
 
-        Parameters
-        ----------
-        polar : (n, 3)
-            Range [m], horizontal and zenith angle [rad] in the scanner frame.
-        repetitions
-            Readings that a value is the mean of.
-
-        Returns
-        -------
-        array (n, 3) or None
-            None where the instrument says nothing of ranges or angles.
-
-        References
-        ----------
         Method section 2.1.
+
+        ``polar`` (n, 3): range [m], horizontal and zenith angle [rad] in the scanner frame;
+        ``repetitions``: readings that a value is the mean of; Returns (n, 3): none where the
+        instrument says nothing of ranges or angles.
         """
         along, angle = self.of_ranges(polar[:, 0]), self.of_scan_angle(repetitions)
         if along is None or angle is None:
@@ -170,16 +145,10 @@ class Precision:
     def with_floor(self, polar: Array, sigma: Array) -> Array:
         """Standard deviations (n, 3) of readings with the floor of the target's centre added.
 
-        Parameters
-        ----------
-        polar : (n, 3)
-            Range [m], horizontal and zenith angle [rad] in the scanner frame.
-        sigma : (n, 3)
-            Standard deviations without it [m, rad, rad].
-
-        References
-        ----------
         Method section 2.2.
+
+        ``polar`` (n, 3): range [m], horizontal and zenith angle [rad] in the scanner frame;
+        ``sigma`` (n, 3): standard deviations without it [m, rad, rad].
         """
         length, flat = polar[:, 0], polar[:, 0] * _off_pole(polar[:, 2])
         floor = self.target * np.stack([np.ones(len(polar)), 1 / flat, 1 / length], axis=1)
@@ -192,19 +161,10 @@ class Precision:
         They are those of the readings that the coordinates were computed from, so that a target
         weighs the same however it is written down.
 
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Targets in the scanner frame [m].
-
-        Returns
-        -------
-        array (n, 3, 3) or None
-            None where the instrument says nothing of ranges or angles.
-
-        References
-        ----------
         Method section 2.2.
+
+        ``xyz`` (n, 3): targets in the scanner frame [m]; Returns (n, 3, 3): none where the
+        instrument says nothing of ranges or angles.
         """
         polar = polar_from_xyz(xyz)
         sigma = self.of_polar(polar)
@@ -214,17 +174,11 @@ class Precision:
 def covariance_of_readings(polar: Array, sigma: Array) -> Array:
     """Covariances (n, 3, 3) [m^2] of coordinates computed from polar readings.
 
-    Parameters
-    ----------
-    polar : (n, 3)
-        Range [m], horizontal and zenith angle [rad]. Nearer to a pole than half a degree the lever
-        of the horizontal angle stays what it is there, so that no coordinate is free of error.
-    sigma : (n, 3)
-        Their standard deviations [m, rad, rad].
-
-    References
-    ----------
     Method section 2.2.
+
+    ``polar`` (n, 3): range [m], horizontal and zenith angle [rad]. Nearer to a pole than half a
+    degree the lever of the horizontal angle stays what it is there, so that no coordinate is free
+    of error; ``sigma`` (n, 3): their standard deviations [m, rad, rad].
     """
     slope = xyz_by_polar(polar)
     lever = polar[:, 0] * _off_pole(polar[:, 2])
@@ -241,12 +195,8 @@ def _off_pole(zenith: Array) -> Array:
 def beam_covariance(xyz: Array, along: Array, across: Array) -> Array:
     """Covariances (n, 3, 3) [m^2] of points from standard deviations along and across the beam.
 
-    Parameters
-    ----------
-    xyz : (n, 3)
-        Points in the scanner frame [m].
-    along, across : (n,)
-        Standard deviations [m].
+    ``xyz`` (n, 3): points in the scanner frame [m]; ``along``, ``across`` (n,): standard deviations
+    [m].
     """
     unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
     outer = unit[:, :, None] * unit[:, None, :]

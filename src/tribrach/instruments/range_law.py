@@ -25,34 +25,17 @@ _WEAKER = 10.0
 
 @dataclass(frozen=True)
 class RangeLaw(Result):
-    """Standard deviation of a range as a function of its intensity.
+    """Standard deviation of a range as a function of its intensity."""
 
-    Attributes
-    ----------
-    a
-        Factor of the power [m] at an intensity of one.
-    b
-        Exponent, zero or negative: more light is less noise.
-    c
-        What no light takes away [m].
-    knots, factors
-        A term that the power is multiplied with: factors at intensities that grow, linear in the
-        logarithm of the intensity between them and constant beyond. None for the power alone.
-    low, high
-        Intensities that the law was estimated from, above zero. It is continued to weaker ones down
-        to a tenth of ``low``, where a constant would understate, and constant beyond.
-
-    Raises
-    ------
-    InputError
-        A figure that no such law has.
-    """
-
-    a: float
-    b: float
-    c: float
+    a: float  #: factor of the power [m] at an intensity of one
+    b: float  #: exponent, zero or negative: more light is less noise
+    c: float  #: what no light takes away [m]
+    #: intensities that the law was estimated from, above zero. It is continued to weaker ones down
+    #: to a tenth of ``low``, where a constant would understate, and constant beyond
     low: float
     high: float
+    #: a term that the power is multiplied with: factors at intensities that grow, linear in the
+    #: logarithm of the intensity between them and constant beyond. None for the power alone
     knots: tuple[float, ...] = ()
     factors: tuple[float, ...] = ()
 
@@ -87,15 +70,8 @@ class RangeLaw(Result):
     def sigma(self, intensity: ArrayLike) -> Array:
         """Evaluate the law.
 
-        Parameters
-        ----------
-        intensity : array_like (n,)
-            Intensities as in the file.
-
-        Returns
-        -------
-        array (n,)
-            Standard deviations of ranges [m]; NaN where the intensity is.
+        ``intensity`` (n,): intensities as in the file; Returns (n,): standard deviations of ranges
+        [m]; NaN where the intensity is.
         """
         light = np.clip(np.asarray(intensity, dtype=np.float64), self.weakest, self.high)
         out: Array = self.a * light**self.b + self.c

@@ -60,14 +60,8 @@ class ReadingSets:
 def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None) -> ReadingSets:
     """Sets of n readings in the order they were taken.
 
-    Parameters
-    ----------
-    target : (n,)
-        Index of the target.
-    face : (n,)
-        1 or 2.
-    series : (n,)
-        Numbers of sets that the file gives, 0 where it gives none; a change of it begins a set.
+    ``target`` (n,): index of the target; ``face`` (n,): 1 or 2; ``series`` (n,): numbers of sets
+    that the file gives, 0 where it gives none; a change of it begins a set.
     """
     n = len(target)
     number, closing = np.zeros(n, dtype=np.int64), np.zeros(n, dtype=bool)
@@ -256,12 +250,7 @@ class AxisErrors:
 def fold(direction: Array, zenith: Array, face: NDArray[np.int8]) -> tuple[Array, Array]:
     """Readings as face 1 would give them: ``H - pi`` and ``2 pi - V`` where the face is 2.
 
-    Parameters
-    ----------
-    direction, zenith : (n,)
-        As read [rad].
-    face : (n,)
-        1 or 2.
+    ``direction``, ``zenith`` (n,): as read [rad]; ``face`` (n,): 1 or 2.
     """
     second = face == 2
     folded = np.where(second, direction - np.pi, direction) % (2 * np.pi)
@@ -279,12 +268,8 @@ def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> Axi
 
     What is out of line is found from medians beforehand.
 
-    Parameters
-    ----------
-    half_direction, half_zenith : (n,)
-        Half differences of the faces [rad]; NaN takes no part.
-    zenith : (n,)
-        Zenith angles [rad].
+    ``half_direction``, ``half_zenith`` (n,): half differences of the faces [rad]; NaN takes no
+    part; ``zenith`` (n,): zenith angles [rad].
     """
     # a sight along the vertical axis tells nothing of it
     zenith = np.where(np.sin(zenith) == 0, np.nan, zenith)
@@ -452,18 +437,9 @@ def reduce(
 ) -> Reduction:
     """Pair faces, adjust rounds and average.
 
-    Parameters
-    ----------
-    setup, target : (n,)
-        Indices, of readings in the order they were taken.
-    face : (n,)
-        1 or 2.
-    direction, zenith : (n,)
-        As read [rad], NaN where not read.
-    distance : (n,)
-        Corrected [m], NaN where not read.
-    series : (n,)
-        Number of the set if it is known, else 0.
+    ``setup``, ``target`` (n,): indices, of readings in the order they were taken; ``face`` (n,): 1
+    or 2; ``direction``, ``zenith`` (n,): as read [rad], NaN where not read; ``distance`` (n,):
+    corrected [m], NaN where not read; ``series`` (n,): number of the set if it is known, else 0.
     """
     number = np.zeros(len(setup), dtype=np.int64)
     closing = np.zeros(len(setup), dtype=bool)

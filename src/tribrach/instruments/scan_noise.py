@@ -26,13 +26,7 @@ from tribrach.units import SEC
 
 @dataclass(frozen=True)
 class ScanNoise:
-    """Standard deviations of single points of a scanner.
-
-    Raises
-    ------
-    InputError
-        A figure is negative or no number.
-    """
+    """Standard deviations of single points of a scanner."""
 
     #: of ranges [m] and [m/m], added linearly
     range: float
@@ -112,15 +106,9 @@ class ScanNoise:
     ) -> Array:
         """Standard deviations (n,) [m] of ranges (method section 5.2).
 
-        Parameters
-        ----------
-        length : (n,)
-            Ranges [m].
-        cosine : (n,) or float
-            Of the incidence angle on the surface.
-        intensity : (n,), optional
-            Intensities as in the file, NaN where unknown. With a law of the noise it is that which
-            they give, whatever range and incidence.
+        ``length`` (n,): ranges [m]; ``cosine`` (n,): of the incidence angle on the surface;
+        ``intensity`` (n,): intensities as in the file, NaN where unknown. With a law of the noise
+        it is that which they give, whatever range and incidence.
         """
         stated: Array = (self.range + self.range_scale * length) / cosine**self.incidence
         if self.law is None or intensity is None:
@@ -131,16 +119,8 @@ class ScanNoise:
     def lawful_sigma(self, intensity: Array | None) -> Array:
         """Give the law's sigmas to a compiled loop.
 
-        Parameters
-        ----------
-        intensity : (n,) or None
-            Intensities as in the file, NaN where unknown.
-
-        Returns
-        -------
-        array (n,)
-            Standard deviations of ranges [m], -1 where the law says nothing; empty if it says
-            nothing at all.
+        ``intensity`` (n,): intensities as in the file, NaN where unknown; Returns (n,): standard
+        deviations of ranges [m], -1 where the law says nothing; empty if it says nothing at all.
         """
         if self.law is None or intensity is None:
             return np.empty(0)

@@ -66,13 +66,7 @@ def files_below(folder: Path) -> dict[str, Path]:
 
 
 def copied(source: Path, target: Path, digest: str) -> None:
-    """Copy a file that has this digest.
-
-    Raises
-    ------
-    InputError
-        It has another one.
-    """
+    """Copy a file that has this digest."""
     if digest_of(source) != digest:
         raise InputError(
             "this is not the file that was sealed",
@@ -98,10 +92,7 @@ def write_bag(
     payload : files by their names in it; those that are ``absent`` are only named by their digest.
     sign : makes the signature of the lists.
 
-    Returns
-    -------
-    digest, size
-        Of what is signed, and of the file [bytes].
+    Returns the digest of what is signed, and the size of the file [bytes].
     """
     seen = set[str]()
     for name, place in payload.items():
@@ -251,13 +242,7 @@ class Bag:
 
 @contextmanager
 def opened_bag(path: Path) -> Iterator[Bag]:
-    """A bag, once its names, sizes and lists were found safe.
-
-    Raises
-    ------
-    InputError
-        No zip, no seal, a path that leaves the folder, a link, more than its size can hold.
-    """
+    """A bag, once its names, sizes and lists were found safe."""
     try:
         archive = zipfile.ZipFile(path)
     except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError) as error:

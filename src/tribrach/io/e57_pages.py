@@ -181,14 +181,7 @@ def paged(content: bytes) -> bytes:
 def verify(pages: Bytes, first: int, path: Path) -> None:
     """Check the checksums of whole pages.
 
-    Parameters
-    ----------
-    pages : (n, 1024)
-        The pages.
-    first
-        Number of the first of them.
-    path
-        Of the file, for messages.
+    ``pages`` (n, 1024): the pages.
     """
     stated = np.ascontiguousarray(pages[:, PAYLOAD:]).view(">u4").ravel()
     wrong = np.flatnonzero(stated != _checksums(pages))

@@ -29,10 +29,7 @@ _LARGEST = 1000
 class FolderLock:
     """The lock of a folder of results, taken when first something is written there.
 
-    Parameters
-    ----------
-    state : Path
-        The folder of what the program keeps for itself in the folder of results.
+    ``state``: the folder of what the program keeps for itself in the folder of results.
     """
 
     #: folders that this process holds, with the thread that took them

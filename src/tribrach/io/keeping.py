@@ -57,21 +57,11 @@ _PATIENCE = 5.0
 
 
 class _Stamp(NamedTuple):
-    """What tells whether a file is still the one that was read.
+    """What tells whether a file is still the one that was read."""
 
-    Attributes
-    ----------
-    number
-        Device and number of the file, the same for all hard links.
-    size
-        In bytes.
-    date
-        Of its last change [ns].
-    """
-
-    number: tuple[int, int]
+    number: tuple[int, int]  #: device and number of the file, the same for all hard links
     size: int
-    date: int
+    date: int  #: of its last change [ns]
 
 
 class _Content(NamedTuple):
@@ -104,28 +94,15 @@ _Written = dict[str, list[_Content]]
 
 @dataclass
 class _Scope:
-    """What one piece of work reads and where it writes.
+    """What one piece of work reads and where it writes."""
 
-    Parameters
-    ----------
-    stamps
-        Resolved files that are read, with size, date and number when they were first named; None
-        for those that were not there.
-    numbers
-        Device and number of those files, the same for all hard links.
-    folder
-        Folder of results, absolute; None for single files.
-    overwrite
-        Files of others may be replaced.
-    lists
-        What the program wrote into a folder, by the path of the list, and what told the list from
-        others when it was last read or written.
-    """
-
+    #: resolved files that are read, with size, date and number when they were first named; None for
+    #: those that were not there
     stamps: dict[Path, _Stamp | None] = field(default_factory=dict)
+    #: device and number of those files, the same for all hard links
     numbers: set[tuple[int, int]] = field(default_factory=set)
-    folder: Path | None = None
-    overwrite: bool = False
+    folder: Path | None = None  #: folder of results, absolute; None for single files
+    overwrite: bool = False  #: files of others may be replaced
     #: the command whose work it is, and what its results are where no option names them
     command: str = ""
     kind: str = ""
@@ -136,6 +113,8 @@ class _Scope:
     #: resolved files that belong to what is read, whether they are opened or not
     beside: set[Path] = field(default_factory=set)
     locks: list[FolderLock] = field(default_factory=list)
+    #: what the program wrote into a folder, by the path of the list, and what told the list from
+    #: others when it was last read or written
     lists: dict[Path, tuple[_Stamp | None, _Written]] = field(default_factory=dict)
 
     def add(self, inputs: Iterable[Path]) -> None:
@@ -197,23 +176,10 @@ def keeping(
 ) -> Iterator[None]:
     """Write within these rules until the block ends.
 
-    Parameters
-    ----------
-    inputs : iterable of Path
-        Files that are read.
-    folder : Path, optional
-        Folder of results, where one list says what was written.
-    overwrite : bool
-        Files that others wrote may be replaced, those that are read may not.
-    command : str
-        Words of the command whose work it is; that of the block around it if not given.
-    kind : str
-        What its results are, where no option names them.
-
-    Raises
-    ------
-    InputError
-        By what writes a file in the block: see :func:`refuse_loss`.
+    ``folder``: folder of results, where one list says what was written; ``overwrite``: files that
+    others wrote may be replaced, those that are read may not; ``command``: words of the command
+    whose work it is; that of the block around it if not given; ``kind``: what its results are,
+    where no option names them.
     """
     around = _SCOPES[-1].command if _SCOPES else ""
     scope = _Scope(
@@ -243,19 +209,9 @@ def keep(
 ) -> None:
     """Add to the innermost block of :func:`keeping`; without a block nothing happens.
 
-    Parameters
-    ----------
-    inputs : iterable of Path
-        Further files that are read.
-    folder : Path, optional
-        Folder of results, where the block has none.
-    overwrite : bool
-        Lifts the rule on files that others wrote.
-    kinds : mapping of Path to str, optional
-        Kinds of single results.
-    beside : iterable of Path
-        Files that belong to what is read, such as the poses of clouds. Nothing takes their place
-        but what wrote them.
+    ``folder``: folder of results, where the block has none; ``overwrite``: lifts the rule on files
+    that others wrote; ``beside``: files that belong to what is read, such as the poses of clouds.
+    Nothing takes their place but what wrote them.
     """
     if not _SCOPES or _LOOKING.get():
         return
@@ -282,20 +238,7 @@ def looking() -> Iterator[None]:
 
 
 def hold(path: Path) -> None:
-    """Let no other run write into the folder of results that a file is in, until the block ends.
-
-    Parameters
-    ----------
-    path : Path
-        A file there, or the folder itself.
-
-    Raises
-    ------
-    InputError
-        Another run is writing there.
-    OSError
-        The folder cannot be made.
-    """
+    """Let no other run write into the folder of results that a file is in, until the block ends."""
     scope = _scope_of(path)
     if scope is None or scope.folder is None or scope.locks:
         return
@@ -304,13 +247,7 @@ def hold(path: Path) -> None:
 
 
 def refuse_changes() -> None:
-    """Refuse to write anything once a file that was read is another one.
-
-    Raises
-    ------
-    InputError
-        It has another size or date than when it was first named, or is not there any more.
-    """
+    """Refuse to write anything once a file that was read is another one."""
     for scope in _SCOPES:
         for path, before in scope.stamps.items():
             if before is None:
@@ -333,16 +270,7 @@ def is_read(path: Path) -> bool:
 def refuse_loss(path: Path) -> None:
     """Refuse a file that may not be written, before anything is.
 
-    Parameters
-    ----------
-    path : Path
-        The file as it is named, links not yet followed.
-
-    Raises
-    ------
-    InputError
-        It is read by the same work, lies behind a link below the folder of results, was not
-        written by this command as this kind of result, or was changed since.
+    ``path``: the file as it is named, links not yet followed.
     """
     scope = _scope_of(path)
     beside = scope is not None and any(path.resolve() in other.beside for other in _SCOPES)
@@ -406,13 +334,7 @@ def _strings(value: object) -> Iterator[str]:
 
 
 def refuse_mixture(folder: Path) -> None:
-    """Refuse a folder that holds what the command wrote as another kind, under whatever names.
-
-    Raises
-    ------
-    InputError
-        Such a file is there, and it may not be replaced.
-    """
+    """Refuse a folder that holds what the command wrote as another kind, under whatever names."""
     scope = _scope_of(folder / MANIFEST)
     if scope is None or scope.overwrite:
         return
@@ -431,15 +353,7 @@ def refuse_mixture(folder: Path) -> None:
 def note_written(files: Mapping[Path, Path]) -> None:
     """List files as written by this program, just before they get their names.
 
-    Parameters
-    ----------
-    files : mapping of Path to Path
-        By the files as they are named their content, complete, under a temporary name.
-
-    Raises
-    ------
-    OSError
-        The list cannot be written, but for folders in which nothing may be made.
+    ``files``: by the files as they are named their content, complete, under a temporary name.
     """
     by_list: dict[Path, tuple[_Scope, dict[Path, Path]]] = {}
     for path, part in files.items():
@@ -451,13 +365,7 @@ def note_written(files: Mapping[Path, Path]) -> None:
 
 
 def _add(place: Path, scope: _Scope, files: Mapping[Path, Path]) -> None:
-    """Add files to the list of a folder.
-
-    Raises
-    ------
-    OSError
-        The list cannot be written, but for folders in which nothing may be made.
-    """
+    """Add files to the list of a folder."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         with _alone(place.parent, scope):
@@ -479,13 +387,7 @@ def _add(place: Path, scope: _Scope, files: Mapping[Path, Path]) -> None:
 
 @contextmanager
 def alone(path: Path) -> Iterator[None]:
-    """A block in which no other process reads and replaces a file that people change together.
-
-    Raises
-    ------
-    InputError
-        Another one does so for longer than a moment.
-    """
+    """A block in which no other process reads and replaces a file that people change together."""
     state = path.parent / STATE_FOLDER
     with suppress(OSError):  # where nothing can be written, the file is refused in its own words
         state.mkdir(parents=True, exist_ok=True)
@@ -519,13 +421,7 @@ def _alone(state: Path, scope: _Scope) -> Iterator[None]:
 
 
 def _list(place: Path, written: _Written, read: list[str]) -> _Stamp | None:
-    """Write the list of what the program wrote and last read; what tells it from others.
-
-    Raises
-    ------
-    OSError
-        It cannot be written.
-    """
+    """Write the list of what the program wrote and last read; what tells it from others."""
     handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -21,20 +21,8 @@ _SORTS = {
 def read_logo(path: Path | None) -> str:
     """A picture as an address that holds all of it.
 
-    Parameters
-    ----------
-    path : Path or None
-        PNG, JPEG or SVG of one megabyte at most; None where there is none.
-
-    Returns
-    -------
-    str
-        For the source of an image in a page, where a drawing can run nothing; "" without one.
-
-    Raises
-    ------
-    InputError
-        It cannot be read, is something else, or too large.
+    ``path``: PNG, JPEG or SVG of one megabyte at most; None where there is none; Returns for the
+    source of an image in a page, where a drawing can run nothing; "" without one.
     """
     if path is None:
         return ""

@@ -16,45 +16,20 @@ Content = str | bytes | Iterator[str]
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write UTF-8 text under a temporary name and rename it; folders are made as needed.
-
-    Raises
-    ------
-    InputError
-        The folder or file cannot be written.
-    """
+    """Write UTF-8 text under a temporary name and rename it; folders are made as needed."""
     return write_texts({path: text})[0]
 
 
 def write_bytes(path: Path, data: bytes) -> Path:
-    """Write bytes under a temporary name and rename it; folders are made as needed.
-
-    Raises
-    ------
-    InputError
-        The folder or file cannot be written.
-    """
+    """Write bytes under a temporary name and rename it; folders are made as needed."""
     return write_texts({path: data})[0]
 
 
 def write_texts(texts: Mapping[Path, Content]) -> list[Path]:
     """Write several files of UTF-8 text or bytes; all get temporary names first, then their own.
 
-    Parameters
-    ----------
-    texts
-        Contents by path: text, bytes, or pieces of text that are written one by one, so that a
-        long file is never in memory whole.
-
-    Returns
-    -------
-    list of Path
-        The paths.
-
-    Raises
-    ------
-    InputError
-        A folder or file cannot be written; then none of them has changed.
+    ``texts``: contents by path: text, bytes, or pieces of text that are written one by one, so that
+    a long file is never in memory whole.
     """
     staged: dict[Path, str] = {}
     path = Path()
@@ -78,22 +53,7 @@ def write_texts(texts: Mapping[Path, Content]) -> list[Path]:
 def take_over(made: Path, path: Path) -> Path:
     """Give a whole file, which somebody wrote for this program, the name of a result.
 
-    Parameters
-    ----------
-    made
-        The file, on the disk of the result; it has that name no more afterwards.
-    path
-        The result.
-
-    Returns
-    -------
-    Path
-        The result.
-
-    Raises
-    ------
-    InputError
-        Something would be lost, a file that was read has changed, or the file cannot be renamed.
+    ``made``: the file, on the disk of the result; it has that name no more afterwards.
     """
     try:
         place = destination(path)
@@ -110,25 +70,7 @@ def take_over(made: Path, path: Path) -> Path:
 
 
 def copy_file(source: Path, path: Path) -> Path:
-    """Copy a file of this program's under a temporary name and rename it.
-
-    Parameters
-    ----------
-    source
-        The file.
-    path
-        The result.
-
-    Returns
-    -------
-    Path
-        The result.
-
-    Raises
-    ------
-    InputError
-        Something would be lost, or a file cannot be read or written.
-    """
+    """Copy a file of this program's under a temporary name and rename it."""
     name = ""
     try:
         place = destination(path)
@@ -150,16 +92,7 @@ def copy_file(source: Path, path: Path) -> Path:
 
 
 def destination(path: Path) -> Path:
-    """The path that is really written: the target of a link, in a folder that is made as needed.
-
-    Raises
-    ------
-    InputError
-        Something would be lost (:func:`~tribrach.io.keeping.refuse_loss`), or another run writes
-        into the folder of results.
-    OSError
-        It is a folder, or its folder cannot be made.
-    """
+    """The path that is really written: the target of a link, in a folder that is made as needed."""
     if path.is_dir():
         raise IsADirectoryError(21, "it is a folder")
     if special(path):
@@ -193,13 +126,7 @@ def _put(name: str, path: Path) -> None:
 
 
 def _stage(path: Path, text: Content) -> str:
-    """Write the content beside its destination.
-
-    Returns
-    -------
-    str
-        The temporary name.
-    """
+    """Write the content beside its destination."""
     place = destination(path)
     # beside a device or a pipe is no place for files
     folder = None if special(place) else place.parent

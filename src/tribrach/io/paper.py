@@ -49,11 +49,6 @@ def paper_of(page: str, attached: tuple[str, ...] = ()) -> Paper:
     """The document of a page.
 
     attached : names of files that the document carries.
-
-    Raises
-    ------
-    InputError
-        The text is no page of this program.
     """
     from lxml import etree, html
 

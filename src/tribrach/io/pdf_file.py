@@ -15,13 +15,7 @@ _FIELD = (590, 8, 808, 36)
 
 
 def pdf_document(source: str, files: Mapping[str, bytes], date: datetime.date) -> bytes:
-    """A document of PDF/A-3b with its attachments and an empty field for a signature.
-
-    Raises
-    ------
-    InputError
-        A package is missing, or the source cannot be set.
-    """
+    """A document of PDF/A-3b with its attachments and an empty field for a signature."""
     try:
         import typst
         from pyhanko.pdf_utils.incremental_writer import IncrementalPdfFileWriter

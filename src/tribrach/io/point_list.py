@@ -130,14 +130,7 @@ def _covariance(table: CsvTable, d: int) -> Array | None:
 def point_list_text(names: Sequence[str], xyz: Array, covariance: Array | None) -> str:
     """A CSV table of points with their covariances that :func:`read_point_list` reads.
 
-    Parameters
-    ----------
-    names
-        Of the points.
-    xyz : (n, 3) or (n, 2)
-        Coordinates [m].
-    covariance : (n, d, d) or None
-        Of the coordinates [m^2].
+    ``xyz`` (n, 3): coordinates [m]; ``covariance`` (n, d, d): of the coordinates [m^2].
     """
     d = xyz.shape[1]
     axes = "xyz"[:d]

@@ -55,17 +55,7 @@ def read_tolerances(path: Path) -> list[tuple[str, DeviationLimits]]:
 def limits_of(
     names: Sequence[str], table: Sequence[tuple[str, DeviationLimits]], rest: DeviationLimits | None
 ) -> tuple[dict[str, DeviationLimits], list[str]]:
-    """DeviationLimits by element, and patterns that fit none.
-
-    Parameters
-    ----------
-    names
-        Of the elements.
-    table
-        As :func:`read_tolerances` gives it.
-    rest
-        Of elements that no row fits.
-    """
+    """DeviationLimits by element, and patterns that fit none."""
     out: dict[str, DeviationLimits] = {}
     used: set[int] = set()
     for name in names:

@@ -54,20 +54,9 @@ def read_text(path: Path) -> str:
 def with_comments(head: str, tables: Sequence[str], old: str) -> str:
     """A file of tables that keeps comments, and the words of tables that stay, of an older text.
 
-    Parameters
-    ----------
-    head
-        Comment that the file begins with.
-    tables
-        Tables, in order, as they would be written without the older text.
-    old
-        The older text, which is TOML.
-
-    Returns
-    -------
-    str
-        The head, further comments that belong to no table that stays, and the tables, those that
-        stay with what stood above and in them.
+    ``tables``: tables, in order, as they would be written without the older text; Returns the head,
+    further comments that belong to no table that stays, and the tables, those that stay with what
+    stood above and in them.
     """
     kept: dict[str, list[str]] = {}
     for block in _blocks(old):

@@ -24,31 +24,16 @@ SCHEMA = 1
 
 @dataclass(frozen=True, eq=False)
 class StoredTransformation:
-    """A transformation from a file.
+    """A transformation from a file."""
 
-    Attributes
-    ----------
-    transformation
-        Ready to be applied.
-    covariance : (k, k) or None
-        Of its parameters, None if unknown.
-    freedom : int or None
-        Degrees of freedom of the variance that it rests on, None where sigmas were given.
-    """
-
-    transformation: Transformation
-    covariance: Array | None
+    transformation: Transformation  #: ready to be applied
+    covariance: Array | None  #: (k, k): of its parameters, None if unknown
+    #: degrees of freedom of the variance that it rests on, None where sigmas were given
     freedom: int | None = None
 
 
 def read_transformation(path: Path) -> StoredTransformation:
-    """Read a transformation that ``tribrach transform fit --json`` wrote.
-
-    Raises
-    ------
-    InputError
-        Unreadable, another kind of file, values that are no numbers or contradict each other.
-    """
+    """Read a transformation that ``tribrach transform fit --json`` wrote."""
     cure = "give the file that tribrach transform fit --json wrote"
     try:
         data = read_json(path)
@@ -96,13 +81,7 @@ def _proper(covariance: Array) -> bool:
 
 
 def _array(value: Any, shape: tuple[int, ...]) -> Array:
-    """Finite numbers as an array of a given shape.
-
-    Raises
-    ------
-    ValueError
-        Anything else.
-    """
+    """Finite numbers as an array of a given shape."""
     array = np.array(value, dtype=np.float64)
     if array.shape != shape or not np.isfinite(array).all():
         raise ValueError(f"not {shape} finite numbers")

@@ -47,14 +47,7 @@ _AGAIN = "download, transfer or copy it again"
 class _Bound:
     """How much a file may become.
 
-    Parameters
-    ----------
-    path
-        The file, for messages.
-    size
-        Its bytes as they lie on disk.
-    most
-        So many bytes [bytes] are too many for any file.
+    ``most``: so many bytes [bytes] are too many for any file.
     """
 
     def __init__(self, path: Path, size: int, most: int | None = None) -> None:

@@ -235,26 +235,8 @@ class Adjustment(SolvedSystem):
 def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
     """Adjust a network by least squares (method section 3.1).
 
-    Parameters
-    ----------
-    network
-        Observations, unknowns and datum; missing start values are found.
-    options
-        When the iteration ends; the defaults of :class:`Options` if None.
-
-    Returns
-    -------
-    Adjustment
-        Estimates, residuals and covariances at the solution.
-
-    Raises
-    ------
-    NoStartValues
-        No chain of observations reaches some unknowns.
-    RankDefect
-        The observations leave combinations of unknowns open, named in sentences.
-    NotConverged
-        The iteration did not reach a minimum.
+    ``network``: observations, unknowns and datum; missing start values are found; ``options``: when
+    the iteration ends; the defaults of :class:`Options` if None.
     """
     options = options or Options()
     solve = partial(_adjusted, options=options)

@@ -44,24 +44,12 @@ class Considered:
 def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns: Index) -> Array:
     """What effects that are no unknowns do to the unknowns of a network.
 
-    Parameters
-    ----------
-    adjustment
-        The network, solved without them. Readings of targets and fitted planes carry them, and
-        relative poses of clouds a scale that both stations have; else clouds are taken as free.
-    effects
-        The m effects.
-    columns : array (k,)
-        Columns of the full tangent vector.
-
-    Returns
-    -------
-    array (k, m)
-        Derivatives of the unknowns; zero where they are fixed.
-
-    References
-    ----------
     Method section 5.10.
+
+    ``adjustment``: the network, solved without them. Readings of targets and fitted planes carry
+    them, and relative poses of clouds a scale that both stations have; else clouds are taken as
+    free; ``columns`` (k,): columns of the full tangent vector; Returns (k, m): derivatives of the
+    unknowns; zero where they are fixed.
     """
     shift = np.zeros((adjustment.n_observations, len(effects)))
     start = 0

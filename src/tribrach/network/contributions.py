@@ -44,11 +44,8 @@ class Contribution:
 def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
     """Shares (6, 6) of every group in the a-priori covariance of a scanner station.
 
-    Returns
-    -------
-    list of Contribution
-        Of translation E, N, U [m] and left rotation increments [rad], as in
-        ``adjustment.covariance``, which is their sum.
+    Returns of translation E, N, U [m] and left rotation increments [rad], as in
+    ``adjustment.covariance``, which is their sum.
     """
     influence = _influence(adjustment, adjustment.columns(station))
     out = _common(adjustment, influence)

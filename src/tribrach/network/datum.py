@@ -44,10 +44,7 @@ def generators(state: State) -> Array:
     Points and pose translations move, pose rotations and plane normals turn; scalars and vectors
     are left at zero, :func:`open_motions` finds how they go along.
 
-    Returns
-    -------
-    array (size, 7)
-        Three shifts [m], three turns about the centroid [rad] and scale [1].
+    Returns (size, 7): three shifts [m], three turns about the centroid [rad] and scale [1].
     """
     layout = state.layout
     out = np.zeros((layout.size, 7))
@@ -94,16 +91,9 @@ def open_motions(
     Scalars and vectors follow each motion as well as the observations let them, so a turn about the
     vertical takes the orientation unknowns along.
 
-    Parameters
-    ----------
-    design : sparse array (n, u)
-        Whitened Jacobian over the free columns.
-    state
-        Unknowns where it was linearised.
-    free_columns : array (u,)
-        Columns of the full tangent vector that are free.
-    constraints : sparse array (q, u)
-        Jacobian of the hard constraints.
+    ``design`` (n, u): whitened Jacobian over the free columns; ``state``: unknowns where it was
+    linearised; ``free_columns`` (u,): columns of the full tangent vector that are free;
+    ``constraints`` (q, u): Jacobian of the hard constraints.
     """
     full = generators(state)
     motion = full[free_columns]
@@ -196,29 +186,13 @@ def point_numbers(layout: Layout, free_columns: Index) -> Index:
 class Cofactor:
     """Cofactor matrix ``Q`` (u, u) of the adjusted unknowns, never formed as a whole.
 
-    Parameters
-    ----------
-    normal
-        ``A^T A`` (u, u) of the whitened design.
-    point_of : array (u,)
-        Number of the point of each column, -1 for others.
-    constraints
-        Hard constraints C (q, u).
-    motions
-        Open motions G (u, d).
-    datum
-        Mask (u,) of the unknowns that carry the inner constraints.
-
-    Raises
-    ------
-    SingularMatrix
-        More is open than the motions, or the constraints contradict each other.
-
-    Notes
-    -----
     ``Q = S Q1 S^T`` with ``Q1 = Z - Z C^T (C Z C^T)^-1 C Z``, Z the inverse of the pinned normal
     matrix and ``S = I - G (B^T G)^-1 B^T``, B = G on the datum unknowns (method sections 3.2 and
     3.3).
+
+    ``normal``: ``A^T A`` (u, u) of the whitened design; ``point_of`` (u,): number of the point of
+    each column, -1 for others; ``constraints``: hard constraints C (q, u); ``motions``: open
+    motions G (u, d); ``datum``: mask (u,) of the unknowns that carry the inner constraints.
     """
 
     def __init__(
@@ -421,19 +395,9 @@ class Cofactor:
     def step(self, gradient: Array, right: Array, moved: Array) -> Array:
         """Solve the constrained system in the datum.
 
-        Parameters
-        ----------
-        gradient : array (u,)
-            ``A^T w``.
-        right : array (q,)
-            Right-hand side c of the constraints.
-        moved : array (u,)
-            Corrections so far: the inner constraints hold for the sum.
-
-        Returns
-        -------
-        array (u,)
-            The next corrections [m, rad].
+        ``gradient`` (u,): ``A^T w``; ``right`` (q,): right-hand side c of the constraints;
+        ``moved`` (u,): corrections so far: the inner constraints hold for the sum; Returns (u,):
+        the next corrections [m, rad].
         """
         x = gradient
         if len(right):

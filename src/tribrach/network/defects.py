@@ -57,17 +57,8 @@ def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
     Those of the named points and stations; all points if none are named, all stations in a network
     without points.
 
-    Parameters
-    ----------
-    network
-        The network and its datum.
-    free_columns : array (u,)
-        Free columns of the full tangent vector.
-
-    Returns
-    -------
-    array (u,)
-        True for columns of datum points and stations.
+    ``free_columns`` (u,): free columns of the full tangent vector; Returns (u,): true for columns
+    of datum points and stations.
     """
     layout = network.start.layout
     mask = np.zeros(layout.size, dtype=bool)
@@ -94,18 +85,8 @@ def check_datum(
 ) -> None:
     """Refuse a network whose datum leaves motions open.
 
-    Parameters
-    ----------
-    assembly
-        The network.
-    design : sparse array (n, u)
-        Whitened Jacobian.
-    constraints : sparse array (q, u)
-        Jacobian of the hard constraints.
-    motions
-        Motions that no observation sees.
-    datum : array (u,)
-        Columns that carry the inner constraints.
+    ``design`` (n, u): whitened Jacobian; ``constraints`` (q, u): Jacobian of the hard constraints;
+    ``datum`` (u,): columns that carry the inner constraints.
     """
     d = motions.basis.shape[1]
     if d == 0:
@@ -161,18 +142,8 @@ def check_rank(
     A network that is open where it is linearised may be closed anywhere else: then the place is to
     blame and not the observations.
 
-    Parameters
-    ----------
-    assembly
-        The network.
-    design : sparse array (n, u)
-        Whitened Jacobian.
-    constraints : sparse array (q, u)
-        Jacobian of the hard constraints.
-    motions : array (u, d)
-        Open motions that the datum closes.
-    state
-        Where the network is linearised.
+    ``design`` (n, u): whitened Jacobian; ``constraints`` (q, u): Jacobian of the hard constraints;
+    ``motions`` (u, d): open motions that the datum closes.
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE
@@ -235,22 +206,10 @@ def null_space(
 ) -> tuple[Array, tuple[float, float]]:
     """Find the null vectors of a network, apart from the known motions.
 
-    Parameters
-    ----------
-    design : sparse array (n, u)
-        Whitened Jacobian.
-    constraints : sparse array (q, u)
-        Jacobian of the hard constraints.
-    motions : array (u, k)
-        Open motions that the datum closes.
-
-    Returns
-    -------
-    vectors : array (u, d)
-        Null vectors in metres, radians and parameters.
-    gap
-        Largest singular value taken as zero and smallest taken as not, of the system with
-        columns scaled to unit length.
+    ``design`` (n, u): whitened Jacobian; ``constraints`` (q, u): Jacobian of the hard constraints;
+    ``motions`` (u, k): open motions that the datum closes; ``vectors`` (u, d): null vectors in
+    metres, radians and parameters; ``gap``: largest singular value taken as zero and smallest taken
+    as not, of the system with columns scaled to unit length.
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE
@@ -327,17 +286,9 @@ def _sparse_null(scaled: sp.csr_array, known: Array) -> tuple[Array, Array]:
 def sentences(assembly: Assembly, null: Array, motions: Array, length: Array) -> list[str]:
     """Describe each open combination of unknowns in one sentence that names as few as possible.
 
-    Parameters
-    ----------
-    assembly
-        The network.
-    null : array (u, d)
-        Null vectors over the free columns.
-    motions : array (u, k)
-        Motions of the network as a whole, which are described elsewhere.
-    length : array (u,)
-        Lengths of the columns of the whitened design: they make metres, radians and parameters
-        comparable.
+    ``null`` (u, d): null vectors over the free columns; ``motions`` (u, k): motions of the network
+    as a whole, which are described elsewhere; ``length`` (u,): lengths of the columns of the
+    whitened design: they make metres, radians and parameters comparable.
     """
     layout = assembly.layout
     columns = assembly.free_columns
@@ -660,14 +611,7 @@ def not_computed(assembly: Assembly, design: sp.csr_array, white: Array) -> str:
 def not_converged(assembly: Assembly, state: State, motions: Array) -> list[str]:
     """Say why an iteration found no minimum: a weak geometry, or a misfit that is one.
 
-    Parameters
-    ----------
-    assembly
-        The network.
-    state
-        Where the iteration stood.
-    motions : array (u, d)
-        Open motions that the datum closes.
+    ``motions`` (u, d): open motions that the datum closes.
     """
     design = assembly.design(state)
     constraints, _ = assembly.constraints(state)

@@ -56,25 +56,11 @@ def given_rows(
 def with_given(adjustment: Adjustment, rows: Index, columns: Index) -> tuple[Array, Array]:
     """Covariance of unknowns with given values, and of these among themselves, a priori.
 
-    Parameters
-    ----------
-    adjustment
-        The network.
-    rows : array (m,)
-        Of the given values among all observed values.
-    columns : array (k,)
-        Of the full tangent vector.
-
-    Returns
-    -------
-    cross : array (k, m)
-        ``Q A^T P C``; zero where an unknown is fixed.
-    covariance : array (m, m)
-        C of the given values.
-
-    References
-    ----------
     Method section 12.4.
+
+    ``rows`` (m,): of the given values among all observed values; ``columns`` (k,): of the full
+    tangent vector; ``cross`` (k, m): ``Q A^T P C``; zero where an unknown is fixed; ``covariance``
+    (m, m): C of the given values.
     """
     linked, whole = _correlated(adjustment, rows)
     right = adjustment.design.T @ adjustment.whitener[:, linked].toarray()
@@ -94,17 +80,9 @@ def common_values(
     Points are shared whose every component is alike, and only if half of what both were given is:
     lists that agree in a few numbers are different lists.
 
-    Parameters
-    ----------
-    first, second
-        What was given to either, as the keys of :func:`given_rows`.
-    one, two : array (m1, m1), (m2, m2)
-        Covariances of both.
-
-    Returns
-    -------
-    tuple of array (k,)
-        Rows of the first and of the second, in one order; none where their correlations differ.
+    ``first``, ``second``: what was given to either, as the keys of :func:`given_rows`; ``one``,
+    ``two`` (m1, m1): covariances of both; Returns rows of the first and of the second, in one
+    order; none where their correlations differ.
     """
     there = {key: k for k, key in enumerate(second)}
     pairs = [(k, there[key]) for k, key in enumerate(first) if key in there]
@@ -140,16 +118,10 @@ def _owner(key: str) -> str:
 def through_given(first: Array, second: Array, covariance: Array) -> Array:
     """Covariance (k1, k2) of unknowns of two networks through what both were given.
 
-    Parameters
-    ----------
-    first, second : array (k1, m), (k2, m)
-        Covariances of the unknowns with the m given values that both share.
-    covariance : array (m, m)
-        Of these values.
-
-    References
-    ----------
     Method section 12.4.
+
+    ``first``, ``second`` (k1, m): covariances of the unknowns with the m given values that both
+    share; ``covariance`` (m, m): of these values.
     """
     if not len(covariance):
         return np.zeros((len(first), len(second)))

@@ -51,8 +51,6 @@ def escaped(part: str) -> str:
 def file_and_line(source: str) -> tuple[str, int]:
     """What an observation was written in, and its line; 0 where it has none.
 
-    Examples
-    --------
     >>> file_and_line("traverse.gsi:43")
     ('traverse.gsi', 43)
     >>> file_and_line("S1: checkerboard")
@@ -70,8 +68,6 @@ def file_and_line(source: str) -> tuple[str, int]:
 def names_apart(paths: Iterable[AnyPath]) -> dict[AnyPath, str]:
     """Tell files of one name apart by their folders.
 
-    Examples
-    --------
     >>> apart = names_apart(map(PurePath, ["job/day1/a.gsi", "job/day2/a.gsi", "job/b.csv"]))
     >>> list(apart.values())
     ['day1/a.gsi', 'day2/a.gsi', 'b.csv']
@@ -94,9 +90,7 @@ def observation_ids(
 ) -> tuple[NDArray[np.object_], ...]:
     """Ids (n,) of all observations of each table; see the head of this module.
 
-    Returns
-    -------
-    Per table an array (n,) of strings; no two are equal.
+    Returns (n,): .
     """
     sources = [str(source) for o in tables for source in o.source]
     places = [file_and_line(source) for source in sources]

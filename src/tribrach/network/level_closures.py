@@ -76,14 +76,8 @@ def level_closures(
 ) -> list[LevelClosure]:
     """Loops and chains between given heights, each with its misclosure.
 
-    Parameters
-    ----------
-    sections
-        Lines that were levelled.
-    given
-        Heights by name [m].
-    per_root_km
-        Limit of a misclosure for a line of one kilometre [m].
+    ``given``: heights by name [m]; ``per_root_km``: limit of a misclosure for a line of one
+    kilometre [m].
     """
     edges: dict[str, list[tuple[str, int]]] = {}
     for k, section in enumerate(sections):

@@ -80,12 +80,8 @@ class Factor(Protocol):
 def factorise(normal: sp.csc_array, point_of: Index) -> Factor:
     """Factor a normal matrix in the way that suits its structure.
 
-    Parameters
-    ----------
-    normal : sparse array (u, u)
-        Symmetric, positive definite.
-    point_of : array (u,)
-        Number of the point a column belongs to, -1 for other unknowns.
+    ``normal`` (u, u): symmetric, positive definite; ``point_of`` (u,): number of the point a column
+    belongs to, -1 for other unknowns.
     """
     diagonal = normal.diagonal()
     if not (diagonal > 0).all():
@@ -341,17 +337,7 @@ def _squares(half: Array, width: int) -> Array:
 def group_products(one: sp.csc_array, two: sp.csc_array, width: int) -> Array:
     """Products of groups of columns that are known to be symmetric.
 
-    Parameters
-    ----------
-    one, two : sparse array (u, k * width)
-        X and Y.
-    width
-        Columns of a group.
-
-    Returns
-    -------
-    array (k, width, width)
-        ``X_g^T Y_g``.
+    ``one``, ``two`` (u, k * width): X and Y; Returns (k, width, width): ``X_g^T Y_g``.
     """
     groups = one.shape[1] // width
     out = np.empty((groups, width, width))

@@ -99,17 +99,12 @@ _NAMES = tuple(item.name for item in fields(ObservationRow))
 class ObservationRows(Sequence[ObservationRow]):
     """Observed values in the order of the network: a sequence of rows, by number and by id.
 
-    Parameters
-    ----------
-    columns : dict[str, NDArray]
-        Arrays (n,) by the names of the attributes of :class:`ObservationRow`.
-
-    Notes
-    -----
     ``rows["slope_distance:A:B:traverse.gsi:1"]`` is the row of an observation with one value,
     ``rows["gnss_baseline:A:B:day1.gvx:1", "U"]`` that of one component of a vector.
     ``rows["traverse.gsi:7"]`` is the row of a line of a file that holds one value, and
     ``rows.of("traverse.gsi:7")`` those of any line. ``rows.column("w")`` is an array (n,) of all.
+
+    ``columns``: arrays (n,) by the names of the attributes of :class:`ObservationRow`.
     """
 
     def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:

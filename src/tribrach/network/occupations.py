@@ -71,21 +71,9 @@ def occupy(
 ) -> list[Occupied]:
     """Give a survey the errors of centring that sights of a file share.
 
-    Parameters
-    ----------
-    survey : Survey
-        Receives the vectors and what is known of them.
-    precision : Precision
-        Of the instrument.
-    file : str
-        Name of the file, since the next one is of another occupation.
-    sights : sequence of Ends
-        All sights of the file, kind by kind.
-
-    Returns
-    -------
-    list of Occupied
-        The vectors of each kind, in the order of ``sights``.
+    ``survey``: receives the vectors and what is known of them; ``file``: name of the file, since
+    the next one is of another occupation; ``sights``: all sights of the file, kind by kind; Returns
+    the vectors of each kind, in the order of ``sights``.
     """
     named = [_names(precision, file, one) for one in sights]
     uses: dict[str, dict[type[Observations], int]] = {}
@@ -107,23 +95,8 @@ def share_refraction(
 ) -> dict[str, Names]:
     """Give a survey what the coefficient of refraction of its set-ups may differ by.
 
-    Parameters
-    ----------
-    survey : Survey
-        Receives the unknowns and what is known of them.
-    precision : Precision
-        Of the instrument.
-    file : str
-        Name of the file.
-    sights : Ends
-        Zenith angles of the file.
-    length : array (n,)
-        Of these sights [m], NaN where it is not known.
-
-    Returns
-    -------
-    dict
-        A column of zenith angles; empty where no sight is long.
+    ``survey``: receives the unknowns and what is known of them; ``length`` (n,): of these sights
+    [m], NaN where it is not known; Returns a column of zenith angles; empty where no sight is long.
     """
     at = np.empty(len(length), dtype=object)
     at[:] = [

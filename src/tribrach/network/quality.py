@@ -449,19 +449,8 @@ def prediction_statistics(adjustment: SolvedSystem, o: Observations, items: Inde
 
     Correlations with values that took part (joint covariances) are not used.
 
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    o
-        A table of observations.
-    items : array (k,)
-        Those to be tested.
-
-    Returns
-    -------
-    array (k,)
-        Chi-square with as many degrees of freedom as the observation has values.
+    ``items`` (k,): those to be tested; Returns (k,): chi-square with as many degrees of freedom as
+    the observation has values.
     """
     difference = o.misclosure(adjustment.state)[items]
     covariance = check_covariances(adjustment, o, items)
@@ -476,19 +465,8 @@ def prediction_statistics(adjustment: SolvedSystem, o: Observations, items: Inde
 def check_covariances(adjustment: SolvedSystem, o: Observations, items: Index) -> Array:
     """Covariances of ``h(x) - l`` for values held out: ``C + A Q A^T``.
 
-    Parameters
-    ----------
-    adjustment
-        The adjusted network.
-    o
-        A table of observations.
-    items : array (k,)
-        Those that are held out.
-
-    Returns
-    -------
-    array (k, rows, rows)
-        In squares of the units of the values.
+    ``items`` (k,): those that are held out; Returns (k, rows, rows): in squares of the units of the
+    values.
     """
     own = o.covariance[items]
     if len(items) == 0:

@@ -125,12 +125,7 @@ def external_reliability(system: WeightedResiduals, error: Array) -> External:
     that the value touches is exact, and the largest of them are followed everywhere. With inner
     constraints the displacements belong to that datum.
 
-    Parameters
-    ----------
-    system
-        Weighted residuals of the adjustment.
-    error : array (n,)
-        Error of each value [m, rad], NaN where unlimited.
+    ``error`` (n,): error of each value [m, rad], NaN where unlimited.
     """
     n = system.rows.shape[0]
     most = solutions_affordable(system.adjustment)

@@ -222,13 +222,7 @@ class ScalarResult:
 
 @dataclass(frozen=True, repr=False)
 class Results:
-    """Results of an adjusted network by name, in one scaling and at one confidence.
-
-    Raises
-    ------
-    InputError
-        The confidence is not between 0 and 1.
-    """
+    """Results of an adjusted network by name, in one scaling and at one confidence."""
 
     #: the adjusted network
     adjustment: SolvedSystem = field(repr=False)
@@ -338,12 +332,7 @@ class Results:
     def distance(self, a: str, b: str, *, horizontal: bool = False) -> Estimate:
         """Distance of two points or stations [m] with its sigma.
 
-        Parameters
-        ----------
-        a, b : str
-            Names of points or stations.
-        horizontal : bool
-            In plan; a network without heights has no other.
+        ``horizontal``: in plan; a network without heights has no other.
         """
         between = self.difference(a, b)
         step = np.where([True, True, not horizontal], np.nan_to_num(between.xyz), 0.0)
@@ -465,13 +454,7 @@ class Results:
         return [names[name] for name, _ in zip(names, range(_LISTED), strict=False)]
 
     def plot(self, what: PlotName = "plan", axes: Axes | None = None) -> Axes:
-        """Draw the network with matplotlib, which the extra ``tribrach[plot]`` brings.
-
-        Raises
-        ------
-        InputError
-            matplotlib is not installed.
-        """
+        """Draw the network with matplotlib, which the extra ``tribrach[plot]`` brings."""
         plots: dict[str, Callable[[Axes], None]] = {
             "plan": self._plot_plan,
             "residuals": self._plot_residuals,

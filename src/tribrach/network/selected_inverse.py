@@ -30,21 +30,10 @@ def selected_inverse(
 ) -> tuple[Array, Array]:
     """Compute entries of ``(L D L^T)^-1`` on the pattern of L.
 
-    Parameters
-    ----------
-    indptr, indices, data
-        L in compressed columns, its unit diagonal left out, row numbers in order; data is (k,).
-    d : array (n,)
-        The diagonal of D.
-    widest
-        Most columns of a panel and of a strip.
-
-    Returns
-    -------
-    value : array (k,)
-        Entries of the inverse in the places of ``data``.
-    diagonal : array (n,)
-        Diagonal of the inverse.
+    ``indptr``, ``indices``, ``data``: L in compressed columns, its unit diagonal left out, row
+    numbers in order; data is (k,); ``d`` (n,): the diagonal of D; ``widest``: most columns of a
+    panel and of a strip; ``value`` (k,): entries of the inverse in the places of ``data``;
+    ``diagonal`` (n,): diagonal of the inverse.
     """
     first = _panels(indptr, indices, widest)
     with blas_in_one_thread():
@@ -71,19 +60,10 @@ def look_up_blocks(
 ) -> Array:
     """Look blocks of a permuted and scaled inverse up.
 
-    Parameters
-    ----------
-    indptr, indices, value, diagonal
-        Entries of the inverse on the pattern of L.
-    place, scale : array (n,)
-        Place of each unknown in the order of elimination, and what multiplies its row and column.
-    columns : array (k, m)
-        Unknowns of each block, negative for none.
-
-    Returns
-    -------
-    array (k, m, m)
-        Zero where an unknown is none, NaN outside the pattern.
+    ``indptr``, ``indices``, ``value``, ``diagonal``: entries of the inverse on the pattern of L;
+    ``place``, ``scale`` (n,): place of each unknown in the order of elimination, and what
+    multiplies its row and column; ``columns`` (k, m): unknowns of each block, negative for none;
+    Returns (k, m, m): zero where an unknown is none, NaN outside the pattern.
     """
     return _look_up_blocks(  # type: ignore[no-any-return]
         indptr, indices, value, diagonal, place, scale, columns

@@ -74,8 +74,6 @@ class Separability:
 def separability(adjustment: SolvedSystem, limit: float = LIMIT) -> Separability:
     """Find pairs of values with ``|rho| > limit``; components of one vector are no pairs.
 
-    Notes
-    -----
     With ``m = S_ii / P_ii``, values that are uncorrelated a priori have ``rho^2 <= (1 - m_i) /
     m_j``, so every pair beyond the limit has a member with ``m < 1 / (1 + limit^2)``. Only those,
     and values correlated a priori, meet all others.

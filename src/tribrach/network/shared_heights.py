@@ -59,14 +59,8 @@ def share_heights(
     Sights on a flat site whose value no height changes (directions, horizontal distances) are left
     as they are; so are those of an unknown that no zenith angle and no slope distance sees.
 
-    Parameters
-    ----------
-    survey : Survey
-        Changed in place.
-    shared : SharedHeight
-        The height.
-    rows : mapping of int to mask (n,)
-        Number of a table of the survey and the sights in it that were made with the height.
+    ``rows`` (n,): number of a table of the survey and the sights in it that were made with the
+    height.
     """
     field_name = f"height_{shared.end}"
     tables = survey.tables()

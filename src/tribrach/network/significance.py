@@ -39,20 +39,9 @@ def tau_critical(dof: int, alpha: float) -> float:
 def block_tau_critical(freedom: ArrayLike, dof: int, alpha: float) -> NDArray[np.float64]:
     """Critical values of blocks whose statistic is divided by the a-posteriori variance factor.
 
-    Parameters
-    ----------
-    freedom : array
-        Degrees of freedom k of each block.
-    dof
-        Redundancy r of the adjustment that the blocks are a part of.
-    alpha
-        Significance.
-
-    Returns
-    -------
-    array
-        ``r k F / (r - k + k F)`` with F of k and r - k degrees of freedom, the square of tau for
-        one; r is its bound, and all there is where nothing but the block is redundant.
+    ``dof``: redundancy r of the adjustment that the blocks are a part of; Returns ``r k F / (r - k
+    + k F)`` with F of k and r - k degrees of freedom, the square of tau for one; r is its bound,
+    and all there is where nothing but the block is redundant.
     """
     k = np.asarray(freedom, dtype=float)
     rest = np.maximum(dof - k, 0.0)
@@ -66,19 +55,8 @@ def block_tau_significance(
 ) -> NDArray[np.float64]:
     """Probability of a larger statistic than one that was divided by the a-posteriori factor.
 
-    Parameters
-    ----------
-    statistic : array
-        Of each block, at most the redundancy; NaN counts as nothing at all.
-    freedom : array
-        Degrees of freedom k of each.
-    dof
-        Redundancy r of the adjustment.
-
-    Returns
-    -------
-    array
-        That of ``F = (T / k) / ((r - T) / (r - k))``; 1 where the block is all the redundancy.
+    ``statistic``: of each block, at most the redundancy; NaN counts as nothing at all; Returns that
+    of ``F = (T / k) / ((r - T) / (r - k))``; 1 where the block is all the redundancy.
     """
     k = np.asarray(freedom, dtype=float)
     rest = np.maximum(dof - k, 0.0)
@@ -100,10 +78,7 @@ def log_significance(statistic: ArrayLike, dof: ArrayLike) -> NDArray[np.float64
     Compares tests of different degrees of freedom: the lower the more suspicious. The far tail
     follows the leading term of its expansion.
 
-    Returns
-    -------
-    array
-        Logarithm of the probability of as much by chance.
+    Returns logarithm of the probability of as much by chance.
     """
     x, k = np.broadcast_arrays(np.asarray(statistic, dtype=float), np.asarray(dof, dtype=float))
     x = np.nan_to_num(x)

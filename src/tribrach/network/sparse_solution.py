@@ -19,14 +19,9 @@ Index = NDArray[np.integer]
 def solutions(indptr: Index, indices: Index, data: Array, d: Array, b: Array) -> None:
     """Solve ``L D L^T x = b`` for dense right-hand sides, in their place.
 
-    Parameters
-    ----------
-    indptr, indices, data
-        L in compressed columns, its unit diagonal left out, row numbers in order; data is (k,).
-    d : array (n,)
-        The diagonal of D.
-    b : array (n, m)
-        Right-hand sides by rows in memory; the solutions afterwards.
+    ``indptr``, ``indices``, ``data``: L in compressed columns, its unit diagonal left out, row
+    numbers in order; data is (k,); ``d`` (n,): the diagonal of D; ``b`` (n, m): right-hand sides by
+    rows in memory; the solutions afterwards.
     """
     _solve(indptr, indices, data, d, b)
 
@@ -36,14 +31,9 @@ def half_solutions(
 ) -> tuple[Array, Index, Index]:
     """Compute ``D^-1/2 L^-1 B`` of sparse columns.
 
-    Parameters
-    ----------
-    indptr, indices, data
-        L in compressed columns, its unit diagonal left out, row numbers in order; data is (k,).
-    d : array (n,)
-        The diagonal of D, positive.
-    first, rows, values
-        B (n, m) in compressed columns; ``rows`` in any order.
+    ``indptr``, ``indices``, ``data``: L in compressed columns, its unit diagonal left out, row
+    numbers in order; data is (k,); ``d`` (n,): the diagonal of D, positive; ``first``, ``rows``,
+    ``values``: B (n, m) in compressed columns; ``rows`` in any order.
     """
     return _half(  # type: ignore[no-any-return]
         indptr, indices, data, d, first, rows, values
@@ -60,12 +50,7 @@ def column_products(
 ) -> Array:
     """Products ``x_i^T x_j`` (k,) of pairs of sparse columns with their rows in order.
 
-    Parameters
-    ----------
-    indptr, indices, data
-        The columns, compressed.
-    first, second : array (k,)
-        Their numbers.
+    ``first``, ``second`` (k,): their numbers.
     """
     return _products(indptr, indices, data, first, second)  # type: ignore[no-any-return]
 

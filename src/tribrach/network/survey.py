@@ -133,14 +133,7 @@ def check_angles(values: Array, source: Sequence[str], kind: type[Observations])
     Angles of up to two turns are sums that nobody reduced to the circle, as programs write them;
     they are right as they are, or a digit of them is not.
 
-    Parameters
-    ----------
-    values : array (n, rows)
-        Of a kind, metres and radians.
-    source
-        Of each observation.
-    kind
-        Says which rows are angles.
+    ``values`` (n, rows): of a kind, metres and radians.
     """
     out: list[str] = []
     for row in kind.angular:

@@ -49,13 +49,7 @@ class _Table:
 
 
 class SurveyRows:
-    """Rows that become tables of a survey when all of them are there.
-
-    Parameters
-    ----------
-    survey : Survey
-        What they are added to.
-    """
+    """Rows that become tables of a survey when all of them are there."""
 
     def __init__(self, survey: Survey) -> None:
         self._survey = survey

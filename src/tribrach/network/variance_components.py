@@ -183,13 +183,7 @@ class _Shares:
 
 
 class _Groups:
-    """Names of the groups and the group of each table.
-
-    Raises
-    ------
-    AdjustmentError
-        A joint covariance ties observations of different groups together.
-    """
+    """Names of the groups and the group of each table."""
 
     def __init__(self, network: Network) -> None:
         of_table = [o.group for o in network.observations]

@@ -90,16 +90,9 @@ def _alone(design: sp.csr_array, columns: Index, direction: Array) -> Array:
 def weak_place_of(layout: Layout, columns: Index, vector: Array, size: float) -> Weakness | None:
     """The place that a weak combination of unknowns moves most.
 
-    Parameters
-    ----------
-    layout
-        Of the unknowns.
-    columns : array (u,)
-        Free columns of the full tangent vector.
-    vector : array (u,)
-        Right singular vector of the whitened design in natural units, of any length.
-    size
-        Whitened residuals that the vector changes, as a length.
+    ``columns`` (u,): free columns of the full tangent vector; ``vector`` (u,): right singular
+    vector of the whitened design in natural units, of any length; ``size``: whitened residuals that
+    the vector changes, as a length.
     """
     full = np.zeros(layout.size)
     full[columns] = vector / max(size, np.finfo(float).tiny)

@@ -105,34 +105,21 @@ def _references(kind: type[Observations]) -> tuple[IndexField, ...]:
 class Observations(ABC):
     """All observations of one kind and one group.
 
-    Parameters
-    ----------
-    values : array (n, rows)
-        Measured values in metres and radians.
-    covariance : array (n, rows, rows)
-        Of the values, positive definite; metres and radians squared.
-    source : array of str (n,), optional
-        Where each came from, such as ``net.gkf:17``.
-    use : array of int (n,), optional
-        :class:`Use` of each; all active if not given.
-    reason : array of str (n,), optional
-        Why an observation is off.
-    group : str, optional
-        Name of its variance component; the kind's name if not given.
-
-    Notes
-    -----
     A kind is a subclass in a file of this package that sets ``kind``, ``units`` and ``facts`` and
     gives :meth:`predict` and :meth:`jacobian`. Fields made with
     :func:`~tribrach.observations.declaration.refers` name the unknowns.
     """
 
-    values: Array
+    values: Array  #: (n, rows): measured values in metres and radians
+    #: (n, rows, rows): of the values, positive definite; metres and radians squared
     covariance: Array
+    #: (n,): where each came from, such as ``net.gkf:17``
     source: NDArray[Any] = field(default_factory=lambda: np.array([], dtype=object))
+    #: (n,): :class:`Use` of each; all active if not given
     use: NDArray[np.int8] = field(default_factory=lambda: np.array([], dtype=np.int8))
+    #: (n,): why an observation is off
     reason: NDArray[Any] = field(default_factory=lambda: np.array([], dtype=object))
-    group: str = ""
+    group: str = ""  #: name of its variance component; the kind's name if not given
 
     #: name of the kind in files, JSON and reports
     kind: ClassVar[str]

@@ -32,15 +32,9 @@ CHECK_SIGMA = 1e-4
 
 @dataclass(kw_only=True)
 class Coordinates(Observations):
-    """Coordinates E, N, U [m] with their covariance: weighted control (method section 2.13).
+    """Coordinates E, N, U [m] with their covariance: weighted control (method section 2.13)."""
 
-    Parameters
-    ----------
-    position : array of int (n,)
-        Positions.
-    """
-
-    position: Index = refers("position", end=End.AT)
+    position: Index = refers("position", end=End.AT)  #: (n,): positions
     kind: ClassVar[str] = "coordinates"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
@@ -78,17 +72,10 @@ class Coordinates(Observations):
 @dataclass(kw_only=True)
 class Coordinate(Observations):
     """Single coordinates [m], for control known in plan or in height alone (method section 2.13).
-
-    Parameters
-    ----------
-    position : array of int (n,)
-        Positions.
-    axis : array of int (n,)
-        0 for E, 1 for N, 2 for U.
     """
 
-    position: Index = refers("position", end=End.AT)
-    axis: Index = field()
+    position: Index = refers("position", end=End.AT)  #: (n,): positions
+    axis: Index = field()  #: (n,): 0 for E, 1 for N, 2 for U
     kind: ClassVar[str] = "coordinate"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -151,17 +138,10 @@ class DirectedComponents(Observations):
 
     For control that is known in one direction only which is not an axis of W: the ellipsoidal
     height or the latitude of a station away from the origin (method section 2.13).
-
-    Parameters
-    ----------
-    position : array of int (n,)
-        Positions.
-    direction : array (n, 3)
-        Unit vectors ``a`` in W.
     """
 
-    position: Index = refers("position", end=End.AT)
-    direction: Array = field()
+    position: Index = refers("position", end=End.AT)  #: (n,): positions
+    direction: Array = field()  #: (n, 3): unit vectors ``a`` in W
     kind: ClassVar[str] = "component"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -199,14 +179,9 @@ class Heights(Observations):
     The height is that of the site: U on a flat site, the height over the ellipsoid or sphere
     otherwise, so that a benchmark far from the origin of W keeps its height while its plan position
     is still unknown.
-
-    Parameters
-    ----------
-    position : array of int (n,)
-        Positions.
     """
 
-    position: Index = refers("position", end=End.AT)
+    position: Index = refers("position", end=End.AT)  #: (n,): positions
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "height"
     units: ClassVar[tuple[str, ...]] = ("m",)
@@ -290,14 +265,9 @@ class ScalarPriors(Observations):
 
     An EDM zero, a refraction coefficient, a calibration parameter, a height of instrument (method
     section 2.13).
-
-    Parameters
-    ----------
-    scalar : array of int (n,)
-        Scalars.
     """
 
-    scalar: Index = refers("scalar", end=End.AT)
+    scalar: Index = refers("scalar", end=End.AT)  #: (n,): scalars
     kind: ClassVar[str] = "scalar_prior"
     units: ClassVar[tuple[str, ...]] = ("1",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -325,14 +295,9 @@ class ScalarPriors(Observations):
 @dataclass(kw_only=True)
 class VectorPriors(Observations):
     """Known values [m] of vectors in their own frames: lever arms, the common shift of a session.
-
-    Parameters
-    ----------
-    vector : array of int (n,)
-        Vectors (method section 2.13).
     """
 
-    vector: Index = refers("vector", end=End.AT)
+    vector: Index = refers("vector", end=End.AT)  #: (n,): vectors (method section 2.13)
     kind: ClassVar[str] = "vector_prior"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
@@ -359,18 +324,10 @@ class VectorPriors(Observations):
 
 @dataclass(kw_only=True)
 class VectorComponentPriors(Observations):
-    """Known components [m] of vectors, where others are held or unknown.
+    """Known components [m] of vectors, where others are held or unknown."""
 
-    Parameters
-    ----------
-    vector : array of int (n,)
-        Vectors (method section 2.13).
-    axis : array (n,)
-        0, 1, 2 for x, y, z.
-    """
-
-    vector: Index = refers("vector", end=End.AT)
-    axis: Array = per_item(0.0)
+    vector: Index = refers("vector", end=End.AT)  #: (n,): vectors (method section 2.13)
+    axis: Array = per_item(0.0)  #: (n,): 0, 1, 2 for x, y, z
     kind: ClassVar[str] = "vector_component_prior"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(

@@ -105,32 +105,15 @@ class Planned(Enum):
 
 @dataclass(frozen=True)
 class IndexField:
-    """An index field of a kind.
-
-    Parameters
-    ----------
-    name : str
-        Of the field.
-    family : Family
-        Of the unknowns that it holds indices of.
-    optional : bool
-        May it hold -1 (in a survey: no name)?
-    end : End or None
-        Which end it names, None for other unknowns.
-    means : str
-        What such an unknown is, for the report.
-    unit : str
-        Of such a scalar: "m", "rad" or "1"; "" if it depends on the scalar.
-    by_set : bool
-        Has every set of readings an unknown of its own, whose start value the ties give?
-    """
+    """An index field of a kind."""
 
     name: str
-    family: Family
-    optional: bool
-    end: End | None = None
-    means: str = ""
-    unit: str = ""
+    family: Family  #: of the unknowns that it holds indices of
+    optional: bool  #: may it hold -1 (in a survey: no name)?
+    end: End | None = None  #: which end it names, None for other unknowns
+    means: str = ""  #: what such an unknown is, for the report
+    unit: str = ""  #: of such a scalar: "m", "rad" or "1"; "" if it depends on the scalar
+    #: has every set of readings an unknown of its own, whose start value the ties give?
     by_set: bool = False
 
 
@@ -141,29 +124,15 @@ class CsvColumns:
     Columns of values are in the units of the kind's rows: lengths, angles or ratios. A kind with
     the keys ``from, to`` and one value is a column of the table of sights; nothing else has to know
     of it.
-
-    Parameters
-    ----------
-    keys : tuple of str
-        Columns of names, in the order of the ends.
-    values : tuple of str
-        Columns of values, without unit.
-    length : SightLength
-        Is the value the length of the sight?
-    sigmas : tuple of str
-        Columns that hold its sigma where its own does not.
-    heights : tuple of str
-        Fields that take the columns ``height_instrument`` and ``height_target``.
-    planned : Planned
-        How a planned one is named.
     """
 
-    keys: tuple[str, ...]
-    values: tuple[str, ...]
-    length: SightLength = SightLength.NO
-    sigmas: tuple[str, ...] = ()
+    keys: tuple[str, ...]  #: columns of names, in the order of the ends
+    values: tuple[str, ...]  #: columns of values, without unit
+    length: SightLength = SightLength.NO  #: is the value the length of the sight?
+    sigmas: tuple[str, ...] = ()  #: columns that hold its sigma where its own does not
+    #: fields that take the columns ``height_instrument`` and ``height_target``
     heights: tuple[str, ...] = ()
-    planned: Planned = Planned.NO
+    planned: Planned = Planned.NO  #: how a planned one is named
 
     @property
     def is_sight(self) -> bool:
@@ -173,64 +142,31 @@ class CsvColumns:
 
 @dataclass(frozen=True, kw_only=True)
 class KindFacts:
-    """The answers of one kind.
+    """The answers of one kind."""
 
-    Parameters
-    ----------
-    title : str
-        One observation in words, for reports.
-    computed : str
-        What is computed, in Markdown, for the documentation.
-    role : Role
-        Where its values come from.
-    category, own_category : Category
-        Its part of a station's error budget, and that of what was observed from the station
-        itself (the same if not given).
-    axes : ObservedAxes
-        What it depends on, on a flat site.
-    repeats : Repetition
-        What a design may ask for more of.
-    start : StartTie
-        How it helps to find start values.
-    csv : tuple of CsvColumns
-        How it stands in CSV tables; empty if in none.
-    absolute : bool
-        Are its values coordinates in the work frame, which place what they refer to?
-    listed_as_control : bool
-        Is it judged in the table of control and check points, not as an observation?
-    places_station : bool
-        Does it place a scanner by something that is mounted on it?
-    levels_station : bool
-        Does it hold a scanner's axis to the plumb line?
-    names_target : bool
-        Is its second end a target that somebody named at the first one?
-    common_to_stations : str
-        What two scanners have in common by it, in the plural; "" if it ties none.
-    full_circle : bool
-        Are its values read on a full circle?
-    of_unknown : bool
-        Have its values the unit of the unknown they refer to?
-    nuisance : bool
-        Is it what is known beforehand of an error that sights share, and no reading of anybody?
-    """
-
-    title: str
-    computed: str
-    role: Role
+    title: str  #: one observation in words, for reports
+    computed: str  #: what is computed, in Markdown, for the documentation
+    role: Role  #: where its values come from
+    #: its part of a station's error budget, and that of what was observed from the station itself
+    #: (the same if not given)
     category: Category
     own_category: Category | None = None
-    axes: ObservedAxes
-    repeats: Repetition
-    start: StartTie
-    csv: tuple[CsvColumns, ...]
+    axes: ObservedAxes  #: what it depends on, on a flat site
+    repeats: Repetition  #: what a design may ask for more of
+    start: StartTie  #: how it helps to find start values
+    csv: tuple[CsvColumns, ...]  #: how it stands in CSV tables; empty if in none
+    #: are its values coordinates in the work frame, which place what they refer to?
     absolute: bool = False
+    #: is it judged in the table of control and check points, not as an observation?
     listed_as_control: bool = False
-    places_station: bool = False
-    levels_station: bool = False
-    names_target: bool = False
+    places_station: bool = False  #: does it place a scanner by something that is mounted on it?
+    levels_station: bool = False  #: does it hold a scanner's axis to the plumb line?
+    names_target: bool = False  #: is its second end a target that somebody named at the first one?
+    #: what two scanners have in common by it, in the plural; "" if it ties none
     common_to_stations: str = ""
-    full_circle: bool = False
-    of_unknown: bool = False
+    full_circle: bool = False  #: are its values read on a full circle?
+    of_unknown: bool = False  #: have its values the unit of the unknown they refer to?
+    #: is it what is known beforehand of an error that sights share, and no reading of anybody?
     nuisance: bool = False
 
     def budget(self, own: bool) -> Category:
@@ -240,29 +176,14 @@ class KindFacts:
 
 @dataclass(frozen=True)
 class SightLine:
-    """What is known of n lines of sight when their sigmas are taken from an instrument.
+    """What is known of n lines of sight when their sigmas are taken from an instrument."""
 
-    Parameters
-    ----------
-    value : array (n,)
-        Measured or planned values of the kind itself [m, rad, 1].
-    sight : array (n,)
-        Lengths of the sights [m], NaN where unknown.
-    levelled : array (n,)
-        Lengths of levelling lines [m], NaN where unknown.
-    repetitions : array (n,)
-        How often each value was measured.
-    planned : bool
-        Is it a plan, and nothing measured yet?
-    ends : array (n,) or float
-        How many of the two ends have an error of centring that is the sight's own.
-    """
-
-    value: Array
-    sight: Array
-    levelled: Array
-    repetitions: Array
-    planned: bool = False
+    value: Array  #: (n,): measured or planned values of the kind itself [m, rad, 1]
+    sight: Array  #: (n,): lengths of the sights [m], NaN where unknown
+    levelled: Array  #: (n,): lengths of levelling lines [m], NaN where unknown
+    repetitions: Array  #: (n,): how often each value was measured
+    planned: bool = False  #: is it a plan, and nothing measured yet?
+    #: (n,): how many of the two ends have an error of centring that is the sight's own
     ends: Array | float = 2.0
 
 

@@ -35,13 +35,9 @@ class EllipsoidChords(Observations):
 
     ``P = X - h g``, with the height ``h`` over the ellipsoid and its normal ``g``; on a flat site
     the foot is at U = 0 (method section 2.15).
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Positions.
     """
 
+    #: (n,): positions
     start: Index = refers("position", end=End.FROM)
     end: Index = refers("position", end=End.TO)
     site: Site = field(default_factory=FlatSite)
@@ -108,13 +104,9 @@ class EllipsoidArcs(EllipsoidChords):
     ``s = 2 r asin(k/(2 r))`` with ``k^2 = c^2 (1 + N_a/R)(1 + N_b/R) + (N_b - N_a)^2``, the chord
     ``c`` on the ellipsoid, its radius ``R`` along the line and ``r = R + (N_a + N_b)/2`` (method
     section 2.15). On a flat site the plane is the surface.
-
-    Parameters
-    ----------
-    geoid_start, geoid_end : array (n,), optional
-        Heights ``N`` of the surface over the ellipsoid [m].
     """
 
+    #: (n,): heights ``N`` of the surface over the ellipsoid [m]
     geoid_start: Array = per_item(0.0)
     geoid_end: Array = per_item(0.0)
     kind: ClassVar[str] = "ellipsoid_arc"
@@ -167,22 +159,10 @@ class EllipsoidArcs(EllipsoidChords):
 
 @dataclass(kw_only=True)
 class _SinglePositions(Observations):
-    """Latitudes or longitudes of positions.
+    """Latitudes or longitudes of positions."""
 
-    Parameters
-    ----------
-    position : array of int (n,)
-        Positions.
-    lean : array (n,), optional
-        Known difference of the astronomic from the geodetic value [rad]: 0 for geodetic ones.
-
-    Raises
-    ------
-    InputError
-        The site has no ellipsoid.
-    """
-
-    position: Index = refers("position", end=End.AT)
+    position: Index = refers("position", end=End.AT)  #: (n,): positions
+    #: (n,): known difference of the astronomic from the geodetic value [rad]: 0 for geodetic ones
     lean: Array = per_item(0.0)
     site: Site = field(default_factory=FlatSite)
 

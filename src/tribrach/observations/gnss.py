@@ -33,19 +33,11 @@ class GnssPositions(Observations):
     The antenna stands ``a`` above the mark along the local vertical; an optional common shift ``c``
     (a vector unknown with its own prior) is shared by all positions of a session, so that their
     relative precision is better than their absolute one (method section 2.6).
-
-    Parameters
-    ----------
-    position : array of int (n,)
-        Positions.
-    antenna_height : array (n,), optional
-        ``a`` [m].
-    common : array of int (n,), optional
-        Vectors ``c``, -1 for none.
     """
 
-    position: Index = refers("position", end=End.AT)
-    antenna_height: Array = per_item(0.0)
+    position: Index = refers("position", end=End.AT)  #: (n,): positions
+    antenna_height: Array = per_item(0.0)  #: (n,): ``a`` [m]
+    #: (n,): vectors ``c``, -1 for none
     common: Index = refers("vector", optional=True, means="common shift")
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "gnss_position"
@@ -99,24 +91,17 @@ class GnssBaselines(Observations):
     antenna heights run along the local verticals. The scale ``m`` and the turn ``w`` of the GNSS
     frame against the work frame are optional unknowns. Several baselines of one session are joined
     by a joint covariance of the network (method sections 1.1 and 2.7).
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Positions.
-    height_start, height_end : array (n,), optional
-        Antenna heights [m].
-    scale : array of int (n,), optional
-        Scalars ``m``, -1 for none.
-    turn_e, turn_n, turn_u : array of int (n,), optional
-        Scalars: components of the rotation vector ``w`` [rad] about the axes of W, -1 for none.
     """
 
+    #: (n,): positions
     start: Index = refers("position", end=End.FROM)
     end: Index = refers("position", end=End.TO)
+    #: (n,): antenna heights [m]
     height_start: Array = per_item(0.0)
     height_end: Array = per_item(0.0)
+    #: (n,): scalars ``m``, -1 for none
     scale: Index = refers("scalar", optional=True, means="scale", unit="1")
+    #: (n,): scalars: components of the rotation vector ``w`` [rad] about the axes of W, -1 for none
     turn_e: Index = refers("scalar", optional=True, means="turn of the GNSS frame", unit="rad")
     turn_n: Index = refers("scalar", optional=True, means="turn of the GNSS frame", unit="rad")
     turn_u: Index = refers("scalar", optional=True, means="turn of the GNSS frame", unit="rad")
@@ -204,19 +189,11 @@ class Antennas(Observations):
 
     The lever arm ``l`` is an unknown vector in the scanner frame with a prior from its calibration;
     ``c`` is the optional common shift of a GNSS session (method section 2.8).
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    lever_arm : array of int (n,)
-        Vectors ``l``.
-    common : array of int (n,), optional
-        Vectors ``c``, -1 for none.
     """
 
-    station: Index = refers("pose", end=End.FROM)
-    lever_arm: Index = refers("vector", end=End.TO, means="lever arm")
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    lever_arm: Index = refers("vector", end=End.TO, means="lever arm")  #: (n,): vectors ``l``
+    #: (n,): vectors ``c``, -1 for none
     common: Index = refers("vector", optional=True, means="common shift")
     kind: ClassVar[str] = "antenna"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
@@ -271,20 +248,11 @@ class MountedPoints(Observations):
     the scanner through the lever arm ``l``, an unknown vector in the scanner frame (method section
     2.8). :class:`Antennas` is the same for positions. Values are zero; the covariance says how well
     the mounting repeats, along E, N, U of W.
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    point : array of int (n,)
-        Positions ``X``.
-    lever_arm : array of int (n,)
-        Vectors ``l``.
     """
 
-    station: Index = refers("pose", end=End.FROM)
-    point: Index = refers("position", end=End.TO)
-    lever_arm: Index = refers("vector", means="lever arm")
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    point: Index = refers("position", end=End.TO)  #: (n,): positions ``X``
+    lever_arm: Index = refers("vector", means="lever arm")  #: (n,): vectors ``l``
     kind: ClassVar[str] = "mounted_point"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")

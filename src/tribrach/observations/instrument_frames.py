@@ -46,21 +46,11 @@ _AXES = ("east", "north", "up")
 
 @dataclass(kw_only=True)
 class FrameSights(Observations):
-    """Observations of targets in the frame of a station.
+    """Observations of targets in the frame of a station."""
 
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    target : array of int (n,)
-        Positions.
-    height_target : array (n,), optional
-        Height of the target over its mark [m].
-    """
-
-    station: Index = refers("pose", end=End.FROM)
-    target: Index = refers("position", end=End.TO)
-    height_target: Array = per_item(0.0)
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    target: Index = refers("position", end=End.TO)  #: (n,): positions
+    height_target: Array = per_item(0.0)  #: (n,): height of the target over its mark [m]
     site: Site = field(default_factory=FlatSite)
 
     def _chord(self, state: State) -> Array:
@@ -96,14 +86,9 @@ class FrameSights(Observations):
 
 @dataclass(kw_only=True)
 class FrameCoordinates(FrameSights):
-    """Single coordinates [m], where a whole target centre was not measured.
+    """Single coordinates [m], where a whole target centre was not measured."""
 
-    Parameters
-    ----------
-    axis : array of int (n,)
-        0 for x, 1 for y, 2 for z of the station's frame (method section 2.0).
-    """
-
+    #: (n,): 0 for x, 1 for y, 2 for z of the station's frame (method section 2.0)
     axis: Index = field()
     kind: ClassVar[str] = "frame_coordinate"
     units: ClassVar[tuple[str, ...]] = ("m",)
@@ -144,13 +129,9 @@ class FrameAngles(FrameSights):
     """Angles [rad]: ``atan2(y, x)`` counter-clockwise, or the elevation ``atan2(z, |(x, y)|)``.
 
     As of a laser tracker, or of a target in a photograph with the rays of a calibrated camera.
-
-    Parameters
-    ----------
-    circle : array of int (n,)
-        0 for the angle about the z axis, 1 for the elevation (method section 2.1).
     """
 
+    #: (n,): 0 for the angle about the z axis, 1 for the elevation (method section 2.1)
     circle: Index = field()
     kind: ClassVar[str] = "frame_angle"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -231,23 +212,15 @@ class FrameDistances(FrameSights):
 
 @dataclass(kw_only=True)
 class AxisSights(Observations):
-    """Conditions between the axis through ``origin`` and the position ``point``.
+    """Conditions between the axis through ``origin`` and the position ``point``."""
 
-    Parameters
-    ----------
-    origin, point : array of int (n,)
-        Positions.
-    slope_1, slope_2 : array of int (n,)
-        Scalars: the slopes of the axis.
-    main : array of int (n,)
-        0, 1, 2 for the axis of W that is closest to it.
-    """
-
+    #: (n,): positions
     origin: Index = refers("position", end=End.FROM)
     point: Index = refers("position", end=End.TO)
+    #: (n,): scalars: the slopes of the axis
     slope_1: Index = refers("scalar", means="axis slope", unit="1")
     slope_2: Index = refers("scalar", means="axis slope", unit="1")
-    main: Index = field()
+    main: Index = field()  #: (n,): 0, 1, 2 for the axis of W that is closest to it
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -285,14 +258,9 @@ class AxisSights(Observations):
 
 @dataclass(kw_only=True)
 class _CircleSights(AxisSights):
-    """A point on the circle of a target.
+    """A point on the circle of a target."""
 
-    Parameters
-    ----------
-    along : array of int (n,)
-        Scalars ``l``: where the circle's centre is on the axis.
-    """
-
+    #: (n,): scalars ``l``: where the circle's centre is on the axis
     along: Index = refers("scalar", means="distance along the axis", unit="m")
 
     def spoke(self, state: State) -> Array:
@@ -305,15 +273,9 @@ class _CircleSights(AxisSights):
 
 @dataclass(kw_only=True)
 class AxisRadii(_CircleSights):
-    """Distances from the circle's centre less its radius [m]: ``|P - C| - r = 0``.
+    """Distances from the circle's centre less its radius [m]: ``|P - C| - r = 0``."""
 
-    Parameters
-    ----------
-    radius : array of int (n,)
-        Scalars ``r``.
-    """
-
-    radius: Index = refers("scalar", means="radius", unit="m")
+    radius: Index = refers("scalar", means="radius", unit="m")  #: (n,): scalars ``r``
     kind: ClassVar[str] = "axis_radius"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(

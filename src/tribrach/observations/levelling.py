@@ -36,30 +36,22 @@ class HeightDifferences(Observations):
     The height is that of the site (U on a flat site, ellipsoidal otherwise) minus the geoid height
     of each end, as far as geoid or plumb lines are known. Heights of rod or instrument over the
     marks are added (method section 2.4).
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Positions.
-    height_start, height_end : array (n,), optional
-        Heights over the marks of what was levelled [m].
-    geoid_start, geoid_end : array (n,), optional
-        Geoid heights [m] of this line, instead of what ``plumb`` knows.
-    plumb : PlumbLines
-        Geoid heights of the positions, or the plumb lines from which their differences follow.
-    xi_error, eta_error : array of int (n,), optional
-        Scalars to be added to the deflection between both ends [rad], -1 for none.
     """
 
+    #: (n,): positions
     start: Index = refers("position", end=End.FROM)
     end: Index = refers("position", end=End.TO)
+    #: (n,): heights over the marks of what was levelled [m]
     height_start: Array = per_item(0.0)
     height_end: Array = per_item(0.0)
+    #: (n,): geoid heights [m] of this line, instead of what ``plumb`` knows
     geoid_start: Array = per_item(np.nan)
     geoid_end: Array = per_item(np.nan)
+    #: (n,): scalars to be added to the deflection between both ends [rad], -1 for none
     xi_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     eta_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     site: Site = field(default_factory=FlatSite)
+    #: geoid heights of the positions, or the plumb lines from which their differences follow
     plumb: PlumbLines = field(default_factory=PlumbLines)
     kind: ClassVar[str] = "height_difference"
     units: ClassVar[tuple[str, ...]] = ("m",)
@@ -146,14 +138,9 @@ class EqualDistances(SlopeDistances):
 
     All pairs of a set share the value ``q``: rungs of a ladder, points of a sphere about a centre.
     The sigma says to what they are equal (equal lengths of method section 2.13, weighted).
-
-    Parameters
-    ----------
-    common : array of int (n,)
-        Scalars ``q`` [m].
     """
 
-    common: Index = refers("scalar", means="common value", unit="m")
+    common: Index = refers("scalar", means="common value", unit="m")  #: (n,): scalars ``q`` [m]
     kind: ClassVar[str] = "equal_distance"
     facts: ClassVar[KindFacts] = KindFacts(
         title="equal distance",
@@ -182,14 +169,9 @@ class EqualDistances(SlopeDistances):
 
 @dataclass(kw_only=True)
 class EqualHeightDifferences(HeightDifferences):
-    """Height differences less their common value [m]: ``H(X_b) - H(X_a) - q``, observed as zero.
+    """Height differences less their common value [m]: ``H(X_b) - H(X_a) - q``, observed as zero."""
 
-    Parameters
-    ----------
-    common : array of int (n,)
-        Scalars ``q`` [m] (method section 2.13).
-    """
-
+    #: (n,): scalars ``q`` [m] (method section 2.13)
     common: Index = refers("scalar", means="common value", unit="m")
     kind: ClassVar[str] = "equal_height_difference"
     facts: ClassVar[KindFacts] = KindFacts(

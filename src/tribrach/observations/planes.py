@@ -40,23 +40,12 @@ class FittedPlanes(Observations):
     of two normal components [rad] and of the offset at the centroid [m]; they are zero by
     construction and may be left at zero. The covariance is that of the fit in the tangent basis of
     the measured normal, whose sign must be that of the unknown plane.
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    plane : array of int (n,)
-        Planes.
-    normal : array (n, 3)
-        Measured normals in the scanner frame.
-    centroid : array (n, 3)
-        Of each patch in the scanner frame [m].
     """
 
-    station: Index = refers("pose", end=End.FROM)
-    plane: Index = refers("plane", end=End.TO)
-    normal: Array = field()
-    centroid: Array = field()
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    plane: Index = refers("plane", end=End.TO)  #: (n,): planes
+    normal: Array = field()  #: (n, 3): measured normals in the scanner frame
+    centroid: Array = field()  #: (n, 3): of each patch in the scanner frame [m]
     kind: ClassVar[str] = "plane"
     units: ClassVar[tuple[str, ...]] = ("rad", "rad", "m")
     components: ClassVar[tuple[str, ...]] = ("normal 1", "normal 2", "offset")
@@ -120,21 +109,11 @@ class FittedPlanes(Observations):
 
 @dataclass(kw_only=True)
 class PointsOnPlanes(Observations):
-    """Single scan points on planes: ``n . (t + R x_s) - d`` [m], observed as zero.
+    """Single scan points on planes: ``n . (t + R x_s) - d`` [m], observed as zero."""
 
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    plane : array of int (n,)
-        Planes.
-    point : array (n, 3)
-        Points ``x_s`` in the scanner frame [m] (method section 2.10).
-    """
-
-    station: Index = refers("pose", end=End.FROM)
-    plane: Index = refers("plane", end=End.TO)
-    point: Array = field()
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    plane: Index = refers("plane", end=End.TO)  #: (n,): planes
+    point: Array = field()  #: (n, 3): points ``x_s`` in the scanner frame [m] (method section 2.10)
     kind: ClassVar[str] = "point_on_plane"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -198,16 +177,9 @@ def moved_planes(normal: Array, centroid: Array, displacement: Callable[[Array],
 
     A plane whose points move by D moves by n . D and tilts by what that changes by along it.
 
-    Parameters
-    ----------
-    normal, centroid : array (n, 3)
-        Of the planes.
-    displacement
-        Of places (n, 3).
-
-    References
-    ----------
     Method section 2.10.
+
+    ``normal``, ``centroid`` (n, 3): of the planes; ``displacement``: of places (n, 3).
     """
     step = _STEP * plane_basis(normal)
 

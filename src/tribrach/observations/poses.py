@@ -30,17 +30,12 @@ class RelativePoses(Observations):
     Residual ``[R_i^T (t_j - t_i) - t_ij ; log(R_ij^T R_i^T R_j)]``; the covariance is in that
     order: translation [m] in frame i, then a rotation vector [rad] applied on the right in frame j
     (method section 2.11). Values (n, 6) are the translation t_ij [m] and three zeros.
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Poses i and j.
-    rotation : array (n, 3, 3)
-        Measured R_ij, which the rotational values are relative to.
     """
 
+    #: (n,): poses i and j
     start: Index = refers("pose", end=End.FROM)
     end: Index = refers("pose", end=End.TO)
+    #: (n, 3, 3): measured R_ij, which the rotational values are relative to
     rotation: Array = field()
     kind: ClassVar[str] = "relative_pose"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "rad", "rad", "rad")
@@ -101,18 +96,12 @@ class RelativeTranslations(Observations):
 
     With :class:`RelativeRotations` the elements of relative orientation of photogrammetry, fixed or
     weighted (method sections 2.11 and 2.13).
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Poses i and j.
-    axis : array (n, 3)
-        Unit vectors ``a`` of the frame of station i.
     """
 
+    #: (n,): poses i and j
     start: Index = refers("pose", end=End.FROM)
     end: Index = refers("pose", end=End.TO)
-    axis: Array = field()
+    axis: Array = field()  #: (n, 3): unit vectors ``a`` of the frame of station i
     kind: ClassVar[str] = "relative_translation"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -155,20 +144,13 @@ class RelativeRotations(Observations):
 
     The turn of station j against station i is taken from a reference ``R_0``; the component is
     along ``a`` in the frame of station i (method section 2.13).
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Poses i and j.
-    axis : array (n, 3)
-        Unit vectors ``a`` of the frame of station i.
-    reference : array (n, 3, 3)
-        Rotations ``R_0`` of j against i that the components are measured from.
     """
 
+    #: (n,): poses i and j
     start: Index = refers("pose", end=End.FROM)
     end: Index = refers("pose", end=End.TO)
-    axis: Array = field()
+    axis: Array = field()  #: (n, 3): unit vectors ``a`` of the frame of station i
+    #: (n, 3, 3): rotations ``R_0`` of j against i that the components are measured from
     reference: Array = field()
     kind: ClassVar[str] = "relative_rotation"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -214,19 +196,11 @@ class RotationComponents(Observations):
     """Single components ``a . log(R R_0^T)`` [rad] of a station's rotation, fixed or weighted.
 
     A known heading, a tilt taken as zero, a component fixed as a datum (method section 2.13).
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    axis : array (n, 3)
-        Unit vectors ``a`` of the work frame.
-    reference : array (n, 3, 3)
-        Rotations ``R_0`` that the components are measured from.
     """
 
-    station: Index = refers("pose", end=End.AT)
-    axis: Array = field()
+    station: Index = refers("pose", end=End.AT)  #: (n,): poses
+    axis: Array = field()  #: (n, 3): unit vectors ``a`` of the work frame
+    #: (n, 3, 3): rotations ``R_0`` that the components are measured from
     reference: Array = field()
     kind: ClassVar[str] = "rotation_component"
     units: ClassVar[tuple[str, ...]] = ("rad",)

@@ -27,11 +27,5 @@ def kinds() -> tuple[type[Observations], ...]:
 
 @cache
 def kind_named(name: str) -> type[Observations]:
-    """The kind of a name, such as ``slope_distance``.
-
-    Raises
-    ------
-    KeyError
-        There is no such kind.
-    """
+    """The kind of a name, such as ``slope_distance``."""
     return {kind.kind: kind for kind in kinds()}[name]

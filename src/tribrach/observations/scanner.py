@@ -40,19 +40,11 @@ class TargetCentres(Observations):
 
     ``m`` is an optional scale unknown of the scan: its EDM's scale, or that of another system in a
     similarity transformation weighted on both sides (method sections 2.0 and 2.2).
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    target : array of int (n,)
-        Positions ``X``.
-    scale : array of int (n,), optional
-        Scalars ``m``, -1 for none.
     """
 
-    station: Index = refers("pose", end=End.FROM)
-    target: Index = refers("position", end=End.TO)
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    target: Index = refers("position", end=End.TO)  #: (n,): positions ``X``
+    #: (n,): scalars ``m``, -1 for none
     scale: Index = refers("scalar", optional=True, means="scale", unit="1")
     kind: ClassVar[str] = "target_centre"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
@@ -106,32 +98,15 @@ class ScannerPolar(Observations):
     Delta. H is counter-clockwise from the scanner's x axis, V the zenith angle, k the face.
     Back-face readings may be given raw, ``(r, H + pi, 2 pi - V)``, or folded to the front (method
     sections 1.2 and 2.1).
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    target : array of int (n,)
-        Positions ``X``.
-    face : array (n,), optional
-        1 front, -1 back; readings with V above pi are on the back face whatever is said.
-    parameters : array of int (n, k), optional
-        Scalars ``c``, the k parameters of the model; -1 where one is not used.
-    model : CalibrationModel, optional
-        Of all observations of the table.
-
-    Raises
-    ------
-    InputError
-        Ranges below 0.3 m, zenith angles within 0.5 degrees of a pole, or parameters that are not
-        one for each of the model.
     """
 
-    station: Index = refers("pose", end=End.FROM)
-    target: Index = refers("position", end=End.TO)
+    station: Index = refers("pose", end=End.FROM)  #: (n,): poses
+    target: Index = refers("position", end=End.TO)  #: (n,): positions ``X``
+    #: (n,): 1 front, -1 back; readings with V above pi are on the back face whatever is said
     face: Array = per_item(1.0)
+    #: (n, k): scalars ``c``, the k parameters of the model; -1 where one is not used
     parameters: Index = refers("scalar", optional=True, means="calibration")
-    model: CalibrationModel | None = shared()
+    model: CalibrationModel | None = shared()  #: of all observations of the table
     kind: ClassVar[str] = "scanner_polar"
     units: ClassVar[tuple[str, ...]] = ("m", "rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("range", "horizontal", "zenith")
@@ -238,24 +213,17 @@ class Inclinations(Observations):
     compensated instrument, plus an optional constant offset of the inclinometer (method section
     2.9). Where the deflection itself is known with a sigma only, its error is an unknown that the
     stations share (method section 7.5).
-
-    Parameters
-    ----------
-    station : array of int (n,)
-        Poses.
-    xi, eta : array (n,), optional
-        Deflection of the vertical towards north and east [rad], instead of what ``plumb`` knows.
-    offset_x, offset_y : array of int (n,), optional
-        Scalars: constant offsets of the inclinometer, -1 for none.
-    xi_error, eta_error : array of int (n,), optional
-        Scalars to be added to xi and eta [rad], -1 for none.
     """
 
-    station: Index = refers("pose", end=End.AT)
+    station: Index = refers("pose", end=End.AT)  #: (n,): poses
+    #: (n,): deflection of the vertical towards north and east [rad], instead of what ``plumb``
+    #: knows
     xi: Array = per_item(np.nan)
     eta: Array = per_item(np.nan)
+    #: (n,): scalars: constant offsets of the inclinometer, -1 for none
     offset_x: Index = refers("scalar", optional=True, means="inclination offset", unit="rad")
     offset_y: Index = refers("scalar", optional=True, means="inclination offset", unit="rad")
+    #: (n,): scalars to be added to xi and eta [rad], -1 for none
     xi_error: Index = refers(
         "scalar", optional=True, means="deflection of the vertical", unit="rad"
     )

@@ -50,41 +50,30 @@ class Sights(Observations):
     target in the local axes ``L`` (rows east, north, up) at the instrument's position; ``g`` is the
     local vertical of the site (method section 2.3). Eccentricities of both ends are added to the
     positions (method section 2.3).
-
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Positions of instrument and target.
-    height_instrument, height_target : array (n,), optional
-        Heights over the positions [m].
-    height_instrument_unknown, height_target_unknown : array of int (n,), optional
-        Scalars *added* to those heights, -1 for none: with a height of zero the scalar is the whole
-        height, which sights of one set-up or of one target may share.
-    eccentricity_instrument, eccentricity_target : array of int (n,), optional
-        Vectors of the work frame [m] from the marks to what stands over them, -1 for none.
-    site : Site
-        Normals of the place.
-    plumb : PlumbLines
-        How plumb lines lean against them, along which instruments and targets stand.
-    xi_error, eta_error : array of int (n,), optional
-        Scalars to be added to the deflection at the instrument [rad], -1 for none.
     """
 
+    #: (n,): positions of instrument and target
     start: Index = refers("position", end=End.FROM)
     end: Index = refers("position", end=End.TO)
+    #: (n,): heights over the positions [m]
     height_instrument: Array = per_item(0.0)
     height_target: Array = per_item(0.0)
+    #: (n,): scalars *added* to those heights, -1 for none: with a height of zero the scalar is the
+    #: whole height, which sights of one set-up or of one target may share
     height_instrument_unknown: Index = refers(
         "scalar", optional=True, means=HEIGHT_UNKNOWNS[0], unit="m"
     )
     height_target_unknown: Index = refers(
         "scalar", optional=True, means=HEIGHT_UNKNOWNS[1], unit="m"
     )
+    #: (n,): vectors of the work frame [m] from the marks to what stands over them, -1 for none
     eccentricity_instrument: Index = refers("vector", optional=True, means=ECCENTRICITY_UNKNOWN)
     eccentricity_target: Index = refers("vector", optional=True, means=ECCENTRICITY_UNKNOWN)
+    #: (n,): scalars to be added to the deflection at the instrument [rad], -1 for none
     xi_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
     eta_error: Index = refers("scalar", optional=True, means=DEFLECTION_UNKNOWN, unit="rad")
-    site: Site = field(default_factory=FlatSite)
+    site: Site = field(default_factory=FlatSite)  #: normals of the place
+    #: how plumb lines lean against them, along which instruments and targets stand
     plumb: PlumbLines = field(default_factory=PlumbLines)
     #: is the value read along the plumb line, and not only over it as a slope distance is?
     along_plumb: ClassVar[bool] = True
@@ -207,15 +196,10 @@ def azimuth_by_sight(u: Array) -> Array:
 
 @dataclass(kw_only=True)
 class Directions(Sights):
-    """Horizontal directions ``r = atan2(E', N') - o`` [rad], clockwise circle readings.
+    """Horizontal directions ``r = atan2(E', N') - o`` [rad], clockwise circle readings."""
 
-    Parameters
-    ----------
-    orientation : array of int (n,)
-        Scalars ``o``, the azimuth of the circle's zero, one for each set (method sections 1.2 and
-        2.3).
-    """
-
+    #: (n,): scalars ``o``, the azimuth of the circle's zero, one for each set (method sections 1.2
+    #: and 2.3)
     orientation: Index = refers("scalar", means="orientation", unit="rad", by_set=True)
     kind: ClassVar[str] = "direction"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -275,15 +259,10 @@ class Angles(Sights):
     ``A(foresight) - A(backsight)`` with A the azimuth in the instrument's local axes (method
     section 2.3).
 
-    Parameters
-    ----------
-    start, end : array of int (n,)
-        Positions of instrument and backsight.
-    foresight : array of int (n,)
-        Positions.
+    ``start``, ``end`` (n,): positions of instrument and backsight.
     """
 
-    foresight: Index = refers("position", end=End.TO)
+    foresight: Index = refers("position", end=End.TO)  #: (n,): positions
     kind: ClassVar[str] = "angle"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
@@ -362,19 +341,12 @@ class Azimuths(Sights):
     ``A = t + c``) and an optional unknown offset ``o`` of the instrument, such as a gyroscope's
     (method section 2.5). Where plumb lines lean, azimuths are astronomic, as stars and gyroscopes
     give them, or geodetic, as they are after Laplace's correction.
-
-    Parameters
-    ----------
-    astronomic : array (n,), optional
-        1 for astronomic azimuths, which is the default, 0 for geodetic ones.
-    convergence : array (n,), optional
-        Known ``c`` [rad].
-    offset : array of int (n,), optional
-        Scalars ``o``, -1 for none.
     """
 
-    convergence: Array = per_item(0.0)
+    convergence: Array = per_item(0.0)  #: (n,): known ``c`` [rad]
+    #: (n,): 1 for astronomic azimuths, which is the default, 0 for geodetic ones
     astronomic: Array = per_item(1.0)
+    #: (n,): scalars ``o``, -1 for none
     offset: Index = refers("scalar", optional=True, means="azimuth offset", unit="rad")
     kind: ClassVar[str] = "azimuth"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -448,16 +420,10 @@ class ZenithAngles(Sights):
     On a site with verticals of its own: ``z = atan2(h', U') - k s / (2 R)``. On a flat site with a
     curvature radius R: ``z = atan2(h', U' - (1 - k) h'^2 / (2 R))``; without a radius both
     corrections are zero. ``k`` is the refraction coefficient (method section 2.3).
-
-    Parameters
-    ----------
-    refraction : array (n,), optional
-        Coefficient k of each sight.
-    refraction_unknown : array of int (n,), optional
-        Scalars added to it, -1 for none.
     """
 
-    refraction: Array = per_item(0.0)
+    refraction: Array = per_item(0.0)  #: (n,): coefficient k of each sight
+    #: (n,): scalars added to it, -1 for none
     refraction_unknown: Index = refers("scalar", optional=True, means="refraction", unit="1")
     kind: ClassVar[str] = "zenith"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -551,14 +517,9 @@ class ZenithAngles(Sights):
 
 @dataclass(kw_only=True)
 class SlopeDistances(Sights):
-    """Slope distances ``s = a + (1 + m) |u|`` [m] (method section 2.3).
+    """Slope distances ``s = a + (1 + m) |u|`` [m] (method section 2.3)."""
 
-    Parameters
-    ----------
-    zero, scale : array of int (n,), optional
-        Scalars ``a`` [m] and ``m``, -1 for none.
-    """
-
+    #: (n,): scalars ``a`` [m] and ``m``, -1 for none
     zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
     scale: Index = refers("scalar", optional=True, means="scale", unit="1")
     along_plumb: ClassVar[bool] = False
@@ -622,17 +583,12 @@ class HorizontalDistances(Sights):
 
     ``f`` reduces them to another surface (a reference height, a projection); ``a`` and ``m`` are
     optional zero and scale unknowns (method section 2.3).
-
-    Parameters
-    ----------
-    zero, scale : array of int (n,), optional
-        Scalars ``a`` [m] and ``m``, -1 for none.
-    reduction : array (n,), optional
-        Known factor ``f`` from horizontal to reduced distance, 1 if not given.
     """
 
+    #: (n,): scalars ``a`` [m] and ``m``, -1 for none
     zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
     scale: Index = refers("scalar", optional=True, means="scale", unit="1")
+    #: (n,): known factor ``f`` from horizontal to reduced distance, 1 if not given
     reduction: Array = per_item(1.0)
     kind: ClassVar[str] = "horizontal_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
@@ -734,17 +690,11 @@ class LocalOffsets(Sights):
     target in the local axes at the start and a known factor f that reduces it to another height.
     With azimuths 90 and 0 degrees these are the offsets in east and north; with the value zero both
     together are a centring, one mark plumb over another (method section 2.3 for ``u``).
-
-    Parameters
-    ----------
-    azimuth : array (n,)
-        ``A`` [rad], clockwise from the local north at the start.
-    reduction : array (n,), optional
-        Known factor ``f``, 1 if not given.
     """
 
+    #: (n,): ``A`` [rad], clockwise from the local north at the start
     azimuth: Array = per_item(0.0)
-    reduction: Array = per_item(1.0)
+    reduction: Array = per_item(1.0)  #: (n,): known factor ``f``, 1 if not given
     kind: ClassVar[str] = "local_offset"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(

@@ -46,37 +46,25 @@ class TelescopeTargets(Observations):
 
     Values are zero; the covariance says how well the structure is the rigid one of the model, along
     E, N, U of W.
-
-    Parameters
-    ----------
-    reference : array of int (n,)
-        Positions ``X_0``, the invariant point.
-    point : array of int (n,)
-        Positions ``X``, of one target in one position of the dish.
-    body : array of int (n,)
-        Vectors ``p``, the target in the frame of the dish.
-    azimuth, elevation : array of int (n,)
-        Scalars ``A``, clockwise from north, and ``E``, upwards.
-    tilt_east, tilt_north : array of int (n,)
-        Scalars: how the azimuth axis leans.
-    axis_offset : array of int (n,)
-        Scalars ``e``, positive where the elevation axis is ahead of the azimuth axis.
-    axis_skew : array of int (n,)
-        Scalars ``g``, positive where the right end of the elevation axis is high.
-    site : Site
-        Verticals of the place.
     """
 
+    #: (n,): positions ``X_0``, the invariant point
     reference: Index = refers("position", end=End.FROM)
+    #: (n,): positions ``X``, of one target in one position of the dish
     point: Index = refers("position", end=End.TO)
+    #: (n,): vectors ``p``, the target in the frame of the dish
     body: Index = refers("vector", means="target on a telescope")
+    #: (n,): scalars ``A``, clockwise from north, and ``E``, upwards
     azimuth: Index = refers("scalar", means="azimuth of a telescope", unit="rad")
     elevation: Index = refers("scalar", means="elevation of a telescope", unit="rad")
+    #: (n,): scalars: how the azimuth axis leans
     tilt_east: Index = refers("scalar", means="tilt of the azimuth axis", unit="rad")
     tilt_north: Index = refers("scalar", means="tilt of the azimuth axis", unit="rad")
+    #: (n,): scalars ``e``, positive where the elevation axis is ahead of the azimuth axis
     axis_offset: Index = refers("scalar", means="axis offset", unit="m")
+    #: (n,): scalars ``g``, positive where the right end of the elevation axis is high
     axis_skew: Index = refers("scalar", means="non-orthogonality of the axes", unit="rad")
-    site: Site = field(default_factory=FlatSite)
+    site: Site = field(default_factory=FlatSite)  #: verticals of the place
     kind: ClassVar[str] = "telescope_target"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("E", "N", "U")
@@ -253,17 +241,11 @@ def _linear_fit(local: Array, body: Index, azimuth: Array, elevation: Array) -> 
 
 @dataclass(kw_only=True)
 class CircleReadings(Observations):
-    """Readings [rad] of the circles of a telescope, its angle less the circle's zero.
+    """Readings [rad] of the circles of a telescope, its angle less the circle's zero."""
 
-    Parameters
-    ----------
-    angle : array of int (n,)
-        Scalars: azimuth or elevation of the dish (method section 2.13).
-    zero : array of int (n,), optional
-        Scalars: azimuth of the circle's zero, -1 for none.
-    """
-
+    #: (n,): scalars: azimuth or elevation of the dish (method section 2.13)
     angle: Index = refers("scalar", end=End.AT)
+    #: (n,): scalars: azimuth of the circle's zero, -1 for none
     zero: Index = refers("scalar", optional=True, means="zero of a circle", unit="rad")
     kind: ClassVar[str] = "circle_reading"
     units: ClassVar[tuple[str, ...]] = ("rad",)

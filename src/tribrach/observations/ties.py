@@ -143,21 +143,10 @@ class Fixes(TieTable):
 class TieCollector:
     """Ties while the observations of a network are read, one kind after another.
 
-    Parameters
-    ----------
-    start : State
-        Given values of the unknowns, NaN where they are not known.
-    site : Site
-        Verticals of the place.
-    vectors : array (V, 3)
-        Lever arms and other vectors [m].
-
-    Attributes
-    ----------
-    n_points, n_poses, n_nodes, n_scalars, n_sets : int
-        How many there are so far; whoever needs a node or a set of readings takes the next number.
-    levelling : array (S, 3, 3)
-        Turns scanner frames upright, NaN where a scanner is not levelled.
+    ``start``: given values of the unknowns, NaN where they are not known; ``vectors`` (V, 3): lever
+    arms and other vectors [m]; ``n_points``, ``n_poses``, ``n_nodes``, ``n_scalars``, ``n_sets``:
+    how many there are so far; whoever needs a node or a set of readings takes the next number;
+    ``levelling`` (S, 3, 3): turns scanner frames upright, NaN where a scanner is not levelled.
     """
 
     def __init__(self, start: State, site: Site, vectors: Array) -> None:

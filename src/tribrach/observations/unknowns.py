@@ -46,12 +46,7 @@ _COMPONENTS = {
 
 
 class Layout:
-    """Names of all unknowns and their columns in the full tangent vector.
-
-    Parameters
-    ----------
-    points, poses, planes, vectors, scalars : names, unique within each family.
-    """
+    """Names of all unknowns and their columns in the full tangent vector."""
 
     def __init__(
         self,

@@ -44,17 +44,8 @@ class Carrier:
     def covariances(self, x: Array, own: Array | None = None) -> Array:
         """Covariances of the carried points.
 
-        Parameters
-        ----------
-        x : array (n, d)
-            Points before [m].
-        own : array (n, d, d)
-            Their covariances before [m^2], none if None.
-
-        Returns
-        -------
-        array (n, d, d)
-            Covariances afterwards [m^2].
+        ``x`` (n, d): points before [m]; ``own`` (n, d, d): their covariances before [m^2], none if
+        None; Returns (n, d, d): covariances afterwards [m^2].
         """
         n, size = x.shape
         out = np.zeros((n, size, size))

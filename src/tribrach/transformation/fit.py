@@ -118,17 +118,8 @@ class TransformationFit:
     def predicted(self, a: Array, spread: Array | None = None) -> Array:
         """Covariances of points of A carried over.
 
-        Parameters
-        ----------
-        a : array (n, d)
-            Points of A [m].
-        spread : array (n, d, d)
-            Their own covariances [m^2], none if None.
-
-        Returns
-        -------
-        array (n, d, d)
-            In the axes of B [m^2].
+        ``a`` (n, d): points of A [m]; ``spread`` (n, d, d): their own covariances [m^2], none if
+        None; Returns (n, d, d): in the axes of B [m^2].
         """
         lever = self.transformation.jacobian(a)
         out: Array = lever @ self.covariance @ lever.transpose(0, 2, 1)

@@ -188,12 +188,7 @@ class Transformation:
 def start(model: Model, a: Array, b: Array) -> Transformation:
     """Compute the closed-form transformation of points that all have one weight.
 
-    Parameters
-    ----------
-    model
-        What may change.
-    a, b : array (n, d)
-        Points in both systems [m].
+    ``a``, ``b`` (n, d): points in both systems [m].
     """
     d, centre, shift = model.dimension, a.mean(axis=0), b.mean(axis=0)
     plain = Transformation(model, centre, shift, np.eye(d), np.ones(d))

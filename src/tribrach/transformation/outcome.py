@@ -125,14 +125,7 @@ def _refusal(fit: TransformationFit, snooped: Snooped) -> str:
 def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) -> list[str]:
     """Say in words what looks wrong with the columns of coordinates.
 
-    Parameters
-    ----------
-    a, b : array (n, d)
-        Points that belong together [m].
-    model
-        What may change.
-    titles
-        Names of the columns.
+    ``a``, ``b`` (n, d): points that belong together [m].
     """
     d = model.dimension
     if len(a) * d < model.count or model.turn == "affine":
@@ -171,10 +164,7 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
 def unit_sentences(a: Array, b: Array) -> list[str]:
     """Say if one of two systems is in another unit, by the distances between its points.
 
-    Parameters
-    ----------
-    a, b : array (n, d)
-        Points that belong together [m].
+    ``a``, ``b`` (n, d): points that belong together [m].
     """
     pairs = np.triu_indices(len(a), 1)
     own, other = (np.linalg.norm((x[:, None] - x)[pairs], axis=1) for x in (a, b))

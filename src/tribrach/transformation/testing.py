@@ -124,12 +124,7 @@ def check_points(fit: TransformationFit) -> CheckResult | None:
 def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckResult:
     """Compare points that take no part in a fit with it.
 
-    Parameters
-    ----------
-    fit
-        The fitted transformation.
-    place : array (c,)
-        Numbers of the points.
+    ``place`` (c,): numbers of the points.
     """
     points = fit.points
     n, d = points.a.shape

@@ -64,14 +64,7 @@ class Spread:
 def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread:
     """Check a covariance as the caller gives it.
 
-    Parameters
-    ----------
-    covariance
-        None, (n, d, d) or (n d, n d) [m^2].
-    n, d
-        Number of points and of coordinates.
-    which
-        Name of the system, for the message.
+    ``covariance``: none, (n, d, d) or (n d, n d) [m^2].
     """
     if covariance is None:
         return Spread()
@@ -104,19 +97,7 @@ def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread
 class Metric:
     """The inverse covariance ``C^-1`` of the differences of n points in d coordinates.
 
-    Parameters
-    ----------
-    a, b
-        Covariances of both systems.
-    matrix : array (d, d)
-        Linear part of the transformation.
-    n
-        Number of points.
-
-    Raises
-    ------
-    InputError
-        C is singular: a point without any uncertainty.
+    ``matrix`` (d, d): linear part of the transformation.
     """
 
     def __init__(self, a: Spread, b: Spread, matrix: Array, n: int) -> None:

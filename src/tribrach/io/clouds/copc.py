@@ -111,21 +111,8 @@ class OctreeDivision:
 
     Buckets are the upper nodes, level by level, and then the tiles.
 
-    Parameters
-    ----------
-    counts : (128, 128, 128)
-        Points in each cell of the root's grid, x first.
-    tile
-        Points that a tile may have.
-    deepest
-        Level that is not divided any more.
-
-    Attributes
-    ----------
-    upper
-        How many upper nodes there are.
-    keys : (m, 4)
-        Level, x, y, z of each bucket's node.
+    ``counts`` (128, 128, 128): points in each cell of the root's grid, x first; ``deepest``: level
+    that is not divided any more; ``keys`` (m, 4): level, x, y, z of each bucket's node.
     """
 
     def __init__(self, counts: Index, tile: int, deepest: int) -> None:
@@ -168,21 +155,8 @@ class OctreeDivision:
 def subtree(places: Places, level: int, deepest: int) -> tuple[NDArray[np.int64], Nodes]:
     """The nodes of a tile, depth first; the points of a node keep their order.
 
-    Parameters
-    ----------
-    places : (n, 3)
-        Of the points of the tile.
-    level
-        Of the tile's own node.
-    deepest
-        Level that is not divided any more.
-
-    Returns
-    -------
-    order : (n,)
-        Indices of the points in the order of the nodes.
-    nodes : Nodes
-        Keys and ends.
+    ``places`` (n, 3): of the points of the tile; ``deepest``: level that is not divided any more;
+    ``order`` (n,): indices of the points in the order of the nodes.
     """
     bound = (_BITS + 1) * (len(places) // _FEW + 1)
     order = np.arange(len(places))
@@ -324,18 +298,6 @@ class PointSpool:
 
     Only a block of points is in memory at a time. :meth:`divide` sorts each block by bucket in its
     place; a bucket is then a run of points in every block.
-
-    Parameters
-    ----------
-    path
-        The destination.
-    kind
-        Structured type of a point.
-
-    Raises
-    ------
-    InputError
-        The file cannot be made.
     """
 
     def __init__(self, path: Path, kind: np.dtype[Any]) -> None:
@@ -356,12 +318,7 @@ class PointSpool:
     def divide(self, bucket: Callable[[Records], NDArray[np.int32]], number: int) -> None:
         """Sort the points of each block by bucket, stable within each.
 
-        Parameters
-        ----------
-        bucket
-            Gives the bucket (n,) of each point of a block; blocks come in order.
-        number
-            How many buckets there are.
+        ``bucket``: gives the bucket (n,) of each point of a block; blocks come in order.
         """
         runs = []
         for n, records in enumerate(self.blocks()):
@@ -398,18 +355,7 @@ class PointSpool:
 
 
 class CopcWriter(LasRecords):
-    """Takes points chunk by chunk; builds the octree and writes the file when the block ends.
-
-    Parameters
-    ----------
-    path, header
-        The file and its header.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written, or coordinates do not fit the integers of the step.
-    """
+    """Takes points chunk by chunk; builds the octree and writes the file when the block ends."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         # its cubes have one side, and so its steps are alike: the finest of them
@@ -538,14 +484,7 @@ def _entries(
 ) -> NDArray[np.void]:
     """Entries (m,) of the hierarchy.
 
-    Parameters
-    ----------
-    keys : (m, 4)
-        Nodes in the order of the chunks.
-    chunks
-        Points and bytes of each.
-    start
-        Of the point data in the file.
+    ``keys`` (m, 4): nodes in the order of the chunks.
     """
     out = np.zeros(max(len(keys), 1), dtype=_ENTRY)  # a cloud without points has an empty root
     if len(keys):

@@ -78,14 +78,8 @@ class CloudPoint:
 def nearest_point(path: Path, place: Array, within: float) -> CloudPoint | None:
     """Find the point of a COPC file that is nearest to a place.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    place : array (3,)
-        Coordinates [m].
-    within : float
-        Half the side of the box about the place that is looked through [m].
+    ``place`` (3,): coordinates [m]; ``within``: half the side of the box about the place that is
+    looked through [m].
     """
     try:
         check_header(path)

@@ -291,18 +291,7 @@ class _Column:
 
 
 class E57Writer:
-    """Writes points chunk by chunk, in the scanner frame where the header has a pose.
-
-    Parameters
-    ----------
-    path, header
-        The file and its header.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written, or coordinates do not fit the integers of the step.
-    """
+    """Writes points chunk by chunk, in the scanner frame where the header has a pose."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         self._header, self._staged = header, Staged(path)
@@ -388,12 +377,7 @@ class E57Writer:
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
         """Append points.
 
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Coordinates [m].
-        values
-            (n,) by name of the field.
+        ``xyz`` (n, 3): coordinates [m]; ``values``: (n,) by name of the field.
         """
         for first in range(0, len(xyz), _BLOCK):
             part = slice(first, first + _BLOCK)

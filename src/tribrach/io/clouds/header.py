@@ -94,12 +94,8 @@ class CloudWriter(Protocol):
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
         """Append points.
 
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Coordinates in the frame of the header [m].
-        values
-            (n,) by name of the field.
+        ``xyz`` (n, 3): coordinates in the frame of the header [m]; ``values``: (n,) by name of the
+        field.
         """
 
     def __enter__(self) -> Self:
@@ -120,15 +116,7 @@ def step_for(sigma: float) -> float:
     It is at most a tenth of the standard deviation, so that rounding adds less than 0.05 %, and
     lies between 1 micrometre and 1 millimetre.
 
-    Parameters
-    ----------
-    sigma
-        Standard deviation of a coordinate [m].
-
-    Returns
-    -------
-    float
-        Step [m].
+    ``sigma``: standard deviation of a coordinate [m]; Returns step [m].
     """
     wanted = min(max(sigma / 10, FINEST), COARSEST)
     decade = 10.0 ** np.floor(np.log10(wanted * (1 + 1e-9)))

@@ -146,15 +146,7 @@ def _stretch(header: CloudHeader) -> list[float] | None:
 
 
 class LasRecords:
-    """Points as the packed records of a file.
-
-    Parameters
-    ----------
-    path
-        Of the file, for messages.
-    header
-        Of the file.
-    """
+    """Points as the packed records of a file."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         self._path, self._header = path, header
@@ -165,12 +157,7 @@ class LasRecords:
     def record(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> laspy.PackedPointRecord:
         """Packed records of some points.
 
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Coordinates [m].
-        values
-            (n,) by name of the field.
+        ``xyz`` (n, 3): coordinates [m]; ``values``: (n,) by name of the field.
         """
         record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
         whole = np.empty((3, len(xyz)), dtype=np.int32)
@@ -236,18 +223,7 @@ class LasRecords:
 
 
 class LasWriter(LasRecords):
-    """Writes points chunk by chunk, compressed if the suffix of the file is ``.laz``.
-
-    Parameters
-    ----------
-    path, header
-        The file and its header.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written, or coordinates do not fit the integers of the step.
-    """
+    """Writes points chunk by chunk, compressed if the suffix of the file is ``.laz``."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         super().__init__(path, header)

@@ -41,18 +41,7 @@ _DIGITS, _VALUE = 15, 200
 
 
 class PlyWriter:
-    """Writes points chunk by chunk; their number is put into the header at the end.
-
-    Parameters
-    ----------
-    path, header
-        The file and its header.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written, or coordinates are not finite.
-    """
+    """Writes points chunk by chunk; their number is put into the header at the end."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         self._comments = list(_comments(header))
@@ -64,12 +53,7 @@ class PlyWriter:
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
         """Append points; a field without values is zero.
 
-        Parameters
-        ----------
-        xyz : (n, 3)
-            Coordinates [m].
-        values
-            (n,) or (n, k) by name of the field.
+        ``xyz`` (n, 3): coordinates [m]; ``values``: (n,) or (n, k) by name of the field.
         """
         if len(xyz) == 0:
             return

@@ -49,17 +49,7 @@ class _Telling:
 class Staged:
     """A file that is being written, as a context manager; ``file`` is open for reading and writing.
 
-    Parameters
-    ----------
-    path
-        The destination.
-    needs
-        What the file needs, as it is said where it cannot be written.
-
-    Raises
-    ------
-    InputError
-        The folder or file cannot be written, or something would be lost.
+    ``needs``: what the file needs, as it is said where it cannot be written.
     """
 
     def __init__(self, path: Path, needs: str = "the folder and the space on its disk") -> None:
@@ -78,15 +68,7 @@ class Staged:
     def writing(self, *failures: type[Exception]) -> Iterator[None]:
         """A block that writes to the file; if it fails, what was written is removed.
 
-        Parameters
-        ----------
-        *failures
-            What a library raises where the disk refuses something, besides ``OSError``.
-
-        Raises
-        ------
-        InputError
-            The disk is full, or refuses the file for another reason.
+        ``*failures``: what a library raises where the disk refuses something, besides ``OSError``.
         """
         try:
             yield
@@ -103,13 +85,7 @@ class Staged:
         )
 
     def commit(self) -> None:
-        """Flush everything to the disk and give the file its name.
-
-        Raises
-        ------
-        InputError
-            The disk refuses it, or a file that was read has changed.
-        """
+        """Flush everything to the disk and give the file its name."""
         with self.writing():
             refuse_changes()
             if not self.file.closed:

@@ -78,20 +78,9 @@ def read(
 ) -> Survey:
     """Survey of files of GNSS results.
 
-    Parameters
-    ----------
-    paths
-        GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), SKI-ASCII, TDEF and JobXML by how
-        they begin, else SINEX.
-    context
-        What the project says about them.
-    labels
-        What tells files of the same name apart, by path; derived from these files if not given.
-
-    Raises
-    ------
-    InputError
-        Errors of the readers; epochs that do not fit; a flat work frame.
+    ``paths``: GVX (``.gvx``, ``.xml``), solutions of RTKLIB (``.pos``), SKI-ASCII, TDEF and JobXML
+    by how they begin, else SINEX; ``labels``: what tells files of the same name apart, by path;
+    derived from these files if not given.
     """
     settings = context or GnssContext()
     readers: dict[str, Reader] = {

@@ -31,14 +31,7 @@ def has_vectors_only(path: Path) -> bool:
 
 
 def read_jobxml(path: Path) -> GnssRecords:
-    """Vectors of a job and start values of its points.
-
-    Raises
-    ------
-    InputError
-        Not well-formed, another root, no vector; a base that is not there, no numbers, and
-        covariances that are none, with the line.
-    """
+    """Vectors of a job and start values of its points."""
     root = xml_file.load(path, "JOBFile")
     records = GnssRecords()
     names = {

@@ -77,12 +77,7 @@ class RinexObservations:
 def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
     """Header lines, and where the body starts.
 
-    Returns
-    -------
-    lines : list of (str, str)
-        Label and content.
-    start : int
-        Offset of the body.
+    ``lines`` (str, str): label and content.
     """
     end = re.search(rb"END OF HEADER *\r?\n?", data[:1_000_000])
     if end is None:

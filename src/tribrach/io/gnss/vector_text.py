@@ -33,12 +33,7 @@ def numbers(words: Sequence[str], what: str, path: Path, line: int) -> Array:
 def covariance(upper: Array, path: Path, line: int) -> Array:
     """Covariance (3, 3) [m^2] from its upper half xx, xy, xz, yy, yz, zz (6,).
 
-    Parameters
-    ----------
-    upper : (6,)
-        The elements [m^2].
-    path, line
-        Where they stand.
+    ``upper`` (6,): the elements [m^2].
     """
     xx, xy, xz, yy, yz, zz = upper
     matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

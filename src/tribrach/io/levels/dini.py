@@ -52,13 +52,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> LevelFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without a staff reading.
-    """
+    """Read a file."""
     lines = read_lines(path)
     m5 = any(re.match(r"\s*For[ _]M5\|", line) for line in lines)
     records = list(_m5(lines) if m5 else _rec500(lines))

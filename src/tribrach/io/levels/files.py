@@ -69,19 +69,8 @@ def read(
 ) -> Survey:
     """Survey of files of levels.
 
-    Parameters
-    ----------
-    paths
-        The files.
-    precision
-        Of the level, a millimetre for a line of one kilometre if it says nothing of levelling.
-    labels
-        What tells files of the same name apart, by path.
-
-    Raises
-    ------
-    InputError
-        A file that is none of a level, or has no whole set-up.
+    ``precision``: of the level, a millimetre for a line of one kilometre if it says nothing of
+    levelling; ``labels``: what tells files of the same name apart, by path.
     """
     apart = names_apart(paths) if labels is None else labels
     files = []

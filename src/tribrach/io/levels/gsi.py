@@ -35,13 +35,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> LevelFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without a staff reading.
-    """
+    """Read a file."""
     done: list[LevelLine] = []
     pending: list[StaffReading] = []
     given: dict[str, tuple[float, int]] = {}

@@ -95,13 +95,7 @@ class LevelFile:
 
 
 def check_reading(reading: StaffReading) -> StaffReading:
-    """A reading as it is, unless no level has it.
-
-    Raises
-    ------
-    ValueError
-        A staff or a distance that cannot be, or no name.
-    """
+    """A reading as it is, unless no level has it."""
     if not reading.point:
         raise ValueError("the reading has no point")
     if not abs(reading.value) < _STAFF:

@@ -76,17 +76,7 @@ def is_model(path: Path) -> bool:
 def read_model(path: Path, unit: LengthUnit | None = None) -> Mesh:
     """The triangles of a file in metres.
 
-    Parameters
-    ----------
-    path
-        Of the model.
-    unit
-        What its coordinates are counted in, where the user says so.
-
-    Raises
-    ------
-    InputError
-        No model, a damaged one, one without area or of an impossible size.
+    ``unit``: what its coordinates are counted in, where the user says so.
     """
     module = MODELS.get(path.suffix.lower())
     if module is None:

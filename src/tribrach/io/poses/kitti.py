@@ -30,14 +30,7 @@ def fits(rows: Sequence[NumberRow]) -> bool:
 
 
 def read(path: Path, rows: Sequence[NumberRow]) -> PoseList:
-    """All poses of a list, in its order.
-
-    Raises
-    ------
-    InputError
-        Lines of different lengths, numbers of frames that are none or occur twice, a matrix that
-        is no rigid motion, a calibration that is none.
-    """
+    """All poses of a list, in its order."""
     width = len(rows[0].values)
     numbered = width in _NUMBERED
     poses, frames = [], []

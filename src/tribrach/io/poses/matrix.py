@@ -18,13 +18,7 @@ def fits(rows: Sequence[NumberRow]) -> bool:
 
 
 def read(path: Path, rows: Sequence[NumberRow]) -> PoseList:
-    """The pose of a matrix.
-
-    Raises
-    ------
-    InputError
-        It is no rigid motion.
-    """
+    """The pose of a matrix."""
     pose = rigid(path, rows[0].line, [v for row in rows for v in row.values])
     name = "SOP matrix" if path.suffix.lower() == ".dat" else "matrix, world from scanner"
     return PoseList(path, (pose,), None, f"{name}, metres")

@@ -116,16 +116,8 @@ class ColumnRoles:
     ) -> Chunk:
         """Points whose coordinates are finite, with their fields.
 
-        Parameters
-        ----------
-        columns
-            (n,) or (n, k) by name in the file.
-        path
-            Of the file, for messages.
-        extra
-            Further fields by our names.
-        zero_is_nothing
-            A point at 0, 0, 0 stands for a direction without a return.
+        ``columns``: (n,) or (n, k) by name in the file; ``zero_is_nothing``: a point at 0, 0, 0
+        stands for a direction without a return.
         """
         xyz = self.coordinates(columns)
         valid = np.asarray(np.isfinite(xyz).all(axis=1))
@@ -201,14 +193,7 @@ def _colour_factor(channels: Sequence[NDArray[Any]]) -> float:
 def cast(column: NDArray[Any], kind: np.dtype[Any], name: str, path: Path) -> NDArray[Any]:
     """A column in another type, as a fresh contiguous array; rounded if the type is a whole number.
 
-    Parameters
-    ----------
-    column : (n,) or (n, k)
-        Values.
-    kind
-        The type.
-    name, path
-        Of the column and the file, for messages.
+    ``column`` (n,): values; ``name``, ``path``: of the column and the file, for messages.
     """
     if kind.kind in "iu" and column.dtype != kind and len(column):
         info = np.iinfo(kind)

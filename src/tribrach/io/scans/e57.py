@@ -116,13 +116,8 @@ class FieldColumn:
     def values(self, raw: Values, invalid: Values | None) -> Values:
         """The field's values.
 
-        Parameters
-        ----------
-        raw : (n,)
-            Content of the buffer.
-        invalid : (n,) or None
-            Not zero where a value means nothing; such values become zero, intensities the low
-            limit.
+        ``raw`` (n,): content of the buffer; ``invalid`` (n,): not zero where a value means nothing;
+        such values become zero, intensities the low limit.
         """
         out = self._converted(raw)
         if invalid is not None and invalid.any():
@@ -646,13 +641,7 @@ def _cartesian(polar: Array) -> Array:
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """All scans of a file.
-
-    Raises
-    ------
-    InputError
-        Not an E57 file, truncated, damaged, or without scans.
-    """
+    """All scans of a file."""
     root = xml_of(path)
     elements = scan_elements(root)
     if not elements:

@@ -430,13 +430,7 @@ def _check_steps(header: laspy.LasHeader, path: Path) -> None:
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """The one scan of a file.
-
-    Raises
-    ------
-    InputError
-        Not a LAS file, truncated, or with a header that contradicts itself.
-    """
+    """The one scan of a file."""
     with _damage(path):
         check_header(path)
     with path.open("rb") as start:

@@ -105,13 +105,7 @@ class PcdCompressedScan(PcdScan):
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """The one scan of a file.
-
-    Raises
-    ------
-    InputError
-        A header that cannot be read or contradicts itself, or fewer points than it states.
-    """
+    """The one scan of a file."""
     header = _header(path)
     encoding = header.words["DATA"][0].lower()
     common: dict[str, Any] = {

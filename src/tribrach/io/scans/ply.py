@@ -94,13 +94,7 @@ class _Header:
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """The one scan of a file.
-
-    Raises
-    ------
-    InputError
-        A header that cannot be read, no vertices with x, y and z, or fewer than it states.
-    """
+    """The one scan of a file."""
     header = _header(path)
     before: list[_Element] = []
     for element in header.elements:

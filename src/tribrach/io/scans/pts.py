@@ -30,13 +30,7 @@ class PtsScan(TextScan):
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """Each block of a file as a scan; the lines are counted on the way.
-
-    Raises
-    ------
-    InputError
-        No count where one belongs, or more or fewer points than it states.
-    """
+    """Each block of a file as a scan; the lines are counted on the way."""
     scans: list[PtsScan] = []
     with unpacked(path) as file:
         lines = Lines(file, path)

@@ -64,14 +64,7 @@ class PtxScan(TextScan):
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """All scans of a file; the lines are counted on the way.
-
-    Raises
-    ------
-    InputError
-        A header that is wrong, more or fewer points than it states, or a pose that is no rigid
-        motion.
-    """
+    """All scans of a file; the lines are counted on the way."""
     scans: list[PtxScan] = []
     with unpacked(path) as file:
         lines = Lines(file, path)

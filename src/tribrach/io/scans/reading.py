@@ -39,14 +39,8 @@ def as_told(
 ) -> Iterator[None]:
     """A block in which files of scans are read as the user says.
 
-    Parameters
-    ----------
-    unit
-        Of coordinates, such as ``mm`` or ``ft``.
-    columns
-        Names of the columns of text, with blanks or commas between them.
-    decimal
-        ``point`` or ``comma``.
+    ``unit``: of coordinates, such as ``mm`` or ``ft``; ``columns``: names of the columns of text,
+    with blanks or commas between them.
     """
     known = None
     if unit is not None:

@@ -56,21 +56,8 @@ class LineBlock:
 class Lines:
     """The lines of an opened file that are not blank, in order.
 
-    Parameters
-    ----------
-    file, path
-        The file, and its path for messages.
-    blanks
-        Translation table that makes spaces of the delimiters.
-    fill
-        Regular expression of cells with nothing in them, which become NaN; none if empty.
-    mark
-        Place to begin at.
-
-    Raises
-    ------
-    InputError
-        A line without end, or text in UTF-16.
+    ``blanks``: translation table that makes spaces of the delimiters; ``fill``: regular expression
+    of cells with nothing in them, which become NaN; none if empty.
     """
 
     def __init__(

@@ -151,17 +151,7 @@ def text_start(path: Path) -> str:
 def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str], list[str]]:
     """How a file is written, its lines of words, and some lines of its points.
 
-    Parameters
-    ----------
-    path
-        The file.
-    decimal
-        What stands before decimals where the user says it.
-
-    Raises
-    ------
-    InputError
-        Commas may be decimal ones or stand between values or thousands.
+    ``decimal``: what stands before decimals where the user says it.
     """
     before, lines = heads(text_start(path))
     lines = [line for line in lines[:_LINES] if not line.lstrip().startswith(COMMENTS)]

@@ -160,12 +160,7 @@ def _metric(told: Any) -> Any:
 def in_metres(scan: Scan, given: LengthUnit | None = None) -> Scan:
     """A scan as its reader has it, in metres from now on.
 
-    Parameters
-    ----------
-    scan
-        As its reader has it.
-    given
-        The unit that the user gives, instead of what the file says.
+    ``given``: the unit that the user gives, instead of what the file says.
     """
     of_crs = None if scan.crs is None else unit_of_crs(scan.crs)
     stated = given

@@ -99,13 +99,7 @@ def row_of_numbers(lines: list[str]) -> bool:
 
 
 def read(path: Path) -> tuple[Scan, ...]:
-    """The one scan of a file; the lines are counted on the way.
-
-    Raises
-    ------
-    InputError
-        No points, no columns for x, y and z, or columns and commas that may mean two things.
-    """
+    """The one scan of a file; the lines are counted on the way."""
     told = reading()
     form, words, _ = form_of(path, told.decimal)
     with unpacked(path) as file:

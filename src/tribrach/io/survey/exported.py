@@ -80,12 +80,8 @@ def export(network: Network, format: str) -> Exported:
 def packed_seconds(angle: float, decimals: int) -> tuple[int, int, str]:
     """An angle [rad] from zero on as degrees, minutes, and the digits of the seconds.
 
-    Parameters
-    ----------
-    angle
-        The angle [rad], not negative.
-    decimals
-        Digits of the seconds behind two before the point, which is left out.
+    ``angle``: the angle [rad], not negative; ``decimals``: digits of the seconds behind two before
+    the point, which is left out.
     """
     unit = 10**decimals
     minutes, seconds = divmod(round(float(np.degrees(angle)) * 3600 * unit), 60 * unit)
@@ -168,13 +164,7 @@ class Sieve:
 
 
 class ValueCovariances:
-    """Covariances between values of a network, whichever tables they are in.
-
-    Parameters
-    ----------
-    network
-        The network.
-    """
+    """Covariances between values of a network, whichever tables they are in."""
 
     def __init__(self, network: Network) -> None:
         self.network = network

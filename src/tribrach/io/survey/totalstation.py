@@ -232,23 +232,7 @@ def read(
     known: Collection[str] | None = (),
     labels: Mapping[Path, str] | None = None,
 ) -> Survey:
-    """The survey of raw files of any format that is known.
-
-    Parameters
-    ----------
-    precision : of the instrument, :data:`TYPICAL` if not given.
-    alone : the files are all there is; their coordinates are then start values and datum.
-    site : of the project; known : points that something else gives coordinates of; None if that
-    is not known, and nothing is left out because it cannot be placed.
-    labels : what tells files of the same name apart, by path; found for these files if not given.
-
-    Without a site sights longer than 150 m are on a round Earth.
-
-    Raises
-    ------
-    InputError
-        Of the readers; no sight at all.
-    """
+    """The survey of raw files of any format that is known."""
     apart = names_apart(paths) if labels is None else labels
     files = []
     with RefusalCollector() as refused:

@@ -59,13 +59,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without anything that can be read.
-    """
+    """Read a file."""
     reader = _Reader(Recorder(path, "Autodesk field book"))
     for line, record in enumerate(read_lines(path), start=1):
         words = _WORD.findall(record)

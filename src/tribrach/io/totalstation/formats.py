@@ -65,13 +65,7 @@ def format_of(path: Path) -> str:
 
 
 def read(path: Path) -> RawFile:
-    """Read a raw file.
-
-    Raises
-    ------
-    InputError
-        Errors of :func:`format_of` and of the readers.
-    """
+    """Read a raw file."""
     path = Path(path)
     if not path.is_file():
         raise InputError("there is no such file", file=path, cure="check the path")

@@ -98,13 +98,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, without anything that can be read, or a file of a level.
-    """
+    """Read a file."""
     lines = read_lines(path)
     recorder = Recorder(path, "Leica GSI")
     blocks = list(_blocks(lines, recorder))

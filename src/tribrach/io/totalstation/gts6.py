@@ -34,13 +34,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without anything that can be read.
-    """
+    """Read a file."""
     stream, starts = _stream(read_lines(path))
     recorder = Recorder(path, "Topcon GTS-6")
     for match in _RECORD.finditer(stream):

@@ -29,13 +29,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without anything that can be read.
-    """
+    """Read a file."""
     reader = _Reader(Recorder(path, "Topcon GTS-7"))
     for line, record in enumerate(read_lines(path), start=1):
         if record.strip("\x1a "):

@@ -38,13 +38,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not well-formed, another root, or without anything that can be read.
-    """
+    """Read a file."""
     root = xml_file.load(path, "JOBFile")
     reader = _Reader(Recorder(path, "Trimble JobXML"))
     for book in root.iterchildren("FieldBook"):

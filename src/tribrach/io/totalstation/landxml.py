@@ -43,14 +43,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not well-formed, another root, unknown units, no survey, or without anything that can be
-        read.
-    """
+    """Read a file."""
     root = xml_file.load(path, *(space + "LandXML" for space in _SPACES), "LandXML")
     reader = _Reader(Recorder(path, "LandXML"), root)
     surveys = [e for e in root.iter() if _tag(e) == "Survey"]

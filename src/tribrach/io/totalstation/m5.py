@@ -31,13 +31,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without anything that can be read.
-    """
+    """Read a file."""
     lines = read_lines(path)
     reader = _Reader(Recorder(path, "Trimble M5"), lines)
     for line, record in enumerate(lines, start=1):

@@ -47,13 +47,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without anything that can be read.
-    """
+    """Read a file."""
     reader = _Reader(Recorder(path, "Nikon RAW"))
     for line, record in enumerate(read_lines(path), start=1):
         record = record.strip("\x02\x03\x04\x1a ")

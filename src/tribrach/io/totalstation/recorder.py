@@ -48,13 +48,6 @@ class Recorder:
     """Collects set-ups, sights and coordinates of one file.
 
     Target height, prism and air hold until the file changes them.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-    format
-        Its name in words.
     """
 
     def __init__(self, path: Path, format: str) -> None:
@@ -85,20 +78,8 @@ class Recorder:
     ) -> int:
         """Begin a set-up.
 
-        Parameters
-        ----------
-        line
-            Of the file.
-        station
-            Its name.
-        height
-            Of the instrument [m].
-        backsight
-            Name of the point.
-        azimuth, circle
-            Of the backsight, as set and as read [rad].
-        merge
-            Go on with the current set-up if nothing differs.
+        ``height``: of the instrument [m]; ``azimuth``, ``circle``: of the backsight, as set and as
+        read [rad]; ``merge``: go on with the current set-up if nothing differs.
         """
         new = _Setup(station, height, backsight, azimuth, circle, line)
         if not merge or not self._setups or not new.like(self._setups[-1]):
@@ -127,14 +108,7 @@ class Recorder:
     ) -> None:
         """Set the backsight of the current set-up; a set-up that has sights ends.
 
-        Parameters
-        ----------
-        line
-            Of the file.
-        station, target
-            Names.
-        azimuth, circle
-            Of the backsight, as set and as read [rad].
+        ``azimuth``, ``circle``: of the backsight, as set and as read [rad].
         """
         self.at_station(line, station)
         current = self._setups[-1]
@@ -167,26 +141,10 @@ class Recorder:
     ) -> None:
         """Add a sight of the current set-up.
 
-        Parameters
-        ----------
-        line
-            Of the file.
-        target, code
-            Names.
-        direction, zenith
-            As read [rad].
-        distance
-            Along the slope [m].
-        face
-            1 or 2; 0 derives it from the zenith angle.
-        height
-            Of the target [m]; NaN takes the current one.
-        applied
-            The distance contains the corrections for prism and air.
-        series
-            Number of the set, 0 if not known.
-        off
-            Why the sight is not used.
+        ``direction``, ``zenith``: as read [rad]; ``distance``: along the slope [m]; ``face``: 1 or
+        2; 0 derives it from the zenith angle; ``height``: of the target [m]; NaN takes the current
+        one; ``applied``: the distance contains the corrections for prism and air; ``series``:
+        number of the set, 0 if not known; ``off``: why the sight is not used.
         """
         if not target:
             raise ValueError("the sight has no target")
@@ -237,18 +195,7 @@ class Recorder:
     ) -> None:
         """Add coordinates of a point.
 
-        Parameters
-        ----------
-        line
-            Of the file.
-        name
-            Of the point.
-        e, n, u
-            Coordinates [m].
-        given
-            False if the instrument computed them.
-        code
-            Code or description.
+        ``e``, ``n``, ``u``: coordinates [m]; ``given``: false if the instrument computed them.
         """
         if not name:
             raise ValueError("the point has no name")

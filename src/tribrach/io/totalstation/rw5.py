@@ -34,13 +34,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, or without anything that can be read.
-    """
+    """Read a file."""
     lines = read_lines(path)
     recorder = Recorder(path, "Carlson RW5")
     reader = _Reader(recorder)

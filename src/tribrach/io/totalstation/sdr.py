@@ -56,13 +56,7 @@ def sniff(text: str) -> bool:
 
 
 def read(path: Path) -> RawFile:
-    """Read a file.
-
-    Raises
-    ------
-    InputError
-        Not text, no header, units that do not exist, or without anything that can be read.
-    """
+    """Read a file."""
     lines = read_lines(path)
     recorder = Recorder(path, "Sokkia SDR")
     reader: _Reader | None = None

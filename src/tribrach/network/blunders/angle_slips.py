@@ -50,16 +50,7 @@ def turned_angles(
 ) -> Slip | None:
     """Find the angles that fit the other way round, where only one choice of them does.
 
-    Parameters
-    ----------
-    network
-        It does not fit.
-    adjustment
-        Of the network, None if it could not be adjusted.
-    before
-        Its variance factor, infinite without an adjustment.
-    search
-        Adjusts within its budget.
+    ``network``: it does not fit; ``adjustment``: of the network, None if it could not be adjusted.
     """
     for level in (_whole(network), _lists(network), _stations(network)):
         good = []

@@ -68,14 +68,7 @@ def fits(vtpv: float, dof: int) -> bool:
 def loosened(network: Network, wild: frozenset[Key] | set[Key], size: list[Array]) -> Network:
     """Give observations sigmas by which they pull at nothing.
 
-    Parameters
-    ----------
-    network
-        The network.
-    wild
-        Observations (table, item).
-    size : list of array (n,)
-        Their misclosures in sigmas, one array for each table.
+    ``size`` (n,): their misclosures in sigmas, one array for each table.
     """
     factors = [np.ones(o.values.shape) for o in network.observations]
     for table, item in wild:

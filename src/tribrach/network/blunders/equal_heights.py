@@ -29,14 +29,8 @@ _NAMED = 8
 def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip | None:
     """Find given heights that are all alike and without which a network fits.
 
-    Parameters
-    ----------
-    network
-        It does not fit.
-    before
-        Its variance factor, infinite if it could not be adjusted.
-    search
-        Adjusts within its budget.
+    ``network``: it does not fit; ``before``: its variance factor, infinite if it could not be
+    adjusted.
     """
     heights = _given_heights(network)
     if len(heights) < _LEAST:

@@ -141,14 +141,8 @@ def _given(network: Network) -> _Given:
 def given_lists(network: Network, before: float, search: SlipSearch) -> Slip | None:
     """Find the other form of given coordinates in which a network fits.
 
-    Parameters
-    ----------
-    network
-        It does not fit.
-    before
-        Its variance factor, infinite if it could not be adjusted.
-    search
-        Adjusts within its budget.
+    ``network``: it does not fit; ``before``: its variance factor, infinite if it could not be
+    adjusted.
     """
     given = _given(network)
     if len(given.position) < _LEAST:

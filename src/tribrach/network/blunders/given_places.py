@@ -38,16 +38,9 @@ def given_places(
 ) -> Slip | None:
     """Find given coordinates without which, or exchanged, a network fits.
 
-    Parameters
-    ----------
-    network
-        It does not fit.
-    before
-        Its variance factor, infinite if it could not be adjusted.
-    search
-        Adjusts within its budget.
-    single
-        One point alone is looked at as well; others test its coordinates one by one.
+    ``network``: it does not fit; ``before``: its variance factor, infinite if it could not be
+    adjusted; ``single``: one point alone is looked at as well; others test its coordinates one by
+    one.
     """
     places = _given(network)
     found = contradiction(network, places, search.run)

@@ -36,17 +36,8 @@ HELPLESS = 0.2
 def weight_function(method: Method, vbar: Array) -> Array:
     """Weights of standardised residuals: Huber (c 1.345), Danish (2), IGG III (1.5, 4).
 
-    Parameters
-    ----------
-    method
-        ``huber``, ``danish`` or ``igg3``.
-    vbar : array (n,)
-        Residuals over their standard deviations.
-
-    Returns
-    -------
-    array (n,)
-        Factors on the weights, 0 to 1.
+    ``method``: ``huber``, ``danish`` or ``igg3``; ``vbar`` (n,): residuals over their standard
+    deviations; Returns (n,): factors on the weights, 0 to 1.
     """
     vbar = np.abs(vbar)
     safe = np.maximum(vbar, 1e-12)
@@ -202,12 +193,7 @@ def _reweighted(first: Adjustment, weights: Array) -> Network:
 def with_sigmas(network: Network, factors: Sequence[Array]) -> Network:
     """Multiply the sigmas of observed values, their correlations kept.
 
-    Parameters
-    ----------
-    network
-        The network.
-    factors : sequence of array (n, rows)
-        One array for each table of ``network.observations``.
+    ``factors`` (n, rows): one array for each table of ``network.observations``.
     """
     observations = tuple(
         _scaled(o, factor) for o, factor in zip(network.observations, factors, strict=True)

@@ -50,14 +50,8 @@ class _Without:
 def wrong_setup(network: Network, before: float, search: SlipSearch) -> Slip | None:
     """Find the set-up without which a network fits, if it is the only one.
 
-    Parameters
-    ----------
-    network
-        It does not fit.
-    before
-        Its variance factor, infinite if it could not be adjusted.
-    search
-        Adjusts within its budget.
+    ``network``: it does not fit; ``before``: its variance factor, infinite if it could not be
+    adjusted.
     """
     setups = _setups(network)
     if not 1 < len(setups) <= _MOST:
@@ -90,14 +84,8 @@ def wrong_setup(network: Network, before: float, search: SlipSearch) -> Slip | N
 def setup_of(network: Network, clear: Cleared, before: float) -> Slip | None:
     """The set-up that most of the sights without which a network fits belong to, if one does.
 
-    Parameters
-    ----------
-    network
-        It does not fit.
-    clear
-        The network with the sights loosened that do not fit.
-    before
-        Its variance factor, infinite if it could not be adjusted.
+    ``network``: it does not fit; ``clear``: the network with the sights loosened that do not fit;
+    ``before``: its variance factor, infinite if it could not be adjusted.
     """
     if not clear.fits or len(clear.wild) < _SIGHTS:
         return None

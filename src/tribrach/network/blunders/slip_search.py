@@ -136,14 +136,8 @@ class SlipSearch:
         misfit that would be looked at, explains what was wrong even where the global test still
         fails.
 
-        Parameters
-        ----------
-        network
-            With the slip undone.
-        before
-            Variance factor as it is, infinite if the network could not be adjusted.
-        loosened
-            Values that pull at nothing and are no redundancy.
+        ``before``: variance factor as it is, infinite if the network could not be adjusted;
+        ``loosened``: values that pull at nothing and are no redundancy.
         """
         try:
             trial = self.run(network, FEW)

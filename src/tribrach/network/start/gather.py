@@ -35,12 +35,7 @@ from tribrach.observations.ties import (
 def gather(network: Network, vectors: Array) -> Ties:
     """The ties of all active observations and hard constraints.
 
-    Parameters
-    ----------
-    network : Network
-        With the given values of its unknowns.
-    vectors : array (V, 3)
-        Lever arms and other vectors, as far as they are known [m].
+    ``vectors`` (V, 3): lever arms and other vectors, as far as they are known [m].
     """
     c = TieCollector(network.start, network.site, vectors)
     for o in [*network.observations, *(x.observations for x in network.constraints)]:

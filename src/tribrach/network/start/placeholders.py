@@ -52,16 +52,10 @@ _PAIRS = 400
 def dummy_places(network: Network, places: Mapping[str, Array]) -> list[tuple[str, ...]]:
     """Find names that share coordinates although the observations put metres between them.
 
-    Parameters
-    ----------
-    network
-        Tells by its lengths and vectors what lies apart.
-    places
-        E, N, U (3,) by the name of a point [m].
-
-    Notes
-    -----
     A length between two of them says it, or two lengths to a common target that differ by more.
+
+    ``network``: tells by its lengths and vectors what lies apart; ``places``: e, N, U (3,) by the
+    name of a point [m].
     """
     layout = network.start.layout
     names = [
@@ -174,22 +168,10 @@ def contradiction(
 ) -> Contradiction | None:
     """Compare given coordinates with the places that the observations alone put together.
 
-    Parameters
-    ----------
-    network
-        Its points may have start values, be held or be weighted.
-    places
-        E, N, U (3,) by the name of a point [m]; U may be NaN.
-    solve
-        Adjusts a network.
-    rough
-        The coordinates are approximate: only what is off by a share of the network is a
-        contradiction.
-
-    Returns
-    -------
-    Contradiction or None
-        None if nothing contradicts, or if the observations alone give no figure that fits.
+    ``network``: its points may have start values, be held or be weighted; ``places``: e, N, U (3,)
+    by the name of a point [m]; U may be NaN; ``rough``: the coordinates are approximate: only what
+    is off by a share of the network is a contradiction; Returns none if nothing contradicts, or if
+    the observations alone give no figure that fits.
     """
     layout, seen = network.start.layout, _observed(network)
     names = [

@@ -40,12 +40,8 @@ def disagreement(observations: Sequence[Observations], state: State) -> float:
 def settle(f: Frame, held: NDArray[np.bool_]) -> Frame:
     """Sweep once over all orientations and places.
 
-    Parameters
-    ----------
-    f
-        A frame in which every place is known.
-    held : array (n, 3)
-        True for coordinates that were given and stay.
+    ``f``: a frame in which every place is known; ``held`` (n, 3): true for coordinates that were
+    given and stay.
     """
     f = replace(
         f,

@@ -111,25 +111,8 @@ def robust_planar(
     The worst pair of a group of four or more that lies far outside the others' residuals is left
     out, one after another.
 
-    Parameters
-    ----------
-    group : array (n,)
-        Number of the group of each pair.
-    size
-        Number of groups.
-    local, world : array (n, 2)
-        The pairs [m].
-    scale
-        Is a scale estimated?
-    mirror
-        Is the alignment a reflection?
-
-    Returns
-    -------
-    Groups
-        Alignment of each group.
-    array (size,)
-        Median of its residuals [m].
+    ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 2): the pairs [m];
+    ``array (size,)``: median of its residuals [m].
     """
     weights = np.ones(len(group))
     fit = group_planar(group, size, local, world, scale=scale, mirror=mirror)

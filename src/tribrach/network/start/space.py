@@ -98,23 +98,8 @@ def robust_rigid(
     Weights ``1 / (|v| + median |v|)`` let the majority decide (iteratively, as for a sum of
     absolute residuals).
 
-    Parameters
-    ----------
-    group : array (n,)
-        Number of the group of each pair.
-    size
-        Number of groups.
-    local, world : array (n, 3)
-        The pairs [m].
-    mirror
-        Is the alignment a reflection?
-
-    Returns
-    -------
-    Groups
-        Alignment of each group.
-    array (size,)
-        Median of its residuals [m].
+    ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 3): the pairs [m];
+    ``array (size,)``: median of its residuals [m].
     """
     fit = group_rigid(group, size, local, world, mirror=mirror)
     medians = np.zeros(size)

@@ -173,12 +173,7 @@ def grid_axes(x: Array, site: EllipsoidSite) -> Array:
 
     The grid of the computation has the north of the project's centre everywhere.
 
-    Parameters
-    ----------
-    x : (3,)
-        Place in W [m].
-    site
-        The work frame.
+    ``x`` (3,): place in W [m].
     """
     up = site.axes(x[None])[0, 2]
     east = np.array([1.0, 0.0, 0.0]) - up[0] * up
@@ -198,18 +193,8 @@ def add_control(
 ) -> None:
     """Add the constraints of a point.
 
-    Parameters
-    ----------
-    tables
-        Get the observations.
-    record
-        Of the point.
-    x : (3,)
-        Its place in W [m].
-    site
-        The work frame.
-    inner
-        The project uses inner constraints, which switch these off.
+    ``x`` (3,): its place in W [m]; ``inner``: the project uses inner constraints, which switch
+    these off.
     """
     axes = grid_axes(x, site)
     off = INNER if inner and not record.far else ""
@@ -269,12 +254,7 @@ class PointDistances:
 
     A distance that is switched off is still closer than approximate coordinates.
 
-    Parameters
-    ----------
-    sights
-        All plain observations.
-    known
-        Coordinates (3,) by name [m].
+    ``known``: coordinates (3,) by name [m].
     """
 
     def __init__(self, sights: list[SightRecord], known: dict[str, Array]) -> None:
@@ -313,20 +293,8 @@ def add_sight(
 ) -> None:
     """Add one plain observation.
 
-    Parameters
-    ----------
-    tables
-        Get the observation.
-    sight
-        The record.
-    sigma
-        Its standard deviation [m, rad].
-    project
-        Gives refraction and inner constraints.
-    site
-        The work frame.
-    places
-        Approximate coordinates (3,) in W by name [m].
+    ``sigma``: its standard deviation [m, rad]; ``places``: approximate coordinates (3,) in W by
+    name [m].
     """
     columns: dict[str, object] = {"start": sight.start, "end": sight.end}
     off = sight.off
@@ -368,16 +336,7 @@ def _azimuth(axis: int, x: Array | None, site: EllipsoidSite) -> float:
 def add_frame(tables: Tables, frame: FrameRecord, station: str, known: dict[str, Array]) -> None:
     """Add the targets of a subframe, and the condition that it is levelled if it is.
 
-    Parameters
-    ----------
-    tables
-        Get the observations.
-    frame
-        The record.
-    station
-        Name of its station.
-    known
-        Coordinates (3,) by name [m].
+    ``known``: coordinates (3,) by name [m].
     """
     origin = known.get(frame.origin)
     for entry in frame.entries:
@@ -473,18 +432,7 @@ def add_equal(
 ) -> None:
     """Add pairs with a common value, which starts as the mean over the pairs that are known.
 
-    Parameters
-    ----------
-    survey
-        Gets the unknown.
-    tables
-        Get the observations.
-    equal
-        The record.
-    known
-        Coordinates (3,) by name [m].
-    site
-        The work frame.
+    ``known``: coordinates (3,) by name [m].
     """
     kind = EqualHeightDifferences if equal.code == 21 else EqualDistances
     values = []

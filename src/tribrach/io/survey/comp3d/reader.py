@@ -31,22 +31,8 @@ from tribrach.units import DEG
 def read(paths: Path | Sequence[Path], *, tolerant: bool = False) -> Survey:
     """Survey of a project file, or of an observation and a coordinate file.
 
-    Parameters
-    ----------
-    paths
-        One ``.comp`` file, or an ``.obs`` and a ``.cor`` file.
-    tolerant
-        Leave lines out that cannot be used, with a warning for each, as Comp3D does.
-
-    Raises
-    ------
-    InputError
-        A file is missing or not readable; a line is malformed, has an unknown code or a sigma too
-        close to zero (not if tolerant); a point is held although the project uses inner
-        constraints; points that are sighted have one and the same place; a file of covariances is
-        not a symmetric positive definite matrix of weighted coordinates.
-    NoStartValues
-        Points whose distance a sigma depends on cannot be located.
+    ``paths``: one ``.comp`` file, or an ``.obs`` and a ``.cor`` file; ``tolerant``: leave lines out
+    that cannot be used, with a warning for each, as Comp3D does.
     """
     given = [paths] if isinstance(paths, Path) else list(paths)
     problems = Problems(given[0].parent, tolerant)

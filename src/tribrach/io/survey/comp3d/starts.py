@@ -34,10 +34,7 @@ def frame_poses(
 ) -> list[Pose | None]:
     """Poses of subframes.
 
-    Returns
-    -------
-    list
-        Translation (3,) and rotation world from frame (3, 3) of each; None if not located.
+    Returns translation (3,) and rotation world from frame (3, 3) of each; None if not located.
     """
     poses: list[Pose | None] = [None] * len(frames)
     while True:

@@ -59,18 +59,10 @@ _FIX = "to the entry of the file"
 class HeadQuestion(InputError):
     """Which columns hold what is not said; which of two is east is asked.
 
-    Parameters
-    ----------
-    what, cure
-        The question, and where it is answered.
-    file, line
-        Of the header.
-    point
-        Head or number of the column of names.
-    coordinates
-        Heads or numbers of the columns of coordinates: two of the plan, and one of heights.
-    usual
-        Which way the first of them points in most lists written so.
+    ``what``, ``cure``: the question, and where it is answered; ``point``: head or number of the
+    column of names; ``coordinates``: heads or numbers of the columns of coordinates: two of the
+    plan, and one of heights; ``usual``: which way the first of them points in most lists written
+    so.
     """
 
     def __init__(

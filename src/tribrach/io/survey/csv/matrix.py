@@ -48,13 +48,9 @@ def read_matrix(
 ) -> CoordinateCovariance:
     """Read a covariance matrix of coordinates.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    wanted : collection of (str, int), optional
-        Points and axes to take from a matrix in square metres whose first cell says nothing, and
-        whose other rows may be of anything. All rows of the file's own format if not given.
+    ``wanted`` (str, int): points and axes to take from a matrix in square metres whose first cell
+    says nothing, and whose other rows may be of anything. All rows of the file's own format if not
+    given.
     """
     table = read_rows(path)
     rows, lines = table.cells, table.lines

@@ -113,19 +113,7 @@ def observation_heads(
 ) -> Heads | None:
     """What the heads of a table of observations mean; None if it is none that we know.
 
-    Parameters
-    ----------
-    path, line
-        Of the header.
-    titles
-        Heads of the file.
-    known
-        Our names of the columns that are known already, "" for the others.
-
-    Raises
-    ------
-    InputError
-        Units and quantities that the heads leave open, all of them.
+    ``known``: our names of the columns that are known already, "" for the others.
     """
     if not {"range", "target"} & set(map(_bare, known)):
         # ours of a scanner, and in tables of others an end of a sight

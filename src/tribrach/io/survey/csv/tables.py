@@ -52,11 +52,6 @@ _READERS: dict[TableLayout, Callable[[CsvTable, Context], Reader]] = {
 
 def read(path: Path, context: Context | None = None, form: ListForm = AS_FOUND) -> Survey:
     """Survey of one table, text or a spreadsheet, in the form that somebody says or as it is found.
-
-    Raises
-    ------
-    InputError
-        The file, the line, what is wrong there and what to do about it.
     """
     return survey_of(read_table(Path(path), form), context or Context())
 

@@ -20,19 +20,7 @@ from tribrach.network.survey import Survey
 def read(paths: Path | Sequence[Path]) -> Survey:
     """Survey of the files of one network.
 
-    Parameters
-    ----------
-    paths
-        Stations, measurements and a geoid file, if there is one.
-
-    Returns
-    -------
-    Survey
-
-    Raises
-    ------
-    InputError
-        Unreadable, malformed, no stations, or a measurement type that is not read.
+    ``paths``: stations, measurements and a geoid file, if there is one.
     """
     with RefusalCollector() as refused:
         files = [_parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]

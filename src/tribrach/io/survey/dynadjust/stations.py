@@ -26,38 +26,10 @@ from tribrach.observations.control import DirectedComponents
 class Stations:
     """All stations of a network in the reference frame of the first one.
 
-    Parameters
-    ----------
-    files
-        Records of the files.
-    refused
-        Gathers stations that cannot be right.
-
-    Attributes
-    ----------
-    records
-        Of the stations.
-    frame, epoch
-        Names of the network's frame and its date.
-    year
-        The epoch as a decimal year.
-    ellipsoid
-        Semi-major axis [m] and flattening.
-    dynamic
-        Marks move in the frame.
-    ecef
-        Coordinates (3,) [m] by name.
-    site
-        The work frame.
-    constrained
-        Names of stations with at least one fixed component.
-    geoid
-        Geoid height [m] and deflections xi, eta [rad] by name, empty without a geoid file.
-
-    Raises
-    ------
-    InputError
-        No stations, or an unknown frame, epoch or coordinate.
+    ``refused``: gathers stations that cannot be right; ``frame``, ``epoch``: names of the network's
+    frame and its date; ``ellipsoid``: semi-major axis [m] and flattening; ``ecef``: coordinates
+    (3,) [m] by name; ``constrained``: names of stations with at least one fixed component;
+    ``geoid``: geoid height [m] and deflections xi, eta [rad] by name, empty without a geoid file.
     """
 
     def __init__(self, files: Sequence[Records], refused: RefusalCollector) -> None:

@@ -171,12 +171,7 @@ class Element:
     def angle(self, name: str) -> tuple[float, float]:
         """An angle in gon with cc, or as ``D-M-S`` with arc seconds.
 
-        Returns
-        -------
-        value : float
-            The angle [rad].
-        unit : float
-            Unit of its standard deviation [rad].
+        ``value``: the angle [rad]; ``unit``: unit of its standard deviation [rad].
         """
         text = self.text(name)
         sexagesimal = re.match(r"[+-]?\d+-\d+-", text) is not None

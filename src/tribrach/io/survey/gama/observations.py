@@ -203,13 +203,6 @@ class _PlainSights:
 
     They are judged by their numbers alone and become rows without an object for each; what is
     special in any way, a mistake among it, is left to :class:`ObservationReader`.
-
-    Parameters
-    ----------
-    reader
-        Takes the rows.
-    section
-        Gives default standard deviations.
     """
 
     def __init__(self, reader: ObservationReader, section: Element) -> None:
@@ -290,16 +283,8 @@ class _PlainSights:
 class ObservationReader:
     """Adds the observations of the sections to a survey.
 
-    Parameters
-    ----------
-    survey
-        Has its points and sigma0 already.
-    axes
-        Of the file.
-    hand
-        1 if the file's angles are clockwise, -1 if counter-clockwise.
-    used
-        Which of E, N, U (3,) of each point are part of the network.
+    ``hand``: 1 if the file's angles are clockwise, -1 if counter-clockwise; ``used``: which of E,
+    N, U (3,) of each point are part of the network.
     """
 
     def __init__(

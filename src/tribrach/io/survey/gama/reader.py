@@ -55,11 +55,6 @@ def read(path: Path, label: str = "") -> Survey:
     """The survey in a ``.gkf`` file, or the adjusted coordinates of a result as control.
 
     ``survey.facts`` keeps the :class:`GamaFacts` of a network.
-
-    Raises
-    ------
-    InputError
-        The file, with its line, and what is wrong there.
     """
     path = Path(path)
     with RefusalCollector() as refused:

@@ -85,8 +85,6 @@ class _Entry:
 def write(network: Network) -> Exported:
     """The network as the text of a ``.gkf`` file.
 
-    Examples
-    --------
     >>> write(tribrach.read("network.csv").network()).text  # doctest: +SKIP
     """
     sieve = Sieve(network)

@@ -55,17 +55,11 @@ def grid_scale(
 ) -> GridScale | None:
     """Scale of control points against the reflectors of scan positions.
 
-    Parameters
-    ----------
-    stations
-        Place (3,) in the scanner frame [m] and covariance (3, 3) of each reflector, by name.
-    control
-        Place (3,) [m] and standard deviations (3,) of each control point, by name.
-
-    Notes
-    -----
     Scan positions share their control, so that their scales are correlated; the mean has the sigma
     of the best of them and not a smaller one.
+
+    ``stations``: place (3,) in the scanner frame [m] and covariance (3, 3) of each reflector, by
+    name; ``control``: place (3,) [m] and standard deviations (3,) of each control point, by name.
     """
     scales, sigmas, misfit, dof = [], [], 0.0, 0
     for targets in stations:

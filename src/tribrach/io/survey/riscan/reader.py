@@ -118,19 +118,8 @@ def is_geocentric(vector: Array) -> bool:
 class Frames:
     """The work frame W of a project, and the motions from the project's frames to it.
 
-    Parameters
-    ----------
-    project
-        The records.
-
-    Attributes
-    ----------
-    site
-        W.
-    upright
-        The project's z axis is known to be vertical.
-    w_from_prcs : (4, 4)
-        From the project's frame to W.
+    ``upright``: the project's z axis is known to be vertical; ``w_from_prcs`` (4, 4): from the
+    project's frame to W.
     """
 
     def __init__(self, project: RiscanProject) -> None:
@@ -196,12 +185,7 @@ class Frames:
     def start(self, station: ScanPosition) -> tuple[Array, Array]:
         """Start values of a station's pose, NaN if it is not registered.
 
-        Returns
-        -------
-        translation : (3,)
-            World from scanner [m].
-        rotation : (3, 3)
-            World from scanner.
+        ``translation`` (3,): World from scanner [m]; ``rotation`` (3, 3): World from scanner.
         """
         if station.sop is None or not station.registered:
             return np.full(3, np.nan), np.full((3, 3), np.nan)
@@ -240,13 +224,7 @@ class RiscanFacts(Fact):
 
 
 def read(path: Path) -> Survey:
-    """Survey of a project file.
-
-    Raises
-    ------
-    InputError
-        Not a RiSCAN PRO project, malformed, or with a stated accuracy that is not positive.
-    """
+    """Survey of a project file."""
     project = parse(path)
     linked, warnings = linked_stations(project)
     project = replace(project, stations=tuple(linked))

@@ -81,14 +81,8 @@ class _Traverse:
 class DataReader:
     """Reads data files into records.
 
-    Parameters
-    ----------
-    settings
-        Of the project.
-    refused
-        Gathers the lines that cannot be used.
-    root
-        Folder that included files must not leave.
+    ``refused``: gathers the lines that cannot be used; ``root``: folder that included files must
+    not leave.
     """
 
     def __init__(self, settings: StarnetSettings, refused: RefusalCollector, root: Path) -> None:

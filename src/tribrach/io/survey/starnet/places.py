@@ -32,14 +32,8 @@ _SAME = 1e-4
 def grid_around(crs: str, plan: Array, height: float) -> ProjectedGrid:
     """The grid of a job, with the origin of the work frame in the middle of its points.
 
-    Parameters
-    ----------
-    crs
-        Definition for PROJ.
-    plan : array (n, 2)
-        Easting and northing of the given points [m].
-    height
-        Mean ellipsoidal height [m].
+    ``plan`` (n, 2): easting and northing of the given points [m]; ``height``: mean ellipsoidal
+    height [m].
     """
     easting, northing = plan.mean(axis=0).round(-1)
     return ProjectedGrid(crs, float(easting), float(northing), height)
@@ -48,29 +42,10 @@ def grid_around(crs: str, plan: Array, height: float) -> ProjectedGrid:
 class Places:
     """Points of a job in its work frame.
 
-    Parameters
-    ----------
-    records
-        What the data files say.
-    settings
-        Of the project.
-    refused
-        Gathers points that cannot be used.
-
-    Attributes
-    ----------
-    frame
-        The work frame.
-    output
-        Converts it to the grid, None for a local job.
-    given
-        What is given of each point, by name.
-    xyz
-        Approximate coordinates (3,) [m] in the work frame by name, NaN where not given.
-    held
-        Names of points of which everything is held.
-    warnings
-        Sentences on points that are written twice.
+    ``refused``: gathers points that cannot be used; ``output``: converts it to the grid, None for a
+    local job; ``given``: what is given of each point, by name; ``xyz``: approximate coordinates
+    (3,) [m] in the work frame by name, NaN where not given; ``held``: names of points of which
+    everything is held.
     """
 
     def __init__(

@@ -28,19 +28,9 @@ def read(
 ) -> Survey:
     """The survey of a job.
 
-    Parameters
-    ----------
-    paths
-        Data files, and at most one file with the settings of the project; or that file alone.
-    labels
-        What tells files of one name apart, by path.
-    part
-        ``points`` leaves out what is observed, ``planned`` what is given.
-
-    Raises
-    ------
-    InputError
-        What a file says wrong, with its line; all of it at once.
+    ``paths``: data files, and at most one file with the settings of the project; or that file
+    alone; ``labels``: what tells files of one name apart, by path; ``part``: ``points`` leaves out
+    what is observed, ``planned`` what is given.
     """
     files = [paths] if isinstance(paths, Path) else list(paths)
     chosen = [path for path in files if is_settings(path)]

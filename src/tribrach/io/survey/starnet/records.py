@@ -58,55 +58,24 @@ class Given:
 
 
 class Sight(NamedTuple):
-    """One observation of an instrument.
-
-    Attributes
-    ----------
-    quantity
-        What is measured.
-    value
-        [m or rad], None if it is only planned.
-    sigma
-        Standard error.
-    at, to, back
-        Instrument, target, and backsight of an angle.
-    heights
-        Of instrument and target [m].
-    errors
-        Standard errors of the instrument.
-    set_name
-        Of the set of directions.
-    refraction
-        Coefficient k.
-    length
-        Horizontal length that the same line gives [m], None if it gives none.
-    rise
-        Height difference along it [m].
-    centring
-        A standard error that is given grows by centring as well.
-    propagated
-        Constant and ppm of a distance are added in squares.
-    scale
-        Length in the local system over length on the ground.
-    source
-        ``file:line``.
-    """
+    """One observation of an instrument."""
 
     quantity: Quantity
-    value: float | None
+    value: float | None  #: [m or rad], None if it is only planned
     sigma: Sigma
+    #: instrument, target, and backsight of an angle
     at: str
     to: str
     back: str
-    heights: tuple[float, float]
-    errors: StandardErrors
-    set_name: str
+    heights: tuple[float, float]  #: of instrument and target [m]
+    errors: StandardErrors  #: standard errors of the instrument
+    set_name: str  #: of the set of directions
     refraction: float
-    length: float | None
-    rise: float
-    centring: bool
-    propagated: bool
-    scale: float
+    length: float | None  #: horizontal length that the same line gives [m], None if it gives none
+    rise: float  #: height difference along it [m]
+    centring: bool  #: a standard error that is given grows by centring as well
+    propagated: bool  #: constant and ppm of a distance are added in squares
+    scale: float  #: length in the local system over length on the ground
     source: str
 
 
