@@ -71,8 +71,7 @@ class Coordinates(Observations):
 
 @dataclass(kw_only=True)
 class Coordinate(Observations):
-    """Single coordinates [m], for control known in plan or in height alone (method section 2.13).
-    """
+    """Single coordinates [m]: control known in plan or in height alone (method section 2.13)."""
 
     position: Index = refers("position", end=End.AT)  #: (n,): positions
     axis: Index = field()  #: (n,): 0 for E, 1 for N, 2 for U
@@ -294,8 +293,7 @@ class ScalarPriors(Observations):
 
 @dataclass(kw_only=True)
 class VectorPriors(Observations):
-    """Known values [m] of vectors in their own frames: lever arms, the common shift of a session.
-    """
+    """Known values [m] of vectors in their own frames: lever arms, common shift of a session."""
 
     vector: Index = refers("vector", end=End.AT)  #: (n,): vectors (method section 2.13)
     kind: ClassVar[str] = "vector_prior"

@@ -51,8 +51,7 @@ _READERS: dict[TableLayout, Callable[[CsvTable, Context], Reader]] = {
 
 
 def read(path: Path, context: Context | None = None, form: ListForm = AS_FOUND) -> Survey:
-    """Survey of one table, text or a spreadsheet, in the form that somebody says or as it is found.
-    """
+    """Survey of one table, text or a spreadsheet, in the form somebody says or as it is found."""
     return survey_of(read_table(Path(path), form), context or Context())
 
 
