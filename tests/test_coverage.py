@@ -12,7 +12,7 @@ from benchmarks.coverage.scanner import exp
 from benchmarks.coverage.scenes import Truth, make, names_of, read_points, scenes, truths
 from benchmarks.coverage.score import advice, binomial, score
 from benchmarks.coverage.submission import Answer, BadSubmission, Point, Pose, Submission, read
-from benchmarks.coverage.world import Terrain, World, ball, box, pole
+from benchmarks.coverage.world import Hits, Solid, Terrain, World, ball, box, pole
 from scipy.stats import binom
 
 FOLDER = Path(__file__).parents[1] / "benchmarks" / "coverage"
@@ -138,7 +138,10 @@ def test_beams_meet_surfaces_where_closed_forms_say() -> None:
     along = rng.normal(size=(500, 3))
     along /= np.linalg.norm(along, axis=1)[:, None]
     start, time = np.zeros((500, 3)), np.zeros(500)
-    cast = lambda *s: World(s).cast(start, along, time, rng)  # noqa: E731
+
+    def cast(*bodies: Solid) -> Hits:
+        return World(bodies).cast(start, along, time, rng)
+
     inside = cast(box([0, 0, 0], [4, 6, 2], "plaster", 0.3))
     axes = np.array([[np.cos(0.3), np.sin(0.3), 0], [-np.sin(0.3), np.cos(0.3), 0], [0, 0, 1]])
     at = inside.ranges[:, None] * along @ axes.T

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -195,8 +195,8 @@ def advice(submission: Submission, truths: Mapping[str, Truth]) -> list[str]:
         out[:3, 3] /= 1e3
         return out
 
-    def off(change: object) -> float:
-        errors = [pose_error(true, change(pose.matrix)) for true, pose in stated]  # type: ignore[operator]
+    def off(change: Callable[[Array], Array]) -> float:
+        errors = [pose_error(true, change(pose.matrix)) for true, pose in stated]
         return float(np.median([np.linalg.norm(e[:3]) + np.linalg.norm(e[3:]) for e in errors]))
 
     as_is = off(lambda pose: pose)
@@ -213,12 +213,12 @@ def advice(submission: Submission, truths: Mapping[str, Truth]) -> list[str]:
         return told
     swap = [3, 4, 5, 0, 1, 2]
 
-    def fits(change: object) -> float:
+    def fits(change: Callable[[Array], Array]) -> float:
         """How far squares of shifts or of turns are from those of normal quantities."""
         out = 0.0
         for part in (slice(0, 3), slice(3, 6)):
             squares = [
-                normalised(pose_error(true, p.matrix)[part], change(p.covariance)[part, part])  # type: ignore[operator]
+                normalised(pose_error(true, p.matrix)[part], change(p.covariance)[part, part])
                 for true, p in stated
             ]
             out = max(out, float(abs(np.log(np.median(squares) / chi2.median(3)))))
@@ -234,5 +234,5 @@ def advice(submission: Submission, truths: Mapping[str, Truth]) -> list[str]:
             (lambda c: degrees @ c @ degrees, "as if turns were in degrees"),
             (lambda c: millimetre @ c @ millimetre, "as if they were in square millimetres"),
         )
-        if as_is > 3 and fits(change) < 1  # type: ignore[arg-type]
+        if as_is > 3 and fits(change) < 1
     ]

@@ -73,7 +73,7 @@ def carry(
     """Carries coordinates from one frame and epoch to another.
 
     ``xyz`` (n, 3): ECEF coordinates [m] in ``source``; ``motion``: how the marks move; needed where
-    both frames are dynamic and the epochs differ; ``xyz`` (n, 3): ECEF coordinates [m] in
+    both frames are dynamic and the epochs differ. Returns ``xyz`` (n, 3): ECEF coordinates [m] in
     ``target``; ``accuracy``: what is stated for the change of frame [m]; NaN if nothing is stated.
     """
     if not source.dynamic:
@@ -120,7 +120,7 @@ class Passage:
 
         Only the frame changes; vectors keep the epoch at which they were measured.
 
-        ``matrix`` (3, 3): derivative of the coordinates: turn and scale between the frames;
+        Returns ``matrix`` (3, 3): derivative of the coordinates: turn and scale between the frames;
         ``accuracy``: what is stated for the change of frame [m].
         """
         step = 1e5 * np.eye(3)

@@ -205,9 +205,9 @@ def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tup
     """Carries coordinates from one frame to another at the epoch of their observation.
 
     ``xyz`` (n, 3): ECEF coordinates [m] in ``source``; ``epoch`` (n,): decimal years of the
-    observations, or one for all; ``xyz`` (n, 3): ECEF coordinates [m] in ``target``; between two
-    dynamic frames they keep the epoch of the observation; ``accuracy``: what the EPSG dataset
-    states for the transformation [m], NaN if it states none.
+    observations, or one for all. Returns ``xyz`` (n, 3): ECEF coordinates [m] in ``target``;
+    between two dynamic frames they keep the epoch of the observation; ``accuracy``: what the EPSG
+    dataset states for the transformation [m], NaN if it states none.
     """
     if frame(source) == frame(target):
         return xyz, 0.0

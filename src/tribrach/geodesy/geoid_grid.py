@@ -65,7 +65,7 @@ class GeoidGrid:
     def undulation(self, latitude: Array, longitude: Array) -> Array:
         """Geoid heights above the ellipsoid.
 
-        ``latitude``, ``longitude`` (n,): geodetic position [rad]; Returns (n,): geoid heights [m].
+        ``latitude``, ``longitude`` (n,): geodetic position [rad]. Returns (n,): geoid heights [m].
         """
         if self.table is not None:
             height = self.table.at(latitude, longitude).reshape(np.shape(latitude))
@@ -89,8 +89,8 @@ class GeoidGrid:
         """Deflection of the vertical at a point.
 
         ``latitude``, ``longitude``: geodetic position [rad]; ``height``: height of the point [m],
-        for the curvature of the plumb line; ``xi``: northern component [rad]; ``eta``: eastern
-        component [rad].
+        for the curvature of the plumb line. Returns ``xi``: northern component [rad]; ``eta``:
+        eastern component [rad].
         """
         place = np.array([latitude]), np.array([longitude]), np.array([height])
         xi, eta = slope(self.undulation, *place)[0]
@@ -110,7 +110,7 @@ def slope(
 
     ``undulation``: geoid heights (n,) [m] at latitudes and longitudes (n,) [rad]; ``latitude``,
     ``longitude`` (n,): geodetic positions [rad]; ``height`` (n,): heights of the points [m], for
-    the curvature of the plumb line; ``ellipsoid``: semi-major axis [m] and flattening; Returns (n,
+    the curvature of the plumb line; ``ellipsoid``: semi-major axis [m] and flattening. Returns (n,
     2): northern and eastern component [rad].
     """
     step = np.repeat([_STEP, -_STEP, 0.0, 0.0], len(latitude))

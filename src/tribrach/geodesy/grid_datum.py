@@ -83,9 +83,9 @@ class GridDatum:
         and there is nothing between. The ellipsoids of older datums lie up to some hundred metres
         off; EPSG's parameters through PROJ say how.
 
-        ``latitude``, ``longitude`` (n,): geodetic position [rad] in this datum; ``latitude``,
-        ``longitude`` (n,): the same places for the geoid model [rad]; ``height`` (n,): heights of
-        this datum's ellipsoid over that of the geoid model [m].
+        ``latitude``, ``longitude`` (n,): geodetic position [rad] in this datum. Returns
+        ``latitude``, ``longitude`` (n,): the same places for the geoid model [rad]; ``height``
+        (n,): heights of this datum's ellipsoid over that of the geoid model [m].
         """
         none = np.zeros(np.shape(latitude))
         if self.frame is None:

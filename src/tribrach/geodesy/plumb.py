@@ -90,10 +90,10 @@ class PlumbLines:
     def rise(self, site: Site, start: Index, end: Index, xyz: Array) -> tuple[Array, Array]:
         """Rise of the geoid over the ellipsoid from one position to another.
 
-        ``start``, ``end`` (k,): positions; ``xyz`` (n, 3): where all positions are in W [m];
-        ``rise`` (k,): differences of geoid heights [m] where both are known, else 0; ``lean`` (k,
-        2): where they are not, the mean deflection xi, eta of both ends [rad], which makes ``-(xi
-        dN + eta dE)`` of the way between them; else 0.
+        ``start``, ``end`` (k,): positions; ``xyz`` (n, 3): where all positions are in W [m].
+        Returns ``rise`` (k,): differences of geoid heights [m] where both are known, else 0;
+        ``lean`` (k, 2): where they are not, the mean deflection xi, eta of both ends [rad], which
+        makes ``-(xi dN + eta dE)`` of the way between them; else 0.
         """
         rise = self._undulation(site, end, xyz[end]) - self._undulation(site, start, xyz[start])
         lean = np.zeros((len(start), 2))

@@ -89,7 +89,7 @@ class FlatSite:
 def enu_rotation(latitude: Array, longitude: Array) -> Array:
     """Rows east, north, up in ECEF at geodetic positions.
 
-    ``latitude``, ``longitude`` (...,): geodetic position [rad]; Returns (..., 3, 3): rotation from
+    ``latitude``, ``longitude`` (...,): geodetic position [rad]. Returns (..., 3, 3): rotation from
     ECEF differences to ENU.
     """
     sp, cp = np.sin(latitude), np.cos(latitude)
@@ -105,7 +105,7 @@ def ecef_from_geodetic(
     """ECEF coordinates of geodetic positions.
 
     ``latitude``, ``longitude`` (...,): geodetic position [rad]; ``height`` (...,): ellipsoidal
-    height [m]; ``ellipsoid``: semi-major axis [m] and flattening; Returns (..., 3): ECEF [m].
+    height [m]; ``ellipsoid``: semi-major axis [m] and flattening. Returns (..., 3): ECEF [m].
     """
     a, f = ellipsoid
     e2 = f * (2 - f)
@@ -123,8 +123,8 @@ def ecef_from_geodetic(
 def curvature_radii(latitude: Array, ellipsoid: tuple[float, float] = GRS80) -> tuple[Array, Array]:
     """Radii of curvature of an ellipsoid.
 
-    ``latitude`` (...,): geodetic latitude [rad]; ``ellipsoid``: semi-major axis [m] and flattening;
-    Returns (...,): in the prime vertical and in the meridian [m].
+    ``latitude`` (...,): geodetic latitude [rad]; ``ellipsoid``: semi-major axis [m] and flattening.
+    Returns ``nu``, ``m`` (...,): in the prime vertical and in the meridian [m].
     """
     a, f = ellipsoid
     e2 = f * (2 - f)

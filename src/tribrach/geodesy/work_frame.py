@@ -43,7 +43,7 @@ class WorkFrame:
     def undulation(self, latitude: Array, longitude: Array) -> Array:
         """Geoid heights that make given heights ellipsoidal.
 
-        ``latitude``, ``longitude`` (n,): geodetic position [rad] in the datum of the site; Returns
+        ``latitude``, ``longitude`` (n,): geodetic position [rad] in the datum of the site. Returns
         (n,): geoid heights [m] over the ellipsoid of the site. Models give them over a geocentric
         one; where the grid of the site has an older datum, what lies between is added.
         """
@@ -61,8 +61,8 @@ class WorkFrame:
         """Coordinates of the site's own system in W.
 
         ``enu`` (n, 3): e, N, U or easting, northing, height [m]; ``covariance`` (n, 3, 3): of these
-        coordinates [m^2]; ``xyz`` (n, 3): W coordinates [m]; ``covariance`` (n, 3, 3): of the W
-        coordinates [m^2].
+        coordinates [m^2]. Returns ``xyz`` (n, 3): W coordinates [m]; ``covariance`` (n, 3, 3): of
+        the W coordinates [m^2].
         """
         if self.grid is None:
             return enu, covariance
@@ -88,8 +88,8 @@ class WorkFrame:
         """Geodetic coordinates in W.
 
         ``geodetic`` (n, 3): latitude, longitude [rad] and height [m]; ``covariance`` (n, 3, 3):
-        along east, north, up at each point [m^2]; ``xyz`` (n, 3): W coordinates [m]; ``covariance``
-        (n, 3, 3): of the W coordinates [m^2].
+        along east, north, up at each point [m^2]. Returns ``xyz`` (n, 3): W coordinates [m];
+        ``covariance`` (n, 3, 3): of the W coordinates [m^2].
         """
         site = self._ellipsoid("latitude and longitude")
         height = geodetic[:, 2] + self.undulation(geodetic[:, 0], geodetic[:, 1])

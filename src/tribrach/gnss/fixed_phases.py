@@ -84,8 +84,8 @@ class ClockFreePhases:
         Frequencies share air and part of their multipath. Their sum over the root of their number
         has this in its variance, while each by itself would count as a witness of its own.
 
-        ``times`` (k,): ascending for each satellite [s]; ``table`` (k, 4): values, and the three
-        columns of the design; ``satellites`` (k,): ascending; ``freedom`` (k,): as before.
+        Returns ``times`` (k,): ascending for each satellite [s]; ``table`` (k, 4): values, and the
+        three columns of the design; ``satellites`` (k,): ascending; ``freedom`` (k,): as before.
         """
         order = np.lexsort((self.times, self.satellites))
         time, satellite = self.times[order], self.satellites[order]

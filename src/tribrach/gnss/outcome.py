@@ -177,10 +177,10 @@ def _adjusted(
     """Least squares of the phases of fixed epochs, with the weights that they have or show.
 
     ``chosen`` (k,): epochs of one set of integers; ``place`` (3,): to which phases are related [m];
-    ``limit``: a shift beyond this is refused [m]; ``phases``: related to the place that they give,
-    else to the one given; ``shift`` (3,): of the place [m]; ``cofactor`` (3, 3): its formal
-    covariance [m^2]; None where the phases do not determine a place near by; ``away`` (3,): what
-    the delays of the air did to it [m], None with air.
+    ``limit``: a shift beyond this is refused [m]. Returns the phases, related to the place that
+    they give, else to the one given, with their weights; ``shift`` (3,): of the place [m];
+    ``cofactor`` (3, 3): its formal covariance [m^2], None where the phases do not determine a place
+    near by; ``away`` (3,): what the delays of the air did to it [m], None with air.
     """
     delay = None if air else delay_differences(phases, base, place)
     own = PhaseWeights() if weights is None else weights

@@ -156,7 +156,7 @@ def phase_noise(
     """Noise of the phases of a session with integer ambiguities.
 
     ``interval``: time between its epochs [s]; ``assumed``: what the engine assumes counts as much
-    as so many independent phases; Returns none where there are too few.
+    as so many independent phases. Returns None where there are too few.
     """
     time, table, satellite, freedom = phases.over_frequencies()
     if interval <= 0:

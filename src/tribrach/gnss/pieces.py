@@ -156,7 +156,7 @@ class PieceScatter(
 def piece_spans(times: Array) -> list[tuple[float, float]]:
     """First and last time [s] of the pieces of a session; none where it is too short.
 
-    ``times`` (n,): of the common epochs [s], ascending; Returns (float, float): four to ten spans
+    ``times`` (n,): of the common epochs [s], ascending. Returns four to ten spans [s]
     of equal numbers of epochs; their limits lie between epochs.
     """
     n = len(times)
@@ -183,7 +183,7 @@ def piece_scatter(
 
     ``values`` (k, 3): coordinates of the same mark from each piece [m]; ``covariance`` (k, 3, 3):
     that they state [m^2]; ``cut``: how many pieces there were, k if not given; ``correlation`` (k,
-    k): between pieces, None for none; Returns none with fewer than three pieces, which tell
+    k): between pieces, None for none. Returns None with fewer than three pieces, which tell
     nothing.
     """
     k = len(values)

@@ -60,7 +60,7 @@ def independent_baselines(
 def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) -> Array:
     """Joint covariance of m independent baselines of one session.
 
-    ``baselines``: (from, to) of each; ``covariance`` (m, 3, 3): of each baseline [m^2]; Returns
+    ``baselines``: (from, to) of each; ``covariance`` (m, 3, 3): of each baseline [m^2]. Returns
     (3m, 3m): of all of them [m^2].
     """
     m = len(baselines)

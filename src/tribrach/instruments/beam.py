@@ -28,7 +28,7 @@ class Beam:
     def diameter(self, length: Array) -> Array:
         """Diameters at ranges.
 
-        ``length`` (n,): ranges [m]; Returns (n,): diameters [m].
+        ``length`` (n,): ranges [m]. Returns (n,): diameters [m].
         """
         wide = self.divergence * np.asarray(length, dtype=float)
         return np.asarray(self.exit + wide if self.cone else np.hypot(self.exit, wide))

@@ -76,8 +76,9 @@ class Correction:
     def factors(self, xyz: Array) -> tuple[Array, Array]:
         """The two factors of :meth:`jacobian`.
 
-        ``xyz`` (n, 3): points [m]; ``by_polar`` (n, 3, 3): derivatives of the coordinates by range
-        and angles; ``columns`` (n, 3, k): derivatives of range and angles by the parameters.
+        ``xyz`` (n, 3): points [m]. Returns ``by_polar`` (n, 3, 3): derivatives of the coordinates
+        by range and angles; ``columns`` (n, 3, k): derivatives of range and angles by the
+        parameters.
         """
         polar = polar_from_xyz(xyz)
         r, h, v = _limited(polar).T

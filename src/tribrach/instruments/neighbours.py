@@ -60,7 +60,7 @@ def lattice_factor(across: Array, up: Array | None = None) -> Array:
     """Factor F on the variance of a mean if points share all that their discs have in common.
 
     ``across``, ``up`` (m,): diameter of the discs over the pitches of the lattice along both axes;
-    a square lattice without the second; Returns (m,): factors, at least 1 (method section 5.7).
+    a square lattice without the second. Returns (m,): factors, at least 1 (method section 5.7).
     """
     x = np.maximum(np.asarray(across, dtype=float), 1e-9)
     if up is None:
@@ -81,7 +81,7 @@ def effective_number(
     ``count`` (m,): points; ``area``: area of the patch that they lie on [m^2]; ``footprint`` (m,):
     area on the same surface of the discs whose overlap points share: that across the beam over the
     cosine of the incidence angle [m^2]; ``share`` (m,): share of their variance that points share
-    where discs are one; Returns (m,): independent points (method section 5.7).
+    where discs are one. Returns (m,): independent points (method section 5.7).
     """
     ratio = np.sqrt(4 / np.pi * footprint * count / area)
     factor = 1 + share * (lattice_factor(ratio) - 1)
@@ -113,7 +113,7 @@ class RangeCorrelation:
         """Sum of ``r_ij a_i a_j^T`` over all pairs of different points.
 
         ``directions`` (n, 3): unit vectors to the points; ``rows`` (n, u): rows of a fit, each over
-        the sigma of its range; Returns (u, u): what correlation adds to the normal matrix ``Sigma
+        the sigma of its range. Returns (u, u): what correlation adds to the normal matrix ``Sigma
         a_i a_i^T``, so that ``Q (N + this) Q`` is the covariance of a fit with the cofactors Q
         (method section 5.7).
         """

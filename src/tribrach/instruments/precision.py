@@ -133,7 +133,7 @@ class Precision:
         Method section 2.1.
 
         ``polar`` (n, 3): range [m], horizontal and zenith angle [rad] in the scanner frame;
-        ``repetitions``: readings that a value is the mean of; Returns (n, 3): none where the
+        ``repetitions``: readings that a value is the mean of. Returns (n, 3): None where the
         instrument says nothing of ranges or angles.
         """
         along, angle = self.of_ranges(polar[:, 0]), self.of_scan_angle(repetitions)
@@ -163,7 +163,7 @@ class Precision:
 
         Method section 2.2.
 
-        ``xyz`` (n, 3): targets in the scanner frame [m]; Returns (n, 3, 3): none where the
+        ``xyz`` (n, 3): targets in the scanner frame [m]. Returns (n, 3, 3): None where the
         instrument says nothing of ranges or angles.
         """
         polar = polar_from_xyz(xyz)

@@ -70,7 +70,7 @@ class RangeLaw(Result):
     def sigma(self, intensity: ArrayLike) -> Array:
         """Evaluate the law.
 
-        ``intensity`` (n,): intensities as in the file; Returns (n,): standard deviations of ranges
+        ``intensity`` (n,): intensities as in the file. Returns (n,): standard deviations of ranges
         [m]; NaN where the intensity is.
         """
         light = np.clip(np.asarray(intensity, dtype=np.float64), self.weakest, self.high)

@@ -119,7 +119,7 @@ class ScanNoise:
     def lawful_sigma(self, intensity: Array | None) -> Array:
         """Give the law's sigmas to a compiled loop.
 
-        ``intensity`` (n,): intensities as in the file, NaN where unknown; Returns (n,): standard
+        ``intensity`` (n,): intensities as in the file, NaN where unknown. Returns (n,): standard
         deviations of ranges [m], -1 where the law says nothing; empty if it says nothing at all.
         """
         if self.law is None or intensity is None:

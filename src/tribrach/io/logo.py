@@ -21,7 +21,7 @@ _SORTS = {
 def read_logo(path: Path | None) -> str:
     """A picture as an address that holds all of it.
 
-    ``path``: PNG, JPEG or SVG of one megabyte at most; None where there is none; Returns for the
+    ``path``: PNG, JPEG or SVG of one megabyte at most; None where there is none. Returns the
     source of an image in a page, where a drawing can run nothing; "" without one.
     """
     if path is None:

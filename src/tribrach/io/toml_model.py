@@ -54,7 +54,7 @@ def read_text(path: Path) -> str:
 def with_comments(head: str, tables: Sequence[str], old: str) -> str:
     """A file of tables that keeps comments, and the words of tables that stay, of an older text.
 
-    ``tables``: tables, in order, as they would be written without the older text; Returns the head,
+    ``tables``: tables, in order, as they would be written without the older text. Returns the head,
     further comments that belong to no table that stays, and the tables, those that stay with what
     stood above and in them.
     """

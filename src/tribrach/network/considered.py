@@ -48,7 +48,7 @@ def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns:
 
     ``adjustment``: the network, solved without them. Readings of targets and fitted planes carry
     them, and relative poses of clouds a scale that both stations have; else clouds are taken as
-    free; ``columns`` (k,): columns of the full tangent vector; Returns (k, m): derivatives of the
+    free; ``columns`` (k,): columns of the full tangent vector. Returns (k, m): derivatives of the
     unknowns; zero where they are fixed.
     """
     shift = np.zeros((adjustment.n_observations, len(effects)))

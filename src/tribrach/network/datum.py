@@ -396,7 +396,7 @@ class Cofactor:
         """Solve the constrained system in the datum.
 
         ``gradient`` (u,): ``A^T w``; ``right`` (q,): right-hand side c of the constraints;
-        ``moved`` (u,): corrections so far: the inner constraints hold for the sum; Returns (u,):
+        ``moved`` (u,): corrections so far: the inner constraints hold for the sum. Returns (u,):
         the next corrections [m, rad].
         """
         x = gradient

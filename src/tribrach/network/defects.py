@@ -57,7 +57,7 @@ def datum_mask(network: Network, free_columns: Index) -> NDArray[np.bool_]:
     Those of the named points and stations; all points if none are named, all stations in a network
     without points.
 
-    ``free_columns`` (u,): free columns of the full tangent vector; Returns (u,): true for columns
+    ``free_columns`` (u,): free columns of the full tangent vector. Returns (u,): true for columns
     of datum points and stations.
     """
     layout = network.start.layout
@@ -207,9 +207,9 @@ def null_space(
     """Find the null vectors of a network, apart from the known motions.
 
     ``design`` (n, u): whitened Jacobian; ``constraints`` (q, u): Jacobian of the hard constraints;
-    ``motions`` (u, k): open motions that the datum closes; ``vectors`` (u, d): null vectors in
-    metres, radians and parameters; ``gap``: largest singular value taken as zero and smallest taken
-    as not, of the system with columns scaled to unit length.
+    ``motions`` (u, k): open motions that the datum closes. Returns ``vectors`` (u, d): null vectors
+    in metres, radians and parameters; largest singular value taken as zero and smallest taken as
+    not, of the system with columns scaled to unit length.
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE

@@ -111,9 +111,9 @@ class GivenCoordinates:
     def test(self, members: Index) -> tuple[float, int, Array, Array]:
         """Test of some coordinates as a whole.
 
-        ``members`` (m,): which of ``items``; ``statistic``, ``freedom``: chi-square if nothing is
-        wrong with them, and its degrees of freedom; ``error``, ``sigma`` (m,): what is wrong with
-        them, given less true [m], and its standard deviation.
+        ``members`` (m,): which of ``items``. Returns chi-square if nothing is wrong with them, and
+        its degrees of freedom; ``error``, ``sigma`` (m,): what is wrong with them, given less true
+        [m], and its standard deviation.
         """
         size = np.sqrt(np.where(self.weight[members] > 0, self.weight[members], 1.0))
         unit = self.left[np.ix_(members, members)] / np.outer(size, size)

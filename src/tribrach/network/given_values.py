@@ -59,8 +59,8 @@ def with_given(adjustment: Adjustment, rows: Index, columns: Index) -> tuple[Arr
     Method section 12.4.
 
     ``rows`` (m,): of the given values among all observed values; ``columns`` (k,): of the full
-    tangent vector; ``cross`` (k, m): ``Q A^T P C``; zero where an unknown is fixed; ``covariance``
-    (m, m): C of the given values.
+    tangent vector. Returns ``cross`` (k, m): ``Q A^T P C``; zero where an unknown is fixed;
+    ``covariance`` (m, m): C of the given values.
     """
     linked, whole = _correlated(adjustment, rows)
     right = adjustment.design.T @ adjustment.whitener[:, linked].toarray()
@@ -81,8 +81,8 @@ def common_values(
     lists that agree in a few numbers are different lists.
 
     ``first``, ``second``: what was given to either, as the keys of :func:`given_rows`; ``one``,
-    ``two`` (m1, m1): covariances of both; Returns rows of the first and of the second, in one
-    order; none where their correlations differ.
+    ``two`` (m1, m1): covariances of both. Returns rows of the first and of the second, in one
+    order; no rows where their correlations differ.
     """
     there = {key: k for k, key in enumerate(second)}
     pairs = [(k, there[key]) for k, key in enumerate(first) if key in there]

@@ -337,7 +337,7 @@ def _squares(half: Array, width: int) -> Array:
 def group_products(one: sp.csc_array, two: sp.csc_array, width: int) -> Array:
     """Products of groups of columns that are known to be symmetric.
 
-    ``one``, ``two`` (u, k * width): X and Y; Returns (k, width, width): ``X_g^T Y_g``.
+    ``one``, ``two`` (u, k * width): X and Y. Returns (k, width, width): ``X_g^T Y_g``.
     """
     groups = one.shape[1] // width
     out = np.empty((groups, width, width))

@@ -72,7 +72,7 @@ def occupy(
     """Give a survey the errors of centring that sights of a file share.
 
     ``survey``: receives the vectors and what is known of them; ``file``: name of the file, since
-    the next one is of another occupation; ``sights``: all sights of the file, kind by kind; Returns
+    the next one is of another occupation; ``sights``: all sights of the file, kind by kind. Returns
     the vectors of each kind, in the order of ``sights``.
     """
     named = [_names(precision, file, one) for one in sights]
@@ -96,7 +96,7 @@ def share_refraction(
     """Give a survey what the coefficient of refraction of its set-ups may differ by.
 
     ``survey``: receives the unknowns and what is known of them; ``length`` (n,): of these sights
-    [m], NaN where it is not known; Returns a column of zenith angles; empty where no sight is long.
+    [m], NaN where it is not known. Returns a column of zenith angles; empty where no sight is long.
     """
     at = np.empty(len(length), dtype=object)
     at[:] = [

@@ -449,7 +449,7 @@ def prediction_statistics(adjustment: SolvedSystem, o: Observations, items: Inde
 
     Correlations with values that took part (joint covariances) are not used.
 
-    ``items`` (k,): those to be tested; Returns (k,): chi-square with as many degrees of freedom as
+    ``items`` (k,): those to be tested. Returns (k,): chi-square with as many degrees of freedom as
     the observation has values.
     """
     difference = o.misclosure(adjustment.state)[items]
@@ -465,7 +465,7 @@ def prediction_statistics(adjustment: SolvedSystem, o: Observations, items: Inde
 def check_covariances(adjustment: SolvedSystem, o: Observations, items: Index) -> Array:
     """Covariances of ``h(x) - l`` for values held out: ``C + A Q A^T``.
 
-    ``items`` (k,): those that are held out; Returns (k, rows, rows): in squares of the units of the
+    ``items`` (k,): those that are held out. Returns (k, rows, rows): in squares of the units of the
     values.
     """
     own = o.covariance[items]

@@ -32,7 +32,7 @@ def selected_inverse(
 
     ``indptr``, ``indices``, ``data``: L in compressed columns, its unit diagonal left out, row
     numbers in order; data is (k,); ``d`` (n,): the diagonal of D; ``widest``: most columns of a
-    panel and of a strip; ``value`` (k,): entries of the inverse in the places of ``data``;
+    panel and of a strip. Returns ``value`` (k,): entries of the inverse in the places of ``data``;
     ``diagonal`` (n,): diagonal of the inverse.
     """
     first = _panels(indptr, indices, widest)
@@ -62,7 +62,7 @@ def look_up_blocks(
 
     ``indptr``, ``indices``, ``value``, ``diagonal``: entries of the inverse on the pattern of L;
     ``place``, ``scale`` (n,): place of each unknown in the order of elimination, and what
-    multiplies its row and column; ``columns`` (k, m): unknowns of each block, negative for none;
+    multiplies its row and column; ``columns`` (k, m): unknowns of each block, negative for none.
     Returns (k, m, m): zero where an unknown is none, NaN outside the pattern.
     """
     return _look_up_blocks(  # type: ignore[no-any-return]

@@ -39,7 +39,7 @@ def tau_critical(dof: int, alpha: float) -> float:
 def block_tau_critical(freedom: ArrayLike, dof: int, alpha: float) -> NDArray[np.float64]:
     """Critical values of blocks whose statistic is divided by the a-posteriori variance factor.
 
-    ``dof``: redundancy r of the adjustment that the blocks are a part of; Returns ``r k F / (r - k
+    ``dof``: redundancy r of the adjustment that the blocks are a part of. Returns ``r k F / (r - k
     + k F)`` with F of k and r - k degrees of freedom, the square of tau for one; r is its bound,
     and all there is where nothing but the block is redundant.
     """
@@ -55,8 +55,9 @@ def block_tau_significance(
 ) -> NDArray[np.float64]:
     """Probability of a larger statistic than one that was divided by the a-posteriori factor.
 
-    ``statistic``: of each block, at most the redundancy; NaN counts as nothing at all; Returns that
-    of ``F = (T / k) / ((r - T) / (r - k))``; 1 where the block is all the redundancy.
+    ``statistic``: of each block, at most the redundancy; NaN counts as nothing at all. Returns
+    the probability of ``F = (T / k) / ((r - T) / (r - k))``; 1 where the block is all the
+    redundancy.
     """
     k = np.asarray(freedom, dtype=float)
     rest = np.maximum(dof - k, 0.0)

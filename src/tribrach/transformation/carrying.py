@@ -45,7 +45,7 @@ class Carrier:
         """Covariances of the carried points.
 
         ``x`` (n, d): points before [m]; ``own`` (n, d, d): their covariances before [m^2], none if
-        None; Returns (n, d, d): covariances afterwards [m^2].
+        None. Returns (n, d, d): covariances afterwards [m^2].
         """
         n, size = x.shape
         out = np.zeros((n, size, size))

@@ -119,7 +119,7 @@ class TransformationFit:
         """Covariances of points of A carried over.
 
         ``a`` (n, d): points of A [m]; ``spread`` (n, d, d): their own covariances [m^2], none if
-        None; Returns (n, d, d): in the axes of B [m^2].
+        None. Returns (n, d, d): in the axes of B [m^2].
         """
         lever = self.transformation.jacobian(a)
         out: Array = lever @ self.covariance @ lever.transpose(0, 2, 1)

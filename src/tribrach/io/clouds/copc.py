@@ -155,8 +155,8 @@ class OctreeDivision:
 def subtree(places: Places, level: int, deepest: int) -> tuple[NDArray[np.int64], Nodes]:
     """The nodes of a tile, depth first; the points of a node keep their order.
 
-    ``places`` (n, 3): of the points of the tile; ``deepest``: level that is not divided any more;
-    ``order`` (n,): indices of the points in the order of the nodes.
+    ``places`` (n, 3): of the points of the tile; ``deepest``: level that is not divided any more.
+    Returns ``order`` (n,): indices of the points in the order of the nodes.
     """
     bound = (_BITS + 1) * (len(places) // _FEW + 1)
     order = np.arange(len(places))

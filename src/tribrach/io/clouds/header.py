@@ -116,7 +116,7 @@ def step_for(sigma: float) -> float:
     It is at most a tenth of the standard deviation, so that rounding adds less than 0.05 %, and
     lies between 1 micrometre and 1 millimetre.
 
-    ``sigma``: standard deviation of a coordinate [m]; Returns step [m].
+    ``sigma``: standard deviation of a coordinate [m]. Returns the step [m].
     """
     wanted = min(max(sigma / 10, FINEST), COARSEST)
     decade = 10.0 ** np.floor(np.log10(wanted * (1 + 1e-9)))

@@ -77,7 +77,7 @@ class RinexObservations:
 def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
     """Header lines, and where the body starts.
 
-    ``lines`` (str, str): label and content.
+    Returns label and content of each line.
     """
     end = re.search(rb"END OF HEADER *\r?\n?", data[:1_000_000])
     if end is None:

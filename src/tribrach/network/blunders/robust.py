@@ -37,7 +37,7 @@ def weight_function(method: Method, vbar: Array) -> Array:
     """Weights of standardised residuals: Huber (c 1.345), Danish (2), IGG III (1.5, 4).
 
     ``method``: ``huber``, ``danish`` or ``igg3``; ``vbar`` (n,): residuals over their standard
-    deviations; Returns (n,): factors on the weights, 0 to 1.
+    deviations. Returns (n,): factors on the weights, 0 to 1.
     """
     vbar = np.abs(vbar)
     safe = np.maximum(vbar, 1e-12)

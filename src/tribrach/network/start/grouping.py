@@ -36,8 +36,8 @@ def grouped_sum(group: Index, size: int, values: Array) -> Array:
 def grouped_median(group: Index, values: Array) -> tuple[Index, Array, Index]:
     """Medians of columns, by group.
 
-    ``group`` (n,): group of each row; ``values`` (n, k): rows; ``keys`` (g,): groups that occur;
-    ``medians`` (g, k): their medians by column; ``count`` (g,): their members.
+    ``group`` (n,): group of each row; ``values`` (n, k): rows. Returns ``keys`` (g,): groups that
+    occur; ``medians`` (g, k): their medians by column; ``count`` (g,): their members.
     """
     keys, first, count = np.unique(np.sort(group), return_index=True, return_counts=True)
     medians = np.empty((len(keys), values.shape[1]))
@@ -52,8 +52,8 @@ def grouped_angle(group: Index, angle: Array) -> tuple[Index, Array, Index]:
 
     The circle is cut open opposite to each group's mean direction.
 
-    ``group`` (n,): group of each angle; ``angle`` (n,): angles [rad]; ``keys`` (g,): groups that
-    occur; ``medians`` (g,): their medians [rad]; ``count`` (g,): their members.
+    ``group`` (n,): group of each angle; ``angle`` (n,): angles [rad]. Returns ``keys`` (g,): groups
+    that occur; ``medians`` (g,): their medians [rad]; ``count`` (g,): their members.
     """
     keys, inverse = np.unique(group, return_inverse=True)
     sums = grouped_sum(inverse, len(keys), np.stack([np.sin(angle), np.cos(angle)], axis=1))

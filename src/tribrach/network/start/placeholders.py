@@ -170,7 +170,7 @@ def contradiction(
 
     ``network``: its points may have start values, be held or be weighted; ``places``: e, N, U (3,)
     by the name of a point [m]; U may be NaN; ``rough``: the coordinates are approximate: only what
-    is off by a share of the network is a contradiction; Returns none if nothing contradicts, or if
+    is off by a share of the network is a contradiction. Returns None if nothing contradicts, or if
     the observations alone give no figure that fits.
     """
     layout, seen = network.start.layout, _observed(network)

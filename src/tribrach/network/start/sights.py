@@ -111,8 +111,8 @@ def robust_planar(
     The worst pair of a group of four or more that lies far outside the others' residuals is left
     out, one after another.
 
-    ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 2): the pairs [m];
-    ``array (size,)``: median of its residuals [m].
+    ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 2): the pairs [m].
+    Returns (size,): median of its residuals [m].
     """
     weights = np.ones(len(group))
     fit = group_planar(group, size, local, world, scale=scale, mirror=mirror)

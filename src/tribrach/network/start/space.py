@@ -98,8 +98,8 @@ def robust_rigid(
     Weights ``1 / (|v| + median |v|)`` let the majority decide (iteratively, as for a sum of
     absolute residuals).
 
-    ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 3): the pairs [m];
-    ``array (size,)``: median of its residuals [m].
+    ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 3): the pairs [m].
+    Returns (size,): median of its residuals [m].
     """
     fit = group_rigid(group, size, local, world, mirror=mirror)
     medians = np.zeros(size)

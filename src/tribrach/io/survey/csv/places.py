@@ -37,7 +37,7 @@ def rod_covariance(rod: Array, sigma: Array, bubble: Array, eccentricity: Array)
 
     ``rod``, ``sigma`` (n,): length of the rod along the plumb line, and its sigma [m]; ``bubble``
     (n,): sigma of the plumb line in each of two directions [rad]; ``eccentricity`` (n,): sigma of
-    the target on its rod in each of two directions [m]; Returns (n, 3, 3): along E, N, U [m^2].
+    the target on its rod in each of two directions [m]. Returns (n, 3, 3): along E, N, U [m^2].
     """
     plan = (rod * bubble) ** 2 + eccentricity**2
     covariance: Array = np.stack([plan, plan, sigma**2], axis=1)[:, :, None] * np.eye(3)

@@ -171,7 +171,7 @@ class Element:
     def angle(self, name: str) -> tuple[float, float]:
         """An angle in gon with cc, or as ``D-M-S`` with arc seconds.
 
-        ``value``: the angle [rad]; ``unit``: unit of its standard deviation [rad].
+        Returns ``value``: the angle [rad]; ``unit``: unit of its standard deviation [rad].
         """
         text = self.text(name)
         sexagesimal = re.match(r"[+-]?\d+-\d+-", text) is not None

@@ -185,7 +185,8 @@ class Frames:
     def start(self, station: ScanPosition) -> tuple[Array, Array]:
         """Start values of a station's pose, NaN if it is not registered.
 
-        ``translation`` (3,): World from scanner [m]; ``rotation`` (3, 3): World from scanner.
+        Returns ``translation`` (3,): World from scanner [m]; ``rotation`` (3, 3): World from
+        scanner.
         """
         if station.sop is None or not station.registered:
             return np.full(3, np.nan), np.full((3, 3), np.nan)

@@ -23,8 +23,8 @@ def sigmas_of(sights: Sequence[Sight], lines: Lines) -> tuple[Array, Array]:
     """Standard errors of sights of one quantity.
 
     ``lines``: gives horizontal length and height difference (n, 2) [m] of lines, NaN where not
-    known; ``sigmas`` (n,): [m or rad]; NaN where the observation is fixed; ``lacking`` (n,):
-    centring is left out because the length of the sight is not known.
+    known. Returns ``sigmas`` (n,): [m or rad]; NaN where the observation is fixed; ``lacking``
+    (n,): centring is left out because the length of the sight is not known.
     """
     quantity = sights[0].quantity
     given = np.array([s.sigma if isinstance(s.sigma, float) else np.nan for s in sights])
