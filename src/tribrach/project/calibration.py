@@ -71,8 +71,10 @@ class CalibrationSection(Section):
     ----------
     instrument
         Whose, a name or several; the only scanner if not given.
-    model, parameters
-        See :func:`~tribrach.instruments.calibration.find_model`.
+    model
+        Functions of the scanner's errors.
+    parameters
+        Those of the model that are estimated; all of them if not given.
     leave_out
         Parameters of the model that are not estimated.
     unit_lengths_m
