@@ -94,6 +94,6 @@ def test_kinds_criteria_and_keys_are_listed() -> None:
     words = words_of("planning")
     assert set(CRITERIA) <= words
     assert set(PLANNED) - {"direction", "zenith", "slope_distance"} <= words
-    listed = words_of("project") | {"scene"}  # as [[plan.scene]]
+    listed = words_of("project_keys") | {"scene"}  # as [[plan.scene]]
     for model in (PlanSection, SceneBody):
         assert set(model.model_fields) - {"kind"} <= listed, model.__name__
