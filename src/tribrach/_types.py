@@ -7,8 +7,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Array", "Index", "Mask", "Progress", "Single"]
-
 #: numbers; metres and radians unless a name says otherwise
 Array = NDArray[np.float64]
 #: numbers of points, stations, rows or columns

@@ -28,28 +28,6 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from pydantic import TypeAdapter
 
-__all__ = [
-    "Estimate",
-    "Form",
-    "Instant",
-    "Matrices",
-    "Matrix",
-    "Number",
-    "PoseEstimate",
-    "Result",
-    "Table",
-    "Test",
-    "Vector",
-    "Written",
-    "described",
-    "items_of",
-    "part",
-    "plain",
-    "rows_of",
-    "stamp",
-    "written",
-]
-
 
 def _null(value: Any) -> Any:
     """A number as JSON has it; minus zero loses its sign."""

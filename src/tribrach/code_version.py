@@ -25,8 +25,6 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
-__all__ = ["code_version", "reachable"]
-
 _PACKAGE = "tribrach"
 
 #: the folder of the package

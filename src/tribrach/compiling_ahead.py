@@ -25,16 +25,6 @@ from typing import Any
 
 from tribrach.kernel_cache import cache_folder
 
-__all__ = [
-    "SWITCH",
-    "compile_all",
-    "compiling_ahead",
-    "end_with_command",
-    "kernels_of",
-    "state",
-    "types_of",
-]
-
 #: environment variable that is 0 where no second process is wanted
 SWITCH = "TRIBRACH_COMPILE_AHEAD"
 _PACKAGE = Path(__file__).resolve().parent

@@ -12,8 +12,6 @@ from pathlib import Path
 from tribrach.io.twins import write_twin
 from tribrach.simulate.twins import build
 
-__all__ = ["POINTS", "TWIN", "write_project"]
-
 #: which twin it is
 TWIN = "hanoi-facade"
 #: points at each of its stations, about

@@ -26,24 +26,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-__all__ = [
-    "NO_TEXT",
-    "STEERING",
-    "AdjustmentError",
-    "InputError",
-    "NoStartValues",
-    "NotConverged",
-    "NothingFound",
-    "RankDefect",
-    "RefusalCollector",
-    "Refusals",
-    "TribrachError",
-    "UnknownName",
-    "all_told",
-    "among",
-]
-
-
 #: names that are compared with one that is not known
 _LOOKED_THROUGH = 5000
 

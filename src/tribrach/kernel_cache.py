@@ -13,8 +13,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-__all__ = ["cache_folder", "ensure_cache"]
-
 _PACKAGE = Path(__file__).resolve().parent
 
 

@@ -27,8 +27,6 @@ from threading import RLock
 from types import CodeType
 from typing import Any
 
-__all__ = ["STORING", "Kernel", "blas_in_one_thread", "in_threads", "is_being_compiled", "njit"]
-
 #: parts of the rounds for each thread: the threads end together, though rounds differ
 _PARTS = 8
 #: one thread at a time declares kernels to numba

@@ -18,8 +18,6 @@ from tribrach.report.summary import sigma_origin
 from tribrach.solution import AdjustmentSettings, report
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["run"]
-
 
 def run(
     project: Project | str | Path,

@@ -15,8 +15,6 @@ from typing import Any, TextIO
 
 from tribrach._types import Progress
 
-__all__ = ["in_lines", "in_notebook", "in_terminal", "silent", "watched"]
-
 #: a stage that took less [s] is not worth a line in a log
 _WORTH = 1.0
 #: a notebook is drawn anew this often at most [s]

@@ -14,8 +14,6 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-__all__ = ["is_scratch", "scratch_folder"]
-
 _PREFIX, _LOCK, _CONTENT = "tribrach-scratch-", "lock", "content"
 #: folders that are made until one of them can be locked
 _TRIES = 20

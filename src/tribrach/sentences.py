@@ -24,8 +24,6 @@ from typing import Any, Literal, Self
 
 from tribrach.units import UNITS, percent
 
-__all__ = ["PLAIN", "Notation", "Sentence", "capital", "joined", "scaled", "stopped", "written"]
-
 _SPEC = re.compile(
     r"(?P<unit>[^\d,~+]*?)(?P<sign>\+?)(?P<how>g?)(?P<digits>\d*)(?P<group>,?)(?P<bare>~?)"
 )

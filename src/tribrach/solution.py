@@ -42,17 +42,6 @@ from tribrach.report.warnings import ReportWarning, Severity, warned
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = [
-    "DIAGNOSES",
-    "AdjustmentSettings",
-    "Diagnosis",
-    "SolvedNetwork",
-    "Solving",
-    "adjust_network",
-    "report",
-    "solve",
-]
-
 
 @dataclass(frozen=True)
 class AdjustmentSettings:

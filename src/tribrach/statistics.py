@@ -17,8 +17,6 @@ from scipy.special import chdtrc, chndtrinc, fdtrc, fdtri, gammaincinv, ndtr, nd
 
 from tribrach._types import Array, Index
 
-__all__ = ["MAD_TO_SIGMA", "chi2", "f", "largest_first", "norm", "robust_sigma", "t"]
-
 #: standard deviation of a normal variable over its median absolute deviation, 1 / Phi^-1(3/4)
 MAD_TO_SIGMA = 1.4826
 

@@ -15,25 +15,6 @@ from contextvars import ContextVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = [
-    "CC",
-    "DEG",
-    "GON",
-    "LARGEST",
-    "MM",
-    "SEC",
-    "UNITS",
-    "beyond_circle",
-    "carried_angles",
-    "check_circle",
-    "format_angle",
-    "from_dms",
-    "parse_angle",
-    "percent",
-    "span",
-    "too_large",
-]
-
 #: radians per gon, arc second, ten-thousandth of a gon, degree
 GON = math.pi / 200
 SEC = math.pi / 648000

@@ -21,15 +21,6 @@ from tribrach.network.survey import ObservationTable, Survey, as_column
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 
-__all__ = [
-    "StationModel",
-    "add_priors",
-    "calibrate_survey",
-    "polar_of_centres",
-    "scanned_stations",
-    "unknown_name",
-]
-
 
 @dataclass(frozen=True)
 class StationModel:

@@ -15,9 +15,6 @@ from tribrach._types import Array, Index
 from tribrach.answers import Number, Result
 from tribrach.network.adjustment import Adjustment
 
-__all__ = ["LIMITS", "CorrelatedPair", "Correlations", "calibration_correlations"]
-
-
 #: correlations from which on pairs are listed
 LIMITS = (0.7, 0.9, 0.99)
 

@@ -20,9 +20,6 @@ from tribrach.network.defects import datum_mask
 from tribrach.network.network import Datum, Network
 from tribrach.observations.unknowns import State
 
-__all__ = ["DatumSigmas", "datum_effects", "distance_sigmas", "sigmas_of"]
-
-
 #: pairs of points whose distance is looked at
 _PAIRS = 60
 

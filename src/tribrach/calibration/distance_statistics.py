@@ -37,8 +37,6 @@ from tribrach.calibration.scanner_readings import ScannerReadings
 from tribrach.calibration.target_distances import MeasuredDistances, measured_distances
 from tribrach.statistics import chi2, norm
 
-__all__ = ["DistanceStatistics", "DistanceUncertainty", "TargetDifferences", "distance_statistics"]
-
 #: scanners as precise as stated whose differences beyond the limit are counted
 _DRAWS = 4000
 #: targets, and series of either station in the simplified and in the full procedure

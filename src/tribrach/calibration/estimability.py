@@ -24,16 +24,6 @@ from tribrach.network.network import Network
 from tribrach.observations.unknowns import State
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "Estimability",
-    "EstimableSet",
-    "Left",
-    "estimability",
-    "parameter_columns_of",
-    "propose",
-]
-
-
 #: part of a column that is still there after all others are taken out; below it is nothing
 _RANK = 1e-6
 

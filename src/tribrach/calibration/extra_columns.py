@@ -24,8 +24,6 @@ from tribrach.network.network import Network
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.observations.unknowns import State
 
-__all__ = ["System", "linearise", "model_columns", "unexplained"]
-
 
 @dataclass(frozen=True)
 class System:

@@ -32,9 +32,6 @@ from tribrach.errors import InputError
 from tribrach.instruments.calibration import meaning_of, unit_of
 from tribrach.sentences import Sentence
 
-__all__ = ["FOUND", "TOLD", "Earlier", "FieldCheck", "check_readings"]
-
-
 #: shift of a test value that is found with 80 % at 0.1 %
 FOUND = 4.132
 #: a range zero that is found only beyond so many sigmas of a range is not seen: a pass is no claim

@@ -31,8 +31,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.scanner import TargetCentres
 from tribrach.statistics import chi2, f
 
-__all__ = ["FTest", "SeriesCheck", "against_earlier", "check_series"]
-
 
 @dataclass(frozen=True)
 class FTest(Result, also=("passed",)):

@@ -26,8 +26,6 @@ from tribrach.calibration.target_distances import measured_distances
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2, norm
 
-__all__ = ["KnownLengths", "LengthCheck", "LengthRows", "compare_lengths", "without_blunders"]
-
 #: directions of a covariance with a smaller share of its largest variance have no own information:
 #: what is left there is of second order in the errors
 _DIRECTION = 1e-6

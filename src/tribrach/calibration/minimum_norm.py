@@ -21,8 +21,6 @@ from tribrach.network.network import Network
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.unknowns import State
 
-__all__ = ["DenseCofactor", "adjust_minimum_norm"]
-
 #: more unknowns are not inverted densely
 _MOST = 3000
 #: singular values of the column-scaled system below this are zero

@@ -17,9 +17,6 @@ from tribrach.answers import Estimate, Number, Result
 from tribrach.instruments.calibration import meaning_of
 from tribrach.statistics import chi2, norm
 
-__all__ = ["ALIASES", "Cause", "Explanation", "explain", "whitened"]
-
-
 #: parameters whose effect is the same as that of the one they are named with
 ALIASES = {"x9n": ("x5n",), "x7": ("x5z",), "x9z": ("x5z",)}
 

@@ -13,8 +13,6 @@ from scipy.optimize import brentq
 
 from tribrach._types import Array
 
-__all__ = ["equivalent_dof", "exceedance", "quantile", "ratio_quantile"]
-
 #: terms of the series at most
 _TERMS = 20_000
 #: logarithm of what a term may have beside the first ones before the series ends

@@ -25,8 +25,6 @@ from tribrach.observations.scanner import ScannerPolar
 from tribrach.observations.sights import Distances
 from tribrach.observations.unknowns import Layout, State
 
-__all__ = ["Addition", "Remedy", "enlarged", "remedies"]
-
 #: networks with more unknowns are not tried out
 _MOST = 6000
 #: sigma of the known length [m]

@@ -17,8 +17,6 @@ from tribrach.calibration.self_calibration import SelfCalibration
 from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 
-__all__ = ["Compared", "ComparedUnknown", "compare_runs"]
-
 #: ratios of estimable sigmas closer to one than this are one
 _SAME = 1e-5
 #: sigmas that change by more than this factor are named

@@ -14,8 +14,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["FacePairs", "ScannerReadings", "face_means", "face_pairs", "folded"]
-
 #: names (n,)
 Names = NDArray[np.object_]
 

@@ -49,17 +49,6 @@ from tribrach.observations.unknowns import State
 from tribrach.sentences import Sentence
 from tribrach.statistics import f
 
-__all__ = [
-    "CalibrationOptions",
-    "Parameter",
-    "PolarReadings",
-    "SelfCalibration",
-    "calibrate",
-    "calibration_names",
-    "remedy_sentences",
-    "without",
-]
-
 
 @dataclass(frozen=True)
 class CalibrationOptions:

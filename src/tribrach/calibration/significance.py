@@ -20,9 +20,6 @@ from tribrach.network.significance import sidak
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.statistics import chi2, f, norm
 
-__all__ = ["BlockTest", "Omitted", "block_test", "omitted_parameters", "station_test"]
-
-
 #: part of a column that is still there after the unknowns are taken out
 _RANK = 1e-6
 

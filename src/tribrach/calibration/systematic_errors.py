@@ -33,8 +33,6 @@ from tribrach.observations.unknowns import State
 from tribrach.sentences import Sentence, joined
 from tribrach.statistics import chi2, f
 
-__all__ = ["SystematicError", "SystematicErrors", "systematic_errors"]
-
 #: significance of all tests of a network together
 _ALPHA = 0.005
 #: share of a column that must be left beside the unknowns

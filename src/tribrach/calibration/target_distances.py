@@ -27,16 +27,6 @@ from tribrach.geometry.polar import xyz_by_polar, xyz_from_polar
 from tribrach.instruments.calibration import NIST
 from tribrach.statistics import chi2, norm
 
-__all__ = [
-    "DISTANCE_PARAMETERS",
-    "DistanceCheck",
-    "MeasuredDistances",
-    "TargetPairs",
-    "common_targets",
-    "compare_distances",
-    "measured_distances",
-]
-
 #: targets whose distances are compared, evenly chosen from more
 MOST = 40
 #: parameters that means of faces still contain and distances show

@@ -25,8 +25,6 @@ from tribrach.calibration.scanner_readings import FacePairs
 from tribrach.instruments.calibration import NIST
 from tribrach.statistics import chi2, norm
 
-__all__ = ["SIGNATURES", "ComponentTest", "TwoFaceTest", "signatures", "two_face_test"]
-
 #: parameters that change sign with the face, one for each signature
 SIGNATURES = ("x2", "x4", "x6", "x3", "x7", "x9n", "x1n", "x1z", "x8x", "x8y", "x12a")
 #: shift of a test value that is found with 80 % at 0.1 % (Baarda 1968)

@@ -15,8 +15,6 @@ from tribrach.report.answer import Answer
 from tribrach.shell.command import deliver
 from tribrach.shell.flow import guarded
 
-__all__ = ["answer_of", "check_project"]
-
 
 def check_project(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],

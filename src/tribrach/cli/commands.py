@@ -17,8 +17,6 @@ from typer.core import TyperCommand
 import tribrach
 from tribrach.shell.help_words import SpokenCommand, SpokenGroup, spoken
 
-__all__ = ["COMMANDS", "LoadedWhenCalled", "app"]
-
 #: by name in the order of a job: the module that has a function or a group of that name, and what
 #: it does, in the words of its first line
 COMMANDS: dict[str, tuple[str, str]] = {

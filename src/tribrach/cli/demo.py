@@ -14,8 +14,6 @@ from tribrach.report.network_answer import NetworkAnswer
 from tribrach.shell.command import deliver
 from tribrach.shell.flow import Overwrite, Quiet, guarded, say, shown
 
-__all__ = ["demo"]
-
 
 def demo(
     out: Annotated[Path, typer.Option(help="Folder to write the project into.")] = Path("demo"),

@@ -16,8 +16,6 @@ from tribrach.gnss.engine import PROGRAM
 from tribrach.kernel_cache import cache_folder
 from tribrach.shell.flow import say
 
-__all__ = ["doctor"]
-
 #: what packages are for without which the rest works
 _FOR = {
     "pye57": "reading and writing E57",

@@ -28,8 +28,6 @@ from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 if TYPE_CHECKING:
     from tribrach.io.delivery.content import Delivery
 
-__all__ = ["export"]
-
 NetworkFormat = Literal["gkf", "dynaml", "starnet"]
 #: suffixes of the files
 _SUFFIX = {"gkf": ".gkf", "dynaml": ".xml", "starnet": ".dat"}

@@ -30,8 +30,6 @@ from tribrach.job.first_project import (
 from tribrach.job.folder import AXES, Axes, FolderFile, look_through, reread
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say
 
-__all__ = ["init"]
-
 #: files that are listed of each kind
 _LISTED = 60
 #: rows of a file that a question shows

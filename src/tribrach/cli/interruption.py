@@ -5,8 +5,6 @@ from __future__ import annotations
 import signal
 from types import FrameType
 
-__all__ = ["Interruption"]
-
 #: signals that ask a program to end; a closed terminal sends the last one
 _SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP")
 

@@ -17,8 +17,6 @@ from tribrach.report.answer import Answer
 from tribrach.report.findings import Finding
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["page_of", "pdf"]
-
 _RESULT = "result.json"
 
 

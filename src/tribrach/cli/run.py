@@ -17,8 +17,6 @@ from tribrach.shell.command import FOLDER, command
 from tribrach.shell.settings import Adjusting
 from tribrach.tasks.engine import Engine
 
-__all__ = ["run"]
-
 
 def _project_file(path: Path) -> Path:
     """Point to ``init`` where a folder, a scan or a list is given instead of a project."""

@@ -19,8 +19,6 @@ from tribrach.questions.seal.verification import verify_seal
 from tribrach.report.answer import Answer
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["project_of", "seal", "verify"]
-
 
 def project_of(given: Path) -> Path:
     """The project file that is meant by a file or its folder."""

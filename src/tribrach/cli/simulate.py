@@ -11,8 +11,6 @@ from tribrach.io.twins import write_twin
 from tribrach.shell.flow import Overwrite, Quiet, guarded, say, shown
 from tribrach.simulate.twins import TWINS, build
 
-__all__ = ["simulate"]
-
 
 def simulate(
     twin: Annotated[str, typer.Argument(help=f"One of {', '.join(TWINS)}.")],

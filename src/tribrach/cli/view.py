@@ -18,8 +18,6 @@ from tribrach.shell.flow import (
     shown,
 )
 
-__all__ = ["view"]
-
 
 def view(
     folder: Annotated[Path, typer.Argument(help="The folder of results of a run.")],

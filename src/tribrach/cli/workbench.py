@@ -18,8 +18,6 @@ from tribrach.shell.flow import (
     shown,
 )
 
-__all__ = ["workbench"]
-
 
 def workbench(
     project: Annotated[Path, typer.Argument(help="The project file (TOML).")],

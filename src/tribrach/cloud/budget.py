@@ -28,15 +28,6 @@ from tribrach.cloud.placement import Placement
 from tribrach.geometry.rotation import skew
 from tribrach.scan.normals import FLATTEST
 
-__all__ = [
-    "POINT_PARTS",
-    "SYSTEMATIC",
-    "PointBudget",
-    "Weakest",
-    "point_budget",
-    "weakest_direction",
-]
-
 #: angles that are wrong alike for neighbouring points; a part only where an instrument says so
 SYSTEMATIC = "systematic angles"
 #: what the scanner adds to every single point

@@ -13,8 +13,6 @@ from tribrach._types import Array
 from tribrach.cloud.placement import Placement
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["share_of"]
-
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000
 

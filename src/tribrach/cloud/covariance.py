@@ -16,8 +16,6 @@ from tribrach.cloud.placement import Placement
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["covariances", "place_with_sigmas", "rounded", "sigmas"]
-
 
 def place_with_sigmas(
     xyz: Array,

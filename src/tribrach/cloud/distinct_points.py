@@ -18,8 +18,6 @@ from scipy.sparse.csgraph import connected_components
 from tribrach._types import Array, Index
 from tribrach.cloud.shared_part import CloudPoints
 
-__all__ = ["distinct_points"]
-
 
 def distinct_points(
     sets: Sequence[CloudPoints], gradients: Sequence[Array]

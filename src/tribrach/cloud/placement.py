@@ -12,8 +12,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.instruments.scan_noise import ScanNoise
 
-__all__ = ["CalibrationShare", "Placement"]
-
 
 @dataclass(frozen=True, eq=False)
 class CalibrationShare:

@@ -13,8 +13,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.network.results import StationResult
 
-__all__ = ["place"]
-
 #: where the elements xx, yy, zz, xy, xz, yz stand in a matrix (3, 3)
 _ELEMENTS = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
 #: what unit vectors in single precision exceed one by

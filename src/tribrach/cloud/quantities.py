@@ -25,19 +25,6 @@ from tribrach.cloud.shared_part import CloudPoints, SharedPart, angle_slopes
 from tribrach.errors import InputError
 from tribrach.statistics import norm
 
-__all__ = [
-    "Patch",
-    "PointQuantity",
-    "PointVector",
-    "Volume",
-    "area_of",
-    "mean_of",
-    "plane_distance",
-    "propagate",
-    "relative",
-    "volume_between",
-]
-
 #: points, or several sets of them
 Patch = CloudPoints | Sequence[CloudPoints]
 

@@ -40,16 +40,6 @@ from tribrach.units import too_large
 if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
 
-__all__ = [
-    "MOST_GIVEN",
-    "CloudPoints",
-    "GivenPart",
-    "SharedPart",
-    "angle_slopes",
-    "checked_covariance",
-    "slopes",
-]
-
 #: points whose derivatives are in memory at a time
 _BLOCK = 50_000
 #: a covariance may have eigenvalues below zero by this share of its largest

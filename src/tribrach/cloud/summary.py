@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.kernels import njit
 
-__all__ = ["CLASSES", "EDGES", "CloudSummary"]
-
 #: upper limits [m] of twice the sigma, by class
 CLASSES: dict[str, float] = {
     "LOA10": 0.150,

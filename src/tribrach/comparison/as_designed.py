@@ -25,18 +25,6 @@ from tribrach.geometry.triangles import covering_pieces
 from tribrach.instruments.neighbours import effective_number
 from tribrach.statistics import norm
 
-__all__ = [
-    "Design",
-    "DesignPlaces",
-    "DesignSums",
-    "DeviationLimits",
-    "ElementTable",
-    "Verdict",
-    "element_table",
-    "judge",
-    "point_verdicts",
-]
-
 Verdict = Literal["within", "not within", "cannot tell", "not seen"]
 
 

@@ -24,8 +24,6 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.comparison.tiles import Tile, Tiles
 from tribrach.tasks.engine import HERE, Call, Engine
 
-__all__ = ["tile_m3c2", "tile_m3c2_ep", "tile_normals"]
-
 R = TypeVar("R")
 
 #: areas of the beams of both clouds on the surface [m^2] at the core points

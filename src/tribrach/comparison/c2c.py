@@ -31,18 +31,6 @@ from tribrach.kernels import in_threads, njit
 from tribrach.sentences import Sentence
 from tribrach.tasks.engine import HERE, Call, Engine
 
-__all__ = [
-    "C2C",
-    "SAMPLING",
-    "Pitch",
-    "Sample",
-    "Signed",
-    "Tally",
-    "cloud_to_cloud",
-    "plane_distances",
-    "tile_distances",
-]
-
 #: bins of the histogram that quantiles are read from
 BINS = 20_000
 #: points through which a plane is laid

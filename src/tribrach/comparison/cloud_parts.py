@@ -15,9 +15,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.kernels import njit
 
-__all__ = ["CloudChunk", "Source", "centred", "plain", "whole"]
-
-
 #: points of one part
 CHUNK = 4_000_000
 

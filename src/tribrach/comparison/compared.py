@@ -9,8 +9,6 @@ from tribrach.comparison.predicted import OffsetTest
 from tribrach.comparison.predicted_classes import PredictedClass, predicted_classes
 from tribrach.comparison.results import SiteResult
 
-__all__ = ["CloudComparison"]
-
 
 @dataclass(frozen=True)
 class Units(Result):

@@ -24,8 +24,6 @@ from tribrach.comparison.point_cells import PointCells, ball_ranges
 from tribrach.errors import InputError
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["Normals", "core_normals", "core_points"]
-
 #: fewest points that a normal is taken from
 FEWEST = 5
 _UP = np.array([0.0, 0.0, 1.0])

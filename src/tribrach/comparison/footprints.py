@@ -14,8 +14,6 @@ from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import SharedNoise
 
-__all__ = ["beam_areas", "shared_share"]
-
 #: no incidence is taken as flatter than this cosine, 84 degrees
 _FLATTEST = 0.1
 

@@ -32,19 +32,6 @@ from tribrach.comparison.projection_cylinders import Cylinders, Positions, means
 from tribrach.errors import InputError
 from tribrach.instruments.neighbours import effective_number
 
-__all__ = [
-    "ENOUGH",
-    "FEWEST",
-    "M3C2",
-    "NORMAL_95",
-    "M3C2Settings",
-    "additive_level",
-    "checked_core",
-    "m3c2",
-    "mean_sigma",
-    "quadratic_level",
-]
-
 #: two-sided 95 % of the normal distribution, as the paper rounds it
 NORMAL_95 = 1.96
 #: with fewer points in either cylinder there is no distance; with fewer than enough, a warning

@@ -38,8 +38,6 @@ from tribrach.instruments.neighbours import effective_number
 from tribrach.kernels import in_threads, njit
 from tribrach.statistics import chi2
 
-__all__ = ["M3C2EP", "m3c2_ep"]
-
 #: no point is taken as better known than this along the normal [m^2]: a thousandth of a micrometre
 _SMALLEST = 1e-18
 #: chi-square of three degrees of freedom, 95 %

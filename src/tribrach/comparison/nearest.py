@@ -14,8 +14,6 @@ from pykdtree.kdtree import KDTree
 from tribrach._types import Array
 from tribrach.kernels import njit
 
-__all__ = ["Neighbours", "corners", "nearest"]
-
 Indices = NDArray[np.uint32]
 
 #: points in a leaf of the tree: the fastest for scans

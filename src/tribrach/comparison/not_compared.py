@@ -20,8 +20,6 @@ from tribrach.answers import Result
 from tribrach.comparison.m3c2_ep import M3C2EP
 from tribrach.comparison.station_pair import StationPair
 
-__all__ = ["REASONS", "ComparedSurface", "Reason", "Where", "areas_without", "reasons_of"]
-
 #: why a place is not compared, in the order in which it is asked
 REASONS = (
     "hardly a point of B",

@@ -21,8 +21,6 @@ from tribrach.comparison.station_pair import StationPair
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import skew
 
-__all__ = ["SIGMA_FIELDS", "PeerTransformation", "alignment"]
-
 #: fields of delivered clouds that precision maps are made of, along x, y, z [m]
 SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
 

@@ -16,8 +16,6 @@ from tribrach._types import Array, Index
 from tribrach.comparison.nearest import corners
 from tribrach.kernels import njit
 
-__all__ = ["PointCells", "ball_ranges", "cylinder_ranges"]
-
 Short = NDArray[np.int32]
 
 #: most columns; beyond it, or with more than four cells a point, the cells become larger

@@ -29,17 +29,6 @@ from tribrach.instruments.neighbours import overlap_share
 from tribrach.scan.normals import FLATTEST
 from tribrach.statistics import chi2
 
-__all__ = [
-    "BAND",
-    "OffsetTest",
-    "Prediction",
-    "compare_offsets",
-    "multiplicity",
-    "predict",
-    "with_random",
-]
-
-
 #: observed over predicted is as predicted within these limits
 BAND = (0.9, 1.1)
 #: a ratio is worth a verdict if its own standard error is at most this

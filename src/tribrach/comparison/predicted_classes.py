@@ -19,8 +19,6 @@ from tribrach.comparison.predicted import BAND
 from tribrach.comparison.results import SiteResult
 from tribrach.statistics import chi2
 
-__all__ = ["PredictedClass", "predicted_classes"]
-
 Cause = Literal["intensity", "range", "incidence"]
 
 #: limits of classes: ranges [m], incidence angles [rad]

@@ -17,8 +17,6 @@ from tribrach.comparison.cloud_parts import Source, centred
 from tribrach.comparison.point_cells import PointCells, cylinder_ranges
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["Cylinders", "Positions", "means", "medians"]
-
 Box = tuple[Array, Array]
 
 #: distances that are kept at the same time for medians

@@ -25,8 +25,6 @@ from tribrach.errors import InputError
 from tribrach.statistics import t as student
 from tribrach.units import UNITS
 
-__all__ = ["Regression", "RegressionFit", "Relation", "Term", "fit_terms", "regress"]
-
 #: columns whose rest is smaller than this depend on the others
 _DEPENDENT = 1e-9
 #: residuals below this share of the spread are rounding, not scatter

@@ -15,8 +15,6 @@ from tribrach.comparison.m3c2 import M3C2
 from tribrach.comparison.predicted import Prediction
 from tribrach.comparison.sites import Geometry
 
-__all__ = ["WHOLE", "M3C2Figures", "SiteResult"]
-
 #: name of the one site where no sites are given
 WHOLE = "all"
 

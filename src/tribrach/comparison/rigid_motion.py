@@ -28,14 +28,6 @@ from tribrach.comparison.predicted import multiplicity
 from tribrach.comparison.station_pair import StationPair, along_normals
 from tribrach.statistics import MAD_TO_SIGMA, chi2
 
-__all__ = [
-    "COMPONENTS",
-    "PartMotion",
-    "PlaceDistances",
-    "distances_of",
-    "part_motion",
-]
-
 #: a motion that the distances show less than this share of the best seen one is not seen: normals
 #: of a flat surface scatter by some degrees at its edges
 UNSEEN = 0.05

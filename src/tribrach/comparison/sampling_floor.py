@@ -21,16 +21,6 @@ from tribrach._types import Array, Mask
 from tribrach.comparison.nearest import Neighbours
 from tribrach.kernels import njit
 
-__all__ = [
-    "Floor",
-    "SamplingPattern",
-    "lattice_floor",
-    "lattice_mean",
-    "lattice_square",
-    "pattern",
-    "random_floor",
-]
-
 #: neighbours around a place; more where their noise hides the plane
 _NEIGHBOURS = (64, 256, 1024, 4096)
 #: places times neighbours at a time; more places are thinned

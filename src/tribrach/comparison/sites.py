@@ -22,8 +22,6 @@ from tribrach._types import Array, Index, Mask
 from tribrach.answers import Result
 from tribrach.comparison.streams import Spool, Stream
 
-__all__ = ["ComparisonSite", "Geometry", "choose_sites", "cut", "seen_from"]
-
 #: sides of the cells [m]; points of each sample that a cell needs
 _SIZE, _FEWEST = 2.0, 8
 #: normals of a flat cell agree to this cosine; points keep to its plane within this [m]

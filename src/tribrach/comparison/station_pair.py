@@ -25,8 +25,6 @@ from tribrach.network.given_values import common_values, through_given
 if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
 
-__all__ = ["StationPair", "along_normals", "joint_covariance"]
-
 
 #: points whose displacements are in memory at a time
 _BLOCK = 50_000

@@ -13,8 +13,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["Spool", "Stream", "in_memory", "joined"]
-
 Stream = Callable[[], Iterator[Array]]
 
 #: points at a time from disk

@@ -20,8 +20,6 @@ from tribrach.comparison.station_pair import along_normals
 from tribrach.geometry.rotation import skew
 from tribrach.statistics import chi2
 
-__all__ = ["Patches", "edges_of", "moving_parts", "patches_of", "stable_patches"]
-
 #: sides of patches over the width of cylinders; distances that a patch needs
 _SIDE, _FEWEST = 3.0, 5
 #: a patch is explained by a motion below the first, and not above the second [probability]

@@ -27,8 +27,6 @@ from tribrach.errors import InputError
 from tribrach.kernels import njit
 from tribrach.scratch import scratch_folder
 
-__all__ = ["SIZE", "Tile", "TiledCloud", "Tiles", "tiles"]
-
 #: points of either cloud in and around a tile: 24 bytes each, and three times that with their tree
 SIZE = 2_000_000
 #: points at a time from disk

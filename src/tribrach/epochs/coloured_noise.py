@@ -19,8 +19,6 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.statistics import f, t
 
-__all__ = ["BEFOREHAND", "NOISES", "ColouredFit", "coloured_fit", "learned_prior"]
-
 #: share of the autoregressive part, and its correlation from one value to the next
 _SHARES, _CORRELATIONS = (0.5, 1.0), (0.5, 0.7, 0.88, 0.94)
 #: variance of the random walk over the whole span, and of flicker noise, of that of a value

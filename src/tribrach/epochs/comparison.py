@@ -29,17 +29,6 @@ from tribrach.network.quality import GlobalTest
 from tribrach.network.significance import sidak
 from tribrach.statistics import f
 
-__all__ = [
-    "CommonMotion",
-    "Comparison",
-    "Displacement",
-    "Settings",
-    "compare",
-    "s_transformation",
-    "with_common_scale",
-]
-
-
 #: variance, in units of that of the other coordinates, of a coordinate that both epochs hold
 _EXACT = 1e-8
 #: probability by chance below which a scale between epochs is taken for one

@@ -20,8 +20,6 @@ from tribrach.answers import Number, Result
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import chi2, f
 
-__all__ = ["Congruence", "CongruenceTest", "Limits", "Moved", "StabilitySearch", "search_moved"]
-
 #: eigenvalues of the scaled covariance below this share of the largest are none
 _SINGULAR = 1e-11
 #: a group of points whose weights are worse conditioned cannot be estimated beside the motions

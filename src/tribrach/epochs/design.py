@@ -11,8 +11,6 @@ import numpy as np
 
 from tribrach.epochs.congruence import Limits
 
-__all__ = ["CONFIDENCE", "POWER", "detectable_displacement", "sigma_for_displacement"]
-
 #: of the test of a displacement, and the probability with which it is found
 CONFIDENCE, POWER = 0.95, 0.8
 

@@ -18,17 +18,6 @@ from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.geometry.rotation import exp, skew
 
-__all__ = [
-    "MOTIONS",
-    "Difference",
-    "Epoch",
-    "Space",
-    "difference",
-    "laid_on",
-    "motion_columns",
-    "motion_length",
-]
-
 #: coordinates that are compared
 Space = Literal["heights", "plan", "3D"]
 

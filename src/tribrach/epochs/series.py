@@ -19,8 +19,6 @@ from tribrach.epochs.differences import Epoch, laid_on, motion_columns
 from tribrach.errors import AdjustmentError
 from tribrach.statistics import norm, robust_sigma
 
-__all__ = ["DAY", "Jump", "SeriesFit", "baseline", "fit_series", "fit_together"]
-
 #: seconds of a day
 DAY = 86400.0
 #: residuals over their robust sigma beyond which a value is an outlier

@@ -16,8 +16,6 @@ from scipy.special import chndtr
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["Answer", "answer", "power", "quadratic_range"]
-
 #: what a test with bounded systematics says
 Answer = Literal["moved", "not moved", "cannot tell"]
 

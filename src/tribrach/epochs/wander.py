@@ -19,8 +19,6 @@ from tribrach.epochs.congruence import Congruence
 from tribrach.epochs.differences import Difference
 from tribrach.statistics import chi2
 
-__all__ = ["learned_wander", "shared_factor", "with_wander"]
-
 #: values of the running median at least, and half of what it spans [days]
 _VALUES, _HALF_DAY = 6, 0.5
 #: clocks of cycles differ by minutes from day to day [days]

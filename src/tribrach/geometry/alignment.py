@@ -19,9 +19,6 @@ from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 
-__all__ = ["Alignment", "Groups", "group_planar", "group_rigid", "kabsch", "planar", "umeyama"]
-
-
 #: a mirror image that fits this many times better than the proper rotation is reported
 _MIRROR_RATIO = 5.0
 

@@ -14,8 +14,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["AxisOrder", "axis_orders"]
-
 
 @dataclass(frozen=True)
 class AxisOrder:

@@ -6,8 +6,6 @@ import numpy as np
 
 from tribrach._types import Array, Index
 
-__all__ = ["common_axis"]
-
 
 def common_axis(points: Array, circle: Index) -> tuple[Array, Array]:
     """The axis about which points stand on circles, near enough for a start.

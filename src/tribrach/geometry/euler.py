@@ -12,14 +12,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = [
-    "opk_by_increment",
-    "opk_from_world_from_scanner",
-    "scanner_from_world_from_opk",
-    "world_from_scanner_from_opk",
-]
-
-
 #: cosine of phi below which omega and kappa turn about the same axis
 GIMBAL_LOCK = 1e-8
 

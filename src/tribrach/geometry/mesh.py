@@ -12,8 +12,6 @@ from scipy.sparse.csgraph import connected_components
 
 from tribrach._types import Array, Index, Mask
 
-__all__ = ["Mesh"]
-
 #: corners nearer than this share of the extent are one
 _SAME = 1e-9
 

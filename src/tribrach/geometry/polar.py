@@ -16,17 +16,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = [
-    "NEAREST",
-    "POLE",
-    "polar_by_xyz",
-    "polar_from_xyz",
-    "require_defined",
-    "xyz_by_polar",
-    "xyz_from_polar",
-]
-
-
 #: nearer than this [m], or closer to a pole than this [rad], H is not defined well enough
 NEAREST, POLE = 0.3, float(np.radians(0.5))
 

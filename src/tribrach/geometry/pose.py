@@ -15,9 +15,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["Pose"]
-
-
 #: rotation matrices may differ from orthonormal by this much before they are refused
 _SKEWED = 1e-3
 

@@ -7,8 +7,6 @@ from scipy.spatial import ConvexHull, QhullError
 
 from tribrach._types import Array
 
-__all__ = ["held_rectangle"]
-
 #: a plane that leans less than this from the horizontal has no side that is up [rad]
 _FLAT = np.radians(10.0)
 

@@ -16,8 +16,6 @@ from tribrach._types import Array
 if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
-__all__ = ["exp", "log", "right_jacobian_inverse", "skew"]
-
 
 def skew(a: Array) -> Array:
     """Matrices ``[a]x`` (..., 3, 3) of vectors (..., 3), with ``[a]x @ b = a x b``."""

@@ -16,8 +16,6 @@ from tribrach._types import Array, Index
 from tribrach.geometry.mesh import Mesh
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["Nearest", "TriangleTree"]
-
 #: triangles in a leaf, and bits of the curve along an axis
 _LEAF, _BITS = 8, 20
 #: levels of a tree, at most

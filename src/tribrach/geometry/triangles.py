@@ -8,9 +8,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["covering_pieces"]
-
-
 #: parts along an edge; larger triangles are split in four first
 _PARTS = 128
 #: points at a time

@@ -13,8 +13,6 @@ from tribrach.project.instrument import Instrument
 from tribrach.project.sections import ScanFile
 from tribrach.scan.scan import Scan
 
-__all__ = ["RangeAir", "air_of"]
-
 #: entries of headers, and what makes degrees Celsius, hectopascals and percent of them
 _HEADER = {
     "temperature_c": ("temperature [C]", 1.0),

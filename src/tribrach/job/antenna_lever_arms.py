@@ -18,8 +18,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.gnss import Antennas, MountedPoints
 from tribrach.observations.scanner import Inclinations, TargetCentres
 
-__all__ = ["EstimatedLeverArm", "lever_arm_files", "lever_arms"]
-
 
 @dataclass(frozen=True, eq=False)
 class UnlevelledArm(Result):

@@ -16,8 +16,6 @@ from tribrach.observations.gnss import Antennas
 from tribrach.registration.rigid_model import RigidModel, TooFewPlaces
 from tribrach.sentences import Sentence
 
-__all__ = ["CarriedAntennas", "carried_antennas", "height_sentences"]
-
 #: an error so many times larger in height than in plan looks like a wrong antenna height
 _UPRIGHT = 3.0
 

@@ -22,8 +22,6 @@ from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.scan.scan import Scan
 from tribrach.sentences import Sentence
 
-__all__ = ["NO_POSES", "ApproximatePoses", "approximate_poses"]
-
 
 @dataclass(frozen=True, eq=False)
 class ApproximatePoses:

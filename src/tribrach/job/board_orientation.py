@@ -19,8 +19,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.declaration import Category
 from tribrach.targets.detection import Detection
 
-__all__ = ["BoardSighting", "correlate_boards", "orientation_covariance"]
-
 
 @dataclass(frozen=True)
 class OrientationGates:

@@ -27,8 +27,6 @@ from tribrach.scan.surface_sample import SurfaceSample
 from tribrach.sentences import Sentence
 from tribrach.units import DEG, span
 
-__all__ = ["BudgetPart", "BudgetRow", "error_budget", "reach_sentences", "station_shares"]
-
 
 @dataclass(frozen=True)
 class BudgetPart(Result):

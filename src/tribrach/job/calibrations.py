@@ -16,8 +16,6 @@ from tribrach.observations.poses import RelativeRotations, RelativeTranslations,
 from tribrach.project.calibration import COMPONENTS, Hold
 from tribrach.units import SEC
 
-__all__ = ["Calibrations"]
-
 
 class Calibrations:
     """The calibrations of a project: known ones, read from their files, and those sought."""

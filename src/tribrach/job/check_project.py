@@ -33,8 +33,6 @@ from tribrach.project.gnss import GnssSection
 from tribrach.project.lenient import load_leniently, without
 from tribrach.project.sections import ScanFile
 
-__all__ = ["ProjectCheck", "check_project"]
-
 Place = tuple[str | int, ...]
 #: stations and scans that a sentence lists
 _LISTED = 10

@@ -25,18 +25,6 @@ from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "CloudFile",
-    "cloud_points",
-    "one_run",
-    "open_cloud",
-    "refuse_other_frames",
-    "refuse_other_systems",
-    "seen_at",
-    "stated_light",
-    "station_pair",
-]
-
 
 @dataclass(frozen=True)
 class CloudFile:

@@ -43,9 +43,6 @@ from tribrach.registration.pose_graph import Joint
 from tribrach.sentences import joined
 from tribrach.statistics import chi2
 
-__all__ = ["CloudPairs", "cloud_pairs", "contradicted", "observable"]
-
-
 #: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
 _SLACK = np.repeat([0.05, 5e-3], 3)
 _LEVEL = 1e-6

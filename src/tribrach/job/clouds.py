@@ -35,8 +35,6 @@ from tribrach.sentences import Sentence, joined
 if TYPE_CHECKING:
     from tribrach.project.sections import CloudSection
 
-__all__ = ["CloudProduct", "Product", "write_clouds"]
-
 # Clouds of an earlier grouping or format give way to those that hold the same scans now.
 #
 # A file is removed only if its record says that it was written here, its size and date are still

@@ -28,9 +28,6 @@ from tribrach.job.cloud_file import CloudFile, refuse_other_frames
 from tribrach.scratch import scratch_folder
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["LIMIT", "Distances", "Method", "Registration", "compare_clouds", "offset_test"]
-
-
 Method = Literal["c2c", "m3c2", "both"]
 
 #: takes the number of a site and its distances

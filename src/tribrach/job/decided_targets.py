@@ -16,8 +16,6 @@ from tribrach.registration.identify import is_tie_point
 from tribrach.sentences import Sentence, joined
 from tribrach.targets.detection import Detection, Rejected
 
-__all__ = ["found_again", "names_by_hand", "nearest", "with_names"]
-
 #: a target of an entry lies within this distance of the place given [m]; two centres of one target
 #: that was found twice differ by less, two targets by more
 WITHIN_M = 0.02

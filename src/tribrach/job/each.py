@@ -21,8 +21,6 @@ from tribrach.io.outputs import take_over
 from tribrach.job.state import Remembered
 from tribrach.tasks.engine import Call
 
-__all__ = ["Item", "each", "product_type"]
-
 R = TypeVar("R")
 
 

@@ -9,8 +9,6 @@ from tribrach.observations.base import Use
 from tribrach.project.edits import Edits, TargetEdit
 from tribrach.sentences import Sentence, joined
 
-__all__ = ["decided_marks", "obeyed"]
-
 
 def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
     """Give observations the uses and points the roles that were decided by hand."""

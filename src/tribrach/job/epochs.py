@@ -24,16 +24,6 @@ from tribrach.network.roles import used_axes
 from tribrach.observations.base import Use
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "ComparedEpochs",
-    "EpochInput",
-    "EpochSettings",
-    "compare_epochs",
-    "control_names",
-    "epoch_of",
-    "shared_covariance",
-]
-
 #: coordinates of an epoch; their joint covariance has 200 MB
 MOST = 5000
 

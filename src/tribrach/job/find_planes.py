@@ -14,8 +14,6 @@ from tribrach.registration.views import StationView, Surroundings, merged_view, 
 from tribrach.scan.loading import laid_out
 from tribrach.targets.planes import find_planes
 
-__all__ = ["plane_wish", "surroundings"]
-
 
 def surroundings(
     scans: Sequence[StationScan],

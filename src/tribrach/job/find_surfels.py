@@ -11,8 +11,6 @@ from tribrach.job.state import Remembered
 from tribrach.registration.clouds.prepared import PreparedScan, SurfacesOfScan, surfaces
 from tribrach.scan.scan import Scan
 
-__all__ = ["station_surfels"]
-
 
 def station_surfels(
     stations: Mapping[str, Sequence[StationScan]], state: Remembered, progress: Progress

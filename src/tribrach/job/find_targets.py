@@ -29,9 +29,6 @@ from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
 from tribrach.targets.spheres.grid_search import find_spheres
 from tribrach.units import MM
 
-__all__ = ["Findings", "blind", "extract", "find_targets", "found_alone", "merged", "target_wish"]
-
-
 #: two detections of a station this near to each other are one target, however small it is [m]
 _SAME = 0.02
 #: rejected candidates of a scan that are shown

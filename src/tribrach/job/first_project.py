@@ -26,18 +26,6 @@ from tribrach.job.set_ups import set_ups
 from tribrach.network.adjustment import adjust
 from tribrach.project import Project
 
-__all__ = [
-    "FirstProject",
-    "Wishes",
-    "axes_by_observations",
-    "by_reason",
-    "compose",
-    "grid_without_crs",
-    "parse_target",
-    "sheet_of",
-    "without_sigmas",
-]
-
 #: sizes of targets in a project by the words on the command line
 TARGETS = {
     "sphere": "sphere_radius_m",

@@ -31,8 +31,6 @@ from tribrach.io.totalstation import formats as raw
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 
-__all__ = ["AXES", "Axes", "FolderFile", "Satellites", "look_through", "reread"]
-
 Kind = Literal[
     "scans", "points", "survey", "receiver", "orbits", "antennas", "project", "not understood"
 ]

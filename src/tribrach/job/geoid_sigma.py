@@ -17,8 +17,6 @@ from tribrach.observations.control import Coordinates
 from tribrach.observations.declaration import Category
 from tribrach.project import Project
 
-__all__ = ["apply_geoid_sigma"]
-
 
 def apply_geoid_sigma(project: Project, survey: Survey) -> None:
     """Give control heights over the geoid the error that its grid brings."""

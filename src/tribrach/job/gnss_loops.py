@@ -20,8 +20,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.gnss import GnssBaselines
 from tribrach.sentences import Sentence
 
-__all__ = ["BaselineSet", "baselines_of", "epoch_sentences", "loops_of"]
-
 # What the report says of frame and epoch of a GNSS network.
 
 

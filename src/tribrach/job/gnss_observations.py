@@ -23,15 +23,6 @@ from tribrach.project.gnss import GnssSection
 from tribrach.project.sections import EpochKeys, ObservationFile
 from tribrach.project.site import SiteSection
 
-__all__ = [
-    "add_sessions",
-    "compute_sessions",
-    "gnss_context",
-    "job_realisation",
-    "passage",
-    "stated_passage",
-]
-
 #: frames closer than this [m] are one
 SAME_FRAME = 1e-3
 #: the frame of orbits, and with them of what RTKLIB computes

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.sections import CloudSection
 
-__all__ = ["Group", "file_name", "groups", "refuse_impossible", "whole_source"]
-
 _SUFFIX = {"laz": ".laz", "las": ".las", "copc": ".copc.laz", "ply": ".ply", "e57": ".e57"}
 
 

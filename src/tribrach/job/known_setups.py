@@ -28,8 +28,6 @@ from tribrach.project.instrument import Instrument
 from tribrach.project.sections import Backsight, StationSection
 from tribrach.units import MM, SEC
 
-__all__ = ["add_known_setups"]
-
 
 def add_known_setups(instruments: Instruments, survey: Survey, edits: Edits) -> None:
     """Add the occupied marks and backsights of all stations to a survey."""

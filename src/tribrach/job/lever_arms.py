@@ -17,14 +17,6 @@ from tribrach.project import Project
 from tribrach.project.sections import LeverArm, StationSection
 from tribrach.units import MM
 
-__all__ = [
-    "KnownLeverArm",
-    "add_lever_arms",
-    "add_mounted_points",
-    "known_lever_arm",
-    "lever_arms_of",
-]
-
 
 @dataclass(frozen=True)
 class KnownLeverArm:

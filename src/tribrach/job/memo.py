@@ -23,8 +23,6 @@ from numpy.typing import NDArray
 from tribrach.errors import InputError
 from tribrach.sentences import Sentence
 
-__all__ = ["put_together", "settled", "taken_apart"]
-
 #: an array of more bytes is none of ours
 _MOST_BYTES = 80_000_000
 #: kinds of arrays: truth values, whole numbers with and without sign, floating numbers

@@ -18,8 +18,6 @@ from tribrach.sentences import Sentence
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
 
-__all__ = ["mounted_antennas", "raised_antennas"]
-
 
 #: a lever arm that is known no better than this tells no targets apart [m]
 _VAGUE = 0.05

@@ -34,8 +34,6 @@ from tribrach.units import MM
 if TYPE_CHECKING:
     from tribrach.job.opened import Job
 
-__all__ = ["Named", "known_points", "marks_are_open", "name_targets", "named_centres"]
-
 
 @dataclass(frozen=True)
 class NamingGates:

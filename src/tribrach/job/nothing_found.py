@@ -20,15 +20,6 @@ from tribrach.project.sections import TargetSection
 from tribrach.sentences import Sentence, joined
 from tribrach.targets.detection import Kind
 
-__all__ = [
-    "density_sentences",
-    "nothing_found",
-    "odd_sizes",
-    "refuse_unplaced",
-    "search_sentences",
-    "unit_sentences",
-]
-
 #: candidates that are named for each scan; the files have all of them
 _NAMED = 4
 #: scans that are searched again with sizes in other units, those with most points

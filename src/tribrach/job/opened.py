@@ -46,8 +46,6 @@ from tribrach.project.edits import Edits
 from tribrach.sentences import Sentence
 from tribrach.units import MM, SEC
 
-__all__ = ["Job", "open_job"]
-
 
 def open_job(
     project: Project | str | Path,

@@ -16,8 +16,6 @@ from tribrach.geometry.polar import polar_from_xyz
 from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Detection
 
-__all__ = ["HEIGHT", "WIDTH", "Panorama", "close_up", "panorama"]
-
 #: pixels of a panorama as it is shown: width, and most of its height
 WIDTH, HEIGHT = 1400, 560
 #: pixels of which less is seen stay dark

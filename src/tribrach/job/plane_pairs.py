@@ -8,8 +8,6 @@ from tribrach.job.state import Remembered
 from tribrach.registration.planes.poses import PairPoses, pair_poses
 from tribrach.registration.views import Surroundings
 
-__all__ = ["remembered_pairs"]
-
 
 def remembered_pairs(state: Remembered) -> Callable[[Surroundings, Surroundings], PairPoses]:
     """What finds the poses of a pair, or recalls them where both stations are as they were."""

@@ -35,8 +35,6 @@ from tribrach.observations.sights import (
 from tribrach.project import Project
 from tribrach.sentences import Sentence
 
-__all__ = ["after_doubts", "doubts", "observed_points", "questioned", "questions"]
-
 #: sigmas of control from which on their unit is asked for [m]
 _COARSE, _FINE = 0.5, 1e-6
 #: a figure of an instrument outside of these is asked for, by the end of its key

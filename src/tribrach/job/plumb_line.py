@@ -17,8 +17,6 @@ from tribrach.observations.sights import Sights
 from tribrach.project import Project
 from tribrach.units import SEC
 
-__all__ = ["PlumbLine", "apply_plumb_line", "plumb_line"]
-
 _NAMES = ("deflection xi, correction", "deflection eta, correction")
 
 

@@ -18,8 +18,6 @@ from tribrach.network.survey import Survey
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.targets.detection import Detection
 
-__all__ = ["Sighted", "observe_readings"]
-
 #: detections with the names of their targets, in the order of the observations
 Sighted = Sequence[tuple[str, Detection]]
 #: detections of one target in several scans lie nearer than this [m]

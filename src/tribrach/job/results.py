@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from tribrach.job.tie import Registered
     from tribrach.project import Project
 
-__all__ = ["JobResults"]
-
 
 @dataclass(frozen=True)
 class JobResults:

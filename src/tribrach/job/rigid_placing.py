@@ -11,8 +11,6 @@ from tribrach.network.survey import Survey
 from tribrach.registration.outer_places import OuterPlace
 from tribrach.registration.rigid_model import RigidModel, rigid_model
 
-__all__ = ["adjusted_place", "place_rigidly"]
-
 
 def place_rigidly(survey: Survey, adjustment: Adjustment) -> RigidModel:
     """The rigid model of a survey, with the lever arms of its adjustment."""

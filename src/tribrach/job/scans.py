@@ -31,17 +31,6 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.sections import ScanFile
 
-__all__ = [
-    "MeasuredScan",
-    "StationScan",
-    "as_adjusted",
-    "calibration_of",
-    "calibration_sentences",
-    "known_correction",
-    "open_scans",
-    "scans_of_entry",
-]
-
 # Calibrations of the scanners behind scans: known before the adjustment, adjusted after it.
 
 

@@ -19,8 +19,6 @@ from pykdtree.kdtree import KDTree
 from tribrach._types import Array
 from tribrach.scan.scan import Scan
 
-__all__ = ["density", "sampled", "set_ups"]
-
 #: scans whose poses are nearer than this are of one station [m]
 _SAME = 1e-3
 #: words of names that say what of a set-up was scanned, or how fine

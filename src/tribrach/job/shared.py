@@ -25,8 +25,6 @@ from tribrach.network.considered import Considered, influence_of
 from tribrach.network.given_values import given_rows, with_given
 from tribrach.observations.declaration import Role
 
-__all__ = ["joint_with_points", "shared_part"]
-
 #: no columns
 _NONE = np.zeros(0, dtype=np.int64)
 #: an unknown of the network by its column, a parameter of a file, a common error

@@ -16,8 +16,6 @@ from tribrach.project import Project
 from tribrach.project.sections import HeightSection
 from tribrach.units import MM
 
-__all__ = ["add_shared_heights"]
-
 
 def add_shared_heights(project: Project, survey: Survey, *, whole: bool) -> None:
     """Make the heights that a project names unknowns of a survey."""

@@ -45,8 +45,6 @@ from tribrach.io.outputs import write_text
 from tribrach.job.memo import put_together, settled, taken_apart
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = ["FOUND", "NOT_IN_DIGEST", "PICTURES", "Remembered", "digest"]
-
 #: key of the metadata of a field that is left out of digests; its value says why
 NOT_IN_DIGEST = "not_in_digest"
 

@@ -36,16 +36,6 @@ from tribrach.scan.observed_noise import ObservedNoise, joined, observed_noise
 from tribrach.scan.scan import Scan
 from tribrach.tasks.engine import Call
 
-__all__ = [
-    "BAND",
-    "CAUSES",
-    "NeighbourNoise",
-    "NoiseOfClass",
-    "StatedNoise",
-    "Verdict",
-    "stated_noise",
-]
-
 Verdict = Literal["as stated", "in part", "more than stated", "less than stated", "undecided"]
 
 #: what classes are made by

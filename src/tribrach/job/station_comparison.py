@@ -40,14 +40,6 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.sections import ComparisonSection
 
-__all__ = [
-    "REGRESSION_UNITS",
-    "RequestedComparison",
-    "StationComparison",
-    "compare_stations",
-    "requested_comparisons",
-]
-
 #: points of a cloud among which flat sites are looked for, at most
 _SAMPLE = 200_000
 

@@ -52,21 +52,6 @@ if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.project import Project
 
-__all__ = [
-    "FoundInScans",
-    "GivenBesides",
-    "PlacedScans",
-    "ScanWork",
-    "Standing",
-    "compare",
-    "find",
-    "find_and_name",
-    "georeference",
-    "name_and_tie",
-    "refuse_lost",
-    "scans_to_tell_of",
-]
-
 
 @dataclass(frozen=True)
 class GivenBesides:

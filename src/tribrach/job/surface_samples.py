@@ -12,8 +12,6 @@ from tribrach.job.visits import Wish
 from tribrach.scan.scan import Scan
 from tribrach.scan.surface_sample import SurfaceSample, surface_sample
 
-__all__ = ["SurfaceSamples", "sample_wish"]
-
 
 class SurfaceSamples:
     """Some points of scans with their normals, those of unchanged scans from the last run.

@@ -46,9 +46,6 @@ from tribrach.project.model import Project
 from tribrach.project.sections import EpochKeys, ListKeys, ObservationFile, PointFile
 from tribrach.units import MM, carried_angles
 
-__all__ = ["ReadFiles", "read_survey_files", "readable_survey", "starnet_plan"]
-
-
 #: keys of files whose coordinates have a frame and an epoch
 GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor", "stations"}
 

@@ -10,8 +10,6 @@ from tribrach.project import Project
 from tribrach.project.sections import TelescopeSection
 from tribrach.units import MM, SEC
 
-__all__ = ["add_telescopes"]
-
 
 def add_telescopes(project: Project, survey: Survey, *, whole: bool) -> None:
     """Add what a project knows of the axes of its telescopes to a survey."""

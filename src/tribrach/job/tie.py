@@ -45,8 +45,6 @@ if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.project import Project
 
-__all__ = ["Registered", "Tying", "known_poses", "register"]
-
 #: adjusted poses may be wrong by this where planes are tied between groups [m]; chosen by hand on
 #: the simulated yards, no source
 _ADJUSTED_POSE_M = 0.004

@@ -37,8 +37,6 @@ from tribrach.scan.normals import incidence_cosines
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
-__all__ = ["Side", "TruthRow", "against_truth", "read_truth"]
-
 Side = Literal["within", "above", "below", "wrong"]
 
 

@@ -17,8 +17,6 @@ from tribrach.project.sections import TargetSection
 from tribrach.scan.scan import Scan
 from tribrach.sentences import Sentence, joined
 
-__all__ = ["usual_targets"]
-
 #: sizes that makers sell and surveyors print [m], by the key of a project
 SIZES: dict[str, tuple[float, ...]] = {
     "checkerboard_side_m": (0.3, 0.2, 0.15, 0.1),

@@ -20,8 +20,6 @@ from tribrach.scan.no_return import find_no_return
 from tribrach.scan.scan import NoReturn, Scan
 from tribrach.tasks.engine import Call
 
-__all__ = ["Wish", "Wishes", "visit"]
-
 
 @dataclass(frozen=True)
 class Wish:

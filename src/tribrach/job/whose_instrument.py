@@ -19,8 +19,6 @@ from tribrach.instruments.precision import Precision
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.project import Instrument, Project
 
-__all__ = ["Instruments", "Keys"]
-
 Keys = tuple[str | int, ...]
 
 

@@ -19,8 +19,6 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 
-__all__ = ["Blocks", "group_rows", "join"]
-
 #: smallest eigenvalue of the unit-diagonal B^T B with which own unknowns count as determined
 _DETERMINED = 1e-9
 #: bytes of one set of blocks

@@ -21,8 +21,6 @@ from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import Datum, Network
 from tribrach.planning.prediction import Criterion, figures, position_columns, predict
 
-__all__ = ["DatumChoice", "compare_datums", "distance_sigmas"]
-
 #: positions whose mutual distances are compared
 _MOST = 40
 

@@ -21,8 +21,6 @@ from tribrach.planning.blocks import Blocks, group_rows
 from tribrach.planning.prediction import Criterion, with_parameters
 from tribrach.planning.prospect import Prospect, prospect
 
-__all__ = ["coming", "going", "prospect_for", "same_columns"]
-
 
 def same_columns(layout: Layout, base: Layout) -> Index:
     """Column (size,) of the base for each column of a layout, by names; -1 for what is new."""

@@ -25,24 +25,6 @@ from tribrach.network.reliability import WeightedResiduals, weigh
 from tribrach.network.significance import noncentrality
 from tribrach.observations.unknowns import Layout, State
 
-__all__ = [
-    "CRITERIA",
-    "Criterion",
-    "CriterionKind",
-    "Extreme",
-    "Figures",
-    "criterion_value",
-    "figures",
-    "fixed_datum",
-    "largest_sigma",
-    "parameter_columns",
-    "position_columns",
-    "predict",
-    "redundancy_rows",
-    "with_parameters",
-    "with_predicted_values",
-]
-
 #: by which figure designs are compared, see CRITERIA
 CriterionKind = Literal["sigma", "redundancy", "undetected", "correlation"]
 

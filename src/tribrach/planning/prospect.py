@@ -35,8 +35,6 @@ from tribrach.planning.prediction import (
     redundancy_rows,
 )
 
-__all__ = ["LARGEST", "Prospect", "Scores", "prospect"]
-
 #: unknowns whose joint covariance is kept, and numbers of the effects of all values on them
 LARGEST, LARGEST_EFFECTS = 6000, 60_000_000
 #: bytes of one step of judging

@@ -16,8 +16,6 @@ from tribrach._types import Array, Index
 from tribrach.planning.blocks import Blocks, join
 from tribrach.planning.prospect import Prospect, Scores
 
-__all__ = ["Move", "Pick", "Search", "best_moves", "propose"]
-
 #: passes over all choices while exchanging
 _PASSES = 5
 #: relative improvement below which nothing counts as better

@@ -24,16 +24,6 @@ from tribrach.planning.blocks import Blocks
 from tribrach.planning.prediction import Criterion, criterion_value, predict
 from tribrach.planning.prospect import prospect
 
-__all__ = [
-    "RequiredPrecision",
-    "SetsByStation",
-    "needed_precision",
-    "needed_sets",
-    "reading_groups",
-    "scaled",
-]
-
-
 #: by station: tables and masks of what is read there
 _Readers = dict[str, list[tuple[int, NDArray[np.bool_]]]]
 

@@ -24,8 +24,6 @@ from tribrach.scan.scan import Field, Lattice, Scan
 from tribrach.sentences import Sentence, joined
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["ConvertedCloud", "as_copc", "convert", "convert_scans"]
-
 #: step of coordinates of clouds that come without one [m], and steps across their extent at least
 _FINEST, _MANY = 1e-4, 1e5
 #: points that are looked at of each chunk, digits after the point, and what tells them from noise

@@ -21,8 +21,6 @@ from tribrach.report.findings import Finding
 from tribrach.report.tables import ReportTable, build_table
 from tribrach.shell.command import command
 
-__all__ = ["FORM", "info"]
-
 
 @dataclass(frozen=True)
 class DescribedFiles(Result):

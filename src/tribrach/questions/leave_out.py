@@ -37,8 +37,6 @@ from tribrach.report.tables import ReportTable, build_table
 from tribrach.shell.command import command
 from tribrach.statistics import chi2
 
-__all__ = ["FORM", "ControlLeftOut", "leave_out", "left_out"]
-
 #: kinds that give positions
 _GIVE = (Coordinates, Coordinate, GnssPositions, Antennas)
 _AXES = ("E", "N", "U")

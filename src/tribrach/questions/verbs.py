@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from tribrach.questions.noise.estimate import NoiseEstimate
     from tribrach.questions.register.registration import RegisteredFiles
 
-__all__ = ["calibrate", "compare", "noise", "register"]
-
 
 def register(
     files: Sequence[str | Path],

@@ -17,16 +17,6 @@ from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 
-__all__ = [
-    "APPROXIMATE",
-    "ApproximateSigma",
-    "OpenPair",
-    "Witnesses",
-    "by_loops",
-    "same_place",
-    "symmetric_places",
-]
-
 
 @dataclass(frozen=True)
 class AlternativesGates:

@@ -27,9 +27,6 @@ from tribrach.observations.base import Observations, Use
 from tribrach.observations.declaration import End
 from tribrach.statistics import chi2
 
-__all__ = ["ALPHA", "MOST", "Edge", "edges"]
-
-
 #: turns count with this lever against shifts [m]
 _LEVER = 10.0
 #: directions whose normal is this share of the largest are held by the pair

@@ -19,9 +19,6 @@ from tribrach.observations.declaration import End, Role
 from tribrach.sentences import Sentence
 from tribrach.units import DEG
 
-__all__ = ["TargetsAround", "extrapolation_factor", "geometry_sentences", "targets_around"]
-
-
 #: targets within a smaller sector are as good as one, within the second on one side only
 _NARROW, _ONE_SIDED = np.radians(20.0), np.radians(90.0)
 _FLAT = np.radians(160.0)

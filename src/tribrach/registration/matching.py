@@ -21,8 +21,6 @@ from tribrach.geometry.alignment import group_planar, group_rigid
 from tribrach.geometry.rotation import skew
 from tribrach.statistics import chi2
 
-__all__ = ["Matching", "match"]
-
 
 @dataclass(frozen=True)
 class MatchingGates:

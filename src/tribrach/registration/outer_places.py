@@ -18,9 +18,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.control import Coordinates
 from tribrach.observations.gnss import Antennas, GnssPositions, MountedPoints
 
-__all__ = ["OuterPlace", "places_to_check", "places_to_hold"]
-
-
 #: name of an antenna's point in the network of what is measured without scans
 _ANTENNA = "antenna on {}"
 

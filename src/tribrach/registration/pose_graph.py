@@ -17,8 +17,6 @@ import numpy as np
 from tribrach.geometry.pose import Pose
 from tribrach.sentences import Sentence
 
-__all__ = ["GATES", "Joint", "LoopGates", "PoseGraph", "join"]
-
 
 @dataclass(frozen=True)
 class LoopGates:

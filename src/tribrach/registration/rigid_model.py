@@ -23,8 +23,6 @@ from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_poi
 from tribrach.transformation.models import find_model
 from tribrach.transformation.weights import Spread
 
-__all__ = ["RigidModel", "TooFewPlaces", "rigid_model"]
-
 
 class TooFewPlaces(InputError):
     """Raised where fewer places are known without scans than a rigid motion needs."""

@@ -14,9 +14,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 
-__all__ = ["Mounted", "RigidUnit", "Sighting", "rigid_units"]
-
-
 #: targets of one kind that stations of a unit see nearer to each other than this are one [m]; more
 #: than registrations err by, less than targets are apart; chosen by hand, no source
 _SAME_TARGET_M = 0.05

@@ -20,17 +20,6 @@ from tribrach.kernels import njit
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.scan.range_image import RangeImage
 
-__all__ = [
-    "Agreement",
-    "StationView",
-    "Surroundings",
-    "agreement",
-    "merged",
-    "merged_view",
-    "seen",
-    "view_of",
-]
-
 
 @dataclass(frozen=True)
 class ViewGates:

@@ -22,8 +22,6 @@ from tribrach.report.tables import ReportTable
 from tribrach.report.text import WIDTH, table_text, wrapped
 from tribrach.sentences import PLAIN, Notation
 
-__all__ = ["Answer"]
-
 
 @dataclass(frozen=True)
 class Answer:

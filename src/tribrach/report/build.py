@@ -31,8 +31,6 @@ from tribrach.report.warnings import ReportWarning, Severity, in_order
 from tribrach.sentences import Sentence, joined
 from tribrach.units import format_angle
 
-__all__ = ["build"]
-
 NOTHING = JobResults()
 
 

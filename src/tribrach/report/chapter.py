@@ -13,8 +13,6 @@ from tribrach.report.figures import Picture
 from tribrach.report.tables import ReportTable
 from tribrach.report.warnings import ReportWarning
 
-__all__ = ["Chapter"]
-
 
 @dataclass(frozen=True)
 class Chapter:

@@ -12,8 +12,6 @@ import re
 
 from tribrach.errors import STEERING
 
-__all__ = ["anchor", "visible"]
-
 
 def anchor(text: str) -> str:
     """A text as the end of an anchor in a page: its letters and digits, a dash for the rest."""

@@ -19,26 +19,6 @@ from tribrach._types import Array
 from tribrach.report.labels import Item, place_labels
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "HALF",
-    "LEVELS",
-    "PALETTE",
-    "SIGNED",
-    "TESTED",
-    "Chart",
-    "Drawing",
-    "DrawnMark",
-    "beside",
-    "colour_bar",
-    "ends_of",
-    "legend",
-    "mark",
-    "nice_ticks",
-    "shade",
-    "shades",
-    "symbol",
-]
-
 #: classes of colours in the style sheet: ``s0`` to ``s11``
 PALETTE = 12
 _LEFT, _RIGHT, _TOP, _BOTTOM = 62.0, 14.0, 26.0, 44.0

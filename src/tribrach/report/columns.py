@@ -14,8 +14,6 @@ from tribrach.report.tables import Cell, ColumnHead, Spec, number_cell, text_cel
 from tribrach.sentences import written
 from tribrach.units import format_angle
 
-__all__ = ["AXES", "ColumnSet", "along", "column", "component", "passed"]
-
 AXES = ("E", "N", "U")
 
 

@@ -22,14 +22,6 @@ from tribrach.report.views import SIZE, views_in_words, views_of
 from tribrach.sentences import Sentence, written
 from tribrach.units import MM, span
 
-__all__ = [
-    "PREDICTED",
-    "comparison_findings",
-    "comparison_pictures",
-    "comparison_tables",
-    "offsets_finding",
-]
-
 _STYLE = Style()
 _C2C_NOTE = (
     "Distances from points of A to their nearest points of B within the limit: mean, standard "

@@ -25,30 +25,6 @@ from tribrach.report.numbers import Style
 from tribrach.report.tables import ReportTable
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "CheckVerdict",
-    "ComponentRow",
-    "Control",
-    "CorrelationRow",
-    "DatumStatement",
-    "Ellipse",
-    "Ellipsoid",
-    "GlobalVerdict",
-    "Head",
-    "KindCount",
-    "PlaneUnknown",
-    "Point",
-    "Report",
-    "ReportSettings",
-    "ScalarUnknown",
-    "SetUp",
-    "SnoopingRow",
-    "StationRow",
-    "Summary",
-    "Unknown",
-    "VectorUnknown",
-]
-
 Number = float | None
 Triple = tuple[Number, Number, Number]
 Matrix = tuple[tuple[Number, ...], ...]

@@ -19,8 +19,6 @@ from tribrach.report.labels import place_labels
 from tribrach.report.map import MapFrame, length_words, round_down
 from tribrach.sentences import Sentence
 
-__all__ = ["SAID", "displacement_drawing"]
-
 #: of the largest displacement or ellipse in pixels
 _LONGEST = 90.0
 #: what a test says of a point: that nothing moved is what no test can show

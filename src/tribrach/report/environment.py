@@ -18,8 +18,6 @@ from tribrach.sentences import PLAIN
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-__all__ = ["PRINTED", "render_page"]
-
 #: rows of a table on paper; the rest is looked up where it can be searched
 PRINTED = 30
 #: an option of the command line, a standard or a date, which do not break at their hyphens

@@ -28,18 +28,6 @@ from tribrach.report.tables import ColumnHead, ReportTable, build_table, text_ce
 from tribrach.sentences import Sentence, capital, joined, written
 from tribrach.units import format_angle, percent
 
-__all__ = [
-    "IN_LINE",
-    "EpochComparison",
-    "direction_words",
-    "epochs_findings",
-    "epochs_pictures",
-    "epochs_svg",
-    "epochs_tables",
-    "listed",
-    "moved_sentence",
-]
-
 Angle = Literal["gon", "deg"]
 
 #: points with a sentence of their own, of each verdict

@@ -8,8 +8,6 @@ from functools import cached_property
 
 from tribrach.report.charts import Drawing
 
-__all__ = ["Picture"]
-
 #: least height of letters on paper [mm], 5 pt, and how much larger than drawn they may become
 _LEAST, _MOST = 1.76, 1.5
 #: what most letters of drawings are high [px]

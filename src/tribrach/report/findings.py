@@ -8,8 +8,6 @@ from typing import Any
 
 from tribrach.sentences import Sentence
 
-__all__ = ["Finding", "words"]
-
 
 @dataclass(frozen=True)
 class Finding:

@@ -17,8 +17,6 @@ from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.sentences import Sentence, capital, joined
 
-__all__ = ["Letterhead", "front_page", "letterhead"]
-
 #: lines of ``[facts]`` that have a place of their own in the head
 _HEAD = ("job", "client", "author", "logo")
 _AXES = ("E", "N", "U")

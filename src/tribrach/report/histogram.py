@@ -9,8 +9,6 @@ import numpy as np
 from tribrach.report.content import Head
 from tribrach.statistics import norm
 
-__all__ = ["Bar", "Histogram", "histogram"]
-
 WIDTH, HEIGHT = 460.0, 260.0
 LEFT, RIGHT, TOP, BOTTOM = 40.0, 12.0, 14.0, 34.0
 LIMIT = 5.0

@@ -15,8 +15,6 @@ from tribrach.report.page import running
 from tribrach.report.still_picture import still_picture
 from tribrach.report.tables import ROW_LIMIT, ReportTable
 
-__all__ = ["render"]
-
 
 @dataclass(frozen=True)
 class _Shown:

@@ -31,8 +31,6 @@ from tribrach.report.content import (
     VectorUnknown,
 )
 
-__all__ = ["SCHEMA", "AdjustedNetwork", "dumps", "form", "network", "pieces"]
-
 #: version of the layout; 2 has ``id`` and ``suspicious`` of observations
 SCHEMA = 2
 #: objects of a part that is written at once

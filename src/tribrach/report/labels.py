@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Item", "Label", "place_labels"]
-
 #: size of a letter and of a symbol in pixels
 LETTER, LETTER_HEIGHT, SYMBOL = 6.4, 11.0, 6.0
 _FIRST = {"control": 0, "station": 1, "check": 2}

@@ -18,18 +18,6 @@ from tribrach.report.content import Ellipse, Head
 from tribrach.report.labels import Label, place_labels
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "Arrow",
-    "Drawn",
-    "DrawnSuspect",
-    "MapDrawing",
-    "MapFrame",
-    "Symbol",
-    "length_words",
-    "network_map",
-    "round_down",
-]
-
 WIDTH, MARGIN = 960.0, 56.0
 LOWEST, HIGHEST = 320.0, 860.0
 #: sight lines beyond this number are thinned out

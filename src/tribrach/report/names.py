@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-__all__ = ["numbered", "some_of", "spoken", "told_apart"]
-
 #: so many numbers in a row are said by the first and the last
 _ROW = 3
 

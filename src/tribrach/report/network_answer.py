@@ -12,8 +12,6 @@ from tribrach.report.answer import Answer
 from tribrach.report.content import Report
 from tribrach.report.text import brief, render
 
-__all__ = ["NetworkAnswer"]
-
 
 @dataclass(frozen=True)
 class NetworkAnswer(Answer):

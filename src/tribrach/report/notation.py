@@ -9,8 +9,6 @@ from tribrach.sentences import Notation
 if TYPE_CHECKING:
     from tribrach.report.content import Report
 
-__all__ = ["notation_of"]
-
 
 def notation_of(content: Report) -> Notation:
     """The notation that the project of a report asks for."""

@@ -19,23 +19,6 @@ from tribrach.report.tables import Cell, number_cell
 from tribrach.sentences import Sentence
 from tribrach.units import SEC, UNITS, format_angle
 
-__all__ = [
-    "Style",
-    "chance",
-    "counted",
-    "fixed_cell",
-    "matrices",
-    "matrix",
-    "mm_cell",
-    "number",
-    "numbers",
-    "percent_cell",
-    "sigmas",
-    "three_digits",
-    "triple",
-    "triples",
-]
-
 
 def number(value: float) -> float | None:
     """A float, None for NaN and infinities; minus zero loses its sign."""

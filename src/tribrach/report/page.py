@@ -15,8 +15,6 @@ from tribrach.report.findings import Finding
 from tribrach.report.tables import ReportTable
 from tribrach.sentences import PLAIN, Notation
 
-__all__ = ["FrontPage", "page", "running"]
-
 
 @dataclass(frozen=True)
 class FrontPage:

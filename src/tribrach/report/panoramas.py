@@ -15,8 +15,6 @@ from tribrach.report.charts import Drawing, DrawnMark, mark
 if TYPE_CHECKING:
     from tribrach.job.panorama import Panorama
 
-__all__ = ["panorama_drawing", "panorama_file"]
-
 #: colours of targets, and of any other kind
 _COLOURS = {"sphere": "#d62728", "checkerboard": "#1f77b4", "disc": "#2ca02c", "plane": "#9467bd"}
 _OTHER = "#ff7f0e"

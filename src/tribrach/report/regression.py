@@ -18,14 +18,6 @@ from tribrach.report.numbers import chance
 from tribrach.report.tables import ReportTable, build_table
 from tribrach.sentences import Sentence, capital, joined
 
-__all__ = [
-    "RegressionFigures",
-    "regression_findings",
-    "regression_pictures",
-    "regression_tables",
-    "units_of",
-]
-
 Values = Mapping[str, Array]
 
 _NOTE = (

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from tribrach.job.steps import PlacedScans
     from tribrach.report.content import Report
 
-__all__ = ["still_picture"]
-
 #: pixels of the picture, of its margin, and of the square that a point covers
 _WIDTH, _HEIGHT, _MARGIN = 960, 480, 34
 _SPLAT = 4

@@ -12,8 +12,6 @@ from tribrach.report.content import Head
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["Subject"]
-
 
 @dataclass(frozen=True)
 class Subject:

@@ -18,8 +18,6 @@ from tribrach.report.content import (
 from tribrach.report.numbers import number
 from tribrach.sentences import Sentence, capital, joined, stopped
 
-__all__ = ["datum_statement", "sigma_origin", "summary"]
-
 
 def sigma_origin(
     adjustment: Adjustment, posterior: bool, components: VarianceComponents | None = None

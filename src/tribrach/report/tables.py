@@ -14,19 +14,6 @@ import numpy as np
 
 from tribrach.sentences import Sentence
 
-__all__ = [
-    "ROW_LIMIT",
-    "Cell",
-    "ColumnHead",
-    "ReportTable",
-    "Row",
-    "Spec",
-    "Worst",
-    "build_table",
-    "number_cell",
-    "text_cell",
-]
-
 Item = TypeVar("Item")
 
 #: rows of a table in text and HTML; nobody reads more, and the JSON result has all

@@ -15,8 +15,6 @@ from tribrach.sentences import PLAIN, Notation, Sentence, joined
 if TYPE_CHECKING:
     from tribrach.epochs.comparison import Comparison
 
-__all__ = ["WIDTH", "brief", "render", "table_text", "wrapped"]
-
 #: characters per line of running text; tables may be a little wider
 WIDTH = 100
 _LEGEND = {"suspicious": "! suspicious", "check": "c held out as a check", "off": "x switched off"}

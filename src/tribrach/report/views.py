@@ -10,8 +10,6 @@ from tribrach._types import Array
 from tribrach.report.charts import Chart, ends_of
 from tribrach.sentences import capital
 
-__all__ = ["SIZE", "View", "views_in_words", "views_of"]
-
 #: a plan narrower than this share of its length is a line
 _LINE = 0.03
 #: width and largest height of a panel in pixels

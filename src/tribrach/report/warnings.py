@@ -12,8 +12,6 @@ from enum import IntEnum
 
 from tribrach.sentences import capital, stopped
 
-__all__ = ["ReportWarning", "Severity", "in_order", "warned"]
-
 
 class Severity(IntEnum):
     """How much a warning weighs; small numbers come first.

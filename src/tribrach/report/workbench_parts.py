@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from tribrach.job.steps import PlacedScans
     from tribrach.job.tie import Registered
 
-__all__ = ["JOINT", "PARTS", "WorkbenchDocument", "workbench_texts"]
-
 #: the file and the matrix in a folder of results
 PARTS, JOINT = "workbench.json", "workbench_covariance.npy"
 #: what maps may be wrong by [m]

@@ -14,8 +14,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.kernels import njit
 
-__all__ = ["angular_step", "on_lattice"]
-
 #: windows, points that one should hold, and points kept at most in each
 _WINDOWS, _AIM, _MOST = 24, 150, 600
 #: points looked at, and points that a bin of H and V should hold, to guess the windows' width

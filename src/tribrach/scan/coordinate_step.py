@@ -6,8 +6,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["coordinate_step"]
-
 #: steps of decimal numbers, the coarsest first [m]
 _STEPS = (1.0, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 5e-4, 2e-4, 1e-4)
 #: fewer points may be multiples of anything by chance

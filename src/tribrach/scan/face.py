@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Mask
 
-__all__ = ["HeadTurn", "ScanFace"]
-
 
 @dataclass(frozen=True)
 class HeadTurn:

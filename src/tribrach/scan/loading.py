@@ -19,8 +19,6 @@ from tribrach.errors import InputError
 from tribrach.scan.range_image import RangeImage, organise
 from tribrach.scan.scan import CHUNK, Chunk, NoReturn, Scan
 
-__all__ = ["LIMIT", "HeldScan", "Loaded", "hold", "laid_out", "load"]
-
 #: scans with more points than this are refused; 2.4 GB of coordinates
 LIMIT = 100_000_000
 #: points that arrays are laid out for at first

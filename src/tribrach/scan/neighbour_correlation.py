@@ -25,8 +25,6 @@ from tribrach.instruments.neighbours import RangeCorrelation, overlap_share
 from tribrach.scan.noise_law import FittedNoise
 from tribrach.sentences import Sentence
 
-__all__ = ["NeighbourCorrelation", "neighbour_correlation", "smooth_correlation"]
-
 
 @dataclass(frozen=True)
 class CorrelationGates:

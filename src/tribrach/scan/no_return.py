@@ -25,8 +25,6 @@ from tribrach._types import Array, Mask
 from tribrach.kernels import njit
 from tribrach.scan.scan import NoReturn, Scan
 
-__all__ = ["find_no_return", "point_hashes", "screened"]
-
 
 @dataclass(frozen=True)
 class NoReturnGates:

@@ -25,17 +25,6 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.scan.observed_noise import ObservedNoise
 from tribrach.statistics import chi2, norm
 
-__all__ = [
-    "ContradictedClass",
-    "FittedNoise",
-    "LastingEffect",
-    "NoiseClass",
-    "contradicted_classes",
-    "fit_noise",
-    "held_noise",
-    "noise_classes",
-]
-
 #: fewer patches tell no law
 _FEWEST = 30
 #: patches whose variance is beyond this probability of the law's are rough

@@ -13,9 +13,6 @@ from pykdtree.kdtree import KDTree
 from tribrach._types import Array
 from tribrach.kernels import in_threads, njit
 
-__all__ = ["incidence_cosines", "normals"]
-
-
 #: neighbours that a normal is taken from
 NEIGHBOURS = 12
 #: no incidence is taken as flatter than this cosine, 84 degrees: the model ends there

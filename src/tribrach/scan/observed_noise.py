@@ -26,17 +26,6 @@ from tribrach.scan.coordinate_step import coordinate_step
 from tribrach.scan.scan import Chunk, Scan
 from tribrach.statistics import f
 
-__all__ = [
-    "GATES",
-    "LEAST_VARIANCE",
-    "ObservedNoise",
-    "PatchGates",
-    "joined",
-    "observed_noise",
-    "patch_residuals",
-]
-
-
 #: variances are never less [m^2]
 LEAST_VARIANCE = 1e-18
 

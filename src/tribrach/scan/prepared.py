@@ -30,8 +30,6 @@ from tribrach.instruments.correction import Correction
 from tribrach.scan.face import HeadTurn, ScanFace
 from tribrach.scan.scan import Scan
 
-__all__ = ["corrected_scan", "head_turn", "seen_from", "sides"]
-
 Integers = NDArray[np.integer]
 
 #: a scanner this many times the extent of the points away from them took none of them, ...

@@ -25,8 +25,6 @@ from tribrach.kernels import njit
 from tribrach.scan.angular_step import angular_step
 from tribrach.statistics import robust_sigma
 
-__all__ = ["RangeImage", "organise"]
-
 #: points looked at to fit the layout
 _SAMPLE = 400_000
 #: directions this close to a pole [rad] do not tell H

@@ -36,9 +36,6 @@ from tribrach.scan.face import ScanFace
 from tribrach.scan.length_unit import METRES, LengthUnit
 from tribrach.sentences import Sentence, joined
 
-__all__ = ["CHUNK", "Chunk", "Field", "Lattice", "NoReturn", "Origin", "Scan"]
-
-
 #: points read at a time; 8 columns of 8 bytes are then 32 MB
 CHUNK = 500_000
 

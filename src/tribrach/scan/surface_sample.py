@@ -16,8 +16,6 @@ from pykdtree.kdtree import KDTree
 from tribrach._types import Array
 from tribrach.scan.scan import Chunk, Scan
 
-__all__ = ["SurfaceSample", "surface_sample"]
-
 #: blocks, records in each, and points that are taken from it
 _BLOCKS, _RECORDS, _POINTS = 5, 100_000, 300
 #: neighbours that a normal is taken from

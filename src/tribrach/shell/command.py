@@ -33,8 +33,6 @@ from tribrach.shell.flow import (
 )
 from tribrach.shell.reading import READING
 
-__all__ = ["FOLDER", "RESULTS", "WRITTEN", "command", "deliver"]
-
 #: marks the parameter of a command that names a file which the command writes
 WRITTEN = "written"
 #: marks the one that names the folder of results

@@ -23,23 +23,6 @@ from tribrach.progress import in_lines, in_terminal, silent
 from tribrach.report.characters import visible
 from tribrach.tasks.engine import HERE, Engine
 
-__all__ = [
-    "NoBrowser",
-    "Overwrite",
-    "PagePort",
-    "Quiet",
-    "Scheduler",
-    "ShownClouds",
-    "ShownEpochs",
-    "Workers",
-    "claim",
-    "fail",
-    "guarded",
-    "say",
-    "shown",
-    "working",
-]
-
 #: the option of every command that writes files
 Overwrite = Annotated[
     bool,

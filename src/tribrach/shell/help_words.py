@@ -16,8 +16,6 @@ from typer.core import TyperCommand, TyperGroup
 
 from tribrach.io.keeping import keeping
 
-__all__ = ["SpokenCommand", "SpokenGroup", "in_words", "spoken"]
-
 _WORDS = {Path: "FILE", int: "NUMBER", float: "NUMBER", str: "TEXT", bool: ""}
 
 

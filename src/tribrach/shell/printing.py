@@ -9,8 +9,6 @@ from rich.table import Table as Printed
 from tribrach.report.characters import visible
 from tribrach.report.tables import ReportTable
 
-__all__ = ["printed"]
-
 #: characters up to which words of heads, and cells of words, are kept in one piece
 _WORD, _CELL = 10, 14
 

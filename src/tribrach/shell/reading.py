@@ -6,8 +6,6 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-__all__ = ["READING", "Columns", "DecimalMark", "Unit"]
-
 Unit = Annotated[
     str | None, typer.Option(help="What coordinates are counted in: m, mm, cm, ft, usft ...")
 ]

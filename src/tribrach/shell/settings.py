@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from tribrach.network.network import Datum
     from tribrach.project import Project
 
-__all__ = ["Adjusting"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Adjusting:

@@ -15,9 +15,6 @@ from tribrach.simulate.scanner import ScanGrid
 from tribrach.simulate.scene import Scene
 from tribrach.simulate.twin import TwinScan, TwinTarget
 
-__all__ = ["fine_scan", "overview"]
-
-
 #: rays that tell which share of the directions meets anything
 _PROBES = 20_000
 #: pixels of the grid that holds the windows

@@ -16,8 +16,6 @@ from scipy.optimize import minimize_scalar
 from tribrach._types import Array
 from tribrach.errors import InputError
 
-__all__ = ["FallOff"]
-
 
 @dataclass(frozen=True)
 class FallOff:

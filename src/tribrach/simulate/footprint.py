@@ -12,17 +12,6 @@ from tribrach._types import Array
 from tribrach.kernels import in_threads, njit
 from tribrach.simulate.ray_casting import SceneView
 
-__all__ = [
-    "Blend",
-    "average",
-    "border",
-    "footprints",
-    "offset_rays",
-    "uniform_disc",
-    "unit_vectors",
-]
-
-
 #: angle between successive places of a sunflower, which fill a disc evenly
 _GOLDEN = np.pi * (3 - np.sqrt(5))
 #: surfaces whose ranges within a footprint differ by less count as one [m]

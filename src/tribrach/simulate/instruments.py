@@ -36,8 +36,6 @@ from tribrach.simulate.falloff import FallOff
 from tribrach.simulate.scanner import Scanner
 from tribrach.units import SEC
 
-__all__ = ["PHASE", "PULSED"]
-
 #: the weakest echo over the noise of the detector
 _THRESHOLD = 5.0
 

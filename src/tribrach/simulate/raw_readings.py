@@ -19,8 +19,6 @@ from tribrach.instruments.precision import Precision
 from tribrach.simulate.surveying import eccentricities, refraction, true_sights
 from tribrach.units import GON, SEC
 
-__all__ = ["STILL", "InstrumentDay", "gsi"]
-
 
 @dataclass(frozen=True)
 class InstrumentDay:

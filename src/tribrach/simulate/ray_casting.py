@@ -25,8 +25,6 @@ from tribrach.simulate.scene import (
     Scene,
 )
 
-__all__ = ["Hits", "SceneView"]
-
 #: the range of rays that hit nothing [m]
 FAR = 1e30
 #: nearer than this is the instrument itself [m]

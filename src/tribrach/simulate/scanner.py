@@ -39,9 +39,6 @@ from tribrach.simulate.ray_casting import Hits, SceneView
 from tribrach.simulate.scene import Scene
 from tribrach.simulate.texture import SharedTexture
 
-__all__ = ["ScanGrid", "Scanner", "SimulatedPoints", "scan"]
-
-
 #: beams of a block; a scan of any size needs the memory of one block
 _BLOCK = 200_000
 #: rounds in which corrections that depend on the measured range settle

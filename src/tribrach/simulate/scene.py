@@ -17,30 +17,6 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 
-__all__ = [
-    "BOX",
-    "CHECKERBOARD",
-    "CYLINDER",
-    "DISC",
-    "ELLIPSOID",
-    "RECTANGLE",
-    "SPHERE",
-    "Primitive",
-    "Scene",
-    "box",
-    "carried",
-    "checkerboard",
-    "cylinder",
-    "disc",
-    "distance_to_surface",
-    "ellipsoid",
-    "frame_of_normal",
-    "ground",
-    "rectangle",
-    "sphere",
-]
-
-
 RECTANGLE, BOX, CYLINDER, SPHERE, CHECKERBOARD, DISC, ELLIPSOID = range(7)
 #: kinds that lie in the plane z = 0 of their own frame
 _FLAT = (RECTANGLE, CHECKERBOARD, DISC)

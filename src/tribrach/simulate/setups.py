@@ -8,8 +8,6 @@ from numpy.typing import ArrayLike
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 
-__all__ = ["levelled", "tilted"]
-
 
 def levelled(place: ArrayLike, heading: float, sigma: float, rng: np.random.Generator) -> Pose:
     """A levelled scanner, its axis off the vertical by errors of a compensator in x and y."""

@@ -17,9 +17,6 @@ from tribrach.geometry.polar import NEAREST, POLE
 from tribrach.simulate.ray_casting import SceneView
 from tribrach.simulate.scene import Scene
 
-__all__ = ["SightLines", "sight_lines", "surface_places"]
-
-
 #: a place this close to a surface lies on it [m]
 ON_SURFACE = 0.05
 #: step of the rays that look for places on surfaces [rad]

@@ -20,8 +20,6 @@ from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngle
 from tribrach.observations.unknowns import State
 from tribrach.units import GON
 
-__all__ = ["observe", "true_sights"]
-
 #: radius of the Earth of the flat sites [m]
 EARTH = 6371000.0
 

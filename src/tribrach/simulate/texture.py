@@ -16,8 +16,6 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.instruments.neighbours import SharedNoise
 
-__all__ = ["SharedTexture"]
-
 #: cells of texture over the diameter of a disc, about, and for a step of the grid at most
 _ACROSS, _FINEST = 24, 6
 #: range that the fineness is chosen for [m]

@@ -20,8 +20,6 @@ from tribrach.simulate.ray_casting import SceneView
 from tribrach.simulate.scanner import ScanGrid, Scanner, SimulatedPoints, scan
 from tribrach.simulate.scene import Primitive, Scene, checkerboard, disc, sphere
 
-__all__ = ["TargetSight", "Twin", "TwinScan", "TwinStation", "TwinTarget", "child_rng", "steps_for"]
-
 TargetKind = Literal["sphere", "checkerboard", "disc"]
 
 #: purposes of random numbers; each has a stream of its own

@@ -11,9 +11,6 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.answers import Matrix, Number, Result, Vector
 
-__all__ = ["Detection", "Kind", "Rejected", "lies_on", "with_floor"]
-
-
 #: what a target can be
 Kind = Literal["sphere", "checkerboard", "disc", "plane"]
 

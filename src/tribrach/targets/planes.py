@@ -21,8 +21,6 @@ from tribrach.sentences import Sentence
 from tribrach.targets.detection import Detection, Rejected
 from tribrach.targets.range_noise import estimate_range_noise
 
-__all__ = ["Plane", "find_planes"]
-
 
 @dataclass(frozen=True)
 class PlaneGates:

@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 
-__all__ = ["GATES", "RangeNoiseGates", "estimate_range_noise"]
-
 
 @dataclass(frozen=True)
 class RangeNoiseGates:

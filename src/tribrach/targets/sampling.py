@@ -25,8 +25,6 @@ from tribrach.targets.discs.search import GATES as DISC
 from tribrach.targets.spheres.fit import GATES as SPHERE_FIT
 from tribrach.targets.spheres.grid_search import GATES as SPHERE
 
-__all__ = ["LEAST", "LeastPoints", "Sampling"]
-
 
 @dataclass(frozen=True)
 class LeastPoints:

@@ -37,8 +37,6 @@ from tribrach.tasks.engine import Call, Engine
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-__all__ = ["local_workers", "remote_workers"]
-
 R = TypeVar("R")
 
 #: a task is begun so often beside others before it has to show with nothing beside it whether it

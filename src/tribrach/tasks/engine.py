@@ -19,8 +19,6 @@ from typing import Any, Protocol, TypeVar
 
 from tribrach._types import Progress
 
-__all__ = ["HERE", "Call", "Engine", "InProcess"]
-
 R = TypeVar("R")
 
 

@@ -29,15 +29,6 @@ from tribrach.workbench.further import cloud_stem
 from tribrach.workbench.result_folder import CLOUDS
 from tribrach.workbench.schema import SceneAttribute, SceneCloud
 
-__all__ = [
-    "SceneCloudFile",
-    "cloud_parts",
-    "convert_clouds",
-    "convert_further",
-    "lacking_clouds",
-    "written_clouds",
-]
-
 #: shares of the points that lie below the ends of a range of colours
 _LOW, _HIGH = 5.0, 95.0
 #: what points are coloured by: title and unit

@@ -16,8 +16,6 @@ from tribrach.report.epochs import EpochComparison
 from tribrach.report.numbers import number
 from tribrach.workbench.frame import SceneFrame
 
-__all__ = ["read_epochs", "scene_epochs"]
-
 #: points of one name lie together within this distance, if both are in one frame [m]
 _TOGETHER = 1.0
 _AXES = "ENU"

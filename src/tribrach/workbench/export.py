@@ -38,8 +38,6 @@ from tribrach.workbench.sources import PointSources
 from tribrach.workbench.static_files import PAGE, page_files
 from tribrach.workbench.tables import TABLES, table_csv, table_json, table_of
 
-__all__ = ["export_page"]
-
 #: the joint covariance of what has a name
 JOINT = "joint.f64"
 _README = """This folder is a page of Tribrach: {title}.

@@ -17,8 +17,6 @@ from tribrach._types import Array
 from tribrach.geodesy.local_map import StoredMap
 from tribrach.geodesy.output_frame import FrameKind
 
-__all__ = ["SceneFrame"]
-
 
 @dataclass(frozen=True)
 class SceneFrame:

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 
-__all__ = ["cloud_stem", "further_names"]
-
 
 def cloud_stem(path: Path) -> str:
     """The name of a cloud without the endings of its format."""

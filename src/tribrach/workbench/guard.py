@@ -19,8 +19,6 @@ from urllib.parse import parse_qs
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["LARGEST_BODY", "LOOPBACK", "Guard"]
-
 #: the only address that is listened on
 LOOPBACK = "127.0.0.1"
 #: bytes that a request may bring along

@@ -15,8 +15,6 @@ from tribrach.workbench.server import bound_socket, serve
 from tribrach.workbench.service import Service
 from tribrach.workbench.static_files import PAGE, page_files
 
-__all__ = ["open_in_browser"]
-
 
 def open_in_browser(
     make: Callable[[Path | None], Service],

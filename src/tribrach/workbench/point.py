@@ -14,8 +14,6 @@ from tribrach.units import format_angle
 from tribrach.workbench.scene import coordinate_words
 from tribrach.workbench.sources import Picked, PointSources, coordinates
 
-__all__ = ["point"]
-
 
 def point(sources: PointSources, cloud: str, place: tuple[str, str, str]) -> dict[str, Any]:
     """Say what is known of a point of a cloud."""

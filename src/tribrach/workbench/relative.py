@@ -22,8 +22,6 @@ from tribrach.cloud.shared_part import CloudPoints, angle_slopes, slopes
 from tribrach.errors import InputError, UnknownName
 from tribrach.workbench.sources import PointSources, coordinates
 
-__all__ = ["named_joint", "relative"]
-
 
 @dataclass(frozen=True)
 class _End:

@@ -36,8 +36,6 @@ from tribrach.workbench.schema import (
     SceneTargets,
 )
 
-__all__ = ["coordinate_words", "decided_targets", "scene_of"]
-
 Columns = dict[str, Any]
 
 #: figures of an observation that are written with its unit

@@ -14,8 +14,6 @@ from typing import Any, Literal, get_type_hints
 from tribrach.answers import Form, Number, Result, written
 from tribrach.network.observation_rows import ObservationRow
 
-__all__ = ["FORM", "SceneAttribute", "SceneCloud", "SceneDocument"]
-
 Names = list[str]
 Triple = tuple[Number, Number, Number]
 Matrix = list[list[Number]]

@@ -31,8 +31,6 @@ from tribrach.workbench.service import Declined, Service
 from tribrach.workbench.static_files import PAGE, page_files
 from tribrach.workbench.tables import TABLES, table_csv, table_json, table_of
 
-__all__ = ["application", "bound_socket", "serve"]
-
 T = TypeVar("T")
 #: seconds after which a line is sent to who listens, so that a connection that broke is noticed
 _PULSE = 15.0

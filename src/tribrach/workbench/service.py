@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from tribrach.workbench.session import Session
     from tribrach.workbench.sources import PointSources
 
-__all__ = ["Cancelled", "Declined", "Service"]
-
 #: so long the end waits for work to stop [s]
 _PATIENCE = 5.0
 #: told of an event by its name and what belongs to it

@@ -63,8 +63,6 @@ from tribrach.workbench.snapshots import (
     with_tests,
 )
 
-__all__ = ["Conflict", "Defect", "Session", "Superseded"]
-
 #: columns of the table of observations that change with every adjustment
 COLUMNS = (
     "residual", "redundancy", "w", "tau", "mdb", "external", "external_at", "suspicious", "state",

@@ -21,8 +21,6 @@ from tribrach.network.quality import global_test
 from tribrach.network.roles import used_axes
 from tribrach.sentences import capital
 
-__all__ = ["Snapshot", "compared", "last_run", "moves", "plain", "snapshot", "with_tests"]
-
 #: columns of the table of observations that are kept for comparison
 FIGURES = ("id", "component", "state", "residual", "w")
 

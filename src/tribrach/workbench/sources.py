@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from tribrach.network.adjustment import Adjustment
     from tribrach.workbench.clouds import SceneCloudFile
 
-__all__ = ["Picked", "PointSources", "coordinates"]
-
 #: a picked place is a point of the cloud within this distance [m]
 _NEAR = 0.01
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
-__all__ = ["BUILD", "PAGE", "page_files", "static_folder"]
-
 #: the page, and what lists the sources that it was built from
 PAGE, BUILD = "index.html", "BUILD.json"
 

@@ -12,8 +12,6 @@ from tribrach.io.csv_rows import name_cell
 from tribrach.io.json_text import json_text
 from tribrach.workbench.schema import SceneDocument
 
-__all__ = ["TABLES", "table_csv", "table_json", "table_of"]
-
 #: tables by name: the part of the scene, and its columns that are no rows of plain cells
 TABLES: dict[str, tuple[str, ...]] = {
     "points": ("frames",),

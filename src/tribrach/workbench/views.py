@@ -14,8 +14,6 @@ from tribrach.io.keeping import alone, keeping
 from tribrach.io.outputs import write_text
 from tribrach.io.toml_model import quoted, read_model, read_text, with_comments
 
-__all__ = ["VIEWS", "keep_view", "read_views"]
-
 #: beside the project file
 VIEWS = "views.toml"
 #: views of a project, and characters of a name and of a view

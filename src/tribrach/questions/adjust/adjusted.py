@@ -26,8 +26,6 @@ from tribrach.questions.epochs.from_files import against_earlier
 from tribrach.report.content import Report
 from tribrach.solution import AdjustmentSettings, SolvedNetwork, Solving, report, solve
 
-__all__ = ["adjust", "adjust_job", "left_by", "refuse_scans", "solved"]
-
 
 def adjust(
     subject: Network | Survey | Job | Project | str | Path | Iterable[str | Path],

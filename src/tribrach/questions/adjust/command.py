@@ -23,8 +23,6 @@ from tribrach.solution import AdjustmentSettings, adjust_network
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["adjust", "project_of"]
-
 
 @command(
     json="Write the result as JSON.", html="Write the HTML report.", text="Write the text report."

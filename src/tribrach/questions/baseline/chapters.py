@@ -15,8 +15,6 @@ from tribrach.report.answer import Answer
 from tribrach.report.findings import Finding, words
 from tribrach.sentences import Sentence, joined
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("baseline", Baseline, 1)
 
 

@@ -18,8 +18,6 @@ from tribrach.questions.baseline.chapters import answer_of
 from tribrach.report.answer import Answer
 from tribrach.shell.command import command
 
-__all__ = ["baseline"]
-
 
 @command(json="Write the result as JSON.", html=None)
 def baseline(

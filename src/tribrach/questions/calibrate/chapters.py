@@ -26,8 +26,6 @@ from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, build_table
 from tribrach.sentences import Sentence, capital, joined, scaled, written
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("calibrate", SelfCalibration, 1, title=str, sentences=list[str])
 #: less is no size of a parameter, in its shown unit: a nanometre, a millionth of an arc second
 _NOTHING = 1e-6

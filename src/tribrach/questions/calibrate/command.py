@@ -19,8 +19,6 @@ from tribrach.questions.calibrate.project import calibrate_project, calibration_
 from tribrach.report.answer import Answer
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["calibrate"]
-
 
 @command(html="Write a page with charts.")
 def calibrate(

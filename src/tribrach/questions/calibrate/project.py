@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from tribrach.project import Project
     from tribrach.project.calibration import CalibrationSection
 
-__all__ = ["calibrate_project", "calibration_of", "calibrations_of"]
-
 
 def calibration_of(project: Project) -> CalibrationSection:
     """Give the section of a project that says what is calibrated, before any file is read."""

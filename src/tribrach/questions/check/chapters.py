@@ -31,8 +31,6 @@ from tribrach.sentences import Sentence, capital, scaled, written
 from tribrach.statistics import largest_first
 from tribrach.units import percent
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("check", FieldCheck, 2, findings=list[str], sources=str)
 #: parameters in metres; the others are angles
 _METRES = ("x1n", "x1z", "x2", "x3", "x10")

@@ -23,8 +23,6 @@ from tribrach.questions.check.readings import (
 from tribrach.report.answer import Answer
 from tribrach.shell.command import command
 
-__all__ = ["check"]
-
 
 @command(html="Write a page with charts.")
 def check(

@@ -30,15 +30,6 @@ from tribrach.observations.control import Coordinates
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.observations.sights import Distances
 
-__all__ = [
-    "known_lengths",
-    "noise_of",
-    "read_earlier",
-    "read_lengths",
-    "readings_of",
-    "survey_to_check",
-]
-
 #: roles of points whose coordinates are known
 _KNOWN = frozenset({"control", "fixed", "check"})
 #: points whose distances are known lengths, evenly chosen from more

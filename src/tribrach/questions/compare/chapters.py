@@ -29,8 +29,6 @@ from tribrach.report.findings import Finding
 from tribrach.report.page import FrontPage
 from tribrach.sentences import Sentence
 
-__all__ = ["FORM", "ComparedClouds", "answer_of"]
-
 
 @dataclass(frozen=True)
 class ComparedClouds(CloudComparison):

@@ -28,8 +28,6 @@ from tribrach.shell.command import WRITTEN, command
 from tribrach.tasks.engine import Engine
 from tribrach.units import MM, SEC
 
-__all__ = ["compare"]
-
 #: B is a cloud
 _CLOUDS = Designing()
 

@@ -43,8 +43,6 @@ from tribrach.sentences import Sentence
 from tribrach.shell.command import WRITTEN
 from tribrach.units import MM
 
-__all__ = ["FORM", "AsDesigned", "Designing", "compare_design"]
-
 #: names in a sentence, and in the header of a cloud
 _NAMED, _TOLD = 5, 500
 #: a model that is so many times as large as the cloud is in another unit

@@ -25,8 +25,6 @@ from tribrach.job.cloud_file import CloudFile
 from tribrach.questions.compare.motions import CloudMotions, MotionCollector
 from tribrach.scan.scan import Field
 
-__all__ = ["DistanceCloud"]
-
 #: coordinate step of core points on disk [m]
 _STEP = 1e-4
 

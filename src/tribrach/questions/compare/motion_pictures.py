@@ -11,8 +11,6 @@ from tribrach.report.figures import Picture
 from tribrach.report.views import SIZE, View, views_in_words, views_of
 from tribrach.sentences import Sentence
 
-__all__ = ["motions_pictures"]
-
 #: places that are drawn; more hide each other
 _DRAWN = 40_000
 #: from -1 by way of 0 to 1: blue, grey that is seen on white and on black, red

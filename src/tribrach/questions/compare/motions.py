@@ -46,15 +46,6 @@ from tribrach.comparison.surface_patches import (
 from tribrach.job.cloud_file import CloudFile
 from tribrach.statistics import chi2
 
-__all__ = [
-    "CloudMotions",
-    "ComparedPlaces",
-    "MotionCollector",
-    "MovedPart",
-    "StableArea",
-    "Verdict",
-]
-
 #: of all tests, and the power that detectable motions are stated for
 CONFIDENCE, POWER = 0.95, 0.8
 #: patches that a part needs: a single one is an edge more often than a part

@@ -20,8 +20,6 @@ from tribrach.report.tables import ReportTable, Spec, build_table
 from tribrach.sentences import Sentence, joined, written
 from tribrach.units import format_angle
 
-__all__ = ["ToldMotions", "motions_findings", "motions_front", "motions_tables", "told_motions"]
-
 #: two-sided 95 % of the normal distribution
 _NORMAL_95 = 1.96
 #: parts and places with a sentence of their own

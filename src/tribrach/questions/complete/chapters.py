@@ -30,8 +30,6 @@ from tribrach.report.tables import ReportTable, build_table
 from tribrach.sentences import Sentence, joined
 from tribrach.units import DEG, MM
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("complete", Completeness, 1, sentences=list[str])
 #: cells shown in a map, drawn at random from more
 _SHOWN = 60_000

@@ -24,8 +24,6 @@ from tribrach.questions.complete.completeness import (
 from tribrach.scan.no_return import screened
 from tribrach.scan.scan import Chunk, Scan
 
-__all__ = ["complete_clouds"]
-
 # Which station was a cloud taken from? The file of poses beside it knows.
 #
 # One station may have several scans, each with a cloud of its own; a merged cloud numbers its scans

@@ -13,8 +13,6 @@ from tribrach.questions.complete.clouds import complete_clouds
 from tribrach.report.answer import Answer
 from tribrach.shell.command import command
 
-__all__ = ["complete"]
-
 
 @command(html="Write a page with maps.", scans=True)
 def complete(

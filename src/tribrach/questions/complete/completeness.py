@@ -29,16 +29,6 @@ from tribrach._types import Array, Index, Mask
 from tribrach.answers import Result
 from tribrach.errors import InputError
 
-__all__ = [
-    "Completeness",
-    "Gap",
-    "Gaps",
-    "PatchGrid",
-    "SurfacePatches",
-    "assess_completeness",
-    "found_in",
-]
-
 #: most cells of one cloud in memory: 24 bytes each
 MOST = 60_000_000
 #: bits of each index of a cell, and what is added so that it is not negative

@@ -15,8 +15,6 @@ from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import Style, counted
 from tribrach.report.tables import ReportTable, Worst, build_table
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("diff", ResultDifference, 1, sentences=list[str])
 #: rows of a table; places with a figure in a sentence
 _SHOWN, _NAMED = 40, 5

@@ -13,8 +13,6 @@ from tribrach.questions.diff.difference import difference
 from tribrach.report.answer import Answer
 from tribrach.shell.command import command
 
-__all__ = ["diff"]
-
 
 @command(html=None)
 def diff(

@@ -21,8 +21,6 @@ from tribrach.geometry import rotation
 from tribrach.network.significance import sidak
 from tribrach.statistics import chi2
 
-__all__ = ["Common", "ObservationChange", "PlaceChange", "ResultDifference", "difference"]
-
 Common = Literal["same", "nested", "disjoint", "overlapping", "model", "datum"]
 Key = tuple[str, str]
 

@@ -25,8 +25,6 @@ from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable
 from tribrach.sentences import joined
 
-__all__ = ["FORM", "EpochComparisons", "answer_of"]
-
 
 @dataclass(frozen=True)
 class EpochComparisons(Result):

@@ -19,8 +19,6 @@ from tribrach.report.answer import Answer
 from tribrach.report.epochs import epochs_svg
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["epochs"]
-
 #: motions by what they are called on the command line
 _MOTIONS = {"scale": ("scale",), "turn": (MOTIONS[5],), "shift": MOTIONS[:3], "tilt": MOTIONS[3:5]}
 

@@ -31,8 +31,6 @@ from tribrach.project import Project
 from tribrach.project.sections import OutputSection
 from tribrach.solution import AdjustmentSettings, solve
 
-__all__ = ["EPOCH", "against_earlier", "compare_epoch_files", "epoch_from_files", "epoch_text"]
-
 #: coordinates of a run with their joint covariance, where they are wanted
 EPOCH = "epoch.json"
 #: folder of results where the project names none

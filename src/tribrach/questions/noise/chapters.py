@@ -22,8 +22,6 @@ from tribrach.scan.noise_law import By, ContradictedClass, LastingEffect
 from tribrach.sentences import Sentence, capital, joined
 from tribrach.units import percent
 
-__all__ = ["FORM", "answer_of", "findings_of"]
-
 FORM = Form("noise", NoiseEstimate, 1, sentences=list[str])
 #: t from which on range or incidence are said to matter after the law, where they change sigma by
 #: so much at least

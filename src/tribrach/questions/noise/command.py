@@ -23,8 +23,6 @@ from tribrach.scan.no_return import screened
 from tribrach.scan.prepared import seen_from
 from tribrach.shell.command import WRITTEN, command
 
-__all__ = ["noise"]
-
 
 @command(html="Write a page with a plot.", scans=True)
 def noise(

@@ -28,8 +28,6 @@ from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 from tribrach.units import MM, SEC
 
-__all__ = ["NoiseEstimate", "NoiseOfWidth", "NoiseRow", "ScanPatches", "estimate_noise"]
-
 _BY: tuple[By, ...] = ("intensity", "range", "incidence")
 #: records of all scans together, and of one of them, that are read
 _RECORDS, _OF_ONE = 6_000_000, 2_000_000

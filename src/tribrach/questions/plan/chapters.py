@@ -32,8 +32,6 @@ from tribrach.sentences import Sentence
 if TYPE_CHECKING:
     from tribrach.project import Project
 
-__all__ = ["FORM", "answer_of", "gain_map"]
-
 FORM = Form("plan", DesignResult, 1, findings=list[str])
 #: zenith angles [rad] and ratio of ranges that calibrations take
 _STEEP, _SPREAD = np.radians((45, 110)), 3

@@ -17,8 +17,6 @@ from tribrach.questions.plan.survey import plan_of
 from tribrach.report.answer import Answer
 from tribrach.shell.command import RESULTS, command
 
-__all__ = ["plan"]
-
 
 @command(html="Write a page with a map for the crew.", text="Write it as text.")
 def plan(

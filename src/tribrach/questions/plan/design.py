@@ -30,8 +30,6 @@ from tribrach.questions.plan.sights import PlannedSight, sights_of
 from tribrach.questions.plan.survey import PlanSurvey, plan_of
 from tribrach.questions.plan.work import DesignProposal, PlanWork, Relocation, Spare, axes_of
 
-__all__ = ["DesignResult", "plan_project"]
-
 
 @dataclass(frozen=True)
 class PlannedDatum(Result):

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.project import Project
 
-__all__ = ["PLANNED", "LeverArmForecast", "PlannedLeverArm", "forecast"]
-
 
 #: group of the planned positions
 PLANNED = "planned GNSS"

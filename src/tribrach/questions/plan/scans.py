@@ -21,9 +21,6 @@ from tribrach.observations.scanner import ScannerPolar
 from tribrach.simulate.scene import Scene
 from tribrach.simulate.sight_lines import SightLines, sight_lines
 
-__all__ = ["PlannedScans", "ScannerPlace"]
-
-
 #: what scans of a plan are called as sources
 _SOURCE = "planned scan"
 

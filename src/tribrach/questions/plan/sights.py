@@ -13,8 +13,6 @@ from tribrach.network.observation_rows import ObservationRow, observation_rows
 from tribrach.network.quality import assess
 from tribrach.observations.registry import kind_named
 
-__all__ = ["PlannedSight", "sights_of"]
-
 
 @dataclass(frozen=True)
 class PlannedSight(Result, keys={"start": "from", "end": "to"}):

@@ -35,8 +35,6 @@ if TYPE_CHECKING:
     from tribrach.job.opened import Job
     from tribrach.project import Project
 
-__all__ = ["PlanSurvey", "active_only", "named", "plan_of", "read_places"]
-
 
 def read_places(path: Path, context: Context) -> dict[str, Array]:
     """Coordinates (3,) by name of a file of points, in the work frame [m]."""

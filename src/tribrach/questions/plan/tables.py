@@ -27,8 +27,6 @@ from tribrach.report.tables import (
 from tribrach.sentences import Sentence, written
 from tribrach.units import format_angle
 
-__all__ = ["criterion_words", "plan_tables", "shown", "solutions"]
-
 #: criteria that are lengths
 METRIC = ("sigma", "undetected")
 

@@ -33,8 +33,6 @@ from tribrach.questions.plan.scans import ScannerPlace
 from tribrach.questions.plan.survey import PlanSurvey, named, read_places
 from tribrach.simulate.sight_lines import surface_places
 
-__all__ = ["DesignProposal", "PlanWork", "Relocation", "Spare"]
-
 
 @dataclass(frozen=True)
 class DesignProposal(Result, keys={"sort": "add", "place": "xyz"}):

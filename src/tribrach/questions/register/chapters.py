@@ -25,8 +25,6 @@ from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, Spec, build_table
 from tribrach.sentences import Sentence, capital, joined, written
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("register", RegisteredFiles, 1)
 #: largest ratio of test to limit in the colours of the plan
 _WORST = 2.0

@@ -24,8 +24,6 @@ from tribrach.report.findings import Finding
 from tribrach.shell.command import FOLDER, command
 from tribrach.units import MM, SEC
 
-__all__ = ["register"]
-
 
 @command(html="Write a page with plan, pairs and loops.", scans=True)
 def register(

@@ -23,8 +23,6 @@ from tribrach.registration.clouds.reference import (
 from tribrach.scan.length_unit import LengthUnit
 from tribrach.sentences import Sentence
 
-__all__ = ["ReferenceFile", "UsedReference", "read_references"]
-
 
 @dataclass(frozen=True)
 class ReferenceFile:

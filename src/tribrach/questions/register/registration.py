@@ -46,9 +46,6 @@ from tribrach.scan.prepared import seen_from
 from tribrach.scan.scan import Scan
 from tribrach.sentences import Sentence
 
-__all__ = ["PlacedOutput", "RegisteredFiles", "register_files", "write_placed"]
-
-
 #: what the parts of covariances are of
 COVARIANCE_OF = "translation [m], left rotation increments [rad]"
 RELATIVE_OF = "translation in the first [m], rotation vector in the second"

@@ -18,8 +18,6 @@ from tribrach.report.regression import (
 )
 from tribrach.sentences import Sentence, joined
 
-__all__ = ["FORM", "answer_of"]
-
 FORM = Form("regress", RegressionFigures, 1)
 
 

@@ -15,8 +15,6 @@ from tribrach.questions.regress.chapters import answer_of
 from tribrach.report.answer import Answer
 from tribrach.shell.command import command
 
-__all__ = ["regress"]
-
 
 @command(html="Write a page with plots.")
 def regress(

@@ -23,8 +23,6 @@ from tribrach.report import html, json_result, text
 from tribrach.report.content import Report
 from tribrach.report.workbench_parts import workbench_texts
 
-__all__ = ["leaving", "refuse_reports", "renew_findings", "write"]
-
 #: scans without targets whose searches are told where a run stops
 _BARE = 6
 #: what every run leaves, by name

@@ -17,8 +17,6 @@ from tribrach.report.findings import Finding, words
 from tribrach.report.numbers import counted
 from tribrach.report.tables import ReportTable, Worst, build_table
 
-__all__ = ["seal_answer", "verification_answer"]
-
 _SHOWN = 40
 
 

@@ -20,8 +20,6 @@ from tribrach.project import Project
 from tribrach.questions.seal.signature import Signing, signed
 from tribrach.scratch import scratch_folder
 
-__all__ = ["FORM", "Run", "Seal", "again", "seal_job", "versions"]
-
 #: runs a project, leaves its results in a folder and tells its progress
 Run = Callable[[Project, Path, Progress], object]
 

@@ -15,8 +15,6 @@ from tribrach.errors import InputError
 if TYPE_CHECKING:
     from pyhanko.sign.signers import Signer
 
-__all__ = ["Signature", "Signing", "read_signature", "signed"]
-
 _INSTALL = 'install it: pip install "tribrach[seal]"'
 
 

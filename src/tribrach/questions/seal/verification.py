@@ -18,8 +18,6 @@ from tribrach.questions.seal.sealing import Run, again, versions
 from tribrach.questions.seal.signature import Signature, read_signature
 from tribrach.scratch import scratch_folder
 
-__all__ = ["FORM", "DifferentFigure", "DifferentFile", "Verification", "verify_seal"]
-
 #: figures that are read from a result
 _RESULT = "result.json"
 

@@ -14,8 +14,6 @@ from tribrach.io.json_text import json_text
 from tribrach.questions.series.cycles import AXES, Cycle, PointSeries, Series
 from tribrach.statistics import chi2, norm
 
-__all__ = ["alarm_lines"]
-
 #: cycles whose mean is tested beside each cycle by itself
 _WINDOWS = (4, 16)
 

@@ -19,8 +19,6 @@ from tribrach.report.answer import Answer
 from tribrach.shell.command import WRITTEN, command
 from tribrach.units import SEC
 
-__all__ = ["series"]
-
 
 @command(json="Write it as JSON, for --resume too.", html="Write a page with charts.")
 def series(

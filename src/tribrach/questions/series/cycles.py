@@ -37,18 +37,6 @@ from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngle
 from tribrach.report.times import clock
 from tribrach.units import SEC
 
-__all__ = [
-    "AXES",
-    "FORM",
-    "Cycle",
-    "PointAt",
-    "PointSeries",
-    "Series",
-    "SeriesSettings",
-    "monitor",
-    "read_series",
-]
-
 AXES: tuple[Literal["E", "N", "U"], ...] = ("E", "N", "U")
 #: cycles of which a wander can be learned
 _LEARNED = 20

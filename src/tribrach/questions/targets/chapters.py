@@ -17,8 +17,6 @@ from tribrach.report.panoramas import panorama_file
 from tribrach.sentences import Sentence, written
 from tribrach.targets.detection import Detection
 
-__all__ = ["FOLDER", "FORM", "LIST", "answer_of", "write_found"]
-
 #: folder of these files among the results, and the list in it
 FOLDER, LIST = FOUND, "targets.json"
 

@@ -22,8 +22,6 @@ from tribrach.scan.prepared import seen_from
 from tribrach.shell.command import WRITTEN, command
 from tribrach.tasks.engine import Call, Engine
 
-__all__ = ["targets"]
-
 
 @command(html=None, scans=True)
 def targets(

@@ -20,8 +20,6 @@ from tribrach.sentences import Sentence
 from tribrach.statistics import t
 from tribrach.transformation.carrying import Carrier
 
-__all__ = ["move_cloud", "move_points"]
-
 _SIGMAS = ("sigma_x", "sigma_y", "sigma_z")
 _CORRELATIONS = {"correlation_xy": (0, 1), "correlation_xz": (0, 2), "correlation_yz": (1, 2)}
 _NORMALS = ("normal_x", "normal_y", "normal_z")

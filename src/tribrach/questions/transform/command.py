@@ -19,8 +19,6 @@ from tribrach.shell.command import WRITTEN, command
 from tribrach.shell.help_words import SpokenCommand, SpokenGroup
 from tribrach.transformation.carrying import Carrier
 
-__all__ = ["apply", "fit", "transform"]
-
 transform = typer.Typer(
     cls=SpokenGroup,
     add_completion=False,

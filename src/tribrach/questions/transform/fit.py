@@ -24,9 +24,6 @@ from tribrach.transformation.models import find_model
 from tribrach.transformation.outcome import CHECK, Outcome, examine
 from tribrach.transformation.weights import Spread
 
-__all__ = ["FORM", "CommonPoint", "FittedParameter", "FittedTransformation", "fit_files"]
-
-
 Use = Literal["used", "check", "off"]
 
 

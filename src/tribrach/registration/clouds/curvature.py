@@ -20,8 +20,6 @@ from tribrach.kernels import in_threads, njit
 from tribrach.registration.clouds.surfels import ROUND, UNKNOWN, Surfels
 from tribrach.statistics import f as fisher
 
-__all__ = ["formed"]
-
 
 @dataclass(frozen=True)
 class CurvatureGates:

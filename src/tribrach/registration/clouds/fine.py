@@ -27,8 +27,6 @@ from tribrach.kernels import njit
 from tribrach.registration.clouds.surfels import FLAT, ROUND, Surfels
 from tribrach.statistics import robust_sigma
 
-__all__ = ["FINE", "FineAlignment", "FineAlignmentGates", "Indexed", "Matches", "align", "matched"]
-
 
 @dataclass(frozen=True)
 class FineAlignmentGates:

@@ -28,18 +28,6 @@ from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 from tribrach.units import SEC
 
-__all__ = [
-    "CloudEdge",
-    "Consistency",
-    "StationLoop",
-    "consistent",
-    "decided_by_loops",
-    "groups",
-    "loops",
-    "network_of",
-    "observe",
-]
-
 
 @dataclass(frozen=True)
 class CloudLoopGates:

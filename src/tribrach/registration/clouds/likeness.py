@@ -17,8 +17,6 @@ from scipy import fft
 from tribrach._types import Array, Progress
 from tribrach.registration.clouds.prepared import PreparedScan
 
-__all__ = ["Walls", "likeness"]
-
 
 @dataclass(frozen=True)
 class LikenessGates:

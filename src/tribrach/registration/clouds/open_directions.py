@@ -28,8 +28,6 @@ from tribrach.registration.clouds.relative_covariance import (
 )
 from tribrach.statistics import chi2
 
-__all__ = ["fit_held"]
-
 
 @dataclass(frozen=True)
 class OpenDirectionGates:

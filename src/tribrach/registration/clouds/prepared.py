@@ -21,20 +21,6 @@ from tribrach.registration.clouds.curvature import formed
 from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coarser, surfels_of
 
-__all__ = [
-    "ASKEW",
-    "AT_SURFACE",
-    "BEHIND",
-    "SEEN_THROUGH",
-    "UNSEEN",
-    "PreparedScan",
-    "RangeView",
-    "SurfacesOfScan",
-    "prepare",
-    "surfaces",
-    "upright",
-]
-
 
 @dataclass(frozen=True)
 class PreparedScanGates:

@@ -25,16 +25,6 @@ from tribrach._types import Array, Progress
 from tribrach.geometry.pose import Pose
 from tribrach.registration.clouds.graph import CloudEdge, StationLoop, consistent, groups, loops
 
-__all__ = [
-    "Attempt",
-    "Choice",
-    "all_pairs",
-    "common_area",
-    "promise_of",
-    "try_all",
-    "try_proposed",
-]
-
 
 @dataclass(frozen=True)
 class ProposalGates:

@@ -32,16 +32,6 @@ from tribrach.registration.clouds.surfels import CellSum, Surfels, coarser
 from tribrach.sentences import Sentence
 from tribrach.statistics import chi2
 
-__all__ = [
-    "PlacedOn",
-    "ReferenceOffset",
-    "ScanReference",
-    "offset_sentence",
-    "on_references",
-    "prepare_reference",
-    "reference_of_mesh",
-]
-
 
 @dataclass(frozen=True)
 class ReferenceGates:

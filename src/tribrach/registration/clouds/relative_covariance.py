@@ -36,16 +36,6 @@ from tribrach.registration.clouds.sweep import SweepTest, sweep_test
 from tribrach.sentences import Sentence, joined
 from tribrach.units import SEC
 
-__all__ = [
-    "GATES",
-    "CloudCovarianceGates",
-    "RelativeCovariance",
-    "across",
-    "at_origin",
-    "pieces",
-    "relative_covariance",
-]
-
 
 @dataclass(frozen=True)
 class CloudCovarianceGates:

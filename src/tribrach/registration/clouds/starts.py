@@ -19,8 +19,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.registration.clouds.surfels import Surfels
 
-__all__ = ["kiss_poses", "levelled_pose", "own_poses", "plan_poses", "slope_poses"]
-
 
 @dataclass(frozen=True)
 class PlanSearchGates:

@@ -18,17 +18,6 @@ from tribrach._types import Array, Index
 from tribrach.geometry.pose import Pose
 from tribrach.kernels import in_threads, njit
 
-__all__ = [
-    "FLAT",
-    "ROUND",
-    "UNKNOWN",
-    "CellSum",
-    "CubeSums",
-    "Surfels",
-    "coarser",
-    "surfels_of",
-]
-
 
 @dataclass(frozen=True)
 class SurfelGates:

@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Index
 from tribrach.kernels import njit
 
-__all__ = ["SweepTest", "sweep_test"]
-
 
 @dataclass(frozen=True)
 class SweepGates:

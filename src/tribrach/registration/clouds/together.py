@@ -56,16 +56,6 @@ from tribrach.registration.pose_graph import Joint, join
 from tribrach.sentences import Sentence
 from tribrach.statistics import robust_sigma
 
-__all__ = [
-    "CloudGroup",
-    "CloudRegistration",
-    "differences",
-    "edge_of",
-    "pairwise",
-    "register_clouds",
-    "settled",
-]
-
 
 @dataclass(frozen=True)
 class DifferenceGates:

@@ -15,8 +15,6 @@ from tribrach.geometry.pose import Pose
 from tribrach.registration.clouds.fine import Indexed
 from tribrach.registration.clouds.prepared import AT_SURFACE, SEEN_THROUGH, RangeView
 
-__all__ = ["Verdict", "judge"]
-
 
 @dataclass(frozen=True)
 class VerdictGates:

@@ -20,8 +20,6 @@ from tribrach.observations.planes import moved_planes
 from tribrach.observations.unknowns import plane_basis
 from tribrach.targets.planes import Plane
 
-__all__ = ["PlaneSet", "overlap"]
-
 
 @dataclass(frozen=True)
 class SamePlaneGates:

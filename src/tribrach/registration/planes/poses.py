@@ -23,20 +23,6 @@ from tribrach.registration.alternatives import symmetric_places
 from tribrach.registration.planes.plane_set import PlaneSet, overlap
 from tribrach.registration.views import Agreement, Surroundings, seen
 
-__all__ = [
-    "PairPoses",
-    "PlanePose",
-    "common_planes",
-    "contradicted",
-    "decided",
-    "information",
-    "offsets",
-    "open_directions",
-    "pair_poses",
-    "symmetries",
-    "with_rivals",
-]
-
 
 @dataclass(frozen=True)
 class PlanePairGates:

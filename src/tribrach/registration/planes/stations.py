@@ -41,8 +41,6 @@ from tribrach.registration.views import Surroundings, merged, seen
 from tribrach.sentences import Sentence, joined
 from tribrach.units import GON
 
-__all__ = ["PlaneRegistration", "lacking_words", "register_by_planes"]
-
 
 @dataclass(frozen=True)
 class StationJoinGates:

@@ -22,8 +22,6 @@ from tribrach.observations.unknowns import plane_basis
 from tribrach.registration.planes.poses import common_planes, offsets
 from tribrach.registration.views import Surroundings
 
-__all__ = ["PlaneTies", "tie_planes"]
-
 
 @dataclass(frozen=True)
 class PlaneTieGates:

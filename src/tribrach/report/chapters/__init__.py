@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.report.content import Head
 
-__all__ = ["CHAPTERS", "named", "subjects"]
-
 #: whether a report may have a chapter
 When = Callable[["Head", "JobResults"], bool]
 

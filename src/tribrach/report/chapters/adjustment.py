@@ -41,8 +41,6 @@ from tribrach.sentences import Sentence
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "Marked", "adjustment_warnings", "marked"]
-
 #: redundancy numbers below this are worth a sentence
 POOR = 0.1
 

@@ -27,8 +27,6 @@ from tribrach.report.tables import ReportTable
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "comparison_chapter"]
-
 _KEY = "comparisons"
 
 

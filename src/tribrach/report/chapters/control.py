@@ -34,8 +34,6 @@ from tribrach.statistics import chi2, f
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "control"]
-
 _USES: dict[Use, Literal["weighted", "check", "off"]] = {
     Use.ACTIVE: "weighted",
     Use.CHECK: "check",

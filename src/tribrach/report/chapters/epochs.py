@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from tribrach.job.epochs import ComparedEpochs
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT"]
-
 _KEY = "epochs"
 
 

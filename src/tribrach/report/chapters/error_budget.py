@@ -24,8 +24,6 @@ from tribrach.sentences import Notation, Sentence, joined
 if TYPE_CHECKING:
     from tribrach.job.budget import BudgetRow
 
-__all__ = ["budget_charts", "budget_table"]
-
 #: width of a bar in steps from one to the next
 _WIDTH = 0.8
 #: where words over a bar that is cut stand, as shares of the highest

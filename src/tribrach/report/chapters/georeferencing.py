@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.project import Project
 
-__all__ = ["SUBJECT", "site_warnings"]
-
 #: what is neglected counts beyond this share of the sigma of a place: below it the error of a
 #: place grows by a twentieth at most
 _COUNTS = 1 / 3

@@ -45,8 +45,6 @@ from tribrach.sentences import Sentence, capital
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "gnss_chapter"]
-
 #: sessions in the legend of the map
 MOST_SESSIONS = 8
 _TITLE = "GNSS baselines"

@@ -19,8 +19,6 @@ from tribrach.sentences import Sentence
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "InstrumentFigure"]
-
 _NOTE = Sentence(
     "What the a-priori sigmas and the footprint of the beam were taken from. Angles by ISO 17123-3 "
     "or DIN 18723 are of the mean of both faces, and one reading in one face has {more:2} "

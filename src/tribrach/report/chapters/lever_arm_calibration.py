@@ -20,8 +20,6 @@ from tribrach.sentences import Sentence, joined
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT"]
-
 _NAME = "lever_arm_calibration"
 
 #: targets that leave a wider part of the horizon free than this are not all around [rad]

@@ -33,8 +33,6 @@ from tribrach.sentences import Sentence, written
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "observation_title", "printed_size", "value_words", "worst_first"]
-
 #: rows stand in this order
 _WORST = Worst("those with the largest w")
 #: a source that is a line of a file

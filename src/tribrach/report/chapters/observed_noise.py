@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.scan.noise_law import By, ContradictedClass, NoiseClass
 
-__all__ = ["SUBJECT"]
-
 _NOTE = Sentence(
     "Along the beam, on small planar patches of smooth surfaces; what the beam "
     "sweeps over a slanted surface is in both figures. Stated is what the points "

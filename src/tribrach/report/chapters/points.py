@@ -39,8 +39,6 @@ from tribrach.units import GON, format_angle
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "Uncertainty", "places_of", "points", "position_uncertainty"]
-
 #: elevation [rad] from which on an axis counts as upright
 _UPRIGHT = np.radians(90) - 0.5 * GON
 #: elevation [rad] up to which an axis counts as level

@@ -20,16 +20,6 @@ from tribrach.report.tables import ColumnHead, ReportTable, Spec, build_table, t
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = [
-    "SUBJECT",
-    "Closure",
-    "ReductionDay",
-    "Reductions",
-    "Round",
-    "SetRow",
-    "reductions",
-]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ReductionDay(Result):

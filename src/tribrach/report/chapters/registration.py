@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.job.tie import Registered
 
-__all__ = ["SUBJECT"]
-
 #: a pair with this share of one station's points in the open space of the other is spoken of
 _CONFLICT = 0.12
 #: largest ratio of test to limit in the colours of the graph

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
     from tribrach.registration.rigid_model import RigidModel
 
-__all__ = ["SUBJECT"]
-
 _TITLE = "The stations as one rigid model"
 
 

@@ -52,8 +52,6 @@ if TYPE_CHECKING:
     from tribrach.job.steps import PlacedScans
     from tribrach.targets.detection import Detection
 
-__all__ = ["SUBJECT", "FoundTarget", "Rejection", "WrittenCloud"]
-
 Triple = tuple[float, float, float]
 
 _CONVERTED = "; every point was converted by itself, so that nothing of it is lost."

@@ -22,8 +22,6 @@ from tribrach.report.tables import ReportTable, build_table
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "SideShotPart"]
-
 #: shots that a sentence names
 _NAMED = 5
 

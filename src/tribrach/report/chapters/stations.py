@@ -22,8 +22,6 @@ from tribrach.report.tables import ReportTable, Spec, Worst, build_table
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "Attitude", "attitude", "stations"]
-
 #: a total tilt below this [rad] has no direction, so no derivative
 _LEVEL = 1e-9
 

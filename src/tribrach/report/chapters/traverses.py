@@ -17,8 +17,6 @@ from tribrach.sentences import Sentence
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT"]
-
 #: names at each end of a long traverse that a table shows
 _NAMED = 3
 

@@ -39,8 +39,6 @@ from tribrach.statistics import largest_first
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
-__all__ = ["SUBJECT", "correlations", "other_unknowns"]
-
 #: correlations of unknowns from here on are told
 CORRELATED = 0.7
 

@@ -14,8 +14,6 @@ from tribrach.simulate.twins import (
     sphere_courtyard,
 )
 
-__all__ = ["TWINS", "build"]
-
 #: builders by name: points per station, seed -> twin
 TWINS: dict[str, Callable[[int, int], Twin]] = {
     "hanoi-facade": hanoi_facade.build,

@@ -9,9 +9,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["HEIGHT_INSTRUMENT", "HEIGHT_TARGET", "LEGS", "NAMES", "lines", "traverse"]
-
-
 NAMES = ("A", "B", "C", "D", "E")
 #: lengths of AB, BC, CD, DE, EA [m]
 LEGS = (43.244, 31.631, 28.867, 30.008, 66.711)

@@ -26,9 +26,6 @@ from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, chil
 from tribrach.simulate.twins import campus
 from tribrach.units import SEC
 
-__all__ = ["build", "sites_table"]
-
-
 FLOOR = 6.0
 NORTH, EAST = 2062.0, 1090.0
 SIDE = 0.3

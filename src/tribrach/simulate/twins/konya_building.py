@@ -21,9 +21,6 @@ from tribrach.simulate.setups import tilted
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
-__all__ = ["build"]
-
-
 ORIGIN = np.array([4200.0, 7700.0, 1021.0])
 LEVER_ARM = np.array([0.0, 0.0, 0.329])
 #: sigma of the lever arm's components as known before [m]

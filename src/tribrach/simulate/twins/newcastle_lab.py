@@ -25,9 +25,6 @@ from tribrach.simulate.setups import tilted
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
-__all__ = ["MISALIGNMENTS", "build", "places", "with_ceiling"]
-
-
 BASE = 6.2417
 SIDE = 0.2
 FLOOR, CEILING = -1.55, 1.75

@@ -27,9 +27,6 @@ from tribrach.simulate.sight_lines import sight_lines
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
-__all__ = ["CONTROL", "MOTIONS", "MOVED", "PANELS", "REFERENCES", "build"]
-
-
 CAMPAIGNS = ("epoch1", "epoch2")
 ROAD = 50.0
 #: the face of the wall is this plane, its panels stand beside each other along E [m]

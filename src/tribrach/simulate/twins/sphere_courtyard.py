@@ -20,9 +20,6 @@ from tribrach.simulate.setups import levelled
 from tribrach.simulate.twin import Twin, TwinScan, TwinStation, TwinTarget, child_rng, steps_for
 from tribrach.units import SEC
 
-__all__ = ["build"]
-
-
 ORIGIN = np.array([500.0, 300.0, 112.0])
 RADIUS = 0.115
 #: place on the ground and height of the sphere's centre above it [m]

@@ -32,8 +32,6 @@ from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 from tribrach.targets.prints.search import Refused
 from tribrach.units import DEG
 
-__all__ = ["CheckerboardFit", "fit_checkerboard"]
-
 
 @dataclass(frozen=True)
 class BoardGates:

@@ -19,16 +19,6 @@ from tribrach._types import Array
 from tribrach.kernels import njit
 from tribrach.targets.prints.edges import noise_of_colours
 
-__all__ = [
-    "GATES",
-    "BoardPattern",
-    "guess_pattern",
-    "inside_board",
-    "pattern_light",
-    "pitch",
-    "solve_pattern",
-]
-
 
 @dataclass(frozen=True)
 class PatternGates:

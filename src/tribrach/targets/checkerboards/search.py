@@ -25,8 +25,6 @@ from tribrach.targets.detection import Detection, Rejected, lies_on
 from tribrach.targets.prints.search import PrintCandidate, PrintSearch, Refused, footprint_at
 from tribrach.targets.prints.windows import on_circle, shortening, slope
 
-__all__ = ["find_checkerboards"]
-
 #: a beam of which nothing is published (method section 5.2)
 _USUAL = Beam(4e-3, 0.3e-3)
 

@@ -21,17 +21,6 @@ from tribrach.kernels import in_threads, njit
 from tribrach.targets.prints.edges import BLURS, LightOfDistance, at_distance, noise_of_colours
 from tribrach.targets.prints.edges import GATES as LIGHT
 
-__all__ = [
-    "GATES",
-    "CircleEdgeGates",
-    "DiscShape",
-    "EdgeFit",
-    "departure",
-    "light_of",
-    "posterior",
-    "solve",
-]
-
 #: a thread for each so many points at one node of a row of the grid
 _EACH = 50_000
 

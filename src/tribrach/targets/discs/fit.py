@@ -25,8 +25,6 @@ from tribrach.targets.prints.edges import usual_noise
 from tribrach.targets.prints.plane import BoardPlane, fit_board_plane
 from tribrach.targets.prints.search import Refused
 
-__all__ = ["DiscFit", "fit_disc"]
-
 
 @dataclass(frozen=True)
 class DiscGates:

@@ -26,8 +26,6 @@ from tribrach.targets.discs.fit import DiscFit, fit_disc
 from tribrach.targets.prints.search import PrintCandidate, PrintSearch, Refused, footprint_at
 from tribrach.targets.prints.windows import on_circle, shortening, slope
 
-__all__ = ["find_discs"]
-
 
 @dataclass(frozen=True)
 class SpotGates:

@@ -21,18 +21,6 @@ from tribrach._types import Array
 from tribrach.kernels import in_threads, njit
 from tribrach.statistics import robust_sigma
 
-__all__ = [
-    "BLURS",
-    "GATES",
-    "EdgePoints",
-    "EdgePosteriorGates",
-    "LightOfDistance",
-    "at_distance",
-    "locate_edge",
-    "noise_of_colours",
-    "usual_noise",
-]
-
 #: a thread for each so many points at one node of a row of the grid
 _EACH = 50_000
 

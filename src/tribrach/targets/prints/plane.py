@@ -18,8 +18,6 @@ from tribrach._types import Array
 from tribrach.instruments.neighbours import SharedNoise
 from tribrach.statistics import robust_sigma
 
-__all__ = ["BoardPlane", "fit_board_plane"]
-
 
 @dataclass(frozen=True)
 class PrintPlaneGates:

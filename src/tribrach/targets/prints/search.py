@@ -18,8 +18,6 @@ from tribrach.scan.range_image import RangeImage
 from tribrach.targets.detection import Kind, Rejected
 from tribrach.targets.prints.windows import points_around
 
-__all__ = ["BestFits", "PrintCandidate", "PrintFit", "PrintSearch", "Refused", "footprint_at"]
-
 
 class PrintFit(Protocol):
     """What the search for printed targets needs of a fit."""

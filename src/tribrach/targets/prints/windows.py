@@ -12,8 +12,6 @@ from tribrach._types import Array
 from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 
-__all__ = ["on_circle", "points_around", "shortening", "slope"]
-
 #: points that are returned at most, about: bounds the time of a fit
 _MOST_POINTS = 20_000
 

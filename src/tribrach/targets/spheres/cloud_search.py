@@ -21,8 +21,6 @@ from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere_orthogonal
 from tribrach.targets.spheres.votes import apart, gather
 
-__all__ = ["find_spheres_in_cloud"]
-
 
 @dataclass(frozen=True)
 class CloudSphereGates:

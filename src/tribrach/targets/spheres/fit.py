@@ -19,15 +19,6 @@ from tribrach.kernels import njit
 from tribrach.statistics import MAD_TO_SIGMA
 from tribrach.targets.spheres.forms import second_degree
 
-__all__ = [
-    "GATES",
-    "SphereFit",
-    "SphereFitGates",
-    "fit_sphere",
-    "fit_sphere_orthogonal",
-    "noise_doubt",
-]
-
 
 @dataclass(frozen=True)
 class SphereFitGates:

@@ -6,8 +6,6 @@ import numpy as np
 
 from tribrach._types import Array
 
-__all__ = ["second_degree", "third_degree"]
-
 
 def second_degree(n: Array) -> Array:
     """Harmonics (m, 5) of degree two, each of mean square one over the sphere: ellipsoids."""

@@ -28,8 +28,6 @@ from tribrach.targets.spheres.shape import shape_of
 from tribrach.targets.spheres.votes import vote_for_centers
 from tribrach.units import MM
 
-__all__ = ["find_spheres"]
-
 
 @dataclass(frozen=True)
 class SphereGates:

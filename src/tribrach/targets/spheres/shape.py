@@ -20,8 +20,6 @@ from tribrach.targets.spheres.fit import GATES as FIT
 from tribrach.targets.spheres.fit import SphereFit, fit_sphere, noise_doubt
 from tribrach.targets.spheres.forms import second_degree, third_degree
 
-__all__ = ["GATES", "Shape", "ShapeGates", "likeness", "shape_of"]
-
 
 @dataclass(frozen=True)
 class ShapeGates:

@@ -16,8 +16,6 @@ from tribrach._types import Array
 from tribrach.kernels import njit
 from tribrach.scan.range_image import RangeImage
 
-__all__ = ["apart", "gather", "vote_for_centers"]
-
 
 @dataclass(frozen=True)
 class VoteGates:
