@@ -27,6 +27,7 @@ from tribrach.errors import InputError
 from tribrach.instruments.precision import Precision
 from tribrach.observations.declaration import (
     End,
+    Family,
     IndexField,
     KindFacts,
     ObservedAxes,
@@ -165,6 +166,10 @@ class Observations(ABC):
                 value = np.asarray(getattr(self, item.name), dtype=float)
                 value = np.asarray(item.metadata["per_item"]) if value.size == 0 else value
                 setattr(self, item.name, np.broadcast_to(value, (n,)).copy())
+            elif "shaped" in item.metadata:
+                number, tail = item.metadata["shaped"]
+                value = np.asarray(getattr(self, item.name), dtype=number)
+                setattr(self, item.name, value.reshape(-1, *tail))
 
     def __len__(self) -> int:
         return len(self.values)
@@ -194,6 +199,11 @@ class Observations(ABC):
         for row in self.angular:
             difference[:, row] = wrap(difference[:, row])
         return difference
+
+    @staticmethod
+    def if_any(state: State, family: Family, index: Index, values: Array) -> list[Block]:
+        """The derivatives by optional unknowns, where an observation has one of them."""
+        return [Block(state.layout.columns(family, index), values)] if (index >= 0).any() else []
 
     @classmethod
     def references(cls) -> tuple[IndexField, ...]:

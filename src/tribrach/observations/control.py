@@ -21,6 +21,7 @@ from tribrach.observations.declaration import (
     Repetition,
     Role,
     StartTie,
+    shaped,
 )
 from tribrach.observations.sights import Sights
 from tribrach.observations.ties import Fixes, TieCollector, Vectors
@@ -43,8 +44,6 @@ class Coordinates(Observations):
         computed="given coordinates E, N, U",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
         start=StartTie.FIX,
         csv=(CsvColumns(("point",), ("e", "n", "u")),),
         absolute=True,
@@ -74,7 +73,7 @@ class Coordinate(Observations):
     """Single coordinates [m]: control known in plan or in height alone (method section 2.13)."""
 
     position: Index = refers("position", end=End.AT)  #: (n,): positions
-    axis: Index = field()  #: (n,): 0 for E, 1 for N, 2 for U
+    axis: Index = shaped(whole=True)  #: (n,): 0 for E, 1 for N, 2 for U
     kind: ClassVar[str] = "coordinate"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -82,17 +81,11 @@ class Coordinate(Observations):
         computed="one given coordinate",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
         start=StartTie.FIX,
         csv=(CsvColumns(("point",), ("e", "n", "u")),),
         absolute=True,
         listed_as_control=True,
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.axis = np.asarray(self.axis, dtype=np.int64)
 
     def end_names(self, layout: Layout) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
         """The position and the axis."""
@@ -140,7 +133,7 @@ class DirectedComponents(Observations):
     """
 
     position: Index = refers("position", end=End.AT)  #: (n,): positions
-    direction: Array = field()  #: (n, 3): unit vectors ``a`` in W
+    direction: Array = shaped(3)  #: (n, 3): unit vectors ``a`` in W
     kind: ClassVar[str] = "component"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -148,16 +141,8 @@ class DirectedComponents(Observations):
         computed="coordinate along a given direction, `a . X`",
         role=Role.GIVEN,
         category=Category.CONTROL,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
         absolute=True,
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.direction = np.asarray(self.direction, dtype=float).reshape(-1, 3)
 
     def predict(self, state: State) -> Array:
         """Components (n, 1)."""
@@ -190,9 +175,7 @@ class Heights(Observations):
         role=Role.GIVEN,
         category=Category.CONTROL,
         axes=ObservedAxes.HEIGHTS,
-        repeats=Repetition.NEVER,
         start=StartTie.FIX,
-        csv=(),
         absolute=True,
         listed_as_control=True,
     )
@@ -236,7 +219,6 @@ class Offsets(Sights):
         computed="vector from one position to another in the local axes of the first",
         role=Role.READING,
         category=Category.CENTRING,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.VECTOR,
         csv=(CsvColumns(("mark", "target"), ("rod",)),),
@@ -275,9 +257,7 @@ class ScalarPriors(Observations):
         role=Role.PRIOR,
         category=Category.OTHER,
         axes=ObservedAxes.NONE,
-        repeats=Repetition.NEVER,
         start=StartTie.VALUE,
-        csv=(),
         of_unknown=True,
     )
 
@@ -305,9 +285,7 @@ class VectorPriors(Observations):
         role=Role.PRIOR,
         category=Category.GNSS,
         axes=ObservedAxes.NONE,
-        repeats=Repetition.NEVER,
         start=StartTie.VALUE,
-        csv=(),
     )
 
     def predict(self, state: State) -> Array:
@@ -334,9 +312,6 @@ class VectorComponentPriors(Observations):
         role=Role.PRIOR,
         category=Category.GNSS,
         axes=ObservedAxes.NONE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
 
     def end_names(self, layout: Layout) -> tuple[NDArray[np.object_], NDArray[np.object_]]:
@@ -375,9 +350,6 @@ class Centrings(VectorComponentPriors):
         role=Role.READING,
         category=Category.CENTRING,
         axes=ObservedAxes.NONE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
         nuisance=True,
     )
 
@@ -406,9 +378,7 @@ class RefractionChanges(ScalarPriors):
         role=Role.READING,
         category=Category.TOTAL_STATION,
         axes=ObservedAxes.NONE,
-        repeats=Repetition.NEVER,
         start=StartTie.VALUE,
-        csv=(),
         of_unknown=True,
         nuisance=True,
     )

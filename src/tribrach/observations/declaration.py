@@ -151,10 +151,10 @@ class KindFacts:
     #: (the same if not given)
     category: Category
     own_category: Category | None = None
-    axes: ObservedAxes  #: what it depends on, on a flat site
-    repeats: Repetition  #: what a design may ask for more of
-    start: StartTie  #: how it helps to find start values
-    csv: tuple[CsvColumns, ...]  #: how it stands in CSV tables; empty if in none
+    axes: ObservedAxes = ObservedAxes.SPACE  #: what it depends on, on a flat site
+    repeats: Repetition = Repetition.NEVER  #: what a design may ask for more of
+    start: StartTie = StartTie.NONE  #: how it helps to find start values
+    csv: tuple[CsvColumns, ...] = ()  #: how it stands in CSV tables; empty if in none
     #: are its values coordinates in the work frame, which place what they refer to?
     absolute: bool = False
     #: is it judged in the table of control and check points, not as an observation?
@@ -172,6 +172,26 @@ class KindFacts:
     def budget(self, own: bool) -> Category:
         """Category in the budget of a station; own: observed from the station itself."""
         return self.own_category if own and self.own_category is not None else self.category
+
+
+#: what readings of a total station have in common
+SIGHT = KindFacts(
+    title="",
+    computed="",
+    role=Role.READING,
+    category=Category.TOTAL_STATION,
+    own_category=Category.BACKSIGHT,
+    repeats=Repetition.SETS,
+)
+
+#: what is found in scans
+SCANNED = KindFacts(
+    title="",
+    computed="",
+    role=Role.READING,
+    category=Category.OTHER_TARGETS,
+    own_category=Category.OWN_TARGETS,
+)
 
 
 @dataclass(frozen=True)
@@ -211,6 +231,11 @@ def refers(
 def per_item(default: float) -> Any:
     """A dataclass field of values (n,) with a default; a single number is broadcast."""
     return field(default_factory=lambda: np.empty(0), metadata={"per_item": default})
+
+
+def shaped(*tail: int, whole: bool = False) -> Any:
+    """A dataclass field of numbers (n, *tail) without a default, ``whole`` ones if need be."""
+    return field(metadata={"shaped": (np.int64 if whole else np.float64, tail)})
 
 
 def shared() -> Any:

@@ -6,7 +6,7 @@ geodetic or astronomic positions of single stations (method section 2.15).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -17,11 +17,11 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, curvature_radii
 from tribrach.geometry.rotation import skew
 from tribrach.observations.base import Block, Observations, norm, per_item, refers, wrap
 from tribrach.observations.declaration import (
+    SIGHT,
     Category,
     End,
     KindFacts,
     ObservedAxes,
-    Repetition,
     Role,
     StartTie,
 )
@@ -43,16 +43,12 @@ class EllipsoidChords(Observations):
     site: Site = field(default_factory=FlatSite)
     kind: ClassVar[str] = "ellipsoid_chord"
     units: ClassVar[tuple[str, ...]] = ("m",)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="ellipsoid chord",
         computed="straight distance between the feet of two positions on the ellipsoid",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.SETS,
         start=StartTie.LENGTH,
-        csv=(),
     )
 
     def _chord(self, state: State) -> Array:
@@ -110,16 +106,12 @@ class EllipsoidArcs(EllipsoidChords):
     geoid_start: Array = per_item(0.0)
     geoid_end: Array = per_item(0.0)
     kind: ClassVar[str] = "ellipsoid_arc"
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="ellipsoid arc",
         computed="distance along the ellipsoid, or along a surface at known heights above it",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.SETS,
         start=StartTie.LENGTH,
-        csv=(),
     )
 
     def _lifted(self, state: State) -> tuple[Array, Array, Array, Array]:
@@ -202,9 +194,6 @@ class Latitudes(_SinglePositions):
         role=Role.GIVEN,
         category=Category.CONTROL,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
         absolute=True,
     )
 
@@ -233,9 +222,6 @@ class Longitudes(_SinglePositions):
         role=Role.GIVEN,
         category=Category.CONTROL,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
         absolute=True,
     )
 

@@ -16,7 +16,6 @@ from tribrach.observations.declaration import (
     CsvColumns,
     End,
     KindFacts,
-    ObservedAxes,
     Planned,
     Repetition,
     Role,
@@ -48,7 +47,6 @@ class GnssPositions(Observations):
         computed="position of the antenna over a mark, with a shift common to its session",
         role=Role.READING,
         category=Category.GNSS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.FINER,
         start=StartTie.FIX,
         csv=(CsvColumns(("gnss",), ("e", "n", "u"), planned=Planned.BY_NAME),),
@@ -70,10 +68,8 @@ class GnssPositions(Observations):
         up = self.site.axes(x)[:, 2]
         tilt = self.antenna_height[:, None, None] * (skew(up) @ self.site.turn(x))
         blocks = [Block(state.layout.position_columns(self.position), np.eye(3) - tilt)]
-        if (self.common >= 0).any():
-            columns = state.layout.columns("vector", self.common)
-            blocks.append(Block(columns, np.broadcast_to(np.eye(3), (len(self), 3, 3))))
-        return blocks
+        eye = np.broadcast_to(np.eye(3), (len(self), 3, 3))
+        return blocks + self.if_any(state, "vector", self.common, eye)
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Coordinates under the antenna."""
@@ -115,7 +111,6 @@ class GnssBaselines(Observations):
         "covariance matrix",
         role=Role.READING,
         category=Category.GNSS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.FINER,
         start=StartTie.VECTOR,
         csv=(
@@ -152,9 +147,8 @@ class GnssBaselines(Observations):
                 columns(self.start), -frame @ self._by_mark(state, self.start, self.height_start)
             ),
         ]
-        if (self.scale >= 0).any():
-            turned = exp(self._turn(state)) @ self._chord(state)[:, :, None]
-            blocks.append(Block(state.layout.columns("scalar", self.scale), turned))
+        turned = exp(self._turn(state)) @ self._chord(state)[:, :, None]
+        blocks += self.if_any(state, "scalar", self.scale, turned)
         return blocks + self._by_turn(state)
 
     def _by_turn(self, state: State) -> list[Block]:
@@ -203,7 +197,6 @@ class Antennas(Observations):
         computed="`t + R l`, with the lever arm `l` of an antenna or prism on the scanner",
         role=Role.READING,
         category=Category.GNSS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.FIX,
         csv=(CsvColumns(("gnss",), ("e", "n", "u")),),
@@ -224,13 +217,11 @@ class Antennas(Observations):
         r = state.pose_r[self.station]
         arm = np.einsum("nij,nj->ni", r, state.vectors[self.lever_arm])
         eye = np.broadcast_to(np.eye(3), r.shape)
-        blocks = [
+        return [
             Block(layout.columns("pose", self.station), np.concatenate([eye, -skew(arm)], axis=2)),
             Block(layout.columns("vector", self.lever_arm), r),
+            *self.if_any(state, "vector", self.common, eye),
         ]
-        if (self.common >= 0).any():
-            blocks.append(Block(layout.columns("vector", self.common), eye))
-        return blocks
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """An antenna is a target of its scanner with known coordinates."""
@@ -262,10 +253,7 @@ class MountedPoints(Observations):
         "the antenna itself",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
         start=StartTie.SHOT,
-        csv=(),
         places_station=True,
     )
 

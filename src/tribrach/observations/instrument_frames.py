@@ -31,10 +31,10 @@ from tribrach.observations.declaration import (
     CsvColumns,
     End,
     KindFacts,
-    ObservedAxes,
     Repetition,
     Role,
     StartTie,
+    shaped,
 )
 from tribrach.observations.ties import TieCollector
 from tribrach.observations.unknowns import State
@@ -84,31 +84,33 @@ class FrameSights(Observations):
         ties.add_in_frame(*ends, component, self.values[rows, 0], self.height_target[rows])
 
 
+#: what sights of one value have in common
+_IN_FRAME = KindFacts(
+    title="",
+    computed="",
+    role=Role.READING,
+    category=Category.OTHER,
+    own_category=Category.BACKSIGHT,
+    repeats=Repetition.SETS,
+    start=StartTie.SHOT,
+    names_target=True,
+)
+
+
 @dataclass(kw_only=True)
 class FrameCoordinates(FrameSights):
     """Single coordinates [m], where a whole target centre was not measured."""
 
     #: (n,): 0 for x, 1 for y, 2 for z of the station's frame (method section 2.0)
-    axis: Index = field()
+    axis: Index = shaped(whole=True)
     kind: ClassVar[str] = "frame_coordinate"
     units: ClassVar[tuple[str, ...]] = ("m",)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        _IN_FRAME,
         title="frame coordinate",
         computed="one coordinate of a target in a station's frame",
-        role=Role.READING,
-        category=Category.OTHER,
-        own_category=Category.BACKSIGHT,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.SETS,
-        start=StartTie.SHOT,
-        csv=(),
-        names_target=True,
         common_to_stations="frame coordinates",
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.axis = np.asarray(self.axis, dtype=np.int64)
 
     def predict(self, state: State) -> Array:
         """Coordinates (n, 1)."""
@@ -132,27 +134,16 @@ class FrameAngles(FrameSights):
     """
 
     #: (n,): 0 for the angle about the z axis, 1 for the elevation (method section 2.1)
-    circle: Index = field()
+    circle: Index = shaped(whole=True)
     kind: ClassVar[str] = "frame_angle"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        _IN_FRAME,
         title="frame angle",
         computed="angle about the z axis, or elevation, of a target in a station's frame",
-        role=Role.READING,
-        category=Category.OTHER,
-        own_category=Category.BACKSIGHT,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.SETS,
-        start=StartTie.SHOT,
-        csv=(),
-        names_target=True,
         common_to_stations="frame angles",
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.circle = np.asarray(self.circle, dtype=np.int64)
 
     def predict(self, state: State) -> Array:
         """Angles (n, 1) in (-pi, pi]."""
@@ -182,17 +173,10 @@ class FrameDistances(FrameSights):
 
     kind: ClassVar[str] = "frame_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        _IN_FRAME,
         title="frame distance",
         computed="distance of a target from a station's origin",
-        role=Role.READING,
-        category=Category.OTHER,
-        own_category=Category.BACKSIGHT,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.SETS,
-        start=StartTie.SHOT,
-        csv=(),
-        names_target=True,
         common_to_stations="frame distances",
     )
 
@@ -220,11 +204,7 @@ class AxisSights(Observations):
     #: (n,): scalars: the slopes of the axis
     slope_1: Index = refers("scalar", means="axis slope", unit="1")
     slope_2: Index = refers("scalar", means="axis slope", unit="1")
-    main: Index = field()  #: (n,): 0, 1, 2 for the axis of W that is closest to it
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.main = np.asarray(self.main, dtype=np.int64)
+    main: Index = shaped(whole=True)  #: (n,): 0, 1, 2 for the axis of W that is closest to it
 
     def direction(self, state: State) -> Array:
         """Vectors ``n`` (n, 3) along the axis, not of unit length."""
@@ -283,9 +263,6 @@ class AxisRadii(_CircleSights):
         computed="distance of a target from the centre of its circle less the radius",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
         csv=(CsvColumns(("axis", "target", "point"), ()),),
     )
 
@@ -362,10 +339,6 @@ class AxisPlanes(_CircleSights):
         computed="distance of a target from the plane of its circle",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
 
     def predict(self, state: State) -> Array:
@@ -398,10 +371,6 @@ class AxisFeet(AxisSights):
         computed="distance along the axis from its origin to the foot of a point",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
 
     def _arm(self, state: State) -> Array:

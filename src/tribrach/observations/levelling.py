@@ -115,9 +115,7 @@ class HeightDifferences(Observations):
         up_start = self.site.axes(x[self.start])[:, 2:] + slope
         blocks = [Block(columns(self.end), up_end), Block(columns(self.start), -up_start)]
         for axis, index in enumerate((self.xi_error, self.eta_error)):
-            if (index >= 0).any():
-                by_lean = run[:, axis, None, None]
-                blocks.append(Block(state.layout.columns("scalar", index), by_lean))
+            blocks += self.if_any(state, "scalar", index, run[:, axis, None, None])
         return blocks
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
@@ -147,10 +145,6 @@ class EqualDistances(SlopeDistances):
         computed="length between two positions less the unknown value that a set of pairs shares",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
         names_target=True,
     )
 
@@ -180,9 +174,6 @@ class EqualHeightDifferences(HeightDifferences):
         role=Role.CONDITION,
         category=Category.OTHER,
         axes=ObservedAxes.HEIGHTS,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
 
     def predict(self, state: State) -> Array:

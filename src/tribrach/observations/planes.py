@@ -7,7 +7,7 @@ A plane ``n . x = d`` of the work frame appears in a scan as ``n_s = R^T n`` wit
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -16,13 +16,12 @@ from tribrach._types import Array, Index
 from tribrach.geometry.rotation import skew
 from tribrach.observations.base import Block, Observations, refers
 from tribrach.observations.declaration import (
-    Category,
+    SCANNED,
     End,
     KindFacts,
-    ObservedAxes,
     Repetition,
-    Role,
     StartTie,
+    shaped,
 )
 from tribrach.observations.ties import Faces, TieCollector
 from tribrach.observations.unknowns import State, plane_basis
@@ -44,29 +43,23 @@ class FittedPlanes(Observations):
 
     station: Index = refers("pose", end=End.FROM)  #: (n,): poses
     plane: Index = refers("plane", end=End.TO)  #: (n,): planes
-    normal: Array = field()  #: (n, 3): measured normals in the scanner frame
-    centroid: Array = field()  #: (n, 3): of each patch in the scanner frame [m]
+    normal: Array = shaped(3)  #: (n, 3): measured normals in the scanner frame
+    centroid: Array = shaped(3)  #: (n, 3): of each patch in the scanner frame [m]
     kind: ClassVar[str] = "plane"
     units: ClassVar[tuple[str, ...]] = ("rad", "rad", "m")
     components: ClassVar[tuple[str, ...]] = ("normal 1", "normal 2", "offset")
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SCANNED,
         title="plane",
         computed="normal and offset of a plane that several stations see",
-        role=Role.READING,
-        category=Category.OTHER_TARGETS,
-        own_category=Category.OWN_TARGETS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.FACE,
-        csv=(),
         common_to_stations="planes",
     )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.normal = np.asarray(self.normal, dtype=float).reshape(-1, 3)
         self.normal = self.normal / np.linalg.norm(self.normal, axis=1, keepdims=True)
-        self.centroid = np.asarray(self.centroid, dtype=float).reshape(-1, 3)
 
     def predict(self, state: State) -> Array:
         """Tangential components of the plane's normal and its distance from the centroid."""
@@ -113,25 +106,19 @@ class PointsOnPlanes(Observations):
 
     station: Index = refers("pose", end=End.FROM)  #: (n,): poses
     plane: Index = refers("plane", end=End.TO)  #: (n,): planes
-    point: Array = field()  #: (n, 3): points ``x_s`` in the scanner frame [m] (method section 2.10)
+    point: Array = shaped(
+        3
+    )  #: (n, 3): points ``x_s`` in the scanner frame [m] (method section 2.10)
     kind: ClassVar[str] = "point_on_plane"
     units: ClassVar[tuple[str, ...]] = ("m",)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SCANNED,
         title="point on plane",
         computed="distance of a scan point from a plane",
-        role=Role.READING,
-        category=Category.OTHER_TARGETS,
-        own_category=Category.OWN_TARGETS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.FACE,
-        csv=(),
         common_to_stations="points on planes",
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.point = np.asarray(self.point, dtype=float).reshape(-1, 3)
 
     def _arm(self, state: State) -> Array:
         arm: Array = np.einsum("nij,nj->ni", state.pose_r[self.station], self.point)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -11,13 +11,13 @@ from tribrach._types import Array, Index
 from tribrach.geometry.rotation import log, right_jacobian_inverse, skew
 from tribrach.observations.base import Block, Observations, refers
 from tribrach.observations.declaration import (
+    SCANNED,
     Category,
     End,
     KindFacts,
-    ObservedAxes,
-    Repetition,
     Role,
     StartTie,
+    shaped,
 )
 from tribrach.observations.ties import Links, TieCollector
 from tribrach.observations.unknowns import State
@@ -36,26 +36,17 @@ class RelativePoses(Observations):
     start: Index = refers("pose", end=End.FROM)
     end: Index = refers("pose", end=End.TO)
     #: (n, 3, 3): measured R_ij, which the rotational values are relative to
-    rotation: Array = field()
+    rotation: Array = shaped(3, 3)
     kind: ClassVar[str] = "relative_pose"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m", "rad", "rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z", "about x", "about y", "about z")
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SCANNED,
         title="relative pose",
         computed="pose of a station in the frame of another, with its 6 by 6 covariance",
-        role=Role.READING,
-        category=Category.OTHER_TARGETS,
-        own_category=Category.OWN_TARGETS,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
         start=StartTie.LINK,
-        csv=(),
         common_to_stations="clouds",
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.rotation = np.asarray(self.rotation, dtype=float).reshape(-1, 3, 3)
 
     def _turn(self, state: State) -> Array:
         """Rotation vectors (n, 3) from measured to computed."""
@@ -101,7 +92,7 @@ class RelativeTranslations(Observations):
     #: (n,): poses i and j
     start: Index = refers("pose", end=End.FROM)
     end: Index = refers("pose", end=End.TO)
-    axis: Array = field()  #: (n, 3): unit vectors ``a`` of the frame of station i
+    axis: Array = shaped(3)  #: (n, 3): unit vectors ``a`` of the frame of station i
     kind: ClassVar[str] = "relative_translation"
     units: ClassVar[tuple[str, ...]] = ("m",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -109,15 +100,7 @@ class RelativeTranslations(Observations):
         computed="one component of the base between two stations",
         role=Role.GIVEN,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.axis = np.asarray(self.axis, dtype=float).reshape(-1, 3)
 
     def predict(self, state: State) -> Array:
         """Components (n, 1)."""
@@ -149,9 +132,9 @@ class RelativeRotations(Observations):
     #: (n,): poses i and j
     start: Index = refers("pose", end=End.FROM)
     end: Index = refers("pose", end=End.TO)
-    axis: Array = field()  #: (n, 3): unit vectors ``a`` of the frame of station i
+    axis: Array = shaped(3)  #: (n, 3): unit vectors ``a`` of the frame of station i
     #: (n, 3, 3): rotations ``R_0`` of j against i that the components are measured from
-    reference: Array = field()
+    reference: Array = shaped(3, 3)
     kind: ClassVar[str] = "relative_rotation"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -159,16 +142,7 @@ class RelativeRotations(Observations):
         computed="one component of the turn between two stations, from a reference",
         role=Role.GIVEN,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.axis = np.asarray(self.axis, dtype=float).reshape(-1, 3)
-        self.reference = np.asarray(self.reference, dtype=float).reshape(-1, 3, 3)
 
     def _turn(self, state: State) -> Array:
         between = state.pose_r[self.start].transpose(0, 2, 1) @ state.pose_r[self.end]
@@ -199,9 +173,9 @@ class RotationComponents(Observations):
     """
 
     station: Index = refers("pose", end=End.AT)  #: (n,): poses
-    axis: Array = field()  #: (n, 3): unit vectors ``a`` of the work frame
+    axis: Array = shaped(3)  #: (n, 3): unit vectors ``a`` of the work frame
     #: (n, 3, 3): rotations ``R_0`` that the components are measured from
-    reference: Array = field()
+    reference: Array = shaped(3, 3)
     kind: ClassVar[str] = "rotation_component"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     facts: ClassVar[KindFacts] = KindFacts(
@@ -209,16 +183,7 @@ class RotationComponents(Observations):
         computed="one component of a station's rotation, known or weighted",
         role=Role.GIVEN,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
-        csv=(),
     )
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.axis = np.asarray(self.axis, dtype=float).reshape(-1, 3)
-        self.reference = np.asarray(self.reference, dtype=float).reshape(-1, 3, 3)
 
     def _turn(self, state: State) -> Array:
         turn: Array = log(state.pose_r[self.station] @ self.reference.transpose(0, 2, 1))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -16,11 +16,11 @@ from tribrach.geometry.rotation import skew
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.observations.base import Block, Observations, per_item, refers, shared, wrap
 from tribrach.observations.declaration import (
+    SCANNED,
     Category,
     CsvColumns,
     End,
     KindFacts,
-    ObservedAxes,
     Repetition,
     Role,
     StartTie,
@@ -49,13 +49,10 @@ class TargetCentres(Observations):
     kind: ClassVar[str] = "target_centre"
     units: ClassVar[tuple[str, ...]] = ("m", "m", "m")
     components: ClassVar[tuple[str, ...]] = ("x", "y", "z")
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SCANNED,
         title="target centre",
         computed="`R^T (X - t)`, with its full covariance",
-        role=Role.READING,
-        category=Category.OTHER_TARGETS,
-        own_category=Category.OWN_TARGETS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.SHOT,
         csv=(CsvColumns(("station", "target"), ("x", "y", "z")),),
@@ -76,14 +73,12 @@ class TargetCentres(Observations):
         factor = (1 + state.scalar(self.scale))[:, None, None]
         scanner_from_world = factor * state.pose_r[self.station].transpose(0, 2, 1)
         by_pose = np.concatenate([-scanner_from_world, scanner_from_world @ skew(chord)], axis=2)
-        blocks = [
+        by_scale = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)[:, :, None]
+        return [
             Block(layout.position_columns(self.target), scanner_from_world),
             Block(layout.columns("pose", self.station), by_pose),
+            *self.if_any(state, "scalar", self.scale, by_scale),
         ]
-        if (self.scale >= 0).any():
-            by_scale = np.einsum("nji,nj->ni", state.pose_r[self.station], chord)
-            blocks.append(Block(layout.columns("scalar", self.scale), by_scale[:, :, None]))
-        return blocks
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Shots."""
@@ -111,14 +106,11 @@ class ScannerPolar(Observations):
     units: ClassVar[tuple[str, ...]] = ("m", "rad", "rad")
     components: ClassVar[tuple[str, ...]] = ("range", "horizontal", "zenith")
     angular: ClassVar[tuple[int, ...]] = (1,)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SCANNED,
         title="scanner polar",
         computed="range, horizontal angle (counter-clockwise), zenith angle of a target, with a "
         "calibration model",
-        role=Role.READING,
-        category=Category.OTHER_TARGETS,
-        own_category=Category.OWN_TARGETS,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.SHOT,
         csv=(CsvColumns(("station", "target"), ("range", "horizontal", "zenith")),),
@@ -241,7 +233,6 @@ class Inclinations(Observations):
         role=Role.READING,
         category=Category.OTHER,
         own_category=Category.LEVELLING,
-        axes=ObservedAxes.SPACE,
         repeats=Repetition.SETS,
         start=StartTie.LEVELLING,
         csv=(CsvColumns(("station",), ("tilt_x", "tilt_y")),),
@@ -280,15 +271,12 @@ class Inclinations(Observations):
         values = np.concatenate([by_t, by_turn], axis=2)
         blocks = [Block(layout.columns("pose", self.station), values)]
         for row, index in enumerate((self.offset_x, self.offset_y)):
-            if (index >= 0).any():
-                unit = np.zeros((len(self), 2, 1))
-                unit[:, row] = 1.0
-                blocks.append(Block(layout.columns("scalar", index), unit))
+            unit = np.zeros((len(self), 2, 1))
+            unit[:, row] = 1.0
+            blocks += self.if_any(state, "scalar", index, unit)
         by_local = by_g @ self.site.axes(state.pose_t[self.station]).transpose(0, 2, 1)
         for axis, index in enumerate((self.eta_error, self.xi_error)):
-            if (index >= 0).any():
-                part = by_local[:, :, axis, None]
-                blocks.append(Block(layout.columns("scalar", index), part))
+            blocks += self.if_any(state, "scalar", index, by_local[:, :, axis, None])
         return blocks
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,6 +16,7 @@ from tribrach.geometry.rotation import skew
 from tribrach.instruments.precision import Precision
 from tribrach.observations.base import Block, Observations, norm, per_item, refers, wrap
 from tribrach.observations.declaration import (
+    SIGHT,
     Category,
     CsvColumns,
     End,
@@ -29,6 +31,13 @@ from tribrach.observations.declaration import (
 )
 from tribrach.observations.ties import Lengths, Rays, TieCollector, Zeniths
 from tribrach.observations.unknowns import State
+
+
+def _in_table(name: str, planned: Planned, **further: Any) -> tuple[CsvColumns, ...]:
+    """A kind's column in the table of sights, with heights of instrument and target."""
+    heights = ("height_instrument", "height_target")
+    return (CsvColumns(("from", "to"), (name,), heights=heights, planned=planned, **further),)
+
 
 #: what the unknown heights of instruments and targets are
 HEIGHT_UNKNOWNS = ("instrument height", "target height")
@@ -149,12 +158,9 @@ class Sights(Observations):
             Block(layout.position_columns(end), by_end),
             Block(layout.position_columns(self.start), by_start),
         ]
-        if (self.height_instrument_unknown >= 0).any():
-            columns = layout.columns("scalar", self.height_instrument_unknown)
-            blocks.append(Block(columns, -by_u[:, :, 2:]))
-        if (self.height_target_unknown >= 0).any():
-            columns = layout.columns("scalar", self.height_target_unknown)
-            blocks.append(Block(columns, in_w @ up[:, :, None]))
+        blocks += self.if_any(state, "scalar", self.height_instrument_unknown, -by_u[:, :, 2:])
+        by_height = in_w @ up[:, :, None]
+        blocks += self.if_any(state, "scalar", self.height_target_unknown, by_height)
         blocks += [
             Block(layout.columns("vector", index), sign * in_w)
             for index, sign in self._eccentricities(end)
@@ -204,23 +210,13 @@ class Directions(Sights):
     kind: ClassVar[str] = "direction"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="direction",
         computed="`atan2(E', N') - o`, with the orientation unknown `o` of its set",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.SETS,
         start=StartTie.RAY,
-        csv=(
-            CsvColumns(
-                ("from", "to"),
-                ("direction",),
-                heights=("height_instrument", "height_target"),
-                planned=Planned.TOTAL_STATION,
-            ),
-        ),
+        csv=_in_table("direction", Planned.TOTAL_STATION),
         names_target=True,
         full_circle=True,
     )
@@ -266,14 +262,11 @@ class Angles(Sights):
     kind: ClassVar[str] = "angle"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="angle",
         computed="azimuth of the foresight less that of the backsight",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.SETS,
         start=StartTie.RAY,
         csv=(
             CsvColumns(
@@ -351,23 +344,13 @@ class Azimuths(Sights):
     kind: ClassVar[str] = "azimuth"
     units: ClassVar[tuple[str, ...]] = ("rad",)
     angular: ClassVar[tuple[int, ...]] = (0,)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="azimuth",
         computed="`atan2(E', N')` less known convergence and unknown offset",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.SETS,
         start=StartTie.RAY,
-        csv=(
-            CsvColumns(
-                ("from", "to"),
-                ("azimuth",),
-                heights=("height_instrument", "height_target"),
-                planned=Planned.BY_NAME,
-            ),
-        ),
+        csv=_in_table("azimuth", Planned.BY_NAME),
         names_target=True,
         full_circle=True,
     )
@@ -385,10 +368,8 @@ class Azimuths(Sights):
     def jacobian(self, state: State) -> list[Block]:
         """``[N', -E', 0]/h'^2`` by the sight, -1 by the offset."""
         blocks = self.sight_blocks(state, azimuth_by_sight(self.sight(state)))
-        if (self.offset >= 0).any():
-            columns = state.layout.columns("scalar", self.offset)
-            blocks.append(Block(columns, np.full((len(self), 1, 1), -1.0)))
-        return blocks
+        by_offset = np.full((len(self), 1, 1), -1.0)
+        return blocks + self.if_any(state, "scalar", self.offset, by_offset)
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Azimuths, with the offset where a value of it is given."""
@@ -427,23 +408,12 @@ class ZenithAngles(Sights):
     refraction_unknown: Index = refers("scalar", optional=True, means="refraction", unit="1")
     kind: ClassVar[str] = "zenith"
     units: ClassVar[tuple[str, ...]] = ("rad",)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="zenith",
         computed="`atan2(h', U')` with refraction and Earth curvature",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.SETS,
         start=StartTie.ZENITH,
-        csv=(
-            CsvColumns(
-                ("from", "to"),
-                ("zenith",),
-                heights=("height_instrument", "height_target"),
-                planned=Planned.TOTAL_STATION,
-            ),
-        ),
+        csv=_in_table("zenith", Planned.TOTAL_STATION),
         names_target=True,
     )
 
@@ -477,19 +447,15 @@ class ZenithAngles(Sights):
         by_u = np.stack([along * u[:, 0], along * u[:, 1], -flat / q], axis=1)
         by_u -= (bend / norm(u))[:, None] * u
         blocks = self.sight_blocks(state, by_u[:, None, :])
-        if (self.refraction_unknown >= 0).any():
-            blocks.append(self._by_refraction(state, u, flat, q))
-        return blocks
+        by_k = self._by_refraction(u, flat, q)[:, None, None]
+        return blocks + self.if_any(state, "scalar", self.refraction_unknown, by_k)
 
-    def _by_refraction(self, state: State, u: Array, flat: Array, q: Array) -> Block:
-        """Derivative by k: ``-h^3/(2 R q)`` on a flat site, ``-s/(2 R)`` elsewhere."""
+    def _by_refraction(self, u: Array, flat: Array, q: Array) -> Array:
+        """Derivative (n,) by k: ``-h^3/(2 R q)`` on a flat site, ``-s/(2 R)`` elsewhere."""
         radius = self.site.curvature_radius
         if isinstance(self.site, FlatSite):
-            by_k = np.zeros(len(self)) if radius is None else -(flat**3) / (2 * radius * q)
-        else:
-            by_k = -norm(u) / (2 * (radius or MEAN_RADIUS))
-        columns = state.layout.columns("scalar", self.refraction_unknown)
-        return Block(columns, by_k[:, None, None])
+            return np.zeros(len(self)) if radius is None else -(flat**3) / (2 * radius * q)
+        return -norm(u) / (2 * (radius or MEAN_RADIUS))
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Slopes of sights that are not vertical."""
@@ -516,60 +482,32 @@ class ZenithAngles(Sights):
 
 
 @dataclass(kw_only=True)
-class SlopeDistances(Sights):
-    """Slope distances ``s = a + (1 + m) |u|`` [m] (method section 2.3)."""
+class _Lengths(Sights):
+    """Distances ``a + (1 + m) l`` [m] of a length ``l`` of the sight."""
 
     #: (n,): scalars ``a`` [m] and ``m``, -1 for none
     zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
     scale: Index = refers("scalar", optional=True, means="scale", unit="1")
-    along_plumb: ClassVar[bool] = False
-    kind: ClassVar[str] = "slope_distance"
     units: ClassVar[tuple[str, ...]] = ("m",)
-    facts: ClassVar[KindFacts] = KindFacts(
-        title="slope distance",
-        computed="`a + (1 + m) abs(u)`, with zero and scale as unknowns if wanted",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.SETS,
-        start=StartTie.LENGTH,
-        csv=(
-            CsvColumns(
-                ("from", "to"),
-                ("slope_distance",),
-                length=SightLength.SLOPE,
-                sigmas=("sigma_distance",),
-                heights=("height_instrument", "height_target"),
-                planned=Planned.TOTAL_STATION,
-            ),
-        ),
-        names_target=True,
-    )
+
+    @abstractmethod
+    def _length(self, u: Array) -> tuple[Array, Array]:
+        """Lengths (n,) of sights (n, 3), and their derivatives (n, 3) by them."""
 
     def predict(self, state: State) -> Array:
         """Distances (n, 1)."""
-        length = norm(self.sight(state))
+        length, _ = self._length(self.sight(state))
         return (state.scalar(self.zero) + (1 + state.scalar(self.scale)) * length)[:, None]
 
     def jacobian(self, state: State) -> list[Block]:
-        """``(1+m) u/|u|`` by the sight, 1 by the zero, ``|u|`` by the scale."""
-        u = self.sight(state)
-        length = norm(u)
-        unit = (1 + state.scalar(self.scale))[:, None] * u / length[:, None]
-        blocks = self.sight_blocks(state, unit[:, None, :])
-        columns = state.layout.columns
-        if (self.zero >= 0).any():
-            blocks.append(Block(columns("scalar", self.zero), np.ones((len(self), 1, 1))))
-        if (self.scale >= 0).any():
-            blocks.append(Block(columns("scalar", self.scale), length[:, None, None]))
-        return blocks
-
-    def start_ties(self, rows: Index, ties: TieCollector) -> None:
-        """Lengths with the lift from instrument to target."""
-        value, unknown = self.values[rows, 0], np.full(len(rows), np.nan)
-        ends = self.start[rows], self.end[rows]
-        ties.add(Lengths(*ends, value, unknown, self.lift(rows, ties.start)))
+        """``(1 + m) dl/du`` by the sight, 1 by the zero, ``l`` by the scale."""
+        length, slope = self._length(self.sight(state))
+        by_u = (1 + state.scalar(self.scale))[:, None] * slope
+        return [
+            *self.sight_blocks(state, by_u[:, None, :]),
+            *self.if_any(state, "scalar", self.zero, np.ones((len(self), 1, 1))),
+            *self.if_any(state, "scalar", self.scale, length[:, None, None]),
+        ]
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
@@ -578,72 +516,70 @@ class SlopeDistances(Sights):
 
 
 @dataclass(kw_only=True)
-class HorizontalDistances(Sights):
+class SlopeDistances(_Lengths):
+    """Slope distances ``s = a + (1 + m) |u|`` [m] (method section 2.3)."""
+
+    along_plumb: ClassVar[bool] = False
+    kind: ClassVar[str] = "slope_distance"
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
+        title="slope distance",
+        computed="`a + (1 + m) abs(u)`, with zero and scale as unknowns if wanted",
+        start=StartTie.LENGTH,
+        csv=_in_table(
+            "slope_distance",
+            Planned.TOTAL_STATION,
+            length=SightLength.SLOPE,
+            sigmas=("sigma_distance",),
+        ),
+        names_target=True,
+    )
+
+    def _length(self, u: Array) -> tuple[Array, Array]:
+        length = norm(u)
+        return length, u / length[:, None]
+
+    def start_ties(self, rows: Index, ties: TieCollector) -> None:
+        """Lengths with the lift from instrument to target."""
+        value, unknown = self.values[rows, 0], np.full(len(rows), np.nan)
+        ends = self.start[rows], self.end[rows]
+        ties.add(Lengths(*ends, value, unknown, self.lift(rows, ties.start)))
+
+
+@dataclass(kw_only=True)
+class HorizontalDistances(_Lengths):
     """Horizontal distances ``d = a + (1 + m) f h'`` [m] in the instrument's local horizon.
 
     ``f`` reduces them to another surface (a reference height, a projection); ``a`` and ``m`` are
     optional zero and scale unknowns (method section 2.3).
     """
 
-    #: (n,): scalars ``a`` [m] and ``m``, -1 for none
-    zero: Index = refers("scalar", optional=True, means="distance zero", unit="m")
-    scale: Index = refers("scalar", optional=True, means="scale", unit="1")
     #: (n,): known factor ``f`` from horizontal to reduced distance, 1 if not given
     reduction: Array = per_item(1.0)
     kind: ClassVar[str] = "horizontal_distance"
-    units: ClassVar[tuple[str, ...]] = ("m",)
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="horizontal distance",
         computed="the same of the horizontal part, reduced by a known factor",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
         axes=ObservedAxes.PLAN,
-        repeats=Repetition.SETS,
         start=StartTie.LENGTH,
-        csv=(
-            CsvColumns(
-                ("from", "to"),
-                ("horizontal_distance",),
-                length=SightLength.LEVEL,
-                sigmas=("sigma_distance",),
-                heights=("height_instrument", "height_target"),
-                planned=Planned.BY_NAME,
-            ),
+        csv=_in_table(
+            "horizontal_distance",
+            Planned.BY_NAME,
+            length=SightLength.LEVEL,
+            sigmas=("sigma_distance",),
         ),
         names_target=True,
     )
 
-    def predict(self, state: State) -> Array:
-        """Distances (n, 1)."""
-        u = self.sight(state)
-        length = self.reduction * np.hypot(u[:, 0], u[:, 1])
-        return (state.scalar(self.zero) + (1 + state.scalar(self.scale)) * length)[:, None]
-
-    def jacobian(self, state: State) -> list[Block]:
-        """``(1+m) f (E', N', 0)/h'`` by the sight, 1 by the zero, ``f h'`` by the scale."""
-        u = self.sight(state)
+    def _length(self, u: Array) -> tuple[Array, Array]:
         flat = np.hypot(u[:, 0], u[:, 1])
-        factor = (1 + state.scalar(self.scale)) * self.reduction / flat
-        by_u = np.stack([factor * u[:, 0], factor * u[:, 1], np.zeros(len(u))], axis=1)
-        blocks = self.sight_blocks(state, by_u[:, None, :])
-        columns = state.layout.columns
-        if (self.zero >= 0).any():
-            blocks.append(Block(columns("scalar", self.zero), np.ones((len(self), 1, 1))))
-        if (self.scale >= 0).any():
-            by_scale = (self.reduction * flat)[:, None, None]
-            blocks.append(Block(columns("scalar", self.scale), by_scale))
-        return blocks
+        return self.reduction * flat, (self.reduction / flat)[:, None] * (u * [1.0, 1.0, 0.0])
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Horizontal lengths."""
         value = self.values[rows, 0] / self.reduction[rows]
         ties.add(Lengths(self.start[rows], self.end[rows], value, value, np.zeros(len(rows))))
-
-    @classmethod
-    def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
-        """Of the distance and of centring."""
-        return precision.of_distances(line.value, line.repetitions, line.ends)
 
 
 @dataclass(kw_only=True)
@@ -655,14 +591,10 @@ class Distances(SlopeDistances):
     """
 
     kind: ClassVar[str] = "distance"
-    facts: ClassVar[KindFacts] = KindFacts(
+    facts: ClassVar[KindFacts] = replace(
+        SIGHT,
         title="distance",
         computed="length between two positions without heights: scale bar, base length",
-        role=Role.READING,
-        category=Category.TOTAL_STATION,
-        own_category=Category.BACKSIGHT,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.SETS,
         start=StartTie.LENGTH,
         csv=(
             CsvColumns(
@@ -675,11 +607,7 @@ class Distances(SlopeDistances):
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
         """Of a planned distance; the sigma of a measured one is that of its standard."""
-        return (
-            precision.of_distances(line.value, line.repetitions, line.ends)
-            if line.planned
-            else None
-        )
+        return super().instrument_sigma(precision, line) if line.planned else None
 
 
 @dataclass(kw_only=True)
@@ -705,7 +633,6 @@ class LocalOffsets(Sights):
         axes=ObservedAxes.PLAN,
         repeats=Repetition.SETS,
         start=StartTie.LENGTH,
-        csv=(),
         names_target=True,
     )
 

@@ -30,7 +30,6 @@ from tribrach.observations.declaration import (
     End,
     KindFacts,
     ObservedAxes,
-    Repetition,
     Role,
     StartTie,
 )
@@ -73,9 +72,6 @@ class TelescopeTargets(Observations):
         computed="target on a telescope less where its two axes carry it from the invariant point",
         role=Role.CONDITION,
         category=Category.OTHER,
-        axes=ObservedAxes.SPACE,
-        repeats=Repetition.NEVER,
-        start=StartTie.NONE,
         csv=(CsvColumns(("telescope", "target", "point"), ()),),
     )
 
@@ -256,9 +252,7 @@ class CircleReadings(Observations):
         role=Role.READING,
         category=Category.OTHER,
         axes=ObservedAxes.NONE,
-        repeats=Repetition.NEVER,
         start=StartTie.VALUE,
-        csv=(),
         full_circle=True,
     )
 
@@ -269,10 +263,8 @@ class CircleReadings(Observations):
     def jacobian(self, state: State) -> list[Block]:
         """1 by the angle, -1 by the zero."""
         one = np.ones((len(self), 1, 1))
-        blocks = [Block(state.layout.columns("scalar", self.angle), one)]
-        if (self.zero >= 0).any():
-            blocks.append(Block(state.layout.columns("scalar", self.zero), -one))
-        return blocks
+        by_angle = Block(state.layout.columns("scalar", self.angle), one)
+        return [by_angle, *self.if_any(state, "scalar", self.zero, -one)]
 
     def from_places(self, rows: Index, state: State, given: State) -> State:
         """Zeros that are not given, from the angles that the targets gave."""
