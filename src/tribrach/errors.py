@@ -383,3 +383,36 @@ class RankDefect(AdjustmentError):
 
 class NotConverged(AdjustmentError):
     """The iteration did not reach a minimum; no coordinates should be taken from it."""
+
+
+#: doubts of a command that nobody was told yet, by what they are of
+_DOUBTS: ContextVar[dict[str, str] | None] = ContextVar("doubts of a command", default=None)
+
+
+@contextmanager
+def doubting() -> Iterator[None]:
+    """A block whose doubts about files are gathered, to be told with its result or refusal."""
+    token = _DOUBTS.set({})
+    try:
+        yield
+    finally:
+        _DOUBTS.reset(token)
+
+
+def note_doubt(of: str, sentence: str) -> None:
+    """Note a doubt about a file, without the final stop."""
+    noted = _DOUBTS.get()
+    if noted is not None:
+        noted[of] = sentence
+
+
+def untold_doubts(told: str = "") -> list[str]:
+    """Doubts that a text does not tell, whatever its figures; none of them is untold afterwards."""
+    noted = _DOUBTS.get() or {}
+    out = [
+        f"{of}: {text}"
+        for of, text in noted.items()
+        if re.split(r"\d", text)[0].lower() not in told.lower()
+    ]
+    noted.clear()
+    return out

@@ -28,6 +28,7 @@ from tribrach.job.first_project import (
     without_sigmas,
 )
 from tribrach.job.folder import AXES, Axes, FolderFile, look_through, reread
+from tribrach.sentences import stopped
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say
 
 #: files that are listed of each kind
@@ -294,6 +295,6 @@ def _tell(folder: Path, path: Path, project: FirstProject) -> None:
         return file.relative_to(folder).as_posix()
 
     listed("In the project:", [f"{named(file)}: {words}" for file, words in project.used])
-    listed("Assumed:", [f"{sentence}." for sentence in project.assumed])
+    listed("Assumed:", [stopped(sentence) for sentence in project.assumed])
     listed("Not in it:", by_reason(project.left, folder))
     say(f"{path}\nnow: tribrach check-project {path}\nthen: tribrach run {path}")

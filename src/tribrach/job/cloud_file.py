@@ -55,12 +55,11 @@ class CloudFile:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Which points are left out as beams without return, without the final stop."""
-        found = [(scan.source, scan.no_return) for scan in self.scans]
+        """What is odd and which points are left out, without the final stop."""
         return tuple(
-            Sentence("{name}: {beams.sentence}", name=name, beams=beams)
-            for name, beams in found
-            if beams is not None
+            Sentence("{name}: {said}", name=scan.source, said=said)
+            for scan in self.scans
+            for said in scan.remarks
         )
 
     @property

@@ -352,6 +352,8 @@ class _Composer:
 
     def _sort_out(self) -> None:
         """Leave out what nothing of the rest could be tied to."""
+        for one in self.scans:
+            self.out.assumed += [f"{self._name(one.path)}: {text}" for text in one.remarks]
         placed = [one for one in self.scans if all(s.origin == "unknown" for s in one.scans)]
         for one in placed:
             self.scans.remove(one)

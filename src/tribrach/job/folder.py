@@ -30,6 +30,7 @@ from tribrach.io.survey.starnet import recognition as starnet
 from tribrach.io.totalstation import formats as raw
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
+from tribrach.scan.unit_doubt import doubt_at_first
 
 Kind = Literal[
     "scans", "points", "survey", "receiver", "orbits", "antennas", "project", "not understood"
@@ -308,7 +309,10 @@ def _of_scans(path: Path) -> FolderFile:
     words = f"{len(scans)} scan{'s' * (len(scans) > 1)}, {count}"
     if posed:
         words += ", with a pose" if len(scans) == 1 else f", {posed} with poses"
-    return FolderFile(path, "scans", path.suffix.lower().lstrip("."), words, scans)
+    doubts = [doubt.sentence for scan in scans if (doubt := doubt_at_first(scan)) is not None]
+    remarks = tuple(dict.fromkeys([*(text for scan in scans for text in scan.warnings), *doubts]))
+    form = path.suffix.lower().lstrip(".")
+    return FolderFile(path, "scans", form, words, scans, remarks=remarks)
 
 
 def reread(one: FolderFile, axes: Axes, why: str) -> FolderFile:

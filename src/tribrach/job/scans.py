@@ -148,7 +148,7 @@ class StationScan(MeasuredScan):
 
     def screened(self, found: NoReturn) -> StationScan:
         """Leave out beams without return, as they were found in the file."""
-        return replace(self, scan=_without(self.scan, found), unscreened=False)
+        return replace(self, scan=self.scan.screened(found), unscreened=False)
 
     @property
     def measured(self) -> MeasuredScan:
@@ -236,12 +236,7 @@ def scans_of_entry(project: Project, k: int, entry: ScanFile) -> tuple[Scan, ...
 def _screened(scan: Scan, state: Remembered) -> Scan:
     """A scan without its beams without return; they are sought in every file once."""
     key, product = state.key(find_no_return, scan), f"beams-{scan.source}"
-    return _without(scan, state.once(product, key, NoReturn, lambda: find_no_return(scan)))
-
-
-def _without(scan: Scan, found: NoReturn) -> Scan:
-    """A scan without its beams without return, from what was found of them."""
-    return replace(scan, no_return=found if found.points else None)
+    return scan.screened(state.once(product, key, NoReturn, lambda: find_no_return(scan)))
 
 
 def _from_origin(entry: ScanFile, scan: Scan) -> Scan:

@@ -137,7 +137,7 @@ def _held(scan: Scan, unscreened: bool) -> tuple[NoReturn | None, HeldScan]:
     if scan.records is None or scan.records > LIMIT:
         # without its beams it may be no more than can be held
         beams = find_no_return(scan)
-        return beams, hold(replace(scan, no_return=beams if beams.points else None))
+        return beams, hold(scan.screened(beams))
     held = hold(scan, stored=True)
     beams = find_no_return(held)
     return beams, held.without(beams if beams.points else None)

@@ -3,6 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+from tribrach.answers import Result
+from tribrach.sentences import Sentence
+
+#: questions by what asks them
+_DOUBTS = {
+    "wide": "the points spread over {value:kmg4}: are the coordinates metres?",
+    "high": "the points rise over {value:kmg4}: are the coordinates metres?",
+    "narrow": "all points lie within {value:mmg2}: are the coordinates metres, and not degrees?",
+    "slender": "seen from above all points lie within {value:mmg2}, and they are much higher than "
+    "wide: are the coordinates metres, and not degrees?",
+    "steep": "half of the steep rays are longer than {value:mg4}, and no floor or ceiling is so "
+    "far away: are the coordinates metres?",
+    "tower": "half of the rays that look down steeply are longer than {value:mg4}, as from a "
+    "tower: are the coordinates metres?",
+    "far": "nothing around the scanner is nearer than {value:mg3}: are the coordinates metres?",
+    "coarse": "all coordinates are whole multiples of {value:mg4}, which no scanner is so coarse "
+    "to give: are they metres?",
+}
 
 
 @dataclass(frozen=True)
@@ -35,3 +55,18 @@ class LengthUnit:
 
 
 METRES = LengthUnit()
+
+
+@dataclass(frozen=True)
+class UnitDoubt(Result):
+    """What no scan in metres shows."""
+
+    #: kind of doubt
+    key: Literal["wide", "high", "narrow", "slender", "steep", "tower", "far", "coarse"]
+    #: the length that asks [m]
+    value: float
+
+    @property
+    def sentence(self) -> Sentence:
+        """The question, without capital."""
+        return Sentence(_DOUBTS[self.key], value=self.value)

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array, Mask
 from tribrach.kernels import njit
 from tribrach.scan.scan import NoReturn, Scan
+from tribrach.scan.unit_doubt import unit_doubt
 
 
 @dataclass(frozen=True)
@@ -73,13 +74,12 @@ _MIX = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dt
 
 
 def screened(scan: Scan) -> Scan:
-    """Read a scan once and leave out what it has for beams without return."""
-    found = find_no_return(scan)
-    return replace(scan, no_return=found if found.points else None)
+    """Read a scan once, leave out beams without return and doubt whether the rest is metres."""
+    return scan.screened(find_no_return(scan))
 
 
 def find_no_return(scan: Scan) -> NoReturn:
-    """Find what a scan has for beams without return."""
+    """Find what a scan has for beams without return, and what speaks against metres."""
     origin = np.array(scan.scanner)
     known = scan.origin != "unknown"
     ranges, some, total = np.zeros(_CLASSES, dtype=np.int64), _Some(), 0
@@ -92,9 +92,12 @@ def find_no_return(scan: Scan) -> NoReturn:
     places = some.repeated(least / max(total, 1))
     shell = _last(ranges, least) if known else None
     zeros = int(ranges[0]) if known else 0
-    if not places and shell is None and not zeros:
-        return NoReturn(total=total)
-    return _confirmed(scan, places, shell, zeros > 0, total, least)
+    found = NoReturn(total=total)
+    if places or shell is not None or zeros:
+        found = _confirmed(scan, places, shell, zeros > 0, total, least)
+    points = some.points
+    kept = points[found.marks(points, origin) == NoReturn.RETURN]
+    return replace(found, doubt=unit_doubt(scan, kept))
 
 
 def _confirmed(
@@ -232,9 +235,14 @@ class _Some:
             self._stride *= 2
             self._count = len(self._kept[0])
 
+    @property
+    def points(self) -> Array:
+        """The points (n, 3) that were taken."""
+        return np.concatenate(self._kept) if self._kept else np.zeros((0, 3))
+
     def repeated(self, share: float) -> tuple[tuple[float, float, float], ...]:
         """Places that hold at least this share of the points, and far more than any other."""
-        points = np.concatenate(self._kept) if self._kept else np.zeros((0, 3))
+        points = self.points
         if not len(points):
             return ()
         _, first, counts = np.unique(point_hashes(points), return_index=True, return_counts=True)

@@ -20,20 +20,20 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tribrach._types import Array
 from tribrach.answers import Result
-from tribrach.errors import InputError
+from tribrach.errors import InputError, note_doubt
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
 from tribrach.scan.face import ScanFace
-from tribrach.scan.length_unit import METRES, LengthUnit
+from tribrach.scan.length_unit import METRES, LengthUnit, UnitDoubt
 from tribrach.sentences import Sentence, joined
 
 #: points read at a time; 8 columns of 8 bytes are then 32 MB
@@ -93,7 +93,7 @@ class Lattice:
 
 
 @dataclass(frozen=True)
-class NoReturn(Result, without=("at_scanner", "total")):
+class NoReturn(Result, without=("at_scanner", "total", "doubt")):
     """What a file has for beams that came back from nothing, in its coordinates.
 
     :func:`tribrach.scan.no_return.screened` finds it.
@@ -117,6 +117,8 @@ class NoReturn(Result, without=("at_scanner", "total")):
     in_shell: int = 0
     #: number of all points of the file
     total: int = 0
+    #: what speaks against metres in the others
+    doubt: UnitDoubt | None = None
 
     @property
     def points(self) -> int:
@@ -274,6 +276,21 @@ class Scan(ABC):
         if self.correction is not None:
             xyz = self.correction.corrected(xyz)
         return Chunk(xyz, values, dropped)
+
+    def screened(self, found: NoReturn) -> Self:
+        """The same without its beams without return, and with the doubts that came up."""
+        warnings = self.warnings
+        if found.doubt is not None:
+            note_doubt(self.source, found.doubt.sentence)
+            warnings = tuple(dict.fromkeys((*warnings, found.doubt.sentence)))
+        left_out = found if found.points else None
+        return replace(self, no_return=left_out, warnings=warnings)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is odd in it and what is left out, without the final stop."""
+        beams = () if self.no_return is None else (self.no_return.sentence,)
+        return (*self.warnings, *beams)
 
     @property
     def names(self) -> tuple[str, ...]:

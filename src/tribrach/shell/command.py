@@ -14,6 +14,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 from typer.models import ArgumentInfo, ParameterInfo
 
+from tribrach.errors import untold_doubts
 from tribrach.io.opened_files import opened_once
 from tribrach.io.outputs import Content, write_texts
 from tribrach.report.answer import Answer
@@ -128,6 +129,10 @@ def command(
                 if crew is not None:
                     given["engine"] = stack.enter_context(working(*crew))
                 answer = work(**given)
+            lines = [part for part in answer.terminal if not isinstance(part, ReportTable)]
+            texts = [part if isinstance(part, str) else part.line() for part in lines]
+            doubts = [f"! {text}" for text in untold_doubts("\n".join(texts))]
+            answer = replace(answer, terminal=[*doubts, *answer.terminal])
             claimed = {path for several in files.values() for path in several}
             if further := [path for path in answer.files if path not in claimed]:
                 claim(inputs, files | {"(beside a result)": further}, overwrite=overwrite)

@@ -15,7 +15,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from tribrach._types import Progress
-from tribrach.errors import InputError, TribrachError
+from tribrach.errors import InputError, TribrachError, doubting, untold_doubts
 from tribrach.io.fault_file import write_fault
 from tribrach.io.keeping import keep, keeping, refuse_loss
 from tribrach.io.outputs import special
@@ -67,8 +67,13 @@ Scheduler = Annotated[
 def guarded(work: Callable[[], Any]) -> None:
     """Run a command; errors of the input become one sentence and exit status 2, others 3."""
     try:
-        with keeping():
-            work()
+        with keeping(), doubting():
+            try:
+                work()
+            except TribrachError as error:
+                for note in untold_doubts():
+                    error.add_note(note)
+                raise
     except TribrachError as error:
         notes = getattr(error, "__notes__", ())
         between = " " if len(notes) == 1 and "\n" not in str(error) else "\n"

@@ -13,6 +13,7 @@ from tribrach.errors import InputError
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
 from tribrach.io.scans.reading import as_told
+from tribrach.scan.no_return import find_no_return
 
 
 @pytest.fixture
@@ -36,7 +37,9 @@ def test_millimetres(faults: Path) -> None:
     (stated,) = read_scans(faults / "17-millimetres" / "m.ply")
     assert np.ptp(whole(stated, 40000).xyz, axis=0).max() == pytest.approx(18.0, abs=0.01)
     (silent,) = read_scans(faults / "17-millimetres" / "m.xyz")
-    assert describe(silent).steep > 300
+    doubt = find_no_return(silent).doubt
+    assert doubt is not None
+    assert doubt.key == "steep"
 
 
 def converted(source: Path, destination: Path) -> int:

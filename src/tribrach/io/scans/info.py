@@ -33,17 +33,6 @@ _FIRST, _SPREAD = 1_500_000, 300_000
 _COMPARED = 300_000
 #: what is worth a sentence: resolution and step [m], bounds that differ by [m], share of doubles
 _RESOLUTION, _STEP, _BOUNDS, _DOUBLED = 1e-4, 1e-3, 1e-3, 1e-3
-#: no scan is wider [m]
-_WIDEST = 2e4
-#: no scan of several points is narrower [m]: a hall in degrees is
-_NARROWEST = 5e-3
-#: no floor or ceiling is farther from a scanner than the steep rays of half a scan reach [m], and
-#: no scanner gives coordinates in steps of [m]
-_STEEP_RANGE, _COARSE = 300.0, 1.0
-#: few tripods stand so high above what is below them [m]
-_HIGH = 50.0
-#: steep rays that tell: their share and number
-_STEEP_SHARE, _STEEP_FEW = 0.02, 50
 _QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 #: fewer points do not tell the angular step
 _FEW = 1000
@@ -188,7 +177,7 @@ class DescribedUnit(Result):
 @dataclass(frozen=True, eq=False)
 class Description(
     Result,
-    without=("scan", "figures", "among", "steep", "below"),
+    without=("scan", "figures", "among"),
     also=(
         "file", "name", "index", "points", "records", "dropped", "no_return", "bounds", "fields",
         "grid", "pose", "crs", "unit", "origin", "doubled_share", "facts", "sentences",
@@ -213,10 +202,6 @@ class Description(
     ranges: tuple[Number, ...]
     #: step that all coordinates are multiples of, null if it is fine
     coarse: Number | None
-    #: median range of rays steeper than 45 degrees [m], 0 where there are few
-    steep: float = 0.0
-    #: the same of those that look down
-    below: float = 0.0
 
     name = part("scan.name", str, "Name of the scan.")
     index = part("scan.index", int, "Its number in the file.")
@@ -336,42 +321,17 @@ class Description(
 
     def _of_coordinates(self) -> list[str]:
         """Sentences on resolution, doubled points, zeros and bounds."""
-        scan, figures, out = self.scan, self.figures, []
+        figures, out = self.figures, list[str]()
         far = 0.0 if figures.bounds is None else float(np.abs(figures.bounds).max())
-        across = (
-            0.0 if figures.bounds is None else float((figures.bounds[1] - figures.bounds[0]).max())
-        )
         if self.angles:
             out.append(
                 "The coordinates are degrees: nothing that needs lengths is made of them, and "
                 "convert keeps them as they are."
             )
             return out + self._of_records()
-        if across > _WIDEST:
-            out.append(f"The points spread over {across / 1e3:.4g} km: are the coordinates metres?")
-        elif scan.unit.metric and 0 < across < _NARROWEST:
-            out.append(
-                f"All points lie within {1e3 * across:.2g} mm: are the coordinates metres, and not "
-                "degrees?"
-            )
-        elif self.steep > _STEEP_RANGE:
-            out.append(
-                f"Half of the steep rays are longer than {self.steep:.0f} m, and no floor or "
-                "ceiling is so far away: are the coordinates metres?"
-            )
-        elif self.below > _HIGH:
-            out.append(
-                f"Half of the rays that look down steeply are longer than {self.below:.0f} m, as "
-                "from a tower: are the coordinates metres?"
-            )
-        elif self.coarse is not None and self.coarse >= _COARSE and scan.unit.metric:
-            out.append(
-                f"All coordinates are whole multiples of {self.coarse:g} m, which no scanner is so "
-                "coarse to give: are they metres?"
-            )
         with np.errstate(over="ignore"):
             resolution = single_resolution(far)
-        if self.coarse is not None and self.coarse < _COARSE:
+        if self.coarse is not None and self.coarse < 1.0:
             out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
         elif figures.single and resolution >= _RESOLUTION:
             out.append(
@@ -439,25 +399,14 @@ def describe(scan: Scan, among: int = 1) -> Description:
     figures = statistics(scan)
     step: tuple[float, float] | None = None
     ranges: tuple[float, ...] = ()
-    steep = below = 0.0
     # coordinates that nothing can be computed with are described as they are
     with np.errstate(over="ignore", invalid="ignore"):
         if scan.origin != "unknown" and figures.points:
             distance = np.linalg.norm(figures.spread, axis=1)
             ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
             step = _step(figures.first)
-            steep = _steep(np.abs(figures.spread[:, 2]), figures.spread, distance)
-            below = _steep(-figures.spread[:, 2], figures.spread, distance)
         coarse = coordinate_step(figures.spread, _STEP) or None
-    return Description(scan, figures, among, step, ranges, coarse, steep, below)
-
-
-def _steep(rise: Array, xyz: Array, distance: Array) -> float:
-    """Median range of the rays that rise by more than 45 degrees [m]; 0 where they are few."""
-    steep = distance[rise > np.hypot(xyz[:, 0], xyz[:, 1])]
-    if len(steep) < max(_STEEP_FEW, _STEEP_SHARE * len(xyz)):
-        return 0.0
-    return float(np.median(steep))
+    return Description(scan, figures, among, step, ranges, coarse)
 
 
 def _step(xyz: Array) -> tuple[float, float] | None:

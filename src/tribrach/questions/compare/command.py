@@ -24,6 +24,7 @@ from tribrach.questions.compare.motions import MotionCollector
 from tribrach.questions.compare.moved import told_motions
 from tribrach.report.answer import Answer
 from tribrach.report.names import told_apart
+from tribrach.sentences import stopped
 from tribrach.shell.command import WRITTEN, command
 from tribrach.tasks.engine import Engine
 from tribrach.units import MM, SEC
@@ -150,7 +151,7 @@ def compare(
         None if motions is None else told_motions(motions),
     )
     files = {} if alignment_file is None else {alignment_file: _alignment(_known(pair, a))}
-    beams = [f"{sentence}." for cloud in (one, two) for sentence in cloud.sentences]
+    beams = [stopped(sentence) for cloud in (one, two) for sentence in cloud.sentences]
     return answer_of(told_apart(a, b), compared, beams, files)
 
 

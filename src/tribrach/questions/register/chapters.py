@@ -23,7 +23,7 @@ from tribrach.report.names import some_of
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
 from tribrach.report.tables import ReportTable, Spec, build_table
-from tribrach.sentences import Sentence, capital, joined, written
+from tribrach.sentences import Sentence, capital, joined, stopped, written
 
 FORM = Form("register", RegisteredFiles, 1)
 #: largest ratio of test to limit in the colours of the plan
@@ -49,7 +49,7 @@ def answer_of(files: RegisteredFiles) -> Answer:
         _front(registration),
         files,
         FORM,
-        findings=[Finding(capital(text) + ".", key="file") for text in files.sentences],
+        findings=[Finding(stopped(capital(text)), key="file") for text in files.sentences],
         pictures=[_plan(group, registration, files.walls, k) for k, group in enumerate(joined)],
         tables=[
             loops, *_on_references(files), *stations, _verdicts(registration), pairs,

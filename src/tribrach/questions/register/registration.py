@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -213,13 +213,13 @@ class RegisteredFiles(
     @property
     def sentences(self) -> tuple[str, ...]:
         """What was left out of the scans, and what the registration has to say."""
-        beams = [
-            Sentence("{name}: {scan.no_return.sentence}", name=name, scan=scan)
+        scans = [
+            Sentence("{name}: {said}", name=name, said=said)
             for name, scan in self.files.items()
-            if scan.no_return is not None
+            for said in scan.remarks
         ]
         told = [said for reference in self.references for said in reference.sentences]
-        return (*beams, *self.known.sentences, *told, *self.registration.sentences)
+        return (*scans, *self.known.sentences, *told, *self.registration.sentences)
 
 
 def register_files(
@@ -263,9 +263,9 @@ def register_files(
                 cure="give its place in the coordinates of the files with --origin X Y Z, "
                 "--origin 0 0 0 if it is at zero",
             )
-        if not no_return:
-            progress(f"beams of {name}", 0, None)
-            scans[name] = scan = screened(scan)
+        progress(f"beams of {name}", 0, None)
+        scan = screened(scan)
+        scans[name] = scan = replace(scan, no_return=None) if no_return else scan
         prepared.append(prepare(name, _watched(name, scan, progress)))
     reach = _SEEN * max(scan.radius for scan in prepared) + _AROUND * sigma.shift
     ready, used = read_references(references, list(scans), known.poses, reach, progress)
