@@ -29,6 +29,8 @@ def test_files_are_known_by_content_and_not_by_name(tmp_path: Path) -> None:
     (tmp_path / "raw.txt").write_bytes(sorted(GSI.iterdir())[0].read_bytes())
     (tmp_path / "levels.txt").write_text(LEVELS)
     (tmp_path / "punkte.dat").write_text(LISTED.format("Rechtswert", "Hochwert"), "latin-1")
+    (tmp_path / "list.pts").write_text("".join(f"P{k} {k}.5 {2 * k}.25 3.125\n" for k in range(9)))
+    (tmp_path / "scan.pts").write_text("3\n" + "1.5 2.5 3.5 10\n" * 3)
     (tmp_path / "site.jpeg").write_bytes(b"\xff\xd8")
     (tmp_path / "letter.txt").write_text("Dear Sir,\nplease find the scans below.\n")
     (tmp_path / "empty.csv").write_text(" \n")
@@ -41,7 +43,8 @@ def test_files_are_known_by_content_and_not_by_name(tmp_path: Path) -> None:
     assert found["raw.txt"].words == "Leica GSI"
     assert found["levels.txt"].words == "3 rows of sights"
     assert found["punkte.dat"].words == "3 points with coordinates, without sigmas"
-    assert found["cloud.asc"].kind == "scans"
+    assert found["cloud.asc"].kind == found["scan.pts"].kind == "scans"
+    assert found["list.pts"].kind == "points"
     reasons = {name: one.words for name, one in found.items() if one.kind == "not understood"}
     assert reasons == {
         "site.jpeg": "one of the pictures",

@@ -165,7 +165,8 @@ def _recognised(path: Path, axes: Axes | None) -> FolderFile:
     start = contents(path, 4096)
     if not start.strip():
         raise InputError("it is empty", file=path, cure="copy it again from its source")
-    if start.startswith(_SCAN_STARTS) or suffix in (".ptx", ".pts"):
+    counted = suffix == ".pts" and start.split(b"\n", 1)[0].strip(b"\xef\xbb\xbf \t\r").isdigit()
+    if start.startswith(_SCAN_STARTS) or suffix == ".ptx" or counted:
         return _of_scans(path)
     if start.startswith(b"PK\x03\x04"):
         return _of_table(path, axes)
