@@ -15,13 +15,19 @@ from tribrach.geometry.rotation import exp, log
 from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.registration.clouds.graph import CloudEdge, observe
+from tribrach.registration.clouds.pair import CloudPair
 from tribrach.registration.clouds.reference import (
     ReferenceOffset,
     ScanReference,
     prepare_reference,
     reference_of_mesh,
 )
-from tribrach.registration.clouds.together import CloudRegistration, register_clouds
+from tribrach.registration.clouds.together import (
+    CloudGroup,
+    CloudRegistration,
+    _refusals,
+    register_clouds,
+)
 
 #: what all of the airborne cloud is wrong by [m]
 SHARED = 0.03
@@ -159,3 +165,10 @@ def test_terrain_holds_heights_and_says_what_it_leaves_open() -> None:
     assert sigma[2] == pytest.approx(0.05, rel=0.05)
     assert sigma[5] > 0.5
     assert abs(group.poses["S1"].translation[2] - true.translation[2]) < 0.01
+
+
+def test_a_scan_that_is_refused_on_a_reference_is_told_though_others_place_it() -> None:
+    placed = {name: Pose.identity() for name in ("air", "S1", "S2")}
+    groups = [CloudGroup(placed, {}, None, (), {})]
+    refused = [CloudPair(a, "S2", None, (), (f"{a} and S2 differ",)) for a in ("air", "S1")]
+    assert _refusals(refused, groups, {"air"}) == ["air and S2 differ"]

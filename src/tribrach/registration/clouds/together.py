@@ -7,7 +7,7 @@ each group of stations that they connect), the first station of each held.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -297,7 +297,7 @@ def settled(
         PlacedOn.of(on[p.a], by_name[p.b], p.fit) for p in pairs if p.fit is not None and p.a in on
     ]
     sentences = [s for p in pairs if p.fit for s in p.sentences]
-    sentences += _refusals(pairs, hung)
+    sentences += _refusals(pairs, hung, frames)
     sentences += consistency.sentences
     for group in hung:
         sentences += [
@@ -323,10 +323,14 @@ def settled(
     )
 
 
-def _refusals(pairs: Sequence[CloudPair], hung: Sequence[CloudGroup]) -> list[str]:
-    """Why pairs between stations that nothing else joins were not registered, at most ten."""
+def _refusals(
+    pairs: Sequence[CloudPair], hung: Sequence[CloudGroup], references: Collection[str]
+) -> list[str]:
+    """Why pairs that nothing else joins, and scans on references, were not registered; ten."""
     number = {name: k for k, group in enumerate(hung) for name in group.stations}
-    sentences = [s for p in pairs if not p.fit and number[p.a] != number[p.b] for s in p.sentences]
+    told = [p for p in pairs if not p.fit and number[p.a] != number[p.b]]
+    told += [p for p in pairs if not p.fit and p.a in references and number[p.a] == number[p.b]]
+    sentences = [s for p in told for s in p.sentences]
     left = len(sentences) - GATES.most_refusals
     return sentences[: GATES.most_refusals] + (
         [f"{left} more pairs were not registered"] if left > 0 else []
