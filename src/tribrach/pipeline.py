@@ -56,7 +56,9 @@ def run(
     """
     project = project if isinstance(project, Project) else Project.load(project)
     folder = project.results if folder is None else Path(folder)
-    kept = keeping(project.inputs(), folder, overwrite=overwrite, command="run")
+    kept = keeping(
+        project.inputs(), folder, overwrite=overwrite, command="run", kind=project.file_name
+    )
     with kept, watched(progress) as told:
         refuse_reports(folder, project.output)
         settings, logo = AdjustmentSettings.of(project), read_logo(project.logo)

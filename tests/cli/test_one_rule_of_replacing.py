@@ -151,6 +151,24 @@ def test_a_file_that_a_project_names_is_an_input(here: Path, tmp_path: Path) -> 
     (tmp_path / "net.toml").write_text(NET.replace("heights.csv", "./t.json"))
     assert RUN.invoke(app, words).exit_code == 2
     assert RUN.invoke(app, [*words, "--overwrite"]).exit_code == 0
+    deep = tmp_path / "lists" / "t.json"
+    deep.parent.mkdir()
+    words[-1] = str(deep)
+    assert [RUN.invoke(app, words).exit_code for _ in range(2)] == [0, 0]
+    (tmp_path / "net.toml").write_text(NET.replace("heights.csv", "lists/../lists/t.json"))
+    assert RUN.invoke(app, words).exit_code == 2
+
+
+def test_a_run_replaces_no_run_of_another_project(here: Path, tmp_path: Path) -> None:
+    for name in ("heights.csv", "levelling.csv", "net.toml"):
+        shutil.copy(here / name, tmp_path)
+    shutil.copy(here / "net.toml", tmp_path / "other.toml")
+    words = [["run", str(tmp_path / name), "-q"] for name in ("net.toml", "other.toml")]
+    assert [RUN.invoke(app, words[0]).exit_code for _ in range(2)] == [0, 0]
+    before = digests(tmp_path / "out")
+    assert RUN.invoke(app, words[1]).exit_code == 2
+    assert digests(tmp_path / "out") == before
+    assert RUN.invoke(app, [*words[1], "--overwrite"]).exit_code == 0
 
 
 def test_one_digit_changed_and_the_date_kept(here: Path, tmp_path: Path) -> None:

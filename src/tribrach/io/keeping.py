@@ -9,7 +9,7 @@ that is written passes :func:`refuse_loss`, which knows three rules:
 * a file that is there is replaced only by what wrote it: the same command and the same kind of
   result. It is listed with size, digest, command and kind in ``.tribrach/written.json`` of the
   folder of results, or of that of a single file; its content is read, for its date may be kept by
-  who changed it. A single result replaces no file that a project file beside it names.
+  who changed it. A single result replaces no file that a project file beside or above it names.
 
 The last rule is lifted by ``overwrite``, the first two are not.
 
@@ -52,6 +52,9 @@ _LARGEST = 20_000_000
 #: nor are project files [bytes]
 _LARGEST_PROJECT = 5_000_000
 
+#: folders around a file in which a project file may name it
+_AROUND = 4
+
 #: so long a command waits for another one that changes the same list [s]
 _PATIENCE = 5.0
 
@@ -73,8 +76,7 @@ class _Content(NamedTuple):
     digest: str
     #: words of the command, such as ``transform fit``
     command: str
-    #: kind of result: the option that names it, or what was asked for; "" for the one result of its
-    #: name in a folder of results
+    #: kind of result: the option that names it, what was asked for, or the name of the project file
     kind: str
 
     @property
@@ -313,21 +315,23 @@ def _why_not(path: Path, scope: _Scope) -> str:
 
 
 def _project_that_names(path: Path) -> Path | None:
-    """A project file of the folder in which the name of a file stands."""
-    name = path.name
-    for project in sorted(path.parent.glob("*.toml")):
-        with suppress(OSError, ValueError, RecursionError):
-            if project == path or project.stat().st_size > _LARGEST_PROJECT:
-                continue
-            if name in _strings(tomllib.loads(project.read_text(encoding="utf-8"))):
-                return project
+    """A project file of the folder, or of those around it, that names a file."""
+    place = _plain(path)
+    for folder in place.parents[:_AROUND]:
+        for project in sorted(folder.glob("*.toml")):
+            with suppress(OSError, ValueError, RecursionError):
+                if project == place or project.stat().st_size > _LARGEST_PROJECT:
+                    continue
+                named = _strings(tomllib.loads(project.read_text(encoding="utf-8")))
+                if any(n.endswith(path.name) and _plain(folder / n) == place for n in named):
+                    return project
     return None
 
 
 def _strings(value: object) -> Iterator[str]:
     """All texts in the values of a project file."""
     if isinstance(value, str):
-        yield value.removeprefix("./")
+        yield value
     elif isinstance(value, dict | list):
         for one in value.values() if isinstance(value, dict) else value:
             yield from _strings(one)

@@ -224,6 +224,11 @@ class Project(Section):
         return self._folder / names[0] if names and names[0] else None
 
     @property
+    def file_name(self) -> str:
+        """Name of the project file, "" for a project without one."""
+        return "" if self._file is None else self._file.name
+
+    @property
     def edits_file(self) -> Path:
         """Where decisions made by hand are kept, whether there are any or not."""
         return self._folder / self.edits

@@ -186,7 +186,8 @@ class Session:
         job = open_job(project, progress)
         found = None
         if project.scans:
-            with keeping(project.inputs(), project.results, command="run"):
+            name = project.file_name
+            with keeping(project.inputs(), project.results, command="run", kind=name):
                 found = find(job, project.results, progress)
         return cls(job, found, _user() if author is None else author)
 
