@@ -191,3 +191,34 @@ def test_a_unit_that_the_user_gives(tmp_path: Path) -> None:
     assert np.allclose(whole(scan).xyz, XYZ * 1e-3, rtol=1e-14)
     with pytest.raises(InputError), as_told(unit="furlong"):
         pass
+
+
+@pytest.mark.parametrize(("mark", "decimal"), [(" ", ","), (";", ","), (",", "."), ("\t", ",")])
+def test_formats_of_blanks_take_other_marks(tmp_path: Path, mark: str, decimal: str) -> None:
+    near = np.round(np.random.default_rng(1).uniform(1, 9, (60, 3)), 4)
+    rows = [line + mark + "0" for line in text(near, mark, decimal, 4).splitlines()]
+    scan = scan_of(tmp_path, "\n".join(["60", *rows]), "a.pts")
+    assert np.array_equal(whole(scan).xyz, near)
+    head = ["10", "6", "0 0 0", "1 0 0", "0 1 0", "0 0 1"]
+    head += ["1 0 0 0", "0 1 0 0", "0 0 1 0", "0 0 0 1"]
+    scan = scan_of(tmp_path, "\n".join([*head, *rows]), "a.ptx")
+    assert np.array_equal(whole(scan).xyz, near)
+
+
+def test_decimal_commas_in_quotes_are_asked_for(tmp_path: Path) -> None:
+    rows = [",".join(f'"{v:.2f}"'.replace(".", ",") for v in row) for row in XYZ]
+    with pytest.raises(InputError, match="quotes"):
+        scan_of(tmp_path, "\n".join(['"x","y","z"', *rows]))
+
+
+def test_y_before_x_is_doubted(tmp_path: Path) -> None:
+    swapped = text(XYZ[:, [1, 0, 2]], ";")
+    swapped = text(XYZ[:, [1, 0, 2]], ";")
+    # y is east and x north
+    with pytest.raises(InputError, match="northing"):
+        scan_of(tmp_path, "y;x;h\n" + text(XYZ, ";"))
+    assert len(scan_of(tmp_path, "y;x;h\n" + text(XYZ % 100, ";")).warnings) == 1
+    assert len(scan_of(tmp_path, swapped).warnings) == 1
+    scan = scan_of(tmp_path, "Northing;Easting;h\n" + swapped)
+    assert np.array_equal(whole(scan).xyz, XYZ)
+    assert not scan.warnings

@@ -10,7 +10,9 @@ from pathlib import Path
 from tribrach.errors import InputError
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
+from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import Lines
+from tribrach.io.scans.text_form import blanks_of
 from tribrach.io.scans.text_scan import TextScan, off_by_one, refuse_many, rows
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
@@ -33,7 +35,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     """Each block of a file as a scan; the lines are counted on the way."""
     scans: list[PtsScan] = []
     with unpacked(path) as file:
-        lines = Lines(file, path)
+        lines = Lines(file, path, blanks_of(path, reading().decimal))
         while lines.peek(1):
             scans.append(_block(lines, len(scans)))
             refuse_many(path, len(scans))
@@ -80,6 +82,7 @@ def _block(lines: Lines, index: int) -> PtsScan:
         warnings=tuple(warnings),
         mark=mark,
         first=first,
+        blanks=lines.blanks,
         types=types,
         columns=layout,
     )

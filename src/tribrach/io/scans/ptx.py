@@ -20,7 +20,9 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import scan_name
+from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import LineBlock, Lines
+from tribrach.io.scans.text_form import blanks_of
 from tribrach.io.scans.text_scan import TextScan, refuse_many, rows, short, table
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
@@ -67,7 +69,7 @@ def read(path: Path) -> tuple[Scan, ...]:
     """All scans of a file; the lines are counted on the way."""
     scans: list[PtxScan] = []
     with unpacked(path) as file:
-        lines = Lines(file, path)
+        lines = Lines(file, path, blanks_of(path, reading().decimal, head=len(HEADER) - 2))
         while lines.peek(1):
             scans.append(_scan(lines, len(scans)))
             refuse_many(path, len(scans))
@@ -119,6 +121,7 @@ def _scan(lines: Lines, index: int) -> PtxScan:
         warnings=tuple(warnings),
         mark=mark,
         first=first,
+        blanks=lines.blanks,
         types=types,
         columns=layout,
     )

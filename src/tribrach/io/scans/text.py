@@ -68,7 +68,7 @@ class Lines:
         mark: Mark | None = None,
         fill: bytes = b"",
     ) -> None:
-        self._file, self.path, self._blanks = file, path, blanks
+        self._file, self.path, self.blanks = file, path, blanks
         self._empty = re.compile(fill) if fill else None
         self._mark = self._next = mark or Mark()
         if self._next.offset:
@@ -144,7 +144,7 @@ class Lines:
                 raise InputError("a line has no end", file=self.path, line=self._next.line + 1)
             whole, self._tail = whole[:cut], whole[cut:]
         filled = whole if self._empty is None else self._empty.sub(b"nan", whole)
-        text = _normal(filled, self._blanks)
+        text = _normal(filled, self.blanks)
         if not keep:
             self._mark, self._text, self._at = self._next, b"", 0
         self._text += text
@@ -166,7 +166,7 @@ class Lines:
             file.seek(block.mark.offset)
             left = block.first - block.mark.ordinal + k
             for number, line in enumerate(file, start=block.mark.line + 1):
-                if _normal(line, self._blanks).strip():
+                if _normal(line, self.blanks).strip():
                     left -= 1
                 if left < 0:
                     return number

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.scans.text import BLANKS
 from tribrach.io.unpacking import unpacked
 
 #: what comments begin with
@@ -155,6 +156,19 @@ def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str]
     """
     before, lines = heads(text_start(path))
     lines = [line for line in lines[:_LINES] if not line.lstrip().startswith(COMMENTS)]
+    form = _best(lines, decimal)
+    if decimal is None:
+        _refuse_doubt(form, lines, path)
+    if any(form.number(c) and _FORTRAN.search(c) for line in lines for c in form.cells(line)):
+        form = replace(form, fortran=True)
+    if form.fill:
+        empty = [line.rstrip(" \r").endswith(form.mark) for line in lines]
+        form = replace(form, ends=any(empty) and not all(empty), closed=all(empty))
+    return form, before, lines
+
+
+def _best(lines: Sequence[str], decimal: str | None) -> TextForm:
+    """The form that makes rows of numbers of most lines."""
     best, form = (0.0, 0.0), TextForm("")
     for one in _FORMS:
         if decimal is not None and one.decimal != decimal:
@@ -164,14 +178,24 @@ def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str]
         good = _agreement(one, lines)
         if good > best:
             best, form = good, one
+    return form
+
+
+def blanks_of(path: Path, decimal: str | None = None, head: int = 0) -> bytes:
+    """Translation of bytes for the points of a format with blanks, whatever stands there instead.
+
+    ``head``: lines of numbers before the points.
+    """
+    text = text_start(path)
+    if not any(mark in text for mark in ",;|"):
+        return BLANKS
+    _, lines = heads(text)
+    form = _best(lines[head:_LINES], decimal)
     if decimal is None:
-        _refuse_doubt(form, lines, path)
-    if any(form.number(c) and _FORTRAN.search(c) for line in lines for c in form.cells(line)):
-        form = replace(form, fortran=True)
-    if form.fill:
-        empty = [line.rstrip(" \r").endswith(form.mark) for line in lines]
-        form = replace(form, ends=any(empty) and not all(empty), closed=all(empty))
-    return form, before, lines
+        _refuse_doubt(form, lines[head:_LINES], path)
+    table = bytearray(form.blanks if form.mark else BLANKS)
+    table[32] = table[9] = 32  # they part the numbers of headers
+    return bytes(table)
 
 
 def agreement(lines: Sequence[str]) -> float:
@@ -213,6 +237,12 @@ def _refuse_doubt(form: TextForm, lines: Sequence[str], path: Path) -> None:
                 file=path,
                 cure="export the file with semicolons or blanks between the values",
             )
+    if form.decimal == "," and any('","' in line for line in lines):
+        raise InputError(
+            "quotes stand about decimals with a comma, and commas between them",
+            file=path,
+            cure="export the file with semicolons or blanks between the values",
+        )
     if form.decimal == "," and not form.thousands:
         commas = [cell for cell in cells if "," in cell]
         if commas and all(map(_THREE.fullmatch, commas)):

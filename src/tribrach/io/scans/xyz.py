@@ -8,6 +8,7 @@ stand before them. The format has no place for a scanner.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -206,6 +207,7 @@ def _names(
     names = head.names
     if names and {"x", "y", "z"} <= {known_name(n) for n in names}:
         if len(names) == width:
+            warnings += _turned_axes(path, names, values)
             return names
         what = f"{len(names)} columns are named ({', '.join(names[:12])}) and lines have "
         both = form.mark == "," and width == 2 * len(names)
@@ -222,10 +224,13 @@ def _names(
     numbers = values[:, list(kept)]
     first = _running(numbers)
     found = (["number"] if first else []) + _guessed(numbers[:, first:], len(kept) - first)
-    _refuse_doubtful(path, numbers[:, first : first + 3], first > 0 or len(kept) < width)
+    listed = first > 0 or len(kept) < width
+    _refuse_doubtful(path, numbers[:, first : first + 3], listed)
     out = [""] * width
     for k, name in zip(kept, found, strict=True):
         out[k] = name
+    if not listed and _northing_first(numbers):
+        warnings.append(f"the first coordinate may be the northing: if it is, {_NAMED}")
     if len(kept) > 3:
         warnings.append(f"the columns have no names; they are taken as {' '.join(found)}")
     return out
@@ -256,13 +261,34 @@ def _refuse_doubtful(path: Path, xyz: Array, listed: bool) -> None:
             raise InputError(
                 f"the third column has {height:.0f}, which is no height", file=path, cure=_NAMED
             )
-    x, y = np.median(xyz[:, 0]), np.median(xyz[:, 1])
-    if listed and 1e6 < x < 1e7 and 1e5 < y < 1e6:
+    if listed and _northing_first(xyz):
+        x = np.median(xyz[:, 0])
         raise InputError(
             f"the columns have no names, and the first coordinate ({x:.0f}) may be the northing",
             file=path,
             cure=_NAMED,
         )
+
+
+def _northing_first(xy: Array) -> bool:
+    """True if coordinates (n, 2 or more) are as large as northing and easting of many maps."""
+    x, y = np.median(xy[:, 0]), np.median(xy[:, 1])
+    return bool(1e6 < x < 1e7 and 1e5 < y < 1e6)
+
+
+def _turned_axes(path: Path, names: list[str], values: Array) -> list[str]:
+    """A sentence if y stands before x, as where x points north; refused if the sizes say so too."""
+    bare = [re.sub(r"\W.*", "", name.strip("\"' ").lower()) for name in names]
+    if not {"x", "y"} <= set(bare) or bare.index("y") > bare.index("x"):
+        return []
+    x, y = bare.index("x"), bare.index("y")
+    if _northing_first(values[:, [y, x]]):
+        return []
+    cure = 'say --columns "x y z ..." with the easting as x, the northing as y'
+    if _northing_first(values[:, [x, y]]):
+        what = "the column y stands before x, and x is as large as a northing"
+        raise InputError(what, file=path, cure=cure)
+    return [f"the column y stands before x: if x points north, {cure}"]
 
 
 def _head(lines: Lines, form: TextForm, words: list[str]) -> _Head:
