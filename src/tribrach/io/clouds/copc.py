@@ -24,8 +24,7 @@ import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import lazrs
 import numpy as np
@@ -34,7 +33,7 @@ from laspy.vlrs.vlr import VLR
 from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
-from tribrach.io.clouds.header import CloudHeader
+from tribrach.io.clouds.header import CloudHeader, CloudWriter
 from tribrach.io.clouds.las import LasRecords, forget_date
 from tribrach.io.clouds.staged import Staged
 from tribrach.kernels import njit
@@ -354,8 +353,10 @@ class PointSpool:
         return np.frombuffer(data, dtype=self._kind)
 
 
-class CopcWriter(LasRecords):
+class CopcWriter(LasRecords, CloudWriter):
     """Takes points chunk by chunk; builds the octree and writes the file when the block ends."""
+
+    _failures = (lazrs.LazrsError,)
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         # its cubes have one side, and so its steps are alike: the finest of them
@@ -386,23 +387,9 @@ class CopcWriter(LasRecords):
         with self._staged.writing(lazrs.LazrsError):
             self._spool.append(record.array)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        try:
-            if kind is None:
-                with self._staged.writing(lazrs.LazrsError):
-                    self._finish()
-                self._staged.commit()
-        finally:
-            self._spool.remove()
-            self._staged.discard()
+    def _discard(self) -> None:
+        self._spool.remove()
+        super()._discard()
 
     def _finish(self) -> None:
         """Write everything from the header to the hierarchy."""

@@ -23,8 +23,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import Any, BinaryIO
 
 import numpy as np
 from lxml import etree
@@ -35,7 +34,7 @@ from scipy.spatial.transform import Rotation
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.clouds.header import CloudHeader, exactly
+from tribrach.io.clouds.header import CloudHeader, CloudWriter, exactly
 from tribrach.io.clouds.staged import Staged, staged_name
 from tribrach.io.e57_pages import (
     PAGE,
@@ -290,7 +289,7 @@ class _Column:
     buffer: NDArray[Any]
 
 
-class E57Writer:
+class E57Writer(CloudWriter):
     """Writes points chunk by chunk, in the scanner frame where the header has a pose."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
@@ -437,7 +436,7 @@ class E57Writer:
             cure="take a coarser step",
         )
 
-    def _finish(self) -> None:
+    def _conclude(self) -> None:
         """Write what is known only after the last point: bounds and limits."""
         self._writer.close()
         ends = {}
@@ -521,28 +520,18 @@ class E57Writer:
         if self._image is not None:
             with suppress(libe57.E57Exception):
                 self._image.cancel()
-        self._staged.discard()
+            self._image = None
+        super()._discard()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if kind is not None:
-            self._discard()
-            return
+    def _finish(self) -> None:
         try:
             with self._refusals():
-                self._finish()
+                self._conclude()
                 self._image.close()
+                self._image = None
         except BaseException:
             self._discard()
             raise
-        self._staged.commit()
 
 
 def _columns(fields: tuple[Field, ...]) -> list[_Column]:

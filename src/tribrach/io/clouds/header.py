@@ -6,11 +6,12 @@ destination and renames when the block ends well; an exception or Ctrl-C leaves 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
+from tribrach.io.clouds.staged import Staged
 from tribrach.scan.scan import Field
 
 #: limits of the coordinate step [m]
@@ -88,9 +90,14 @@ def exactly(values: NDArray[Any], kind: Any, name: str, path: Path) -> NDArray[A
     return out
 
 
-class CloudWriter(Protocol):
+class CloudWriter(ABC):
     """A file that takes points chunk by chunk."""
 
+    #: what a library raises where the disk refuses something
+    _failures: ClassVar[tuple[type[Exception], ...]] = ()
+    _staged: Staged
+
+    @abstractmethod
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
         """Append points.
 
@@ -99,7 +106,7 @@ class CloudWriter(Protocol):
         """
 
     def __enter__(self) -> Self:
-        """The writer itself."""
+        return self
 
     def __exit__(
         self,
@@ -107,7 +114,21 @@ class CloudWriter(Protocol):
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        """Finish and rename the file, or remove it after an exception."""
+        try:
+            if kind is None:
+                with self._staged.writing(*self._failures):
+                    self._finish()
+                self._staged.commit()
+        finally:
+            self._discard()
+
+    @abstractmethod
+    def _finish(self) -> None:
+        """Write what is known only after the last point."""
+
+    def _discard(self) -> None:
+        """Remove what was written and has not got its name."""
+        self._staged.discard()
 
 
 def step_for(sigma: float) -> float:

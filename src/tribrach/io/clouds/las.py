@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import Any, BinaryIO
 
 import laspy
 import numpy as np
@@ -22,7 +21,7 @@ from pyproj.exceptions import CRSError
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.clouds.header import CloudHeader, exactly
+from tribrach.io.clouds.header import CloudHeader, CloudWriter, exactly
 from tribrach.io.clouds.staged import Staged
 from tribrach.io.json_text import json_text
 from tribrach.io.scans.las import FACTS, LIGHT
@@ -222,8 +221,10 @@ class LasRecords:
         )
 
 
-class LasWriter(LasRecords):
+class LasWriter(LasRecords, CloudWriter):
     """Writes points chunk by chunk, compressed if the suffix of the file is ``.laz``."""
+
+    _failures = (LazrsError,)
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
         super().__init__(path, header)
@@ -245,22 +246,9 @@ class LasWriter(LasRecords):
         with self._staged.writing(LazrsError):
             self._writer.write_points(record)
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if kind is not None:
-            self._staged.discard()
-            return
-        with self._staged.writing(LazrsError):
-            self._writer.close()
-            forget_date(self._staged.file)
-        self._staged.commit()
+    def _finish(self) -> None:
+        self._writer.close()
+        forget_date(self._staged.file)
 
 
 @njit(cache=True, nogil=True)

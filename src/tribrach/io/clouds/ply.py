@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +17,7 @@ from pyproj import CRS
 
 from tribrach._types import Array
 from tribrach.errors import InputError
-from tribrach.io.clouds.header import CloudHeader, exactly
+from tribrach.io.clouds.header import CloudHeader, CloudWriter, exactly
 from tribrach.io.clouds.staged import Staged
 
 _TYPES = {
@@ -40,7 +39,7 @@ _RENAMED = {
 _DIGITS, _VALUE = 15, 200
 
 
-class PlyWriter:
+class PlyWriter(CloudWriter):
     """Writes points chunk by chunk; their number is put into the header at the end."""
 
     def __init__(self, path: Path, header: CloudHeader) -> None:
@@ -116,22 +115,6 @@ class PlyWriter:
         text = self._text(self._begun({}))
         self._staged.file.seek(0)
         self._staged.file.write(text)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        if kind is not None:
-            self._staged.discard()
-            return
-        with self._staged.writing():
-            self._finish()
-        self._staged.commit()
 
 
 def _comments(header: CloudHeader) -> Iterator[str]:

@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from tribrach.errors import InputError
-from tribrach.io.levels.readings import LevelFile, LevelLine, StaffReading, check_reading, setups_of
+from tribrach.io.levels.readings import LevelBook, LevelFile, StaffReading
 from tribrach.io.totalstation.text import read_lines
 from tribrach.units import LARGEST, UNITS
 
@@ -56,24 +55,11 @@ def read(path: Path) -> LevelFile:
     lines = read_lines(path)
     m5 = any(re.match(r"\s*For[ _]M5\|", line) for line in lines)
     records = list(_m5(lines) if m5 else _rec500(lines))
-    done: list[LevelLine] = []
-    pending: list[StaffReading] = []
-    given: dict[str, tuple[float, int]] = {}
-    problems: list[tuple[int, str]] = []
-    computed: set[str] = set()
-
-    def close() -> None:
-        """End the line."""
-        setups, lost = setups_of(pending)
-        problems.extend((r.line, f"the {r.kind}sight to {r.point} has no other end") for r in lost)
-        if setups:
-            done.append(LevelLine(tuple(setups)))
-        pending.clear()
-
+    book = LevelBook()
     for record in records:
         if record.text:
             if _START.search(record.text) or _END.search(record.text):
-                close()
+                book.close()
             continue
         kinds = [kind for kind in record.values if kind in _READINGS]
         distance = next((record.values[d] for d in _DISTANCES if d in record.values), float("nan"))
@@ -82,26 +68,12 @@ def read(path: Path) -> LevelFile:
             height = record.values.get("Z", float("nan"))
             value = record.values[kind]
             reading = StaffReading(what, record.name, value, distance, record.line, height)
-            try:
-                pending.append(check_reading(reading))
-            except ValueError as error:
-                problems.append((record.line, str(error)))
-                continue
-            if what != "back":
-                computed.add(record.name)
+            book.add(reading)
         sums = {"Sh", "Sr", "Sv", "Db", "Df", "dz"} & record.values.keys()
-        own = record.name and record.name not in computed and not kinds and not sums
+        own = record.name and record.name not in book.computed and not kinds and not sums
         if own and abs(record.values.get("Z", LARGEST)) < LARGEST:
-            given.setdefault(record.name, (record.values["Z"], record.line))
-    close()
-    if not done:
-        raise InputError(
-            "the file of a level has no set-up with a backsight and a foresight",
-            file=path,
-            cure="give the whole file",
-        )
-    name = "DiNi M5" if m5 else "DiNi REC 500"
-    return LevelFile(path, name, tuple(done), given, tuple(problems))
+            book.given.setdefault(record.name, (record.values["Z"], record.line))
+    return book.file(path, "DiNi M5" if m5 else "DiNi REC 500")
 
 
 def _values(text: str) -> dict[str, float]:

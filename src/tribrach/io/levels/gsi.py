@@ -10,8 +10,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from tribrach.errors import InputError
-from tribrach.io.levels.readings import LevelFile, LevelLine, StaffReading, check_reading, setups_of
+from tribrach.io.levels.readings import LevelBook, LevelFile, StaffReading
 from tribrach.io.totalstation.gsi import parse_words
 from tribrach.io.totalstation.gsi import sniff as begins_as_gsi
 from tribrach.io.totalstation.text import read_lines
@@ -36,26 +35,13 @@ def sniff(text: str) -> bool:
 
 def read(path: Path) -> LevelFile:
     """Read a file."""
-    done: list[LevelLine] = []
-    pending: list[StaffReading] = []
-    given: dict[str, tuple[float, int]] = {}
-    problems: list[tuple[int, str]] = []
-    computed: set[str] = set()
-
-    def close() -> None:
-        """End the line."""
-        setups, lost = setups_of(pending)
-        problems.extend((r.line, f"the {r.kind}sight to {r.point} has no other end") for r in lost)
-        if setups:
-            done.append(LevelLine(tuple(setups)))
-        pending.clear()
-
+    book = LevelBook()
     for number, line in enumerate(read_lines(path), start=1):
         if not line.strip("\x02\x03\x04\x1a\t "):
             continue
         words = parse_words(line)
         if words and words[0].index == "41" and words[0].data.strip("0 ").startswith("?"):
-            close()
+            book.close()
         if not words or words[0].index != "11":
             continue
         by_index = {word.index: word for word in words}
@@ -65,26 +51,12 @@ def read(path: Path) -> LevelFile:
             distance = by_index["32"].value if "32" in by_index else math.nan
             height = by_index["83"].value if "83" in by_index else math.nan
         except ValueError as error:
-            problems.append((number, str(error)))
+            book.problems.append((number, str(error)))
             continue
         for kind, value in readings:
-            if math.isnan(value):
-                continue
-            try:
-                pending.append(check_reading(StaffReading(kind, name, value, distance, number)))
-            except ValueError as error:
-                problems.append((number, str(error)))
-                continue
-            if kind != "back":
-                computed.add(name)
-        derived = name in computed or any(w.index.startswith("57") for w in words)
+            if not math.isnan(value):
+                book.add(StaffReading(kind, name, value, distance, number))
+        derived = name in book.computed or any(w.index.startswith("57") for w in words)
         if name and not readings and not derived and abs(height) < LARGEST:
-            given.setdefault(name, (height, number))
-    close()
-    if not done:
-        raise InputError(
-            "the file of a level has no set-up with a backsight and a foresight",
-            file=path,
-            cure="give the whole file",
-        )
-    return LevelFile(path, "Leica GSI of a level", tuple(done), given, tuple(problems))
+            book.given.setdefault(name, (height, number))
+    return book.file(path, "Leica GSI of a level")

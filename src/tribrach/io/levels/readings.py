@@ -13,6 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from tribrach.errors import InputError
+
 #: no staff is longer, and none is read from farther [m]
 _STAFF, _FAR = 100.0, 1000.0
 
@@ -94,15 +96,58 @@ class LevelFile:
     problems: tuple[tuple[int, str], ...]
 
 
-def check_reading(reading: StaffReading) -> StaffReading:
-    """A reading as it is, unless no level has it."""
+def _problem(reading: StaffReading) -> str:
+    """Why no level has such a reading; "" if one may have it."""
     if not reading.point:
-        raise ValueError("the reading has no point")
+        return "the reading has no point"
     if not abs(reading.value) < _STAFF:
-        raise ValueError(f"the staff reading is {reading.value:g} m")
+        return f"the staff reading is {reading.value:g} m"
     if not math.isnan(reading.distance) and not 0 <= reading.distance < _FAR:
-        raise ValueError(f"the distance is {reading.distance:g} m")
-    return reading
+        return f"the distance is {reading.distance:g} m"
+    return ""
+
+
+@dataclass
+class LevelBook:
+    """What the lines of a file hold, as they are read."""
+
+    _done: list[LevelLine] = field(default_factory=list)
+    _pending: list[StaffReading] = field(default_factory=list)
+    #: points whose height the instrument computed
+    computed: set[str] = field(default_factory=set)
+    #: as in :class:`LevelFile`
+    given: dict[str, tuple[float, int]] = field(default_factory=dict)
+    problems: list[tuple[int, str]] = field(default_factory=list)
+
+    def add(self, reading: StaffReading) -> None:
+        """Take a reading of the current line, or say why it is left out."""
+        if problem := _problem(reading):
+            self.problems.append((reading.line, problem))
+            return
+        self._pending.append(reading)
+        if reading.kind != "back":
+            self.computed.add(reading.point)
+
+    def close(self) -> None:
+        """End the line."""
+        setups, lost = setups_of(self._pending)
+        for one in lost:
+            what = f"the {one.kind}sight to {one.point} has no other end"
+            self.problems.append((one.line, what))
+        if setups:
+            self._done.append(LevelLine(tuple(setups)))
+        self._pending.clear()
+
+    def file(self, path: Path, name: str) -> LevelFile:
+        """The whole file, of the format ``name``."""
+        self.close()
+        if not self._done:
+            raise InputError(
+                "the file of a level has no set-up with a backsight and a foresight",
+                file=path,
+                cure="give the whole file",
+            )
+        return LevelFile(path, name, tuple(self._done), self.given, tuple(self.problems))
 
 
 def setups_of(readings: Sequence[StaffReading]) -> tuple[list[LevelSetup], list[StaffReading]]:
