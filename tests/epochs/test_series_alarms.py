@@ -9,7 +9,7 @@ from tests.epochs.simulated import Network
 from tribrach.epochs.series import DAY
 from tribrach.geodesy.site import FlatSite
 from tribrach.io.epoch_files import EpochDocument
-from tribrach.questions.series.alarms import alarm_lines
+from tribrach.questions.series.command import alarm_lines
 from tribrach.questions.series.cycles import Cycle, PointAt, PointSeries, Series, SeriesSettings
 
 BASELINE = 6

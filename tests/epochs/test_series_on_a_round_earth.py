@@ -8,7 +8,7 @@ import pytest
 
 from tests.epochs.test_series import START
 from tribrach.io.readings_through_time import read_timed_readings
-from tribrach.questions.series.alarms import alarm_lines
+from tribrach.questions.series.command import alarm_lines
 from tribrach.questions.series.cycles import Series, SeriesSettings, monitor
 from tribrach.units import SEC
 

@@ -22,7 +22,7 @@ from typer.testing import CliRunner
 from tribrach.cli import app
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
 from tribrach.gnss.engine import engines
-from tribrach.questions.baseline.chapters import answer_of
+from tribrach.questions.baseline.command import answer_of
 
 from .test_baseline import BASE_3040, ROVER_0759, geonet
 

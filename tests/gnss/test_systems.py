@@ -10,9 +10,9 @@ from tribrach.gnss.baseline import Processing, compute_baseline
 from tribrach.gnss.dry_air import delay_differences, displacement
 from tribrach.gnss.fixed_phases import sight_lines
 from tribrach.gnss.orbits import idle_systems
-from tribrach.io.gnss.galileo_records import galileo_records
 from tribrach.io.gnss.navigation_file import read_navigation
 from tribrach.io.gnss.observation_file import read_observations
+from tribrach.io.gnss.orbit_files import galileo_records
 from tribrach.io.gnss.solution_file import PhaseResiduals
 
 from .rinex_samples import navigation, rinex_2

@@ -10,9 +10,8 @@ from tribrach.errors import InputError
 from tribrach.instruments.atmosphere import REFERENCE, refractivity
 from tribrach.instruments.common_errors import CommonErrors
 from tribrach.io.scans.formats import read_scans
-from tribrach.job.air import RangeAir, air_of
 from tribrach.job.opened import open_job
-from tribrach.job.scans import StationScan, open_scans
+from tribrach.job.scans import RangeAir, StationScan, air_of, open_scans
 from tribrach.job.state import Remembered
 from tribrach.project import Project
 

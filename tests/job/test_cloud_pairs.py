@@ -7,7 +7,7 @@ import pytest
 
 from tests.registration.clouds.scenes import points_of, yard
 from tribrach.io.scans.formats import read_scans
-from tribrach.job import find_surfels
+from tribrach.job import cloud_pairs as pairs_module
 from tribrach.job.cloud_pairs import cloud_pairs
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
@@ -42,7 +42,7 @@ def test_proposed_pairs_and_their_plans_are_remembered(
         raise AssertionError("surfels were made again")
 
     assert len(list(state.folder.glob("surfels-*.json"))) == 3
-    monkeypatch.setattr(find_surfels, "surfaces", never)
+    monkeypatch.setattr(pairs_module, "surfaces", never)
     again = cloud_pairs(scans, FLOOR, state, quiet)
     assert [e.ends for e in again.edges] == [e.ends for e in first.edges]
     # all pairs of three are the same three, remembered one by one

@@ -7,9 +7,9 @@ import pytest
 
 from tests.registration.plane_scenes import yard_station
 from tribrach.io.keeping import keeping
-from tribrach.job import plane_pairs
-from tribrach.job.plane_pairs import remembered_pairs
+from tribrach.job import tie
 from tribrach.job.state import Remembered
+from tribrach.job.tie import remembered_pairs
 from tribrach.registration.planes.poses import pair_poses
 
 
@@ -23,7 +23,7 @@ def test_a_pair_is_sought_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
     counted.__module__, counted.__qualname__ = pair_poses.__module__, pair_poses.__qualname__
     truth = pair_poses(*stations)
-    monkeypatch.setattr(plane_pairs, "pair_poses", counted)
+    monkeypatch.setattr(tie, "pair_poses", counted)
     with keeping():
         for _ in range(2):
             found = remembered_pairs(Remembered(tmp_path))(*stations)

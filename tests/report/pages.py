@@ -53,7 +53,7 @@ from tribrach.questions.plan.chapters import gain_map
 from tribrach.questions.plan.design import DesignResult
 from tribrach.questions.register.chapters import answer_of as register_answer
 from tribrach.questions.register.registration import RegisteredFiles
-from tribrach.questions.regress.chapters import answer_of as regression_answer
+from tribrach.questions.regress.command import answer_of as regression_answer
 from tribrach.questions.series.chapters import answer_of as series_answer
 from tribrach.questions.series.cycles import Cycle, PointAt, Series, SeriesSettings
 from tribrach.registration.clouds.graph import CloudEdge, consistent, network_of

@@ -8,7 +8,7 @@ import pytest
 from tests.comparison.test_rigid_motion import ground, joined, observed, wall
 from tribrach.comparison.not_compared import ComparedSurface
 from tribrach.comparison.rigid_motion import part_motion
-from tribrach.questions.compare.motion_pictures import motions_pictures
+from tribrach.questions.compare.chapters import motions_pictures
 from tribrach.questions.compare.motions import CloudMotions, ComparedPlaces, MovedPart, StableArea
 from tribrach.questions.compare.moved import motions_tables
 

@@ -26,9 +26,8 @@ from tribrach.errors import InputError
 from tribrach.workbench.export import export_page
 from tribrach.workbench.guard import Guard
 from tribrach.workbench.server import application, bound_socket
-from tribrach.workbench.service import Service
+from tribrach.workbench.service import Service, keep_view, read_views
 from tribrach.workbench.static_files import page_files
-from tribrach.workbench.views import keep_view, read_views
 
 Yard = Callable[[str], Path]
 PORT = 8771

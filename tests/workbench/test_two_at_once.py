@@ -9,8 +9,8 @@ from tribrach.errors import NO_TEXT, InputError
 from tribrach.io.keeping import alone
 from tribrach.io.toml_model import with_comments
 from tribrach.project.edits import edits_text, read_edits
+from tribrach.workbench.service import keep_view, read_views
 from tribrach.workbench.session import Session
-from tribrach.workbench.views import keep_view, read_views
 
 NET = """\
 title = "Net"

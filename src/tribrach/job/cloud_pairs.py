@@ -7,7 +7,7 @@ that is taken from the same points: the covariances that enter the network say s
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -19,7 +19,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses
-from tribrach.job.find_surfels import station_surfels
+from tribrach.job.each import Item, each
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.registration.alternatives import (
@@ -31,7 +31,7 @@ from tribrach.registration.alternatives import (
 from tribrach.registration.clouds.graph import CloudEdge, consistent, decided_by_loops
 from tribrach.registration.clouds.likeness import Walls, likeness
 from tribrach.registration.clouds.pair import CloudPair, register_pair
-from tribrach.registration.clouds.prepared import PreparedScan
+from tribrach.registration.clouds.prepared import PreparedScan, SurfacesOfScan, surfaces
 from tribrach.registration.clouds.proposals import (
     Choice,
     all_pairs,
@@ -40,8 +40,44 @@ from tribrach.registration.clouds.proposals import (
     try_proposed,
 )
 from tribrach.registration.pose_graph import Joint
+from tribrach.scan.scan import Scan
 from tribrach.sentences import joined
 from tribrach.statistics import chi2
+
+
+def station_surfels(
+    stations: Mapping[str, Sequence[StationScan]], state: Remembered, progress: Progress
+) -> dict[str, PreparedScan]:
+    """Prepare every station for registration; those of unchanged scans come from the last run."""
+    items = [
+        Item(
+            f"surfels-{name}",
+            f"surfels of {name}",
+            (name, [(scan.name, scan.scan) for scan in scans]),
+            source=scans[0].scan.path,
+            cost=sum(scan.scan.records or 0 for scan in scans),
+        )
+        for name, scans in stations.items()
+    ]
+    made = each(_of_station, items, state=state, progress=progress)
+    return {name: found.indexed(name) for name, found in zip(stations, made, strict=True)}
+
+
+def _of_station(
+    name: str, scans: Sequence[tuple[str, Scan]], *, progress: Progress
+) -> SurfacesOfScan:
+    """The surfels and the view of a station, whose search trees are for the caller."""
+    return surfaces(name, _points(scans, progress))
+
+
+def _points(scans: Sequence[tuple[str, Scan]], progress: Progress) -> Iterator[Array]:
+    for name, scan in scans:
+        done = 0
+        for chunk in scan.chunks():
+            done += len(chunk)
+            progress(f"points of {name}", done, scan.records)
+            yield chunk.xyz
+
 
 #: approximate poses may be wrong by this [m], [rad]; probability that a good edge contradicts them
 _SLACK = np.repeat([0.05, 5e-3], 3)

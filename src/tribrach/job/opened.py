@@ -8,18 +8,25 @@ anything again: alone, or with what scans add to it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PurePath
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.geodesy.output_frame import OutputFrame
+from tribrach.geodesy.plumb import PlumbField
 from tribrach.geodesy.proj_grids import missing_grid_sentences
+from tribrach.geodesy.site import EllipsoidSite
 from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.gnss.sessions import SessionResult
+from tribrach.io.geoid_files import read_geoid
 from tribrach.io.opened_files import opened_once
+from tribrach.io.survey.csv.turning import telescope_unknowns
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.edits import obeyed
 from tribrach.job.known_setups import add_known_setups
@@ -29,22 +36,212 @@ from tribrach.job.lever_arms import (
     add_mounted_points,
     known_lever_arm,
 )
-from tribrach.job.plumb_line import PlumbLine, apply_plumb_line, plumb_line
-from tribrach.job.shared_heights import add_shared_heights
 from tribrach.job.survey_files import ReadFiles, read_survey_files
-from tribrach.job.telescopes import add_telescopes
 from tribrach.job.whose_instrument import Instruments, Keys
 from tribrach.network.facts import Reference
 from tribrach.network.height_recipe import height_recipe
+from tribrach.network.identity import file_and_line
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.shared_heights import SharedHeight, has_shared_heights, share_heights
+from tribrach.network.survey import ObservationTable, Survey, as_column
+from tribrach.observations.control import ScalarPriors
+from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import Inclinations
-from tribrach.observations.sights import Distances
+from tribrach.observations.sights import Distances, Sights
+from tribrach.observations.telescopes import TelescopeTargets
 from tribrach.project import Project
 from tribrach.project.edits import Edits
+from tribrach.project.sections import HeightSection, TelescopeSection
 from tribrach.sentences import Sentence
 from tribrach.units import MM, SEC
+
+_NAMES = ("deflection xi, correction", "deflection eta, correction")
+
+
+@dataclass(frozen=True)
+class PlumbLine:
+    """How the plumb line leans against the normal of the work frame."""
+
+    #: deflections and geoid heights at any place of the site
+    everywhere: PlumbField
+    #: of either component, an error that all stations share [rad]; 0 for none
+    sigma: float
+    #: where the deflection comes from
+    source: str
+
+
+def plumb_line(project: Project, frame: WorkFrame) -> PlumbLine | None:
+    """Find the deflection of the vertical and the geoid that a project names."""
+    deflection = project.site.deflection
+    levelled = frame if frame.geoid_grid is not None else None
+    if deflection is None:
+        if levelled is None:
+            return None
+        return PlumbLine(PlumbField(frame=levelled), 0.0, str(project.site.geoid_grid))
+    sigma = deflection.sigma_arcsec * SEC
+    if deflection.grid is not None:
+        if not isinstance(frame.site, EllipsoidSite):
+            raise project.error(
+                ("site", "deflection"),
+                "a geoid grid needs a place on the ellipsoid, and the site is flat",
+                "give the site a latitude and longitude or a crs, or give xi_arcsec and eta_arcsec",
+            )
+        grid = read_geoid(project.folder / deflection.grid)
+        # a grid that is not there or of another region is refused before anything is adjusted
+        grid.deflection(frame.site.latitude, frame.site.longitude, frame.site.ellipsoidal_height)
+        return PlumbLine(PlumbField(grid=grid, frame=frame), sigma, deflection.grid)
+    xi = (deflection.xi_arcsec or 0.0) * SEC
+    eta = (deflection.eta_arcsec or 0.0) * SEC
+    source = "deflection of the project" if deflection.xi_arcsec is not None else "no deflection"
+    return PlumbLine(PlumbField(xi, eta, frame=levelled), sigma, source)
+
+
+def apply_plumb_line(survey: Survey, plumb: PlumbLine | None) -> None:
+    """Tell a survey of the plumb line, and give its readings the error that they share.
+
+    The error becomes two unknowns with priors (method section 7.5).
+    """
+    if plumb is None:
+        return
+    survey.plumb = plumb.everywhere
+    leaning = [table for table in survey.tables() if _leans(table, plumb.everywhere)]
+    if not (plumb.sigma > 0 and leaning):
+        return
+    for name in _NAMES:
+        survey.scalars[name] = (0.0, True)
+    survey.add(
+        ScalarPriors,
+        values=[0.0, 0.0],
+        sigma=plumb.sigma,
+        scalar=list(_NAMES),
+        source=[plumb.source, plumb.source],
+        group="deflection of the vertical",
+    )
+    for table in leaning:
+        for column, name in zip(("xi_error", "eta_error"), _NAMES, strict=True):
+            table.columns[column] = np.full(table.n, name, dtype=object)
+
+
+def _leans(table: ObservationTable, known: PlumbField) -> bool:
+    """Do the values of a table depend on the deflection?"""
+    if issubclass(table.kind, HeightDifferences):
+        # with a geoid the differences of its heights count, not the deflection
+        return known.grid is None and known.frame is None
+    if issubclass(table.kind, Sights) and not table.kind.along_plumb:
+        return False
+    return any(item.name == "xi_error" for item in fields(table.kind))
+
+
+def add_shared_heights(project: Project, survey: Survey, *, whole: bool) -> None:
+    """Make the heights that a project names unknowns of a survey."""
+    for k, section in enumerate(project.heights):
+        shared = _shared(section, k)
+        tables = survey.tables()
+        rows = {
+            i: _rows(section, table) for i, table in enumerate(tables) if has_shared_heights(table)
+        }
+        try:
+            used = share_heights(survey, shared, rows)
+        except InputError as error:
+            raise project.error(("heights", k), error.what, error.cure) from error
+        if not used and whole:
+            raise project.error(
+                ("heights", k),
+                f"no zenith angle and no slope distance was made with the {shared.name}",
+                "correct its marks and files, or remove it",
+            )
+
+
+def _shared(section: HeightSection, k: int) -> SharedHeight:
+    """The height of a section."""
+    words = f"height of instrument at {section.instrument_at}"
+    if section.instrument_at is None:
+        words = f"height of target over {section.target_at}"
+    if section.seen_from:
+        words += f" from {', '.join(section.seen_from)}"
+    if section.sights_to:
+        words += f" to {', '.join(section.sights_to)}"
+    if section.files:
+        words += f" ({', '.join(section.files)})"
+    sigma = None if section.sigma_mm is None else section.sigma_mm * MM
+    end: Literal["instrument", "target"] = "target"
+    if section.instrument_at is not None:
+        end = "instrument"
+    return SharedHeight(end, words, section.height_m, sigma, f"heights {k + 1}")
+
+
+def _rows(section: HeightSection, table: ObservationTable) -> NDArray[np.bool_]:
+    """The sights (n,) of a table that a section means."""
+    start, end = (_column(table, name) for name in ("start", "end"))
+    if section.instrument_at is not None:
+        rows = start == section.instrument_at
+        others, among = end, section.sights_to
+    else:
+        rows = end == section.target_at
+        others, among = start, section.seen_from
+    if among:
+        rows &= np.isin(others, among)
+    if section.files:
+        of = [_is_of(str(source), section.files) for source in table.columns["source"]]
+        rows &= np.array(of, dtype=bool)
+    out: NDArray[np.bool_] = rows
+    return out
+
+
+def _column(table: ObservationTable, name: str) -> NDArray[Any]:
+    return as_column(table.columns[name], table.n).astype(str)
+
+
+def _is_of(source: str, files: tuple[str, ...]) -> bool:
+    """Was an observation written in one of the files, named with or without folders?"""
+    name = PurePath(file_and_line(source)[0])
+    return any(name == PurePath(one) or name.name == PurePath(one).name == one for one in files)
+
+
+def add_telescopes(project: Project, survey: Survey, *, whole: bool) -> None:
+    """Add what a project knows of the axes of its telescopes to a survey."""
+    observed = survey.named(TelescopeTargets, "reference")
+    for name, section in project.telescopes.items():
+        if name not in observed:
+            if not whole:
+                continue
+            raise project.error(
+                ("telescopes", name),
+                f"no target stands on the telescope {name}",
+                "correct its name, or add a table of its targets",
+            )
+        unknowns = telescope_unknowns(name)
+        for name_of, value, sigma in _known(section):
+            if value is None:
+                continue
+            scalar = unknowns[name_of]
+            survey.scalars[scalar] = (value, sigma != 0)
+            if sigma:
+                survey.add(
+                    ScalarPriors,
+                    values=[value],
+                    sigma=[sigma],
+                    scalar=[scalar],
+                    source=[f"telescope {name}"],
+                    group="axes of telescopes",
+                )
+
+
+def _known(section: TelescopeSection) -> tuple[tuple[str, float | None, float | None], ...]:
+    """Field, value and sigma of each unknown of the axes, in metres and radians."""
+
+    def scaled(value: float | None, unit: float) -> float | None:
+        return None if value is None else value * unit
+
+    tilt = scaled(section.sigma_tilt_arcsec, SEC)
+    skew = section.non_orthogonality_arcsec, section.sigma_non_orthogonality_arcsec
+    return (
+        ("axis_offset", section.offset_m, scaled(section.sigma_offset_mm, MM)),
+        ("axis_skew", scaled(skew[0], SEC), scaled(skew[1], SEC)),
+        ("tilt_east", scaled(section.tilt_east_arcsec, SEC), tilt),
+        ("tilt_north", scaled(section.tilt_north_arcsec, SEC), tilt),
+    )
 
 
 def open_job(

@@ -22,7 +22,6 @@ from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, obse
 from tribrach.job.find_planes import surroundings
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named, known_points, name_targets, named_centres
-from tribrach.job.plane_pairs import remembered_pairs
 from tribrach.job.plausibility import after_doubts
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
@@ -33,13 +32,31 @@ from tribrach.observations.planes import FittedPlanes
 from tribrach.registration.alternatives import ApproximateSigma, Witnesses
 from tribrach.registration.clouds.graph import CloudEdge, observe
 from tribrach.registration.planes.plane_set import PlaneSet
-from tribrach.registration.planes.poses import information
+from tribrach.registration.planes.poses import PairPoses, information, pair_poses
 from tribrach.registration.planes.stations import PlaneRegistration, register_by_planes
 from tribrach.registration.planes.ties import PlaneTies, tie_planes
 from tribrach.registration.views import StationView, Surroundings
 from tribrach.scan.scan import Scan
 from tribrach.sentences import Sentence
 from tribrach.units import MM, SEC
+
+
+def remembered_pairs(state: Remembered) -> Callable[[Surroundings, Surroundings], PairPoses]:
+    """What finds the poses of a pair, or recalls them where both stations are as they were."""
+    marks: dict[str, str] = {}
+
+    def mark(station: Surroundings) -> str:
+        if station.name not in marks:
+            marks[station.name] = state.key(Surroundings, station)
+        return marks[station.name]
+
+    def pair(first: Surroundings, second: Surroundings) -> PairPoses:
+        key = state.key(pair_poses, mark(first), mark(second))
+        product = f"planes-{first.name}-{second.name}"
+        return state.once(product, key, PairPoses, lambda: pair_poses(first, second))
+
+    return pair
+
 
 if TYPE_CHECKING:
     from tribrach.job.opened import Job

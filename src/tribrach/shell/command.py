@@ -9,7 +9,7 @@ from dataclasses import fields, is_dataclass, replace
 from functools import wraps
 from operator import methodcaller
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, Literal, get_type_hints
 
 import typer
 from typer.models import ArgumentInfo, ParameterInfo
@@ -32,7 +32,20 @@ from tribrach.shell.flow import (
     shown,
     working,
 )
-from tribrach.shell.reading import READING
+
+Unit = Annotated[
+    str | None, typer.Option(help="What coordinates are counted in: m, mm, cm, ft, usft ...")
+]
+Columns = Annotated[
+    str | None,
+    typer.Option(help='Columns of scans in text: "number y x z - code", - for one to leave out.'),
+]
+DecimalMark = Annotated[
+    Literal["point", "comma"] | None, typer.Option(help="What stands before decimals in text.")
+]
+#: by the names of :func:`tribrach.io.scans.reading.as_told`
+READING: dict[str, Any] = {"unit": Unit, "columns": Columns, "decimal": DecimalMark}
+
 
 #: marks the parameter of a command that names a file which the command writes
 WRITTEN = "written"

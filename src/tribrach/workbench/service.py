@@ -15,16 +15,70 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict
 
 from tribrach._types import Array
 from tribrach.errors import InputError, TribrachError
-from tribrach.io.keeping import keeping, looking
+from tribrach.io.keeping import alone, keeping, looking
+from tribrach.io.outputs import write_text
+from tribrach.io.toml_model import quoted, read_model, read_text, with_comments
 from tribrach.workbench.epochs import read_epochs
 from tribrach.workbench.further import further_names
 from tribrach.workbench.result_folder import CLOUDS, RESULT, ResultFolder, read_result
 from tribrach.workbench.scene import decided_targets, scene_of
 from tribrach.workbench.schema import FORM, SceneCloud, SceneDocument
-from tribrach.workbench.views import VIEWS, keep_view, read_views
+
+# A view is the part of the address behind ``#``: layers, camera, colours and selection.
+
+
+#: beside the project file
+VIEWS = "views.toml"
+#: views of a project, and characters of a name and of a view
+_MOST, _NAME, _LENGTH = 500, 100, 20_000
+_HEAD = "# Views of the workbench, by name: what stands behind # in its address.\n"
+
+
+class _View(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    name: str
+    hash: str
+
+
+class _Views(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    view: list[_View] = []
+
+
+def read_views(path: Path) -> dict[str, str]:
+    """Views by name; none where there is no file."""
+    if not path.is_file():
+        return {}
+    views = read_model(path, _Views, "a view has a name and a hash").view
+    return {view.name: view.hash for view in views}
+
+
+def keep_view(path: Path, name: str, place: str | None) -> dict[str, str]:
+    """Save a view, or remove the one of a name."""
+    name = name.strip()
+    if not name or len(name) > _NAME or len(place or "") > _LENGTH:
+        raise InputError(
+            f"a view has a name of at most {_NAME} characters and a state of at most {_LENGTH}",
+            cure="give it a short name",
+        )
+    with alone(path):
+        text = read_text(path) if path.is_file() else ""
+        views = read_views(path)
+        if place is None:
+            views.pop(name, None)
+        else:
+            views[name] = place
+        if len(views) > _MOST:
+            raise InputError(f"there are {_MOST} views already", cure="remove some")
+        tables = [f"[[view]]\nname = {quoted(n)}\nhash = {quoted(h)}\n" for n, h in views.items()]
+        with keeping(overwrite=True):
+            write_text(path, with_comments(_HEAD, tables, text))
+    return views
+
 
 if TYPE_CHECKING:
     from tribrach.workbench.clouds import SceneCloudFile

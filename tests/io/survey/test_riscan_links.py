@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from tests.io.survey.riscan_files import Rsp, Scan, write
 from tribrach.io.survey.riscan import reader as riscan
-from tribrach.io.survey.riscan.grid_scale import grid_scale
+from tribrach.io.survey.riscan.reader import grid_scale
 from tribrach.network.adjustment import adjust
 
 ACCURACY = (0.004, 0.003, 0.003)
