@@ -223,10 +223,7 @@ def _found(schema: Any, computed: bool) -> Any:
 
 
 class Table:
-    """Base of a dataclass whose fields are columns of one length: a list of objects in JSON.
-
-    The first axis of an array and the items of a tuple are the rows.
-    """
+    """Columns of one length, a list of objects in JSON; first axes and tuples are the rows."""
 
     def __len__(self) -> int:
         own: Any = self

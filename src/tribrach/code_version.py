@@ -50,10 +50,7 @@ class _Module:
 
 
 def code_version(modules: Iterable[str]) -> str:
-    """Digest of the version of some modules of this package and of everything that they use.
-
-    It stays the same as long as no source and no library has changed.
-    """
+    """Digest of the sources and libraries that some modules of this package use."""
     return _version(frozenset(modules))
 
 

@@ -42,10 +42,7 @@ class System:
 
 
 def linearise(network: Network, state: State, held: Index) -> System:
-    """Linearise a network with some columns held.
-
-    What the datum leaves open is pinned, which changes no estimable quantity.
-    """
+    """Linearise a network with some columns held; what the datum leaves open is pinned."""
     free = network.free.copy()
     free[held] = False
     reduced = replace(network, free=free, start=state)
@@ -80,10 +77,7 @@ def model_columns(
     model: CalibrationModel,
     station: NDArray[np.bool_] | None = None,
 ) -> Array:
-    """Derivatives (n, k) of all active polar observations by a model's parameters, whitened.
-
-    Other observations have zeros.
-    """
+    """Whitened derivatives (n, k) of polar observations by a model's parameters; zero of others."""
     out = np.zeros((len(assembly.rows), len(model.parameters)))
     first = 0
     tables = zip(assembly.network.observations, assembly.active, strict=True)

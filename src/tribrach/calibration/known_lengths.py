@@ -319,10 +319,7 @@ def _of_station(
 
 
 def _scale(white: Array, design: Array) -> tuple[Array, Array, float]:
-    """Scale by least squares beside a range zero, or alone where that cannot be told from it.
-
-    Values, their sigmas, and the sum of squares that they leave.
-    """
+    """Scale, beside a range zero where it can be told from it: values, sigmas, sum of squares."""
     size = np.linalg.norm(design, axis=0)
     unit = design / np.where(size > 0, size, 1.0)
     # both at once only where the columns differ by a tenth of a radian or more

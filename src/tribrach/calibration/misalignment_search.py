@@ -60,10 +60,7 @@ class Explanation(Result, without=("dof", "t_limit")):
 
 
 def whitened(covariance: Array, rank: int, *others: Array) -> tuple[Array, ...]:
-    """Whiten arrays with ``W C W^T = I`` on the range of a covariance C.
-
-    What C has beyond ``rank`` directions is rounding, or of second order.
-    """
+    """Whiten arrays with ``W C W^T = I`` on ``rank`` directions of C; the rest is rounding."""
     value, vector = np.linalg.eigh((covariance + covariance.T) / 2)
     largest = value[-rank:]
     good = largest > 1e-12 * value.max(initial=0.0)

@@ -65,10 +65,7 @@ class FacePairs:
 
 
 def folded(polar: Array, face: Array) -> tuple[Array, Array]:
-    """Fold readings to the front: V above pi is the back face.
-
-    Faces are +1 front, -1 back; those given count where V does not say it.
-    """
+    """Fold readings to the front; faces +1 or -1 count where V, back beyond pi, does not say it."""
     raw = polar[:, 2] > np.pi
     out = polar.copy()
     out[raw, 1] -= np.pi
@@ -138,10 +135,7 @@ def face_pairs(readings: ScannerReadings) -> FacePairs:
 
 
 def face_means(readings: ScannerReadings) -> ScannerReadings:
-    """Reduce readings to one for every station, series and target.
-
-    It is the mean of both faces where both were measured; the face of a mean is 0.
-    """
+    """One reading for each station, series and target: the mean of both faces, face 0, if both."""
     first, front, back = _by_face(readings)
     both = (front >= 0) & (back >= 0)
     one = np.where(front >= 0, front, back)

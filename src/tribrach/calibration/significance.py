@@ -98,10 +98,7 @@ def _block(form: float, freedom: int, adjustment: Adjustment, posterior: bool) -
 def omitted_parameters(
     adjustment: Adjustment, model: CalibrationModel, alpha: float = 0.05, factor: float = 1.0
 ) -> list[Omitted]:
-    """Test each parameter of a model as the only further unknown.
-
-    Parameters that the unknowns imitate entirely are left out.
-    """
+    """Test each parameter of a model as the only further unknown, if no unknowns imitate it."""
     given = model_columns(adjustment.assembly, adjustment.state, model)
     rest = unexplained(adjustment.design, adjustment.cofactor, given)
     # white residuals are v; the misclosure that a parameter would explain is -v

@@ -168,10 +168,7 @@ class Weakest:
 
 
 def weakest_direction(points: Array, covariance: Array) -> Weakest:
-    """Find the direction in which the place of a cloud is known least.
-
-    Points are relative to the station, along E, N, U.
-    """
+    """Direction along E, N, U in which a cloud's place, relative to the station, is known least."""
     geo = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), -skew(points)], axis=2)
     mean = (geo @ covariance @ geo.transpose(0, 2, 1)).mean(axis=0)
     values, vectors = np.linalg.eigh(mean)

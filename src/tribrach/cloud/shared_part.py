@@ -67,10 +67,7 @@ def slopes(world: Array, placement: Placement) -> Array:
 
 
 def angle_slopes(world: Array, placement: Placement) -> Array:
-    """What the systematic part of both angles moves placed points by, at one sigma (n, 3, 2).
-
-    Method section 5.10.
-    """
+    """How far one sigma of both angles' systematic part moves points (n, 3, 2); section 5.10."""
     sigma = 0.0 if placement.noise is None else placement.noise.systematic
     if sigma == 0.0 or not len(world):
         return np.zeros((len(world), 3, 2))
@@ -359,10 +356,7 @@ class CloudPoints:
         return self.shared.scans[self.scan]
 
     def own(self, part: slice = slice(None)) -> Array:
-        """Covariances ``B_i`` (n, 3, 3) [m^2] of what is new with every point; zero without noise.
-
-        Method section 5.10.
-        """
+        """Covariances ``B_i`` (n, 3, 3) [m^2] of what each point has alone; zero without noise."""
         where, xyz = self.placement, self.xyz[part]
         if where.noise is None:
             return np.zeros((len(xyz), 3, 3))

@@ -30,11 +30,7 @@ Verdict = Literal["within", "not within", "cannot tell", "not seen"]
 
 @dataclass(frozen=True)
 class DesignGates:
-    """Which points are of a face, and what a place is.
-
-    Chosen by hand on simulated walls (tests/comparison/test_as_designed); where a number has a
-    source, it is named.
-    """
+    """Which points are of a face, and what a place is (by hand: test_as_designed)."""
 
     #: the way from the face to the point is along its normal to this [cosine]; others lie beyond an
     #: edge

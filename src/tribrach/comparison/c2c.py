@@ -437,10 +437,7 @@ def _distances(first, last, points, places, indices, towards, out):  # type: ign
 
 @dataclass
 class Tally:
-    """Distances so far, and their figures.
-
-    Sums are taken about the middle of the first chunk, so that they lose no digits.
-    """
+    """Distances so far, summed about the middle of the first chunk to lose no digits."""
 
     #: limits of distances that count [m]
     low: float
@@ -508,10 +505,7 @@ class Tally:
         return self.beyond / max(self.beyond + self.count, 1)
 
     def quantile(self, share: float) -> float:
-        """The distance that a share does not exceed, to a twenty-thousandth of the limits.
-
-        Within its bin distances are taken as even.
-        """
+        """The distance that a share does not exceed, to a twenty-thousandth of the limits."""
         wanted = share * self.count
         cumulated = np.cumsum(self.bins)
         k = int(np.searchsorted(cumulated, wanted))

@@ -49,10 +49,7 @@ class Neighbours:
         self._tree = KDTree(self.points, leafsize=_LEAF)
 
     def query(self, points: Array, limit: float = np.inf, k: int = 1) -> tuple[Array, Indices]:
-        """Find the nearest points of the reference.
-
-        Where nothing is nearer than the limit the distance is infinite and the index m.
-        """
+        """Nearest points of the reference; beyond the limit distances are infinite, indices m."""
         distances, indices = self.local_query(points, limit, k)
         return distances, indices if self._order is None else self._order[indices]
 
@@ -82,18 +79,12 @@ class Neighbours:
 
 
 def nearest(query: Array, reference: Array, limit: float = np.inf) -> tuple[Array, Indices]:
-    """Find the nearest point of a reference.
-
-    Where nothing is nearer than the limit the distance is infinite and the index m.
-    """
+    """Find the nearest point of a reference; beyond the limit the distance is infinite, index m."""
     return Neighbours(reference).query(query, limit)
 
 
 def corners(points: Array) -> Array:
-    """Two corners of the box of points.
-
-    Infinite without points, NaN along an axis with a coordinate that is not finite.
-    """
+    """Corners of the box of points: infinite without points, NaN along axes that are not finite."""
     if len(points) == 0:
         return np.array([[np.inf] * 3, [-np.inf] * 3])
     return _bounds(np.asarray(points, dtype=np.float64))

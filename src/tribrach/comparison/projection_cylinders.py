@@ -84,10 +84,7 @@ def means(cloud: Source, cylinders: Cylinders) -> Positions:
 
 
 def medians(cloud: Source, cylinders: Cylinders, most: int = MOST_KEPT) -> Positions:
-    """Medians of the distances, and their interquartile range over 1.349 as spread.
-
-    The spread is sigma for normal noise.
-    """
+    """Medians of the distances, and interquartile ranges over 1.349: sigma for normal noise."""
     count = means(cloud, cylinders).count
     position, spread = np.full(len(count), np.nan), np.full(len(count), np.nan)
     for begin, end in _blocks(count, most):

@@ -228,10 +228,7 @@ class PartMotion(
 
 
 def face_axes(normal: Array) -> Array:
-    """Axes (3, 3) of a face as rows: its normal, to the right seen from outside, and upwards.
-
-    A face that lies has east and north for the last two.
-    """
+    """Normal, right from outside, up (3, 3) of a face; east and north for one that lies."""
     if abs(normal[2]) > _LYING:
         right = np.array([1.0, 0.0, 0.0]) - normal[0] * normal
     else:

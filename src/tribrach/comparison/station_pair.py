@@ -87,10 +87,7 @@ class StationPair:
 
     @classmethod
     def of_results(cls, one: SharedPart, first: str, two: SharedPart, second: str) -> StationPair:
-        """Two scans of two results: what both were given alike is counted once.
-
-        Method section 12.7.
-        """
+        """Two scans of two results: what both were given alike counts once. Section 12.7."""
         sides, order, sizes = [], [], [len(one.covariance), len(two.covariance)]
         for shared, name, begin in ((one, first, 0), (two, second, sizes[0])):
             order.append(begin + shared.columns[name])

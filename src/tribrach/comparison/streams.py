@@ -20,10 +20,7 @@ _CHUNK = 1_000_000
 
 
 class Spool:
-    """Points in files of a temporary folder by number, in the order in which they came.
-
-    columns : of each chunk, three or with light four.
-    """
+    """Points in temporary files by number, in order; three columns, four with light."""
 
     def __init__(self, folder: Path, count: int, columns: int = 3) -> None:
         self._paths = [folder / f"{number}.points" for number in range(count)]

@@ -57,10 +57,7 @@ class Limits:
         return float(chi2.sf(statistic, dof))
 
     def noncentrality(self, dof: int, power: float, alpha: float | None = None) -> float:
-        """``lambda0``: the non-centrality that is found with this power.
-
-        With an estimated variance that of the non-central F distribution.
-        """
+        """``lambda0`` that is found with this power; of non-central F with estimated variance."""
         limit = self.limit(dof, alpha)
         if not self.dof:
             return float(chi2.noncentrality(limit, dof, power))

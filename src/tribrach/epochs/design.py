@@ -16,10 +16,7 @@ CONFIDENCE, POWER = 0.95, 0.8
 
 
 def detectable_displacement(sigma: float, axes: int) -> float:
-    """Displacement [m] that is found in the hardest direction of 1, 2 or 3 axes tested together.
-
-    ``sigma`` is the largest of the point in any direction, of one epoch [m].
-    """
+    """Displacement [m] found in the hardest of 1 to 3 axes at one epoch's largest ``sigma`` [m]."""
     return float(np.sqrt(2 * Limits(1 - CONFIDENCE).noncentrality(axes, POWER)) * sigma)
 
 

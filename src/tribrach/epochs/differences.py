@@ -144,10 +144,7 @@ def _unit_motions(xyz: Array, axes: Sequence[int], motions: Sequence[str]) -> Ar
 def laid_on(
     target: Array, xyz: Array, axes: tuple[int, ...], motions: tuple[str, ...], by: Array
 ) -> Array:
-    """Coordinates (n, 3) moved as a whole onto others, by finite turns.
-
-    Points in ``by`` are laid on each other.
-    """
+    """Coordinates (n, 3) moved as a whole by finite turns so that points ``by`` lie on others."""
     return _aligned(target, xyz, axes, motions, by)[0]
 
 

@@ -24,10 +24,7 @@ _MOST = 12
 
 
 def quadratic_range(values: Array, covariance: Array, bounds: Array) -> tuple[float, float]:
-    """Least and largest ``T = (d + s)^T C^-1 (d + s)`` for all ``|s_i| <= b_i``.
-
-    Method section 12.5.
-    """
+    """Range of ``T = (d + s)^T C^-1 (d + s)`` for all ``|s_i| <= b_i``, method section 12.5."""
     bounds = np.asarray(bounds, dtype=float)
     if (bounds < 0).any() or not np.isfinite(bounds).all():
         raise InputError("a bound is negative or no number", cure="give half of the width")

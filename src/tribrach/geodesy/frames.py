@@ -85,10 +85,7 @@ def frame(name: str) -> CRS:
 
 
 def identifier(name: str) -> str:
-    """A frame's geocentric system as others read it: ``EPSG:7789`` of ITRF2014.
-
-    It is the WKT of a datum that EPSG lists with latitude and longitude only.
-    """
+    """A frame's geocentric system as others read it: ``EPSG:7789`` of ITRF2014, or WKT."""
     system = frame(name)
     number = system.to_epsg()
     wkt: str = system.to_wkt()

@@ -63,10 +63,7 @@ class GeoidGrid:
             ) from error
 
     def undulation(self, latitude: Array, longitude: Array) -> Array:
-        """Geoid heights above the ellipsoid.
-
-        ``latitude``, ``longitude`` (n,): geodetic position [rad]. Returns (n,): geoid heights [m].
-        """
+        """Geoid heights (n,) [m] over the ellipsoid at latitudes and longitudes (n,) [rad]."""
         if self.table is not None:
             height = self.table.at(latitude, longitude).reshape(np.shape(latitude))
         else:

@@ -62,10 +62,7 @@ class GridDatum:
 
     @cached_property
     def frame(self) -> str | None:
-        """Name of the datum as a geocentric frame with the meridian of Greenwich.
-
-        None where PROJ does not know it, as for a grid that is written as a ``+proj`` text.
-        """
+        """Datum as a geocentric frame with Greenwich as meridian; None if PROJ has none."""
         name = self.geographic.name
         if self.meridian:
             # EPSG names them after the datum and the meridian: NTF (Paris)

@@ -23,10 +23,7 @@ _POWERS = np.array([(i, j, k) for i in range(4) for j in range(4 - i) for k in r
 
 
 class LocalMap:
-    """A change of coordinates that is evaluated quickly; call it with points (n, 3) [m].
-
-    ``exact``: maps points (n, 3) to (n, 3) [m].
-    """
+    """A fast ``exact`` change of coordinates, called with points (n, 3) [m]."""
 
     def __init__(self, exact: Callable[[Array], Array]) -> None:
         self.exact = exact
@@ -50,9 +47,7 @@ class LocalMap:
         return out
 
     def _fit(self, low: Array, high: Array) -> None:
-        """Fit the cubic over the box of all points so far, with a margin; drop it if it is not
-        exact.
-        """
+        """Fit the cubic over the box of all points so far, with a margin; drop it if not exact."""
         if self._coefficients is not None:
             low, high = np.minimum(low, self._low), np.maximum(high, self._high)
         margin = 1.0 + 0.2 * (high - low)

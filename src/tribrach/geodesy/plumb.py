@@ -74,10 +74,7 @@ class PlumbLines:
         return not self.normal or self.everywhere.frame is not None or len(self.undulations) > 0
 
     def deflection(self, site: Site, index: Index, x: Array) -> Array:
-        """Deflections xi, eta (k, 2) [rad].
-
-        ``index`` (k,): positions; ``x`` (k, 3): where they are in W [m].
-        """
+        """Deflections xi, eta (k, 2) [rad] of positions ``index`` (k,) at ``x`` (k, 3) in W [m]."""
         if self.normal:
             return np.zeros((len(index), 2))
         _, first, inverse = np.unique(index, return_index=True, return_inverse=True)

@@ -110,10 +110,7 @@ class ProjectedGrid:
         return EllipsoidSite(phi, longitude, self.height, body, gaussian_radius(phi, body))
 
     def plan(self, latitude: float, longitude: float) -> Array:
-        """E, N (2,) [m] of a place.
-
-        ``latitude``, ``longitude``: geodetic position [rad] in the datum of the grid.
-        """
+        """E, N (2,) [m] of a latitude and longitude [rad] in the datum of the grid."""
         place: Array = self._plan(np.array([longitude]), np.array([latitude]))[0]
         if not np.isfinite(place).all():
             raise InputError(
@@ -147,10 +144,7 @@ class ProjectedGrid:
 
 
 def grid_scale(crs: str, xyz: Array) -> float:
-    """Length in the grid over length on the ground, minus one.
-
-    ``xyz`` (3,): e, N and height [m]; a height of NaN counts as zero.
-    """
+    """Grid length over length on the ground, less one, at e, N, height (3,) [m] or NaN."""
     try:
         definition = CRS.from_user_input(crs)
         to_geographic = Transformer.from_crs(definition, definition.geodetic_crs, always_xy=True)

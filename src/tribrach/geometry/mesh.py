@@ -71,10 +71,7 @@ class Mesh:
         return replace(self, triangles=self.triangles[chosen], element=self.element[chosen])
 
     def by_faces(self, angle: float = np.radians(1.0)) -> Mesh:
-        """Make an element of every flat face: triangles of one element that share an edge.
-
-        Neighbours whose normals differ by less than the angle are of one face.
-        """
+        """Make an element of every flat face, of neighbours in one element within ``angle``."""
         one, two = self._neighbours(self._edges()[0])
         normals = self.normals
         flat = np.einsum("ni,ni->n", normals[one], normals[two]) > np.cos(angle)

@@ -35,10 +35,7 @@ def xyz_from_polar(polar: Array) -> Array:
 
 
 def polar_by_xyz(u: Array) -> Array:
-    """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles.
-
-    Method section 2.0.
-    """
+    """Derivative ``d(r, H, V)/du`` (n, 3, 3) at vectors (n, 3) off the poles; section 2.0."""
     x, y, z = u[:, 0], u[:, 1], u[:, 2]
     h2 = x**2 + y**2
     h, r2 = np.sqrt(h2), h2 + z**2
@@ -65,10 +62,7 @@ def xyz_by_polar(polar: Array) -> Array:
 
 
 def require_defined(polar: Array, source: Sequence[str] | NDArray[np.object_] = ()) -> None:
-    """Refuse measured polar coordinates whose horizontal angle means nothing.
-
-    V may be a raw back-face reading, between pi and 2 pi.
-    """
+    """Refuse polar readings whose horizontal angle means nothing; V may be of the back face."""
     near = polar[:, 0] < NEAREST
     outside = (polar[:, 2] <= 0) | (polar[:, 2] >= 2 * np.pi)
     bad = np.flatnonzero(near | outside | (np.abs(np.sin(polar[:, 2])) < np.sin(POLE)))

@@ -40,10 +40,7 @@ class AntennaSetup:
 
     @classmethod
     def of(cls, file: RinexObservations, *, height: float | None = None) -> AntennaSetup:
-        """The antenna that the header of a file describes.
-
-        ``height``: height over the mark [m]; overrides that of the header.
-        """
+        """The antenna in the header of a file; ``height`` [m] over the mark overrides its own."""
         up, east, north = (float(value) for value in file.delta)
         return cls(file.antenna, up if height is None else height, east, north)
 

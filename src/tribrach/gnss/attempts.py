@@ -77,10 +77,7 @@ class Attempt(
 
 
 def choose(attempts: Sequence[Attempt]) -> int:
-    """The number of the attempt that is taken (method section 2.7).
-
-    ``attempts``: the first is the baseline as it was asked for.
-    """
+    """The number of the attempt that is taken (method section 2.7); the first was asked for."""
     first = attempts[0]
     able = [
         k
@@ -113,10 +110,7 @@ def _cured(first: Attempt, other: Attempt) -> bool:
 
 
 def reason(attempts: Sequence[Attempt], taken: int) -> str:
-    """Why an attempt is taken, or why the baseline stays as it was asked for.
-
-    ``attempts``: the first is the baseline as it was asked for.
-    """
+    """Why an attempt is taken, or why the first, the baseline as it was asked for, stays."""
     first, best = attempts[0], attempts[taken]
     if taken:
         words = Sentence(
@@ -143,10 +137,7 @@ def reason(attempts: Sequence[Attempt], taken: int) -> str:
 
 
 def comparison(attempts: Sequence[Attempt]) -> list[str]:
-    """A line for each attempt, the taken one marked.
-
-    ``attempts``: the first is the baseline as it was asked for.
-    """
+    """A line for each attempt, the taken one marked; the first is the baseline as asked for."""
     return [
         Sentence("{a.what}: {a.words}, sigma {a.sigma:mm1}", a=a)
         + (Sentence(", {a.away:mm1} from the first", a=a) if k else "")

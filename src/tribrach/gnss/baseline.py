@@ -75,10 +75,7 @@ _SYSTEM_BITS = {"G": 1, "S": 2, "R": 4, "E": 8, "J": 16, "C": 32, "I": 64}
 
 
 def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
-    """A sentence if the base is far from where its receiver believed to be.
-
-    ``reference`` (3,): given ECEF coordinates of the base [m].
-    """
+    """A sentence if the base, at ``reference`` (3,) ECEF [m], is far from its receiver's belief."""
     away = float(np.linalg.norm(reference - base.approximate))
     # no position in the header is not a number, and never too far
     if not away > ASTRAY:
@@ -194,10 +191,7 @@ def _epochs(n: int) -> str:
 
 
 def doubts_of_length(name: str, length: float, *, precise: bool, satellites: bool) -> list[str]:
-    """What a long baseline suffers from and the covariance leaves out.
-
-    ``length``: its length [m].
-    """
+    """What a baseline of a long ``length`` [m] suffers from and the covariance leaves out."""
     if length <= LONG:
         return []
     causes = ["ionosphere", "troposphere"]

@@ -15,11 +15,7 @@ WEEK = 604_800.0
 
 
 def main(options: str, out: str, start: float, end: float, files: list[str]) -> int:
-    """Compute positions with the options of a file.
-
-    ``start``, ``end``: GPS time [s] since 1980-01-06 of the first and the last epoch; both 0 for
-    all epochs.
-    """
+    """Compute positions with a file's options, from ``start`` to ``end`` [GPS s]; all if both 0."""
     pyrtklib = importlib.import_module("pyrtklib")
     pyrtklib.resetsysopts()
     if not pyrtklib.loadopts(options, pyrtklib.sysopts.ptr):

@@ -147,30 +147,21 @@ def sight_lines(phases: PhaseResiduals, place: Array) -> Array:
 
 
 def phase_variance(elevation: Array) -> Array:
-    """Variance [m^2] that the engine gives the difference of a phase between two receivers.
-
-    ``elevation`` (n,): of the satellite [rad].
-    """
+    """The engine's variance [m^2] of a phase between receivers at ``elevation`` (n,) [rad]."""
     sine = np.maximum(np.sin(elevation), LOWEST)
     variance: Array = 2 * PHASE_SIGMA**2 * (1 + 1 / sine**2)
     return variance
 
 
 def decimal_variance(frequencies: NDArray[np.int64]) -> Array:
-    """Variance [m^2] that last decimals leave in the difference of a phase between two receivers.
-
-    ``frequencies`` (n,): numbers from 1 on.
-    """
+    """Variance [m^2] by last decimals of a phase between receivers; ``frequencies`` from 1 on."""
     wave = np.array(WAVELENGTHS)[np.clip(frequencies, 1, len(WAVELENGTHS)) - 1]
     variance: Array = (2 * (CYCLES * wave) ** 2 + LAST_DECIMAL**2) / 12
     return variance
 
 
 def signal_groups(phases: PhaseResiduals) -> NDArray[np.int64]:
-    """Numbers (n,) of the groups of phases that share a reference satellite.
-
-    One for each epoch, satellite system and frequency.
-    """
+    """Groups (n,) of phases with one reference satellite: by epoch, system and frequency."""
     keys = [
         np.unique(column, return_inverse=True)[1].ravel().astype(np.int64)
         for column in (phases.times, phases.satellites.astype("U1"), phases.frequencies)

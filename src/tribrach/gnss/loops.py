@@ -93,10 +93,7 @@ def minimal_loops(start: Index, end: Index, length: Array) -> list[Walk]:
 
 
 def triangles(start: Index, end: Index) -> list[Walk]:
-    """All triangles of baselines without repeated ones, at most :data:`MOST_TRIANGLES`.
-
-    ``start``, ``end`` (n,): indices of the points of each baseline.
-    """
+    """Triangles of baselines between points, none twice, at most :data:`MOST_TRIANGLES`."""
     sides, _ = _sides(start, end)
     neighbours: dict[int, dict[int, int]] = {}
     for k in sides:

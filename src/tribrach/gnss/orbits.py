@@ -87,10 +87,7 @@ def usable_systems(
     orbits: Sequence[NavigationFile],
     wanted: str,
 ) -> str:
-    """Letters of the wanted satellite systems that all files have.
-
-    ``wanted``: letters of systems in the order of preference.
-    """
+    """Letters of the ``wanted`` satellite systems, in order of preference, that all files have."""
     of_orbits = {str(name)[0] for orbit in orbits for name in orbit.satellites}
     systems = "".join(
         letter

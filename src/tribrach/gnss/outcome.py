@@ -77,10 +77,7 @@ class RunOutcome:
     satellites_used: tuple[str, ...] = ()
 
     def covariance(self, factor: float) -> Array:
-        """Covariance (3, 3) [m^2] with a factor on formal sigmas, without ``air``.
-
-        The last decimal is in it, as independent of that of other runs.
-        """
+        """Covariance (3, 3) [m^2] by a factor on formal sigmas, and of the last decimal."""
         out: Array = self.formal * factor**2 + self.final.scatter + np.diag(self.rounding)
         return out
 

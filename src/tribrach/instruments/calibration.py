@@ -328,10 +328,7 @@ def unit_of(parameter: str) -> Unit:
 
 
 def meaning_of(parameter: str) -> str:
-    """What a parameter is, in the words of an instrument maker, such as ``collimation axis error``.
-
-    Method section 4.1.
-    """
+    """A parameter in words of makers, such as ``collimation axis error`` (method section 4.1)."""
     return _MEANINGS[parameter]
 
 

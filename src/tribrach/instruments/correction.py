@@ -59,9 +59,7 @@ class Correction:
         return out
 
     def raw(self, xyz: Array) -> Array:
-        """Points as the scanner read them: those that :meth:`corrected` brings to ``xyz`` (n, 3)
-        [m].
-        """
+        """Points as the scanner read them, which :meth:`corrected` brings to ``xyz`` (n, 3)."""
         out = xyz
         for _ in range(4):
             out = out + (xyz - self.corrected(out))

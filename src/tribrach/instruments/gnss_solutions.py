@@ -27,10 +27,7 @@ SOURCE = "exponential correlation of phase errors over 300 s (El-Rabbany and Kle
 
 
 def sigma_factor(interval: float, epochs: int, correlation: float = CORRELATION_TIME) -> float:
-    """Factor on the formal standard deviation of a mean of correlated epochs.
-
-    ``interval``: time between epochs [s]; ``correlation``: correlation time [s].
-    """
+    """Factor on formal sigmas of a mean of epochs each ``interval``, by correlation time [s]."""
     if epochs < 2 or interval <= 0:
         return 1.0
     q = float(np.exp(-interval / correlation))

@@ -68,11 +68,7 @@ class RangeLaw(Result):
             )
 
     def sigma(self, intensity: ArrayLike) -> Array:
-        """Evaluate the law.
-
-        ``intensity`` (n,): intensities as in the file. Returns (n,): standard deviations of ranges
-        [m]; NaN where the intensity is.
-        """
+        """Sigmas of ranges (n,) [m] at intensities (n,) as in the file; NaN where these are."""
         light = np.clip(np.asarray(intensity, dtype=np.float64), self.weakest, self.high)
         out: Array = self.a * light**self.b + self.c
         if self.knots:

@@ -141,10 +141,7 @@ def wrapped(angle: Array) -> Array:
 
 
 def adjust_rounds(directions: Array) -> Rounds:
-    """Adjust directions (s, t) [rad] of s sets to t targets.
-
-    Sets that share no target with others stay apart.
-    """
+    """Adjust directions (s, t) [rad] of sets to targets; sets without common ones stay apart."""
     known = np.isfinite(directions)
     orientation, direction = _approximate(directions, known)
     misclosure = np.where(
@@ -248,10 +245,7 @@ class AxisErrors:
 
 
 def fold(direction: Array, zenith: Array, face: NDArray[np.int8]) -> tuple[Array, Array]:
-    """Readings as face 1 would give them: ``H - pi`` and ``2 pi - V`` where the face is 2.
-
-    ``direction``, ``zenith`` (n,): as read [rad]; ``face`` (n,): 1 or 2.
-    """
+    """Readings (n,) [rad] as face 1 would give them: ``H - pi`` and ``2 pi - V`` from face 2."""
     second = face == 2
     folded = np.where(second, direction - np.pi, direction) % (2 * np.pi)
     return folded, np.where(second, 2 * np.pi - zenith, zenith)

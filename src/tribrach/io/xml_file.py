@@ -20,10 +20,7 @@ MAX_BYTES = 200_000_000
 
 
 def read_bytes(path: Path, most: int | None = None) -> bytes:
-    """Bytes of a file that is there, not empty and not too large.
-
-    most : its largest size [bytes], 200 MB if not given.
-    """
+    """Bytes of a file that is not empty and not above ``most`` bytes, 200 MB if not given."""
     try:
         size = path.stat().st_size
         largest = MAX_BYTES if most is None else most

@@ -62,11 +62,7 @@ class Use(IntEnum):
 
 @dataclass(frozen=True)
 class Block:
-    """Derivatives of all n observations by k columns each.
-
-    columns (n, k) into the full tangent vector, -1 where an observation has no such unknown;
-    values (n, rows, k).
-    """
+    """Derivatives (n, rows, k) by full tangent ``columns`` (n, k), -1 where there is no unknown."""
 
     columns: Index
     values: Array

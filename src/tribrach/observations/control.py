@@ -366,10 +366,7 @@ class Centrings(VectorComponentPriors):
 
 @dataclass(kw_only=True)
 class RefractionChanges(ScalarPriors):
-    """What refraction of a set-up differs by from that of the place, zero as far as is known.
-
-    All long sights of a set-up pass the same air (method section 2.3).
-    """
+    """Changes, zero as far as known, of refraction that a set-up's sights share (section 2.3)."""
 
     kind: ClassVar[str] = "refraction_change"
     facts: ClassVar[KindFacts] = KindFacts(

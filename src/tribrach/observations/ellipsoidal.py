@@ -181,10 +181,7 @@ class _SinglePositions(Observations):
 
 @dataclass(kw_only=True)
 class Latitudes(_SinglePositions):
-    """Latitudes [rad] of positions, geodetic or, with the northern deflection, astronomic.
-
-    ``B + xi`` with the geodetic latitude ``B`` (method section 2.15).
-    """
+    """Latitudes ``B + xi`` [rad], astronomic; geodetic if xi is 0 (method section 2.15)."""
 
     kind: ClassVar[str] = "latitude"
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -208,10 +205,7 @@ class Latitudes(_SinglePositions):
 
 @dataclass(kw_only=True)
 class Longitudes(_SinglePositions):
-    """Longitudes [rad] of positions, geodetic or, with the eastern deflection, astronomic.
-
-    ``L + eta / cos B`` (method section 2.15).
-    """
+    """Longitudes ``L + eta / cos B`` [rad], astronomic; geodetic if eta is 0 (section 2.15)."""
 
     kind: ClassVar[str] = "longitude"
     units: ClassVar[tuple[str, ...]] = ("rad",)

@@ -296,10 +296,7 @@ class Angles(Sights):
         ]
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
-        """Rays: angles at one instrument that share targets form a set of readings.
-
-        Readings run from one target to the next.
-        """
+        """Rays: angles at one instrument that share targets make a set, each from the last."""
         start, value = self.start[rows], self.values[rows, 0]
         targets = np.concatenate([self.end[rows], self.foresight[rows]])
         node, inverse = np.unique(np.tile(start, 2) * ties.n_nodes + targets, return_inverse=True)

@@ -113,10 +113,7 @@ def with_predicted_values(network: Network, state: State | None = None) -> Netwo
 
 
 def with_parameters(network: Network) -> Network:
-    """Take every scalar without a start value as zero.
-
-    Orientations do not matter to a prediction; misalignments, scales and index errors are small.
-    """
+    """Take every scalar without a start value as zero, which is near enough for a prediction."""
     scalars = np.nan_to_num(network.start.scalars, nan=0.0)
     return network.with_start(replace(network.start, scalars=scalars))
 
@@ -176,10 +173,7 @@ def parameter_columns(layout: Layout, criterion: Criterion) -> tuple[Index, Inde
 
 
 def largest_sigma(covariances: Array) -> Array:
-    """Largest standard deviation in any direction.
-
-    Closed form of the largest eigenvalue of a symmetric 3x3 matrix (Smith 1961).
-    """
+    """Largest sigma in any direction, by the closed form for 3x3 matrices (Smith 1961)."""
     c = covariances
     mean = (c[..., 0, 0] + c[..., 1, 1] + c[..., 2, 2]) / 3
     off = c[..., 0, 1] ** 2 + c[..., 0, 2] ** 2 + c[..., 1, 2] ** 2

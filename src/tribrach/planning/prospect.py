@@ -102,10 +102,7 @@ class Prospect:
         return float(self.judge(nothing).value[0])
 
     def judge(self, blocks: Blocks, sign: int = 1) -> Scores:
-        """Compute the criterion with each group come or gone, without changing anything.
-
-        A group that goes keeps its own values in the redundancy until it is taken off.
-        """
+        """Compute the criterion with each group come or gone; its values stay in the redundancy."""
         parts = [
             self._judge(blocks.take(np.arange(i, min(i + step, len(blocks)))), sign)
             for step in [self._step(blocks)]

@@ -70,10 +70,7 @@ class RequiredPrecision(Result, without=("unit",), keys={"limit": "perfect"}):
 
 
 def scaled(network: Network, factor: Callable[[Observations], Array]) -> Network:
-    """The network with sigmas of all values multiplied by factors (n, rows) of each kind.
-
-    Joint covariances are scaled with their values.
-    """
+    """The network with sigmas times factors (n, rows) of each kind, joint covariances as well."""
     factors = [factor(o) for o in network.observations]
     observations = tuple(
         replace(o, covariance=o.covariance * f[:, :, None] * f[:, None, :])

@@ -167,10 +167,7 @@ def _parts(dotted: str) -> list[str]:
 
 
 def refused(error: ValidationError, model: type[BaseModel], path: Path, text: str) -> InputError:
-    """What a model refused, each in a sentence with its line.
-
-    A value that may be one of several things is refused once, not once for each of them.
-    """
+    """What a model refused, each in a sentence with its line, alternatives of a value only once."""
     refused = RefusalCollector()
     data = tomllib.loads(text)
     told = set()

@@ -20,11 +20,7 @@ from tribrach.geometry.rotation import log
 
 @dataclass(frozen=True)
 class AlternativesGates:
-    """When something decides between places that look alike.
-
-    Chosen by hand: scans, planes and targets fit to centimetres, and places that look alike lie
-    decimetres apart (tests/registration/test_alternatives); no source.
-    """
+    """When something decides between places that look alike (by hand: test_alternatives)."""
 
     #: poses that differ by less are one: shift [m], turn [rad]
     same_m: float = 0.1

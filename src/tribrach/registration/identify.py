@@ -42,8 +42,7 @@ __all__ = [
 class IdentifyGates:
     """When scans are placed by their targets, and when two targets are one.
 
-    Chosen by hand on simulated chains and rings of stations (tests/registration/test_identify);
-    where a number has a source, it is named.
+    Chosen by hand with test_identify.
     """
 
     #: a target and a point are the same within this many sigmas of their distance ...
@@ -413,10 +412,7 @@ def _mirrored(sighting: Sighting, given: Pool) -> bool:
 def _final_names(
     sightings: Sequence[Sighting], search: _Search, pool: Pool
 ) -> dict[str, tuple[str, ...]]:
-    """Name every detection by the nearest point within its gate, leftovers as tie points.
-
-    ``pool`` holds the points as given.
-    """
+    """Name detections by the nearest given point within its gate, leftovers as tie points."""
     for s in sightings:
         world = search.poses[s.station] @ s.centers
         pool.add(s.station, world, s.sigmas, s.kinds, search.drift[s.station])
@@ -436,10 +432,7 @@ def _alone_sentences(names: Mapping[str, tuple[str, ...]]) -> list[str]:
 
 
 class Pool:
-    """The points known so far: given ones, and those that placed stations saw.
-
-    ``xyz`` (m, 3) and ``sigmas`` (m,) are the coordinates of all points and their sigmas [m].
-    """
+    """Points known so far, given or seen: ``xyz`` (m, 3) and ``sigmas`` (m,) [m]."""
 
     def __init__(self, points: Mapping[str, tuple[Array, float]]) -> None:
         self.names: list[str] = list(points)

@@ -24,11 +24,7 @@ from tribrach.statistics import chi2
 
 @dataclass(frozen=True)
 class MatchingGates:
-    """When targets and points match (method section 8.4).
-
-    Chosen by hand on simulated lists with false targets (tests/targets/test_matching); where a
-    number has a source, it is named.
-    """
+    """When targets and points match (method section 8.4) (by hand: test_matching)."""
 
     #: distances and heights may differ by this many sigmas
     distance_sigmas: float = 4.0

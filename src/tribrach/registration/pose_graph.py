@@ -22,8 +22,7 @@ from tribrach.sentences import Sentence
 class LoopGates:
     """When a loop of three relative poses closes; longer ones by the root of their number.
 
-    Chosen by hand on simulated yards and real rooms (tests/registration/test_pose_graph,
-    tests/registration/test_plane_poses); no source.
+    Chosen by hand with test_pose_graph, test_plane_poses.
     """
 
     #: gap [m] and turn [rad] that a good loop may leave

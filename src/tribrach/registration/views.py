@@ -25,9 +25,7 @@ from tribrach.scan.range_image import RangeImage
 class ViewGates:
     """How a station's view is kept, and when a point contradicts it.
 
-    Chosen by hand on simulated yards, rooms and corridors (tests/registration/test_station_view,
-    tests/registration/test_plane_poses, benchmarks/plane_registration); where a number has a
-    source, it is named.
+    Chosen by hand with test_station_view, test_plane_poses, benchmarks/plane_registration.
     """
 
     #: directions that are kept apart [rad]

@@ -41,10 +41,7 @@ class Loaded:
 
 
 def load(scan: Scan, limit: int = LIMIT) -> Loaded:
-    """Read all valid points of a scan into arrays laid out for them.
-
-    A scan whose header says that it has too many is refused before anything is decoded.
-    """
+    """Read all valid points of a scan into arrays; refuse too many by the header, unread."""
     held = scan if isinstance(scan, HeldScan) else hold(scan, limit)
     if not len(held.points.xyz):
         raise InputError("the scan has no valid points", file=scan.path, record=scan.name)

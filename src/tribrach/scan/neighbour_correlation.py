@@ -30,7 +30,7 @@ from tribrach.sentences import Sentence
 class CorrelationGates:
     """What the correlation of neighbours is estimated from.
 
-    Chosen on simulated grids (tests/scan/test_neighbour_correlation uses other seeds).
+    Chosen on simulated grids (test_neighbour_correlation uses other seeds).
     """
 
     #: patches that are looked at, at most, spread over all; rows and columns of one, at most

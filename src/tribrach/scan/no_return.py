@@ -29,11 +29,7 @@ from tribrach.scan.unit_doubt import unit_doubt
 
 @dataclass(frozen=True)
 class NoReturnGates:
-    """When points are taken for beams without return.
-
-    Chosen by hand on a nodding and a spinning laser that write such points, on scans of others that
-    do not, and on shells of 0.5 to 5 % in simulated scans (tests/scan/test_no_return); no source.
-    """
+    """When points are taken for beams without return (by hand: test_no_return)."""
 
     #: points of one range or at one place, at least, and their share of the scan
     least_points: int = 30

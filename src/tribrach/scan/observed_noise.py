@@ -32,11 +32,7 @@ LEAST_VARIANCE = 1e-18
 
 @dataclass(frozen=True)
 class PatchGates:
-    """What counts as a patch of a plane.
-
-    Chosen on simulated rooms and facades with clutter (tests/scan/test_noise_law), with seeds of
-    their own.
-    """
+    """What counts as a patch of a plane, chosen on simulated rooms (see test_noise_law)."""
 
     #: points that a patch is made of at least: 21 degrees of freedom
     points: int = 24

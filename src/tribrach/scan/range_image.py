@@ -95,10 +95,7 @@ def organise(
     *,
     step: tuple[float, float] | None = None,
 ) -> RangeImage:
-    """Lay points out as a range image.
-
-    A grid that does not follow H and V is not used; steps are estimated if None.
-    """
+    """Lay points out as a range image; a grid off H and V is not used, None steps are estimated."""
     if len(xyz) < 2 or not np.any(xyz[1:] != xyz[0]):
         raise InputError("a range image takes two points with different directions")
     if rows is not None and columns is not None:

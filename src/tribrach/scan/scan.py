@@ -247,10 +247,7 @@ class Scan(ABC):
 
     @property
     def certain_points(self) -> int:
-        """Points that there are for certain, before the first is read; 0 where none can be told.
-
-        Formats whose records may hold no point cannot tell.
-        """
+        """Points certain before the first is read; 0 of formats whose records may hold none."""
         return 0
 
     @property

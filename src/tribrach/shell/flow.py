@@ -106,10 +106,7 @@ def claim(
     *,
     overwrite: bool,
 ) -> None:
-    """Say what a command reads and writes; refuse before any work what would be lost.
-
-    Outputs stand by what they are: the option that names them.
-    """
+    """Say what a command reads and writes, by option; refuse first what would be lost."""
     results = [
         (path, kind)
         for kind, several in outputs.items()

@@ -31,10 +31,7 @@ def overview(
     v: tuple[float, float],
     h: tuple[float, float] | None = None,
 ) -> TwinScan:
-    """A scan of about so many points of the scene: a panorama or a window.
-
-    ``v`` and ``h`` are ranges of angles [rad], a full circle of h if None.
-    """
+    """A scan of about so many points, in ranges ``v`` and ``h`` [rad]; full circle if None."""
     view = SceneView(scene, pose.translation)
     low, high = (0.0, 2 * np.pi) if h is None else h
     rng = np.random.default_rng(1)
@@ -51,10 +48,7 @@ def overview(
 def fine_scan(
     station: str, pose: Pose, targets: Sequence[TwinTarget], step: float, name: str = ""
 ) -> TwinScan:
-    """One scan of windows around targets, all on one grid.
-
-    Its name is that of the station and "-targets" if empty.
-    """
+    """One scan of windows around targets on one grid, named by the station and "-targets" if ""."""
     if not targets:
         raise InputError(f"station {station} has no targets to scan")
     polar = polar_from_xyz(pose.inverse @ np.array([t.center for t in targets]))

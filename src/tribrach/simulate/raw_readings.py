@@ -48,10 +48,7 @@ def gsi(
     rng: np.random.Generator,
     day: InstrumentDay | None = None,
 ) -> str:
-    """The raw file of sights, with one set-up for each name that sights start from.
-
-    In each set the targets that are not hidden are read in face 1 and backwards in face 2.
-    """
+    """Raw file of sights, a set-up for each start; visible targets in face 1, then face 2."""
     day = day or InstrumentDay()
     direction, zenith, distance = true_sights(
         places,

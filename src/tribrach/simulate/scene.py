@@ -187,10 +187,7 @@ def carried(primitive: Primitive, motion: Pose) -> Primitive:
 
 
 def distance_to_surface(scene: Scene, number: NDArray[np.int64], xyz: Array) -> Array:
-    """Distance (n,) [m] of points from the surface of one primitive each.
-
-    That from an ellipsoid is right to first order, near its surface.
-    """
+    """Distance (n,) [m] of points from one primitive's surface each; of ellipsoids only nearby."""
     local = np.einsum("nij,nj->ni", scene.axes[number], xyz - scene.center[number])
     half, kind = scene.half[number], scene.kind[number]
     outside = np.linalg.norm(np.maximum(np.abs(local) - half, 0), axis=1)

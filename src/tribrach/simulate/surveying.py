@@ -52,10 +52,7 @@ def sights(
     precision: Precision,
     rng: np.random.Generator,
 ) -> str:
-    """Directions, zenith angles and slope distances with errors, as a table.
-
-    Each instrument has one orientation.
-    """
+    """Directions, zeniths and slope distances with errors, one orientation for each instrument."""
     xyz = {name: np.asarray(x, dtype=float) for name, x in places.items()}
     length = np.array([np.linalg.norm(xyz[a] - xyz[b]) for a, b in lines])
     ones = np.ones(len(lines))
@@ -105,10 +102,7 @@ def true_sights(
 def eccentricities(
     lines: Sequence[tuple[str, str]], precision: Precision, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Vectors (n, 3) from the marks of both ends of sights to what stands over them [m].
-
-    One for each occupation, as the instrument's ``centring_per`` says.
-    """
+    """Vectors (n, 3) [m] from marks of both ends to what stands there, by ``centring_per``."""
     sigma = np.array([precision.centring, precision.centring, precision.height])
     drawn: dict[object, Array] = {}
 

@@ -26,9 +26,7 @@ from tribrach.targets.range_noise import estimate_range_noise
 class PlaneGates:
     """How plane regions grow, are fitted and joined, and which of them are kept.
 
-    Chosen by hand on simulated rooms and halls with columns, steps, clutter and waves
-    (tests/targets/test_planes, benchmarks/plane_registration; method section 8.3); where a number
-    has a source, it is named.
+    Chosen by hand with test_planes, benchmarks/plane_registration.
     """
 
     #: a block of pixels has about this edge on a surface at the median range [m] ...
@@ -560,10 +558,7 @@ def find_planes(
     shared: SharedNoise | None = None,
     scan: str = "",
 ) -> tuple[list[Plane], list[Rejected]]:
-    """Find the planes of a scan of at least an area [m^2].
-
-    ``floor`` [m] is added to the offset, and over the patch's radius to the tilt.
-    """
+    """Find planes of an area [m^2] or more; ``floor`` [m] adds to offset and tilt."""
     sigma = estimate_range_noise(image) if sigma_range is None else sigma_range
     noise = (float(sigma), float(sigma_angle))
     labels, count = grow_planes(xyz, image, sigma)

@@ -13,11 +13,7 @@ from tribrach.scan.range_image import RangeImage
 
 @dataclass(frozen=True)
 class RangeNoiseGates:
-    """How the noise of ranges is estimated from a scan.
-
-    Chosen by hand on simulated halls and the raw files of NIST (tests/targets/test_sphere_search:
-    the noise is that of the scanner); where a number has a source, it is named.
-    """
+    """How the noise of ranges is estimated from a scan (by hand: test_sphere_search)."""
 
     #: smaller noise [m] is not believed: points on disk have steps
     least_m: float = 5e-5

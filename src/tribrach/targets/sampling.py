@@ -70,10 +70,7 @@ class Sampling:
         return cls(float(image.step_h), float(image.step_v), float(np.median(ranges)))
 
     def reach(self, kind: Kind, size: float) -> float:
-        """Range [m] up to which a target has the points that it takes at least, seen squarely.
-
-        ``size`` is the side of a board, the diameter of a sphere or disc.
-        """
+        """Range [m] up to which a target of this size has enough points, seen squarely."""
         least = LEAST[kind]
         coarse = least.across * max(self.step_h, self.step_v)
         area = least.on / least.share * self.step_h * self.step_v

@@ -186,10 +186,7 @@ class Transformation:
 
 
 def start(model: Model, a: Array, b: Array) -> Transformation:
-    """Compute the closed-form transformation of points that all have one weight.
-
-    ``a``, ``b`` (n, d): points in both systems [m].
-    """
+    """Closed-form transformation of equally weighted points ``a``, ``b`` (n, d) [m]."""
     d, centre, shift = model.dimension, a.mean(axis=0), b.mean(axis=0)
     plain = Transformation(model, centre, shift, np.eye(d), np.ones(d))
     needed = InputError(

@@ -123,10 +123,7 @@ def _refusal(fit: TransformationFit, snooped: Snooped) -> str:
 
 
 def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) -> list[str]:
-    """Say in words what looks wrong with the columns of coordinates.
-
-    ``a``, ``b`` (n, d): points that belong together [m].
-    """
+    """What looks wrong with columns of points ``a``, ``b`` (n, d) that belong together [m]."""
     d = model.dimension
     if len(a) * d < model.count or model.turn == "affine":
         return _affine(a, b, titles) if model.turn == "affine" else []
@@ -162,10 +159,7 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
 
 
 def unit_sentences(a: Array, b: Array) -> list[str]:
-    """Say if one of two systems is in another unit, by the distances between its points.
-
-    ``a``, ``b`` (n, d): points that belong together [m].
-    """
+    """Say if of ``a``, ``b`` (n, d) [m] one is in another unit, by distances between points."""
     pairs = np.triu_indices(len(a), 1)
     own, other = (np.linalg.norm((x[:, None] - x)[pairs], axis=1) for x in (a, b))
     seen = (own > 0) & (other > 0)

@@ -151,10 +151,7 @@ class Snooped:
 
 
 def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:
-    """Switch the worst point off, fit again, and so on; those that fit after all come back.
-
-    The redundancy never falls below one.
-    """
+    """Switch worst points off one by one; those that fit come back, redundancy stays one."""
     steps: list[str] = []
     removed: list[int] = []
     while True:

@@ -62,10 +62,7 @@ class Spread:
 
 
 def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread:
-    """Check a covariance as the caller gives it.
-
-    ``covariance``: none, (n, d, d) or (n d, n d) [m^2].
-    """
+    """Check a covariance as given: none, (n, d, d) or (n d, n d) [m^2]."""
     if covariance is None:
         return Spread()
     c = np.asarray(covariance, dtype=float)
@@ -95,10 +92,7 @@ def given_spread(covariance: Array | None, n: int, d: int, which: str) -> Spread
 
 
 class Metric:
-    """The inverse covariance ``C^-1`` of the differences of n points in d coordinates.
-
-    ``matrix`` (d, d): linear part of the transformation.
-    """
+    """``C^-1`` of n differences of d coordinates; ``matrix`` (d, d) is the linear part."""
 
     def __init__(self, a: Spread, b: Spread, matrix: Array, n: int) -> None:
         self.n, self.d = n, len(matrix)

@@ -257,9 +257,7 @@ def _grow(places, level, deepest, order, levels, ends):  # type: ignore[no-untyp
 
 @njit(cache=True, nogil=True)
 def _shares(places, level, order, cells, part):  # type: ignore[no-untyped-def]
-    """Part of each point, 0 for the node itself and 1 to 8 for its children, and their sizes
-    (9,).
-    """
+    """Part of each point, 0 for the node itself, 1 to 8 for its children, and their sizes (9,)."""
     sizes = np.zeros(9, dtype=np.int64)
     shift = _BITS - 1 - level
     for n in range(len(order)):
@@ -315,10 +313,7 @@ class PointSpool:
             yield self._read(start, min(_BLOCK, self._points - start))
 
     def divide(self, bucket: Callable[[Records], NDArray[np.int32]], number: int) -> None:
-        """Sort the points of each block by bucket, stable within each.
-
-        ``bucket``: gives the bucket (n,) of each point of a block; blocks come in order.
-        """
+        """Sort the points of each block by their ``bucket`` (n,), stable within each."""
         runs = []
         for n, records in enumerate(self.blocks()):
             buckets = bucket(records)

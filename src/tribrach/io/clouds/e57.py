@@ -211,10 +211,7 @@ def replace_crs(root: etree._Element, crs: str) -> None:
 def copy_with_poses(
     source: Path, destination: Path, poses: Mapping[int, Pose], crs: str | None
 ) -> tuple[str, ...]:
-    """Write a copy of an E57 file with new poses.
-
-    Pictures move with the scan that they belong to; everything else passes through.
-    """
+    """Write a copy of an E57 file with new poses; pictures move with the scan they belong to."""
     try:
         file = source.open("rb")
     except OSError as error:

@@ -99,11 +99,7 @@ class CloudWriter(ABC):
 
     @abstractmethod
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points.
-
-        ``xyz`` (n, 3): coordinates in the frame of the header [m]; ``values``: (n,) by name of the
-        field.
-        """
+        """Append points (n, 3) [m] in the header's frame, and values (n,) by name of the field."""
 
     def __enter__(self) -> Self:
         return self

@@ -154,10 +154,7 @@ class LasRecords:
         self._light_field, self._places = _light_field(header), _places(header)
 
     def record(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> laspy.PackedPointRecord:
-        """Packed records of some points.
-
-        ``xyz`` (n, 3): coordinates [m]; ``values``: (n,) by name of the field.
-        """
+        """Packed records of points (n, 3) [m] and their values (n,) by name of the field."""
         record = laspy.PackedPointRecord.zeros(len(xyz), self._las.point_format)
         whole = np.empty((3, len(xyz)), dtype=np.int32)
         beyond = np.zeros(1, dtype=bool)

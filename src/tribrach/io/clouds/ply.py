@@ -50,10 +50,7 @@ class PlyWriter(CloudWriter):
         self._count = 0
 
     def write(self, xyz: Array, values: Mapping[str, NDArray[Any]]) -> None:
-        """Append points; a field without values is zero.
-
-        ``xyz`` (n, 3): coordinates [m]; ``values``: (n,) or (n, k) by name of the field.
-        """
+        """Append points (n, 3) [m] and values (n,) or (n, k) by field; those left out are zero."""
         if len(xyz) == 0:
             return
         if not np.isfinite(xyz).all():

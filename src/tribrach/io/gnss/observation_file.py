@@ -188,10 +188,7 @@ def _three(text: str) -> list[float] | None:
 
 
 def _position(lines: list[tuple[str, str]]) -> NDArray[np.float64]:
-    """Position (3,) of the header [m]; NaN without one, and where it cannot be read.
-
-    Nothing needs it where coordinates are given.
-    """
+    """Position (3,) of the header [m]; NaN where it cannot be read, and given ones are taken."""
     values = _three(_first(lines, _PLACE))
     known = values is not None and any(values) and np.isfinite(values).all()
     return np.array(values) if known else np.full(3, np.nan)
@@ -250,10 +247,7 @@ def _epochs_3(
 
 
 def _recounted(data: bytes, epochs: list[re.Match[bytes]], short: dict[int, int]) -> bytes:
-    """The text with the right numbers of satellites in the epochs ``short``.
-
-    Every line names its own satellite.
-    """
+    """The text with right numbers of satellites in epochs ``short``; lines name their own."""
     if not short:
         return data
     parts, last = [], 0

@@ -380,10 +380,7 @@ def reduce_file(raw: RawFile) -> ReducedFile:
 
 
 def corrected(raw: RawFile) -> Array:
-    """Distances (n,) with prism constant and atmospheric correction [m].
-
-    ``D (1 + ppm) + c``; where the file has no parts per million but the air, they follow from it.
-    """
+    """Distances (n,) [m], ``D (1 + ppm) + c``; where ppm are not given they follow from the air."""
     shots = raw.shots
     air = first_velocity_ppm(shots.temperature_c, shots.pressure_hpa, shots.humidity_percent)
     ppm = np.where(np.isnan(shots.ppm), air, shots.ppm)

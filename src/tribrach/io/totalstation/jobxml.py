@@ -150,10 +150,7 @@ class _Reader:
         self.recorder.understood["sight"] += 1
 
     def _set(self, station: str) -> int:
-        """Number of the set, 0 if the file has no rounds.
-
-        What is read before the first round has the circle of it and belongs to it.
-        """
+        """Number of the set, 0 without rounds; what comes before the first round belongs to it."""
         return max(self.rounds[station], 1) if self.in_rounds else 0
 
     def close(self) -> None:

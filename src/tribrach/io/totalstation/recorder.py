@@ -45,10 +45,7 @@ class _Setup:
 
 
 class Recorder:
-    """Collects set-ups, sights and coordinates of one file.
-
-    Target height, prism and air hold until the file changes them.
-    """
+    """Collects one file's set-ups, sights, points; target height, prism, air hold until changed."""
 
     def __init__(self, path: Path, format: str) -> None:
         self.path, self.format = path, format
@@ -88,10 +85,7 @@ class Recorder:
         return len(self._setups) - 1
 
     def height_instrument(self, line: int, height: float) -> None:
-        """Set the height of the current set-up [m].
-
-        If the set-up has sights with another height, a new one begins.
-        """
+        """Set the height of the set-up [m]; a new one begins if it has sights with another."""
         if not self._setups:
             self.setup(line, "", height=height)
             return
@@ -106,10 +100,7 @@ class Recorder:
     def backsight(
         self, line: int, station: str, target: str, azimuth: float, circle: float
     ) -> None:
-        """Set the backsight of the current set-up; a set-up that has sights ends.
-
-        ``azimuth``, ``circle``: of the backsight, as set and as read [rad].
-        """
+        """Set the backsight as set and as read [rad]; a set-up that has sights ends."""
         self.at_station(line, station)
         current = self._setups[-1]
         if self._used[-1]:
@@ -193,10 +184,7 @@ class Recorder:
         given: bool = True,
         code: str = "",
     ) -> None:
-        """Add coordinates of a point.
-
-        ``e``, ``n``, ``u``: coordinates [m]; ``given``: false if the instrument computed them.
-        """
+        """Add coordinates of a point [m], ``given`` or computed by the instrument."""
         if not name:
             raise ValueError("the point has no name")
         self._points.append((name, (e, n, u), given, code, line))

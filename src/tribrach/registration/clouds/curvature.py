@@ -25,8 +25,7 @@ from tribrach.statistics import f as fisher
 class CurvatureGates:
     """Which neighbours tell how a surface bends, and when it is called round.
 
-    Chosen by hand on simulated groves of round and square trunks (tests/registration/clouds/
-    test_round); where a number has a source, it is named.
+    Chosen by hand with test_round.
     """
 
     #: surfels that are looked at about each one, and how far away they may be [sizes]

@@ -30,11 +30,7 @@ from tribrach.statistics import robust_sigma
 
 @dataclass(frozen=True)
 class FineAlignmentGates:
-    """How surfels of two scans are matched and fitted.
-
-    Chosen by hand on simulated yards and real rooms (tests/registration/clouds: errors as large as
-    their covariances say, benchmarks/registration); where a number has a source, it is named.
-    """
+    """How surfels of two scans are matched and fitted (by hand: benchmarks/registration)."""
 
     #: limits of the residuals, one after the other [m]
     gates_m: tuple[float, ...] = (0.2, 0.05, 0.015)
@@ -142,10 +138,7 @@ def align(
     gates: Sequence[float] = FINE.gates_m,
     steps: int = FINE.most_steps,
 ) -> FineAlignment:
-    """Move scan b onto scan a, from a start within the first gate or so.
-
-    Gates are the largest distances of matched surfels, one round after the other [m].
-    """
+    """Move scan b onto scan a from a start within the first of ``gates`` [m], round after round."""
     pose, settled = start, False
     pairs = _Pairs(a, b)
     spread = np.inf

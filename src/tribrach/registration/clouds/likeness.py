@@ -20,11 +20,7 @@ from tribrach.registration.clouds.prepared import PreparedScan
 
 @dataclass(frozen=True)
 class LikenessGates:
-    """How coarse the plans are that are laid on each other.
-
-    Chosen by hand on a simulated street and yard: neighbours rank before all others
-    (tests/registration/clouds/test_proposals); no source.
-    """
+    """How coarse the plans are that are laid on each other (by hand: test_proposals)."""
 
     #: cells of a plan along an edge
     cells: int = 96

@@ -31,11 +31,7 @@ from tribrach.statistics import chi2
 
 @dataclass(frozen=True)
 class OpenDirectionGates:
-    """How what is held is fitted, and how open directions are measured.
-
-    Chosen by hand on simulated facades and corridors, so that errors of what is held are as large
-    as their covariance says (tests/registration/clouds/test_repeats); no source.
-    """
+    """How what is held is fitted, and how open directions are measured (by hand: test_repeats)."""
 
     #: matches say where along an open direction if they hold it by more than this, and by more than
     #: so many sigmas of their normals

@@ -59,9 +59,7 @@ __all__ = [
 class CloudPairGates:
     """Which poses of two scans are looked at, and when one of them is taken.
 
-    Chosen by hand on simulated yards, facades, corridors and rooms, so that no wrong pose is taken
-    (tests/registration/clouds/test_pair), and on real rooms (test_real_scans); where a number has a
-    source, it is named. A size is that of the coarse surfels.
+    Chosen by hand with test_pair, test_real_scans. A size is that of the coarse surfels.
     """
 
     #: gates of the first and of the second look [sizes], and steps at each

@@ -26,9 +26,7 @@ from tribrach.registration.clouds.surfels import CellSum, CubeSums, Surfels, coa
 class PreparedScanGates:
     """How fine surfels and views are, and how many are kept.
 
-    Chosen by hand for time and memory on scans of 1 to 50 million points, and on coarse ones of
-    rooms and models (tests/registration/clouds/test_surfels, benchmarks/registration); where a
-    number has a source, it is named.
+    Chosen by hand with test_surfels, benchmarks/registration.
     """
 
     #: rows of the finest image of ranges, twice as many columns: half a degree
@@ -106,10 +104,7 @@ class RangeView:
             self.farthest = self.farthest.reshape(rows, 2, 2 * rows, 2).max(axis=(1, 3))
 
     def judge(self, points: Array, margin: Array) -> NDArray[np.int8]:
-        """Say of places what the scanner saw there, with margins of their distances [m].
-
-        ``UNSEEN``, ``BEHIND``, ``AT_SURFACE`` or ``SEEN_THROUGH`` for each.
-        """
+        """What the scanner saw at places with margins [m]: ``UNSEEN``, ``BEHIND``, ... for each."""
         return np.asarray(_judged(points, margin, self.nearest, self.farthest))
 
 

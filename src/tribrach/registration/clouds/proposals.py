@@ -28,11 +28,7 @@ from tribrach.registration.clouds.graph import CloudEdge, StationLoop, consisten
 
 @dataclass(frozen=True)
 class ProposalGates:
-    """How many pairs are tried.
-
-    Chosen by hand on a simulated street, yard and rooms
-    (tests/registration/clouds/test_proposals); no source.
-    """
+    """How many pairs are tried (by hand: test_proposals)."""
 
     #: with so few scans all pairs are tried
     all_pairs: int = 6
@@ -65,10 +61,7 @@ def all_pairs(count: int, choice: Choice) -> bool:
 
 
 def common_area(distance: Array, first: Array, second: Array) -> Array:
-    """Share of the lesser of two circles that lies in the other one: the lens.
-
-    The lens of two circles, elementary geometry.
-    """
+    """Share of the lesser of two circles that lies in the other one: the lens."""
     d, r, s = np.broadcast_arrays(distance, np.maximum(first, second), np.minimum(first, second))
     with np.errstate(divide="ignore", invalid="ignore"):
         one = np.arccos(np.clip((d**2 + s**2 - r**2) / (2 * d * s), -1, 1))
@@ -228,10 +221,7 @@ class _Work:
         return out
 
     def closing(self, used: Sequence[CloudEdge], closed: Sequence[StationLoop]) -> list[Pair]:
-        """For each pair in no short loop the most promising pair that makes one.
-
-        For a pair that is in no loop at all, any pair across it will do.
-        """
+        """Most promising pairs that close a short loop about each pair in none, or any loop."""
         looped = {self.pair(e) for loop in closed for e in loop.edges}
         short = [loop for loop in closed if len(loop.stations) <= GATES.short_loop]
         controlled = {self.pair(e) for loop in short for e in loop.edges}
@@ -267,10 +257,7 @@ class _Work:
         return next(p for p in numbers if i in p), next(p for p in numbers if j in p)
 
     def _common(self, used: Sequence[CloudEdge]) -> Array:
-        """What scans see in common (n, n) by the places that the edges give them; 0 if too little.
-
-        Stations of different groups have nothing in common here.
-        """
+        """What scans of one group see in common (n, n) by the places of edges; 0 if too little."""
         n = len(self.names)
         out = np.zeros((n, n))
         ways: dict[str, list[tuple[str, Pose]]] = {name: [] for name in self.names}

@@ -37,7 +37,7 @@ from tribrach.statistics import chi2
 class ReferenceGates:
     """How surfels of references are made, and what of a scan lies on them.
 
-    Chosen by hand on a simulated town (tests/registration/clouds/test_reference); no source.
+    Chosen by hand with test_reference.
     """
 
     #: points in a cube that holds any, on the average, and the largest edge for that [m]
@@ -187,10 +187,7 @@ def reference_of_mesh(
     shared: float = 0.0,
     cut: Callable[[Mesh], Mesh] = lambda mesh: mesh,
 ) -> ScanReference:
-    """Prepare a model as a reference: its faces are sampled.
-
-    ``mesh`` is the whole model, which tells the sides of its faces; ``cut`` takes what is needed.
-    """
+    """Sample a model as a reference: the whole ``mesh`` tells sides, ``cut`` takes a part."""
     seen, known = mesh.outwards()
     mesh = cut(seen)
     origin = np.floor(np.mean(mesh.corners, axis=0))
@@ -264,10 +261,7 @@ def on_references(
     sigma: ApproximateSigma,
     floor: tuple[float, float],
 ) -> list[CloudPair]:
-    """Register scans to references.
-
-    ``priors`` are in the coordinates of the references, ``together`` in a frame of their own.
-    """
+    """Register scans to references; ``priors`` are in their frame, ``together`` in another."""
     out: list[CloudPair] = []
     order = sorted(scans, key=lambda one: -one.radius)
     for reference in references:

@@ -39,11 +39,7 @@ from tribrach.units import SEC
 
 @dataclass(frozen=True)
 class CloudCovarianceGates:
-    """What makes the covariance of a pair of clouds honest.
-
-    Chosen by hand on simulated yards and corridors: errors are as large as their covariances say
-    (tests/registration/clouds/test_covariance); where a number has a source, it is named.
-    """
+    """What makes the covariance of a pair of clouds honest (by hand: test_covariance)."""
 
     #: sigmas of what residuals never show: of shifts [m] and of turns [rad]
     floor: tuple[float, float] = (1e-3, 10 * SEC)
@@ -313,10 +309,7 @@ def _sweep(
 
 
 def pieces(point: Array, normal: Array, values: Array, edge: float) -> Array:
-    """Sums of values over cubes, surfaces that face apart kept apart.
-
-    ``values`` (n, c) become one row for each cube with surfaces of one side.
-    """
+    """Sums of ``values`` (n, c) over cubes, a row for the surfaces of each side in each."""
     number = _cubes(point, normal, edge)
     sums = [np.bincount(number, column) for column in values.T]
     return np.stack(sums, axis=1) if sums else np.zeros((int(number.max()) + 1, 0))

@@ -24,9 +24,7 @@ from tribrach.registration.clouds.surfels import Surfels
 class PlanSearchGates:
     """How the plan of one scan is searched in that of another, and which places are kept.
 
-    Chosen by hand on simulated yards, rooms and facades and on real rooms
-    (tests/registration/clouds/test_pair, benchmarks/registration); where a number has a source, it
-    is named.
+    Chosen by hand with test_pair, benchmarks/registration.
     """
 
     #: cells of the plan along an edge

@@ -23,8 +23,7 @@ from tribrach.kernels import in_threads, njit
 class SurfelGates:
     """Which cubes of points are pieces of surface.
 
-    Chosen by hand on simulated yards with edges and leaves (tests/registration/clouds/test_surfels,
-    benchmarks/registration); where a number has a source, it is named.
+    Chosen by hand with test_surfels, benchmarks/registration.
     """
 
     #: points that make a plane

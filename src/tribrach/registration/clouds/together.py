@@ -61,8 +61,7 @@ from tribrach.statistics import robust_sigma
 class DifferenceGates:
     """Which places of two placed clouds are compared (method section 9.5).
 
-    Chosen by hand on simulated yards, where clouds differ as predicted
-    (tests/registration/clouds/test_covariance); no source.
+    Chosen by hand with test_covariance.
     """
 
     #: differences beyond this are other surfaces [m]

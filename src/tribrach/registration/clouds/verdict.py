@@ -18,11 +18,7 @@ from tribrach.registration.clouds.prepared import AT_SURFACE, SEEN_THROUGH, Rang
 
 @dataclass(frozen=True)
 class VerdictGates:
-    """When surfels of one scan agree with another, and what that is worth.
-
-    Chosen by hand on simulated yards, facades and rooms, so that no wrong pose wins
-    (tests/registration/clouds/test_pair); no source.
-    """
+    """When surfels of one scan agree with another, and what that is worth (by hand: test_pair)."""
 
     #: what may lie nearer without being seen through [m], and per metre of range
     margin_m: float = 0.12

@@ -23,11 +23,7 @@ from tribrach.targets.planes import Plane
 
 @dataclass(frozen=True)
 class SamePlaneGates:
-    """When planes of two scans of one station are one surface.
-
-    Chosen by hand on simulated yards with several scans at a station
-    (tests/registration/test_plane_poses); no source.
-    """
+    """When planes of two scans of one station are one surface (by hand: test_plane_poses)."""
 
     #: their normals differ by less than this [rad] ...
     turn_rad: float = float(np.radians(1.0))
@@ -82,10 +78,7 @@ class PlaneSet:
 
     @classmethod
     def joined(cls, sets: Sequence[PlaneSet]) -> PlaneSet:
-        """Join the planes of several scans of one station.
-
-        What is wrong with a wall is common to all scans of it, so it counts once.
-        """
+        """Join planes of several scans of one station; what is wrong with a wall counts once."""
         whole = cls(
             np.concatenate([np.zeros((0, 3)), *(s.normal for s in sets)]),
             np.concatenate([np.zeros((0, 3)), *(s.center for s in sets)]),
@@ -111,10 +104,7 @@ class PlaneSet:
 
     @cached_property
     def trees(self) -> tuple[cKDTree, ...]:
-        """Search trees of the places that the planes cover.
-
-        They are small and asked often: threads would wait for each other longer than they search.
-        """
+        """Search trees of places that planes cover: small, asked often, so in one thread."""
         return tuple(cKDTree(sample) for sample in self.samples)
 
     @cached_property

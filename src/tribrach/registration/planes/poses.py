@@ -28,9 +28,7 @@ from tribrach.registration.views import Agreement, Surroundings, seen
 class PlanePairGates:
     """How the relative pose of two stations is sought by their planes, and when it is decided.
 
-    Chosen by hand on simulated yards, symmetric rooms, corridors and repeated facades, so that no
-    wrong pose is decided (tests/registration/test_plane_poses, benchmarks/plane_registration);
-    where a number has a source, it is named.
+    Chosen by hand with test_plane_poses, benchmarks/plane_registration.
     """
 
     #: normals of one surface differ by less than this, and so do the angles between two [rad]

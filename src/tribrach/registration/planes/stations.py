@@ -46,8 +46,7 @@ from tribrach.units import GON
 class StationJoinGates:
     """When a pair of stations may be joined by its planes alone.
 
-    Chosen by hand on simulated yards, facades and corridors, so that no wrong pair is joined
-    (tests/registration/test_plane_poses, tests/job/test_tying); no source.
+    Chosen by hand with test_plane_poses, test_tying.
     """
 
     #: a pair that no loop confirms has at most this share of points in empty space ...

@@ -27,8 +27,7 @@ from tribrach.registration.views import Surroundings
 class PlaneTieGates:
     """When planes of two stations are one surface, once both have poses.
 
-    Chosen by hand on simulated yards with panels on walls (tests/registration/test_plane_ties,
-    tests/registration/test_edges: statistics of edges are chi-square); no source.
+    Chosen by hand with test_plane_ties, test_edges.
     """
 
     #: planes that are one agree within these [rad], [m] even where the covariances are small ...

@@ -37,9 +37,7 @@ from tribrach.units import DEG
 class BoardGates:
     """The numbers that decide whether a fitted pattern is a checkerboard.
 
-    Chosen by hand on simulated boards among stripes, tiles and panels, so that all boards pass and
-    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); where a number has a
-    source, it is named.
+    Chosen by hand with test_checkerboards, benchmarks/target_search.
     """
 
     #: points looked at lie within this many sides of the start
@@ -322,9 +320,7 @@ def _near_edge(
 
 
 def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, Array]:
-    """Parameters with the levels of the plain parts of the quadrants, and the noise (2,) of either
-    colour.
-    """
+    """Parameters with the levels of plain parts of the quadrants; noise (2,) of either colour."""
     d = flat - p[:2]
     a, b = d @ [np.cos(p[2]), np.sin(p[2])], d @ [np.cos(p[3]), np.sin(p[3])]
     plain = np.minimum(np.abs(a), np.abs(b)) > clear
@@ -429,10 +425,7 @@ def _round(
     footprint: float,
     shared: SharedNoise | None,
 ) -> tuple[BoardPlane, BoardPattern] | Refused:
-    """Fit the plane of the points in use around a place, and the pattern in it.
-
-    ``before`` is the pattern of the first round, None in the first round.
-    """
+    """Fit plane and pattern to points in use; ``before`` is the first round's pattern or None."""
     plane = _plane(xyz, light, use, near, footprint, shared)
     if isinstance(plane, Refused):
         return plane

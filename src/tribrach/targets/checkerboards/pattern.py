@@ -24,8 +24,7 @@ from tribrach.targets.prints.edges import noise_of_colours
 class PatternGates:
     """How the pattern of four quadrants is guessed and fitted to light.
 
-    Chosen by hand on simulated boards from 5 to 60 pixels wide, seen straight to 60 degrees
-    (tests/targets/test_checkerboards); where a number has a source, it is named.
+    Chosen by hand with test_checkerboards.
     """
 
     #: fewest points within the board

@@ -33,9 +33,7 @@ _USUAL = Beam(4e-3, 0.3e-3)
 class SaddleGates:
     """What the search for boards takes for a saddle of light, and how many it follows up.
 
-    Chosen by hand on simulated walls and halls with boards, stripes and tiles: all boards found and
-    nothing else (tests/targets/test_checkerboards, benchmarks/target_search); where a number has a
-    source, it is named.
+    Chosen by hand with test_checkerboards, benchmarks/target_search.
     """
 
     #: radii of the two circles over the side of the board

@@ -27,11 +27,7 @@ _EACH = 50_000
 
 @dataclass(frozen=True)
 class CircleEdgeGates:
-    """How the edge of a disc is fitted and how its centre follows from it.
-
-    Chosen by hand on simulated discs from 1 to 40 pixels wide (tests/targets/test_discs: the errors
-    of the centres are as large as their covariances say); where a number has a source, it is named.
-    """
+    """How the edge of a disc is fitted and how its centre follows from it (by hand: test_discs)."""
 
     #: points up to this many radii from the centre take part
     patch_radii: float = 1.5
@@ -174,10 +170,7 @@ class EdgeFit:
 
 
 def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
-    """Intensities of a disc at places (n, 2), and derivatives by parameters of :class:`EdgeFit`.
-
-    ``slope`` is that of the beam in the plane.
-    """
+    """Light of a disc at (n, 2) and derivatives by :class:`EdgeFit`; ``slope`` of the beam."""
     d = flat - p[:2]
     away = np.maximum(np.hypot(d[:, 0], d[:, 1]), 1e-9)
     n = d / away[:, None]
@@ -194,10 +187,7 @@ def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:
 
 
 def solve(flat: Array, light: Array, start: Array, shape: DiscShape) -> EdgeFit | None:
-    """Fit the edge by damped Gauss-Newton, the blur going from wide to narrow and then free.
-
-    ``start`` is x, y [m], level outside and gain.
-    """
+    """Fit an edge from x, y [m], level outside, gain, the blur going from wide to free."""
     narrow = shape.narrow
     p = np.array([*start, np.log(narrow), shape.radius])
     jitter, noise, use, n = shape.jitter, np.zeros(2), np.ones(len(light), dtype=bool), np.eye(6)

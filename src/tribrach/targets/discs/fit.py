@@ -30,9 +30,7 @@ from tribrach.targets.prints.search import Refused
 class DiscGates:
     """The numbers that decide whether a fitted spot is a printed disc.
 
-    Chosen by hand on simulated discs among tiles, squares, knobs and plates, so that all discs pass
-    and nothing else (tests/targets/test_discs, benchmarks/target_search); where a number has a
-    source, it is named.
+    Chosen by hand with test_discs, benchmarks/target_search.
     """
 
     #: points looked at lie within this many radii of the start
@@ -303,10 +301,7 @@ def fit_disc(
     floor: float = 0.0,
     shared: SharedNoise | None = None,
 ) -> DiscFit | Refused:
-    """Fit a disc of known radius near a place, which is off by up to half the radius.
-
-    Footprint and sigmas are estimated from the points where they are None.
-    """
+    """Fit a disc of known radius within half of it; footprint and sigmas are estimated if None."""
     light = np.asarray(intensity, dtype=float)
     close = (np.linalg.norm(xyz - start, axis=1) < GATES.reach_radii * radius) & np.isfinite(light)
     if close.sum() < GATES.fewest_points:
@@ -611,10 +606,7 @@ class _Patch:
 
 
 def _explained(flat: Array, light: Array, fit: EdgeFit, shape: DiscShape) -> float:
-    """Share of the variance of intensity around a disc that the disc explains.
-
-    Where points are far apart, those next to the edge say nothing about it and are left out.
-    """
+    """Share of variance that a disc explains, without distant points next to its edge."""
     away = np.hypot(*(flat - fit.p[:2]).T)
     near = away < EDGE.patch_radii * shape.radius
     if shape.coarse:

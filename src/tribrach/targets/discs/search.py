@@ -31,9 +31,7 @@ from tribrach.targets.prints.windows import on_circle, shortening, slope
 class SpotGates:
     """Which round spots of intensity are candidates for discs, and how many of them are fitted.
 
-    Chosen by hand on simulated halls with discs, knobs, tiles and windows (tests/targets/test_discs
-    and benchmarks/target_search: all discs found, nothing else); where a number has a source, it is
-    named.
+    Chosen by hand with test_discs, benchmarks/target_search.
     """
 
     #: radii of the circles inside of the disc and on its ground, over its radius

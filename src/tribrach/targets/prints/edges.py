@@ -29,9 +29,7 @@ _EACH = 50_000
 class EdgePosteriorGates:
     """What intensities say of an edge, and the grid over which its posterior is summed.
 
-    Chosen by hand on simulated boards and discs, so that the errors of their centres are as large
-    as their covariances say (tests/targets/test_checkerboards, tests/targets/test_discs); where a
-    number has a source, it is named.
+    Chosen by hand with test_checkerboards, test_discs.
     """
 
     #: nodes of the grid in each direction, and most rounds of closing in

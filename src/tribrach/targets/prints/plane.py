@@ -21,11 +21,7 @@ from tribrach.statistics import robust_sigma
 
 @dataclass(frozen=True)
 class PrintPlaneGates:
-    """How the plane of a print is fitted.
-
-    Chosen by hand on simulated and real boards (tests/targets/test_checkerboards: the errors of
-    centres are as large as their covariances say); where a number has a source, it is named.
-    """
+    """How the plane of a print is fitted (by hand: test_checkerboards)."""
 
     #: residuals beyond this many sigmas take no part
     trim_sigmas: float = 3.0
@@ -104,10 +100,7 @@ def fit_board_plane(
     spacing: float,
     shared: SharedNoise | None = None,
 ) -> BoardPlane | None:
-    """Fit the plane of a print to points around a place.
-
-    ``spacing`` [m] is the distance of independent points, where nothing else is known.
-    """
+    """Fit a print's plane around a place; ``spacing`` [m] of independent points if not known."""
     use = np.ones(len(xyz), dtype=bool)
     unit = xyz / np.linalg.norm(xyz, axis=1, keepdims=True)
     normal = _principal(xyz)

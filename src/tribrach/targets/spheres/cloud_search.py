@@ -24,12 +24,7 @@ from tribrach.targets.spheres.votes import apart, gather
 
 @dataclass(frozen=True)
 class CloudSphereGates:
-    """Which fits are spheres in a cloud without lines of sight.
-
-    Chosen by hand on simulated clouds with spheres, balls of other sizes and columns, so that all
-    spheres pass and nothing else (tests/targets/test_sphere_cloud); where a number has a source, it
-    is named.
-    """
+    """Which fits are spheres in a cloud without lines of sight (by hand: test_sphere_cloud)."""
 
     #: one point per voxel of this many radii votes
     voxel_radii: float = 0.125
@@ -68,10 +63,7 @@ GATES = CloudSphereGates()
 def find_spheres_in_cloud(
     xyz: Array, radii: Sequence[float], *, sigma: float | None = None, scan: str = ""
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Find spheres of given radii in a cloud whose scanner is unknown.
-
-    ``sigma`` is that of a point along the normal [m], estimated from its neighbours if None.
-    """
+    """Find spheres in a cloud without scanner; ``sigma`` [m] along the normal or None."""
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")
     points = xyz[np.isfinite(xyz).all(axis=1)]

@@ -22,12 +22,7 @@ from tribrach.targets.spheres.forms import second_degree
 
 @dataclass(frozen=True)
 class SphereFitGates:
-    """How a sphere is fitted to points.
-
-    Chosen by hand on simulated spheres (tests/targets/test_sphere_fit: errors as large as their
-    covariances say, and equal to the closed forms of method section 6.3); where a number has a
-    source, it is named.
-    """
+    """How a sphere is fitted to points (by hand: test_sphere_fit)."""
 
     #: incidence beyond this is left out [rad]: mixed pixels and edge effects (method section 6.3)
     mask_rad: float = float(np.radians(60.0))
@@ -207,10 +202,7 @@ def fit_sphere_orthogonal(
     free_radius: bool = False,
     floor: float = GATES.floor_m,
 ) -> SphereFit:
-    """Fit a sphere by distances to the centre, for points whose scanner is unknown.
-
-    The start is good to about a third of the radius; ``sigma`` is along the normal.
-    """
+    """Fit a sphere by distances from a start within a third of its radius; no scanner is known."""
     state = _orthogonal(np.ascontiguousarray(xyz), start, radius, free_radius, float(sigma))
     sentences = (
         "the origin of the scanner is unknown: distances to the centre were fitted, whose centre "

@@ -33,10 +33,7 @@ from tribrach.units import MM
 class SphereGates:
     """Which parts of a scan are candidates for spheres, and which tests a fit must pass.
 
-    Chosen by hand on simulated halls with balls of other sizes, columns, leaves and machinery, and
-    on the raw files of NIST, so that all spheres pass and nothing else (method section 6.4,
-    tests/targets/test_sphere_search, benchmarks/target_search); where a number has a source, it is
-    named.
+    Chosen by hand with test_sphere_search, benchmarks/target_search.
     """
 
     #: runs of pixels are kept whose width is within these multiples of the diameter

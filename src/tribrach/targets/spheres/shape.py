@@ -101,10 +101,7 @@ def shape_of(
     beam: float,
     tolerance: float,
 ) -> Shape:
-    """Test radius and form of a fitted sphere.
-
-    ``points`` are the fitted ones and those around them; ``pixel`` their rows and columns.
-    """
+    """Test radius and form of a sphere by fitted points and those around, with pixels."""
     rim = np.arcsin(max(1 - GATES.rim_beams * beam / fit.radius, 0.5))
     try:
         free = fit_sphere(

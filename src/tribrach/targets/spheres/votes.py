@@ -21,8 +21,7 @@ from tribrach.scan.range_image import RangeImage
 class VoteGates:
     """Which pixels vote for the centre of a sphere, and which places with votes are candidates.
 
-    Chosen by hand on simulated rooms whose walls cast votes by their noise, and halls with balls
-    and columns (tests/targets/test_sphere_search); where a number has a source, it is named.
+    Chosen by hand with test_sphere_search.
     """
 
     #: neighbours are looked up at this many radii

@@ -18,10 +18,7 @@ from tribrach.network.survey import Survey
 
 
 def read(paths: Path | Sequence[Path]) -> Survey:
-    """Survey of the files of one network.
-
-    ``paths``: stations, measurements and a geoid file, if there is one.
-    """
+    """Survey of the files of one network: stations, measurements, a geoid file if there is one."""
     with RefusalCollector() as refused:
         files = [_parse(p, refused) for p in ([paths] if isinstance(paths, Path) else paths)]
         refused.settle()

@@ -53,10 +53,7 @@ _KNOWN = {tag: tuple(names.split()) for tag, names in ATTRIBUTES.items()}
 
 @dataclass(frozen=True)
 class Element:
-    """``node`` of the XML tree of the file ``path``; ``label`` is what sources call the file.
-
-    ``refused`` gathers elements that are refused.
-    """
+    """``node`` of a file that sources call ``label``; ``refused`` gathers refused elements."""
 
     node: Any
     path: Path
@@ -169,10 +166,7 @@ class Element:
         return value
 
     def angle(self, name: str) -> tuple[float, float]:
-        """An angle in gon with cc, or as ``D-M-S`` with arc seconds.
-
-        Returns ``value``: the angle [rad]; ``unit``: unit of its standard deviation [rad].
-        """
+        """An angle [rad] in gon with cc or ``D-M-S`` with arc seconds; unit of its sigma [rad]."""
         text = self.text(name)
         sexagesimal = re.match(r"[+-]?\d+-\d+-", text) is not None
         try:

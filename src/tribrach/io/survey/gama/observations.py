@@ -84,10 +84,7 @@ STEEPEST = 5.0
 
 
 def distance_sigma(section: Element, metres: float) -> float | None:
-    """Default ``a + b D^c`` [mm] of a distance, with D in km; None if the section has none.
-
-    ``b`` is 0 and ``c`` 1 if not given.
-    """
+    """Default ``a + b D^c`` [mm] of a distance, D in km, b 0 and c 1 if not given; else None."""
     if not section.has("distance-stdev"):
         return None
     words = section.text("distance-stdev").split()
@@ -306,10 +303,7 @@ class ObservationReader:
         self.controls = False
 
     def section(self, section: Element) -> None:
-        """Read a ``<points-observations>`` with its default standard deviations.
-
-        What is wrong in it is refused with its file and line.
-        """
+        """Read a ``<points-observations>`` with default sigmas; refuse what is wrong in it."""
         readers: dict[str, Callable[[Element, GamaCluster], None]] = {
             "obs": lambda child, cluster: self._obs(child, cluster, section, plain),
             "height-differences": self._height_differences,

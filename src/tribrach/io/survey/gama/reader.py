@@ -181,10 +181,7 @@ INDIFFERENT = (
 
 
 def read(path: Path, label: str = "") -> Survey:
-    """The survey in a ``.gkf`` file, or the adjusted coordinates of a result as control.
-
-    ``survey.facts`` keeps the :class:`GamaFacts` of a network.
-    """
+    """Survey of a ``.gkf`` file with :class:`GamaFacts`, or a result's coordinates as control."""
     path = Path(path)
     with RefusalCollector() as refused:
         root = Element(xml_file.load(path, *ROOTS, *ADJUSTED), path, label, refused)

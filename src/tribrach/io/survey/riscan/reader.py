@@ -274,11 +274,7 @@ class Frames:
         return isinstance(self.site, EllipsoidSite)
 
     def start(self, station: ScanPosition) -> tuple[Array, Array]:
-        """Start values of a station's pose, NaN if it is not registered.
-
-        Returns ``translation`` (3,): World from scanner [m]; ``rotation`` (3, 3): World from
-        scanner.
-        """
+        """Start values: World from scanner, translation (3,) [m], rotation (3, 3); NaN if none."""
         if station.sop is None or not station.registered:
             return np.full(3, np.nan), np.full((3, 3), np.nan)
         pose = self.w_from_prcs @ station.sop
@@ -368,10 +364,7 @@ def _stations(survey: Survey, project: RiscanProject, frames: Frames) -> list[Sc
 def _grid(
     project: RiscanProject, stations: Sequence[ScanPosition], names: Sequence[Sequence[str]]
 ) -> list[str]:
-    """That the grid of the control is not Cartesian, if the reflectors show it and it explains all.
-
-    It comes before whatever the adjustment says of control.
-    """
+    """The grid of the control is not Cartesian, if reflectors show that it explains all."""
     seen = [
         {
             name: (target.vector, _covariance(target))

@@ -79,11 +79,7 @@ class _Traverse:
 
 
 class DataReader:
-    """Reads data files into records.
-
-    ``refused``: gathers the lines that cannot be used; ``root``: folder that included files must
-    not leave.
-    """
+    """Reads data files, included ones within ``root``, into records; ``refused`` gathers lines."""
 
     def __init__(self, settings: StarnetSettings, refused: RefusalCollector, root: Path) -> None:
         self.settings, self.refused, self.root = settings, refused, root.resolve()
@@ -165,10 +161,7 @@ class DataReader:
     # Words of a line.
 
     def _split(self, line: DataLine, least: int, most: int | None = None) -> tuple[str, ...]:
-        """Names of a line, joined by the separator or not, and the words behind them.
-
-        The names are the first of what is given back, ``least`` to ``most`` of them.
-        """
+        """Names of a line, ``least`` to ``most``, joined or not; then the words behind them."""
         most = least if most is None else most
         if not line.words:
             raise line.error("there are no stations", "name them")
