@@ -42,6 +42,16 @@ def test_millimetres(faults: Path) -> None:
     assert doubt.key == "steep"
 
 
+def test_each_axis_has_its_step(faults: Path, tmp_path: Path) -> None:
+    (scan,) = read_scans(faults / "16-stairs" / "s.las")
+    assert describe(scan).axes == (0.0625, 0.5, 0.001)
+    rng = np.random.default_rng(1)
+    for digits, axes in (((3, 3, 3), None), ((3, 1, 3), (0.001, 0.1, 0.001))):
+        columns = [rng.uniform(-9, 9, 500).round(digit) for digit in digits]
+        np.savetxt(tmp_path / "a.xyz", np.column_stack(columns), fmt="%.3f")
+        assert describe(read_scans(tmp_path / "a.xyz")[0]).axes == axes
+
+
 def converted(source: Path, destination: Path) -> int:
     """The exit code of `convert`."""
     return CliRunner().invoke(app, ["convert", str(source), str(destination), "-q"]).exit_code

@@ -21,7 +21,7 @@ from tribrach.geometry.rotation import log
 from tribrach.io.clouds.header import single_resolution
 from tribrach.io.scans.units import as_filed
 from tribrach.scan.angular_step import angular_step
-from tribrach.scan.coordinate_step import coordinate_step
+from tribrach.scan.coordinate_step import axis_steps, coordinate_step
 from tribrach.scan.no_return import point_hashes, screened
 from tribrach.scan.scan import Chunk, Field, NoReturn, Scan
 from tribrach.sentences import capital, stopped
@@ -177,7 +177,7 @@ class DescribedUnit(Result):
 @dataclass(frozen=True, eq=False)
 class Description(
     Result,
-    without=("scan", "figures", "among"),
+    without=("scan", "figures", "among", "axes"),
     also=(
         "file", "name", "index", "points", "records", "dropped", "no_return", "bounds", "fields",
         "grid", "pose", "crs", "unit", "origin", "doubled_share", "facts", "sentences",
@@ -202,6 +202,8 @@ class Description(
     ranges: tuple[Number, ...]
     #: step that all coordinates are multiples of, null if it is fine
     coarse: Number | None
+    #: steps along x, y and z where they differ much, None where they do not
+    axes: tuple[float, float, float] | None = None
 
     name = part("scan.name", str, "Name of the scan.")
     index = part("scan.index", int, "Its number in the file.")
@@ -331,7 +333,10 @@ class Description(
             return out + self._of_records()
         with np.errstate(over="ignore"):
             resolution = single_resolution(far)
-        if self.coarse is not None and self.coarse < 1.0:
+        if self.axes is not None:
+            steps = [f"{n} of {1e3 * s:g} mm" for n, s in zip("xyz", self.axes, strict=True) if s]
+            out.append(f"The coordinates are in coarse steps: {', '.join(steps)}.")
+        elif self.coarse is not None and self.coarse < 1.0:
             out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
         elif figures.single and resolution >= _RESOLUTION:
             out.append(
@@ -406,7 +411,8 @@ def describe(scan: Scan, among: int = 1) -> Description:
             ranges = tuple(float(q) for q in np.quantile(distance, _QUANTILES))
             step = _step(figures.first)
         coarse = coordinate_step(figures.spread, _STEP) or None
-    return Description(scan, figures, among, step, ranges, coarse)
+        axes = axis_steps(figures.spread, coarse or 0.0) if figures.points else None
+    return Description(scan, figures, among, step, ranges, coarse, axes)
 
 
 def _step(xyz: Array) -> tuple[float, float] | None:
