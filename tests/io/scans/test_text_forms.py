@@ -1,5 +1,6 @@
 """Text of points is not guessed: many lines tell how it is written, or the user is asked."""
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -222,3 +223,7 @@ def test_y_before_x_is_doubted(tmp_path: Path) -> None:
     scan = scan_of(tmp_path, "Northing;Easting;h\n" + swapped)
     assert np.array_equal(whole(scan).xyz, XYZ)
     assert not scan.warnings
+    for head in ("y x h\n", ""):
+        for row in ("", "nan nan nan\n", "1 2 nan\n"):
+            with suppress(InputError):
+                scan_of(tmp_path, head + row)

@@ -272,6 +272,8 @@ def _refuse_doubtful(path: Path, xyz: Array, listed: bool) -> None:
 
 def _northing_first(xy: Array) -> bool:
     """True if coordinates (n, 2 or more) are as large as northing and easting of many maps."""
+    if not len(xy):
+        return False
     x, y = np.median(xy[:, 0]), np.median(xy[:, 1])
     return bool(1e6 < x < 1e7 and 1e5 < y < 1e6)
 
