@@ -62,11 +62,7 @@ def tile_m3c2(
     engine: Engine = HERE,
     progress: Progress = _nothing,
 ) -> M3C2:
-    """Distances of the compared cloud from the reference along the normals at core points.
-
-    ``footprints`` and ``shares`` as in :func:`~tribrach.comparison.m3c2.m3c2`, the first of the
-    reference.
-    """
+    """Distances of the compared cloud from the reference at core points, as of :func:`m3c2`."""
 
     def call(tile: Tile, rows: Index) -> tuple[Any, ...]:
         return tile, core[rows], settings, _some(normals, rows), _beams(footprints, rows), shares

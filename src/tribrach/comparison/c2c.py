@@ -383,13 +383,9 @@ def plane_distances(
     viewpoint: Array | None = None,
     neighbours: int = NEIGHBOURS,
 ) -> Array:
-    """Compute signed distances from the local planes of a cloud.
+    """Compute signed distances from the local planes of a cloud, NaN where there is none.
 
-    No plane is there where the neighbours are no plane, lie to one side of the point, or the
-    nearest is beyond the limit.
-
-    Distances are positive towards the viewpoint; without one, on the side of the largest coordinate
-    of the normal. NaN without a plane.
+    They are positive towards the viewpoint, or on the side of the normal's largest coordinate.
     """
     out = np.full(len(points), np.nan)
     if cloud.count < neighbours:

@@ -38,9 +38,7 @@ def core_points(
 ) -> Array:
     """Choose of each cubic cell of a grid the point nearest to its middle, half a cell apart.
 
-    The order of the parts does not matter but for ties, which the first of them wins.
-
-    ``origin`` is a corner of the grid, near the points, so that large coordinates cost no digits.
+    Of ties the first wins. ``origin`` is a corner of the grid, near the points to keep digits.
     """
     if not spacing > 0:
         raise InputError("the spacing of core points is not positive", record=f"{spacing:g} m")
@@ -116,10 +114,7 @@ def _cells(xyz: Array, origin: Array, spacing: float) -> _Cells:
 
 @njit(cache=True, nogil=True)
 def _runs(xyz, origin, spacing, key, miss, rows):  # type: ignore[no-untyped-def]
-    """Cell, miss and row of the best point of each run of points of one cell; -1 if too wide.
-
-    Points follow each other on a surface, so that runs are far fewer than points.
-    """
+    """Cell, miss and row of the best point of each run in one cell; -1 if too wide."""
     half, count = _CELLS // 2, 0
     for n in range(len(xyz)):
         cell, square = np.int64(0), 0.0
@@ -172,11 +167,7 @@ def core_normals(
     scanner: Array | None = None,
     direction: Array | None = None,
 ) -> Normals:
-    """Estimate normals at core points from a cloud.
-
-    Normals look towards the scanner; without one their component along ``direction``, or upwards,
-    is positive.
-    """
+    """Estimate normals at core points, towards the scanner or else along ``direction`` or up."""
     if len(scales) == 0 or not min(scales) > 0:
         raise InputError("normals need scales that are positive lengths")
     radii = np.sort(np.asarray(scales, dtype=float)) / 2

@@ -142,10 +142,7 @@ def m3c2_ep(
     footprints: tuple[Array, Array] | None = None,
     shares: tuple[float, float] = (1.0, 1.0),
 ) -> M3C2EP:
-    """Compute distances of the second cloud from the first, with propagated uncertainty.
-
-    Registration and median of the settings are not used; the rest is as in plain M3C2.
-    """
+    """Distances with propagated uncertainty; settings but registration and median as in M3C2."""
     checked_core(core)
     if normals is None:
         normals = core_normals(

@@ -45,10 +45,7 @@ class PeerTransformation:
 def alignment(
     stations: StationPair, reference: Array, motion: Pose | None = None
 ) -> PeerTransformation:
-    """Write the uncertainty of the second station against the first for py4dgeo.
-
-    ``motion`` is what the second cloud still has to be moved by; None if both are in one frame.
-    """
+    """Write the sigma of the second station for py4dgeo, ``motion`` still to come if given."""
     rotation = np.eye(3) if motion is None else motion.rotation
     # x' = R x + s, written about the reference
     shift = np.zeros(3) if motion is None else motion @ reference - reference

@@ -195,11 +195,9 @@ def regress(
     units: Mapping[str, str] | None = None,
     confidence: float = 0.95,
 ) -> Regression:
-    """Fit quantities against causes.
+    """Fit quantities against causes; ``confidence`` is that of the t-test of the quadratic term.
 
-    The cause in ``deg``, ``gon`` or ``rad``, or whose name begins with ``inc``, is the incidence
-    angle (degrees if its unit is not given). ``confidence`` is that of the t-test of the quadratic
-    term.
+    The cause in ``deg``, ``gon`` or ``rad``, or whose name begins with ``inc``, is the incidence.
     """
     units = units or {}
     n = len(values[y[0]])

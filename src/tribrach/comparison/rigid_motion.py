@@ -95,11 +95,7 @@ class PlaceDistances:
 def distances_of(
     found: M3C2EP, pair: StationPair, diameter: float, rows: Mask, site: int = 0
 ) -> PlaceDistances:
-    """Distances with propagated uncertainty as observations of motions.
-
-    ``found`` is from the first cloud to the second, later one; cylinders that share points count
-    for less.
-    """
+    """Distances as observations of motions; cylinders that share points count for less."""
     core, normals = found.core[rows], found.normals.vectors[rows]
     # where the points of the later cloud are: at borders they lie to one side of the axis
     places = found.second.place[rows]
@@ -281,11 +277,7 @@ def _kept(part: PlaceDistances, factor: float) -> Mask | None:
 def relative_motion(
     part: PlaceDistances, motion: PartMotion, stable: PartMotion
 ) -> PartMotion | None:
-    """The motion of a part against another one that is taken as not moved (method section 12.8).
-
-    What the stations do to both alike cancels. The other part and this one have no distance in
-    common.
-    """
+    """Motion of a part against one that is taken as still (section 12.8); stations cancel."""
     some = part.some(motion.kept)
     hidden = np.eye(6) - stable.basis @ stable.basis.T
     needed = stable.columns(some) @ hidden

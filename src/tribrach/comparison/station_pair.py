@@ -193,12 +193,7 @@ class StationPair:
 
 
 def joint_covariance(one: SharedPart, two: SharedPart) -> tuple[Array, tuple[str, ...]]:
-    """The covariance of what the points of two results share, and what both were given alike.
-
-    The second answer are given values that both were told with one covariance.
-
-    Method section 12.7.
-    """
+    """Covariance of what points of two results share, and what both were given (section 12.7)."""
     n = len(one.covariance)
     joint = np.zeros((n + len(two.covariance),) * 2)
     joint[:n, :n], joint[n:, n:] = one.covariance, two.covariance

@@ -148,14 +148,9 @@ def patches_of(distances: PlaceDistances, cylinder: float) -> Patches:
 
 
 def stable_patches(patches: Patches) -> Mask | None:
-    """The patches that most of the surface agrees with in one rigid motion, whatever it is.
+    """The patches that more than half of the surface agrees with in one rigid motion, or None.
 
-    Nothing is assumed of the registration, and nothing of which motion it is but that it is that of
-    more than half of the patches that can be compared.
-
-    None where no motion explains more than half.
-
-    Method section 12.9.
+    Nothing is assumed of the registration, nor of which motion it is (method section 12.9).
     """
     rigid = np.flatnonzero(patches.rigid)
     if len(rigid) < 3:
@@ -180,14 +175,7 @@ def stable_patches(patches: Patches) -> Mask | None:
 
 
 def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
-    """Patches that do not go with the stable ones, put together where they move alike.
-
-    Neighbours are one part as long as one motion explains both; those that agree best come first.
-
-    The largest part comes first; patches that no single motion explains are in none.
-
-    Method section 12.9.
-    """
+    """Parts of patches that move alike, unlike the stable ones, largest first (section 12.9)."""
     motion = patches.together(stable)
     moved = ~stable & patches.rigid & ~patches.within(motion, _BEYOND)
     rows = np.flatnonzero(moved)[:MOST_MOVED]
@@ -241,11 +229,7 @@ def moving_parts(patches: Patches, stable: Mask) -> list[Index]:
 
 
 def edges_of(patches: Patches, parts: list[Index]) -> list[bool]:
-    """Which parts are nothing but the border of a larger one.
-
-    Cylinders across the border of a part hold points of both sides, so that distances run from one
-    to the other: a ring of patches that seems to turn, and no body.
-    """
+    """Which parts are but borders of larger ones: their cylinders hold points of both sides."""
     every = np.concatenate([np.zeros(0, dtype=np.int64), *parts])
     near = _neighbours(patches.cells, every)
     owner = {int(k): number for number, part in enumerate(parts) for k in part}

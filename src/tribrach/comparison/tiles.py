@@ -254,12 +254,8 @@ def tiles(
 ) -> Iterator[Tiles]:
     """Cut two clouds so that about ``size`` points of either are in memory at a time.
 
-    Boxes are not cut narrower than eight limits, whatever lies in them. Clouds up to the size are
-    not cut and leave the disk alone; else both pass through a temporary folder, which is removed
-    when the block ends.
-
-    A point of the reference matters within ``limit`` of its query. With a site only the points of A
-    in it are asked for.
+    Boxes are eight limits wide at least. Clouds up to the size are not cut; else both pass through
+    a temporary folder. Reference points matter within ``limit`` of a query, those of a site alone.
     """
     if not (np.isfinite(limit) and limit > 0):
         raise ValueError("the limit must be above zero and finite")

@@ -70,11 +70,9 @@ class Motion:
 def carry(
     xyz: Array, source: Realisation, target: Realisation, motion: Motion | None = None
 ) -> tuple[Array, float]:
-    """Carries coordinates from one frame and epoch to another.
+    """ECEF (n, 3) [m] in another frame and epoch, with the stated accuracy [m] or NaN.
 
-    ``xyz`` (n, 3): ECEF coordinates [m] in ``source``; ``motion``: how the marks move; needed where
-    both frames are dynamic and the epochs differ. Returns ``xyz`` (n, 3): ECEF coordinates [m] in
-    ``target``; ``accuracy``: what is stated for the change of frame [m]; NaN if nothing is stated.
+    ``motion`` of the marks is needed where both frames are dynamic and the epochs differ.
     """
     if not source.dynamic:
         # plate-fixed coordinates hold at any time: the frames meet at the epoch of the target
@@ -116,13 +114,7 @@ class Passage:
         return carry(xyz, self.source, self.target, self.motion)
 
     def turn(self, place: Array) -> tuple[Array, float]:
-        """What takes vectors at a place (3,) [m] to the frame of the job (method section 1.1).
-
-        Only the frame changes; vectors keep the epoch at which they were measured.
-
-        Returns ``matrix`` (3, 3): derivative of the coordinates: turn and scale between the frames;
-        ``accuracy``: what is stated for the change of frame [m].
-        """
+        """Matrix (3, 3) that takes vectors at a place to the job's frame, and accuracy [m]."""
         step = 1e5 * np.eye(3)
         around = np.concatenate([place + step, place - step])
         epoch = self.source.epoch if self.source.dynamic else self.target.epoch

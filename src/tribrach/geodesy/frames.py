@@ -199,13 +199,7 @@ def _versions(name: str) -> list[str]:
 
 
 def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tuple[Array, float]:
-    """Carries coordinates from one frame to another at the epoch of their observation.
-
-    ``xyz`` (n, 3): ECEF coordinates [m] in ``source``; ``epoch`` (n,): decimal years of the
-    observations, or one for all. Returns ``xyz`` (n, 3): ECEF coordinates [m] in ``target``;
-    between two dynamic frames they keep the epoch of the observation; ``accuracy``: what the EPSG
-    dataset states for the transformation [m], NaN if it states none.
-    """
+    """ECEF (n, 3) [m] in another frame at the epochs of observation, and accuracy [m] or NaN."""
     if frame(source) == frame(target):
         return xyz, 0.0
     when = np.broadcast_to(np.asarray(epoch, dtype=float), (len(xyz),))

@@ -83,12 +83,7 @@ class GeoidGrid:
         return height
 
     def deflection(self, latitude: float, longitude: float, height: float) -> tuple[float, float]:
-        """Deflection of the vertical at a point.
-
-        ``latitude``, ``longitude``: geodetic position [rad]; ``height``: height of the point [m],
-        for the curvature of the plumb line. Returns ``xi``: northern component [rad]; ``eta``:
-        eastern component [rad].
-        """
+        """Deflection xi, eta [rad] at a geodetic position [rad] and height [m]."""
         place = np.array([latitude]), np.array([longitude]), np.array([height])
         xi, eta = slope(self.undulation, *place)[0]
         return float(xi), float(eta)
@@ -101,14 +96,9 @@ def slope(
     height: Array,
     ellipsoid: tuple[float, float] = GRS80,
 ) -> Array:
-    """Deflections of the vertical from the slope of geoid heights.
+    """Deflections xi, eta (n, 2) [rad] from slopes of ``undulation`` (n,) [m] at positions.
 
-    Osada et al. 2017, Sensors 17:1489; method section 7.5.
-
-    ``undulation``: geoid heights (n,) [m] at latitudes and longitudes (n,) [rad]; ``latitude``,
-    ``longitude`` (n,): geodetic positions [rad]; ``height`` (n,): heights of the points [m], for
-    the curvature of the plumb line; ``ellipsoid``: semi-major axis [m] and flattening. Returns (n,
-    2): northern and eastern component [rad].
+    Osada et al. 2017, Sensors 17:1489; method section 7.5. ``ellipsoid``: a [m] and flattening.
     """
     step = np.repeat([_STEP, -_STEP, 0.0, 0.0], len(latitude))
     lat = np.tile(latitude, 4) + step

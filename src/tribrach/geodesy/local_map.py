@@ -84,11 +84,7 @@ class StoredMap(Result):
     def over(
         cls, exact: Callable[[Array], Array], low: Array, high: Array, tolerance: float
     ) -> StoredMap | None:
-        """Fit a map over a box; None where no cubic is exact to the tolerance [m].
-
-        ``exact``: maps points (n, 3) to (n, 3) [m]; ``low``, ``high`` (3,): corners of the box [m];
-        ``tolerance``: largest difference from the exact function [m].
-        """
+        """Fit a map over the box from ``low`` to ``high`` (3,); None if no cubic is exact."""
         origin, cubic, error = _fitted(exact, low, high)
         return cls(low, high, origin, cubic) if error <= tolerance else None
 

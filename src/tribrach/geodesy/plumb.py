@@ -85,12 +85,10 @@ class PlumbLines:
         return np.where(np.isnan(given), there, given)
 
     def rise(self, site: Site, start: Index, end: Index, xyz: Array) -> tuple[Array, Array]:
-        """Rise of the geoid over the ellipsoid from one position to another.
+        """Rise (k,) [m] of the geoid between positions (k,), else 0, and lean (k, 2) [rad].
 
-        ``start``, ``end`` (k,): positions; ``xyz`` (n, 3): where all positions are in W [m].
-        Returns ``rise`` (k,): differences of geoid heights [m] where both are known, else 0;
-        ``lean`` (k, 2): where they are not, the mean deflection xi, eta of both ends [rad], which
-        makes ``-(xi dN + eta dE)`` of the way between them; else 0.
+        The lean is the mean deflection of both ends where geoid heights are not known, else 0; it
+        makes ``-(xi dN + eta dE)`` of the way between them.
         """
         rise = self._undulation(site, end, xyz[end]) - self._undulation(site, start, xyz[start])
         lean = np.zeros((len(start), 2))

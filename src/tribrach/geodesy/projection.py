@@ -38,11 +38,7 @@ def gaussian_radius(latitude: float, ellipsoid: tuple[float, float] = GRS80) -> 
 
 
 def stereographic(latitude: float, easting: float, northing: float) -> str:
-    """PROJ definition of the oblique stereographic grid of a local system.
-
-    ``latitude``: where the grid touches the ellipsoid [degrees]; the longitude of a local system is
-    unknown and taken as zero; ``easting``, ``northing``: coordinates of that place [m].
-    """
+    """PROJ's oblique stereographic grid that touches at a latitude [degrees], longitude zero."""
     return (
         f"+proj=sterea +lat_0={latitude!r} +lon_0=0 +k_0=1 +x_0={easting!r} +y_0={northing!r} "
         "+ellps=GRS80 +units=m +type=crs"
@@ -172,12 +168,7 @@ class FlatEffect:
 
 
 def flat_effects(xyz: Array, crs: str | None, *, curved: bool) -> list[FlatEffect]:
-    """What a flat site neglects over the extent of its points.
-
-    ``xyz`` (n, 3): e, N, U [m]; points with NaN in plan take no part; ``crs``: the projection of
-    the coordinates, if they are projected; ``curved``: zenith angles are corrected for the
-    curvature of the Earth.
-    """
+    """What a flat site neglects over its points (n, 3) [m]; ``curved`` zeniths are corrected."""
     known = xyz[~np.isnan(xyz[:, :2]).any(axis=1)]
     if len(known) < 2:
         return []

@@ -87,11 +87,7 @@ class FlatSite:
 
 
 def enu_rotation(latitude: Array, longitude: Array) -> Array:
-    """Rows east, north, up in ECEF at geodetic positions.
-
-    ``latitude``, ``longitude`` (...,): geodetic position [rad]. Returns (..., 3, 3): rotation from
-    ECEF differences to ENU.
-    """
+    """Rotations (..., 3, 3) from ECEF differences to east, north, up at positions (...,) [rad]."""
     sp, cp = np.sin(latitude), np.cos(latitude)
     sl, cl = np.sin(longitude), np.cos(longitude)
     zero = np.zeros_like(sp)
@@ -102,11 +98,7 @@ def enu_rotation(latitude: Array, longitude: Array) -> Array:
 def ecef_from_geodetic(
     latitude: Array, longitude: Array, height: Array, ellipsoid: tuple[float, float] = GRS80
 ) -> Array:
-    """ECEF coordinates of geodetic positions.
-
-    ``latitude``, ``longitude`` (...,): geodetic position [rad]; ``height`` (...,): ellipsoidal
-    height [m]; ``ellipsoid``: semi-major axis [m] and flattening. Returns (..., 3): ECEF [m].
-    """
+    """ECEF (..., 3) [m] of positions (...,) [rad] and heights [m] on a [m] and flattening."""
     a, f = ellipsoid
     e2 = f * (2 - f)
     nu = a / np.sqrt(1 - e2 * np.sin(latitude) ** 2)
@@ -121,11 +113,7 @@ def ecef_from_geodetic(
 
 
 def curvature_radii(latitude: Array, ellipsoid: tuple[float, float] = GRS80) -> tuple[Array, Array]:
-    """Radii of curvature of an ellipsoid.
-
-    ``latitude`` (...,): geodetic latitude [rad]; ``ellipsoid``: semi-major axis [m] and flattening.
-    Returns ``nu``, ``m`` (...,): in the prime vertical and in the meridian [m].
-    """
+    """Radii nu, m (...,) [m] in the prime vertical and meridian at latitudes (...,) [rad]."""
     a, f = ellipsoid
     e2 = f * (2 - f)
     w2 = 1 - e2 * np.sin(latitude) ** 2
@@ -206,11 +194,7 @@ class EllipsoidSite:
         )
 
     def _from_origin(self, x: Array, turn: Array, rise: Array) -> tuple[Array, Array]:
-        """Latitudes [rad] and heights [m] (n,) less those of the origin, improved.
-
-        Every difference is written as a product, so that it has the precision of its own size
-        (method section 1.1).
-        """
+        """Latitudes [rad] and heights [m] (n,) less the origin's, by products to keep digits."""
         a, f = self.ellipsoid
         e2 = f * (2 - f)
         sin0, cos0 = np.sin(self.latitude), np.cos(self.latitude)
@@ -242,12 +226,7 @@ class EllipsoidSite:
         return enu_rotation(geodetic[:, 0], geodetic[:, 1]) @ self.w_from_ecef.T
 
     def leaning(self, x: Array, lean: Array) -> Array:
-        """Astronomic east, north and up at each point, as rows in W; (n, 3, 3).
-
-        ``x`` (n, 3): points in W [m]; ``lean`` (n, 2): deflections of the vertical xi, eta [rad]:
-        astronomic less geodetic latitude, and astronomic less geodetic longitude times the cosine
-        of the latitude (method section 7.5).
-        """
+        """Astronomic east, north, up (n, 3, 3) in W, by xi, eta (n, 2) (method section 7.5)."""
         geodetic = self.geodetic(x)
         longitude = geodetic[:, 1] + lean[:, 1] / np.cos(geodetic[:, 0])
         return enu_rotation(geodetic[:, 0] + lean[:, 0], longitude) @ self.w_from_ecef.T
@@ -257,10 +236,7 @@ class EllipsoidSite:
         return self.geodetic(x)[:, 0]
 
     def turn(self, x: Array) -> Array:
-        """Turn of the local axes per metre moved (n, 3, 3) at points (n, 3).
-
-        Its entries are 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h).
-        """
+        """Turn of the axes per metre (n, 3, 3): 1/(nu+h), 1/(M+h) and tan(lat)/(nu+h)."""
         geodetic = self.geodetic(x)
         nu, m = curvature_radii(geodetic[:, 0], self.ellipsoid)
         axes = self.axes(x)

@@ -41,12 +41,7 @@ class WorkFrame:
         return bool(self.grid.datum.over_wgs84(latitude, longitude)[2].any())
 
     def undulation(self, latitude: Array, longitude: Array) -> Array:
-        """Geoid heights that make given heights ellipsoidal.
-
-        ``latitude``, ``longitude`` (n,): geodetic position [rad] in the datum of the site. Returns
-        (n,): geoid heights [m] over the ellipsoid of the site. Models give them over a geocentric
-        one; where the grid of the site has an older datum, what lies between is added.
-        """
+        """Geoid heights (n,) [m] over the site's ellipsoid at positions (n,) [rad] in its datum."""
         if self.geoid_grid is None and not self.geoid:
             return np.zeros(np.shape(latitude))
         own = np.zeros(np.shape(latitude))
@@ -58,12 +53,7 @@ class WorkFrame:
         return undulation + self.geoid_grid.undulation(latitude, longitude)
 
     def from_own(self, enu: Array, covariance: Array | None = None) -> tuple[Array, Array | None]:
-        """Coordinates of the site's own system in W.
-
-        ``enu`` (n, 3): e, N, U or easting, northing, height [m]; ``covariance`` (n, 3, 3): of these
-        coordinates [m^2]. Returns ``xyz`` (n, 3): W coordinates [m]; ``covariance`` (n, 3, 3): of
-        the W coordinates [m^2].
-        """
+        """Own coordinates (n, 3) [m] and covariance (n, 3, 3) [m^2] in W."""
         if self.grid is None:
             return enu, covariance
         up = np.zeros_like(enu)
@@ -85,12 +75,7 @@ class WorkFrame:
     def from_geodetic(
         self, geodetic: Array, covariance: Array | None = None
     ) -> tuple[Array, Array | None]:
-        """Geodetic coordinates in W.
-
-        ``geodetic`` (n, 3): latitude, longitude [rad] and height [m]; ``covariance`` (n, 3, 3):
-        along east, north, up at each point [m^2]. Returns ``xyz`` (n, 3): W coordinates [m];
-        ``covariance`` (n, 3, 3): of the W coordinates [m^2].
-        """
+        """Geodetic positions (n, 3) and their ENU covariances (n, 3, 3) [m^2] in W."""
         site = self._ellipsoid("latitude and longitude")
         height = geodetic[:, 2] + self.undulation(geodetic[:, 0], geodetic[:, 1])
         ecef = ecef_from_geodetic(geodetic[:, 0], geodetic[:, 1], height, site.ellipsoid)

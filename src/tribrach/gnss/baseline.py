@@ -93,22 +93,14 @@ def doubts_of_place(base: RinexObservations, reference: Array) -> list[str]:
 
 
 def effect_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> float:
-    """What the accuracy that coarse broadcast orbits state changes a baseline by [m], 0 without.
-
-    ``orbits``: with the satellites whose accuracy is beyond what their signal can state; ``used``:
-    names of the satellites that the engine used; ``length``: of the baseline [m].
-    """
+    """Change of a baseline of ``length`` [m] by orbits' accuracy, of satellites used; else 0."""
     if not set(orbits.coarse) & set(used) or orbits.precise is not None:
         return 0.0
     return orbits.accuracy * length / NEAREST
 
 
 def doubts_of_orbits(orbits: Orbits, used: Sequence[str], length: float) -> list[str]:
-    """A sentence if broadcast orbits of satellites that were used are not known well.
-
-    ``orbits``: with the satellites whose accuracy is beyond what their signal can state; ``used``:
-    names of the satellites that the engine used; ``length``: of the baseline [m].
-    """
+    """A sentence if broadcast orbits of satellites that were used are not known well."""
     coarse = sorted(set(orbits.coarse) & set(used))
     effect = effect_of_orbits(orbits, used, length)
     if effect == 0.0:
@@ -168,10 +160,7 @@ def doubts_of_fixes(name: str, final: FinalSolution) -> list[str]:
 
 
 def doubts_of_phases(name: str, residual: float | None) -> list[str]:
-    """A sentence where phases scatter more than the weights of the engine let expect.
-
-    ``residual``: root mean square of the phases' double differences [m], None if it is not known.
-    """
+    """A sentence where phases' RMS ``residual`` [m], if known, exceeds the engine's weights."""
     if residual is None or residual <= NOISY:
         return []
     return [
@@ -356,12 +345,7 @@ def compute_baseline(
     rover_antenna: AntennaSetup | None = None,
     progress: Progress = lambda what, done, total: None,
 ) -> Baseline:
-    """The baseline from base to rover.
-
-    ``base_xyz`` (3,): ECEF coordinates of the base mark [m]; ``base_antenna``, ``rover_antenna``:
-    the antennas; None takes height and type of the file; ``progress``: called with what is being
-    done, how much is done and how much there is.
-    """
+    """The baseline from base, ECEF mark ``base_xyz`` (3,) [m], to rover; files tell antennas."""
     settings = processing or Processing()
     reference = np.asarray(base_xyz, dtype=float)
     if reference.shape != (3,) or not 6e6 < np.linalg.norm(reference) < 7e6:
@@ -543,11 +527,7 @@ def _solved(
     span: tuple[float, float] | None = None,
     stand: Array | None = None,
 ) -> tuple[Solution, SatelliteUse | None, EngineName]:
-    """Run the engine in a temporary folder, with the options of the antennas as well.
-
-    ``span``: first and last time [s] to take, None for all; ``stand`` (3,): place of the rover's
-    mark [m] that is given, with residuals against it; None to find it.
-    """
+    """Run the engine in a temporary folder, within ``span`` [s]; ``stand`` (3,) holds the rover."""
     options = options | ({} if stand is None else _standing_options(stand))
     with scratch_folder() as folder:
         options |= setups.options(folder)

@@ -43,11 +43,7 @@ def mapped(sine: Array) -> Array:
 
 
 def delay_differences(phases: PhaseResiduals, base: Array, rover: Array) -> Array:
-    """Hydrostatic delay at the rover minus that at the base (n,) [m].
-
-    ``phases``: with the directions of the satellites from the rover; ``base``, ``rover`` (3,): ECEF
-    coordinates [m].
-    """
+    """Hydrostatic delay at the rover minus at the base (n,) [m]; both places ECEF (3,) [m]."""
     toward = sight_lines(phases, rover)
     orbit = np.array([_ORBITS.get(name[0], _ORBIT) for name in phases.satellites.tolist()])
     sine: Array = np.sin(phases.elevation)
@@ -60,10 +56,7 @@ def delay_differences(phases: PhaseResiduals, base: Array, rover: Array) -> Arra
 
 
 def displacement(phases: PhaseResiduals, delay: Array, rover: Array) -> Array:
-    """What differences of delays did to the rover with fixed ambiguities (3,) [m]; add it.
-
-    ``delay`` (n,): of each, rover minus base [m]; ``rover`` (3,): ECEF coordinates [m].
-    """
+    """What delays (n,) [m] did to a rover (3,) with fixed ambiguities (3,) [m]; add it."""
     group = signal_groups(phases)
     weight = 1 / phase_variance(phases.elevation)
     table = np.column_stack([-sight_lines(phases, rover), delay])

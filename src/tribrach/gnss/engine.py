@@ -48,12 +48,7 @@ def run_engine(
     seconds: float = 600.0,
     span: tuple[float, float] | None = None,
 ) -> tuple[Path, EngineName]:
-    """Run RTKLIB on the files of one baseline.
-
-    ``files``: observations of the rover, of the base, then files of orbits; ``engine``: ``auto``
-    takes the preferred one of those installed; ``span``: GPS time [s] since 1980-01-06 of the first
-    and the last epoch to take, None for all.
-    """
+    """Run RTKLIB on files: rover's, base's, orbits; ``span`` is first and last GPS time [s]."""
     installed = engines()
     if engine == "auto" and not installed:
         raise InputError(

@@ -68,11 +68,7 @@ class BaselineLoop(Result, also=("size", "ppm", "passes"), without=("points", "w
 
 
 def minimal_loops(start: Index, end: Index, length: Array) -> list[Walk]:
-    """Loops of a minimum cycle basis, repeated baselines first, then by length.
-
-    ``start``, ``end`` (n,): indices of the points of each baseline; ``length`` (n,): of each
-    baseline [m].
-    """
+    """Minimum cycle basis of baselines with ends (n,) and lengths (n,) [m], repeated ones first."""
     sides, repeated = _sides(start, end)
     pairs: list[Walk] = [
         ((first, 1), (k, -1 if start[first] == start[k] else 1)) for first, k in repeated
@@ -121,12 +117,10 @@ def close_loops(
     independent: int | None = None,
     alpha: float = 0.05,
 ) -> list[BaselineLoop]:
-    """Closures of loops.
+    """Closures of loops of baselines (n, 3) [m] with covariances.
 
-    ``start``, ``end`` (n,): indices of the points of each baseline; ``vectors`` (n, 3): the
-    baselines [m]; ``covariance``: of all vectors [m^2]: (3n, 3n), dense or sparse rows, or (n, 3,
-    3) if they are uncorrelated; ``independent``: how many of the walks, counted from the first, are
-    of the basis; all if None.
+    ``covariance`` [m^2] is (3n, 3n), dense or sparse, or (n, 3, 3) if uncorrelated;
+    ``independent``: how many of the first walks are of the basis, all if None.
     """
     many = len(walks) if independent is None else independent
     out = []

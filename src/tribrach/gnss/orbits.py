@@ -110,11 +110,7 @@ def idle_systems(
     wanted: str,
     used: Sequence[str],
 ) -> list[str]:
-    """Why satellite systems of the observations took no part in a baseline.
-
-    ``wanted``: letters of the systems that were asked for; ``used``: names of the satellites that
-    the engine used. Returns name of the system and reason, for each that observations hold.
-    """
+    """Why ``wanted`` satellite systems that observations hold took no part: name and reason."""
     start, end = max(base.times[0], rover.times[0]), min(base.times[-1], rover.times[-1])
     present = sorted(base.systems | rover.systems, key=lambda s: (list(_NAMES).index(s), s))
     out = []

@@ -88,11 +88,7 @@ class RunOutcome:
         return bool((self.rounding > NOTICED * factor**2 * np.diag(self.formal)).any())
 
     def noise(self, interval: float, *, air: bool) -> PhaseNoise | None:
-        """Noise of the phases, None where they do not tell.
-
-        ``interval``: time between epochs [s]; ``air``: false if the data are free of it: the
-        engine's assumption says nothing of them then.
-        """
+        """Noise of the phases, or None; without ``air`` the engine's assumption says nothing."""
         if self.phases is None:
             return None
         if not self.final.fixed:
@@ -111,9 +107,7 @@ def outcome_of(
 ) -> RunOutcome | None:
     """The outcome of a run; None where no epoch has a solution of phases.
 
-    ``used``: what the status file says, None if there is none; ``base`` (3,): ECEF coordinates of
-    the base [m]; ``air``: false if the data are free of it; ``weights``: of phases with integers;
-    None learns them from these phases.
+    ``base`` (3,) is ECEF [m]; ``weights`` of phases with integers are learned if None.
     """
     phase = np.flatnonzero(solution.quality <= FLOAT)
     if not len(phase):
@@ -265,11 +259,7 @@ def _chosen(phases: PhaseResiduals, keep: NDArray[np.bool_]) -> PhaseResiduals:
 
 
 def stated_factor(noise: PhaseNoise | None, interval: float, epochs: int) -> tuple[float, str]:
-    """Factor on formal standard deviations, and where it comes from (method section 7.2).
-
-    ``noise``: of the phases of the session, None where they do not tell; ``interval``: time between
-    epochs [s]; ``epochs``: of the session, or of a piece of it.
-    """
+    """Factor on formal sigmas by noise, each ``interval`` [s], and its origin (section 7.2)."""
     if noise is None:
         return sigma_factor(interval, epochs), SOURCE
     return noise.factor(epochs), RESIDUALS

@@ -70,11 +70,7 @@ class PhaseNoise(
     learned: bool = True
 
     def means(self, starts: Sequence[int], counts: Sequence[int]) -> Array:
-        """Covariance (k, k) of means over spans of epochs, in variances that the engine assumes.
-
-        ``starts`` (k,): epochs at which spans start, ascending; they do not overlap; ``counts``
-        (k,): how many epochs they have.
-        """
+        """Covariance (k, k) of means over spans of epochs, in the engine's variances."""
         q = np.exp(-self.interval / self.times)
         part = self.shares[:, 1:]
         weight = self.weights * self.variance
@@ -153,11 +149,7 @@ def _laws() -> tuple[Array, Array]:
 def phase_noise(
     phases: ClockFreePhases, interval: float, epochs: int, *, assumed: float = ASSUMED
 ) -> PhaseNoise | None:
-    """Noise of the phases of a session with integer ambiguities.
-
-    ``interval``: time between its epochs [s]; ``assumed``: what the engine assumes counts as much
-    as so many independent phases. Returns None where there are too few.
-    """
+    """Noise of phases with integer ambiguities, epochs each ``interval`` [s]; None if too few."""
     time, table, satellite, freedom = phases.over_frequencies()
     if interval <= 0:
         return None

@@ -154,11 +154,7 @@ class PieceScatter(
 
 
 def piece_spans(times: Array) -> list[tuple[float, float]]:
-    """First and last time [s] of the pieces of a session; none where it is too short.
-
-    ``times`` (n,): of the common epochs [s], ascending. Returns four to ten spans [s]
-    of equal numbers of epochs; their limits lie between epochs.
-    """
+    """First and last time [s] of four to ten pieces of equally many epochs; none if too short."""
     n = len(times)
     if n < 2:
         return []
@@ -179,12 +175,9 @@ def piece_scatter(
     floating: int = 0,
     correlation: Array | None = None,
 ) -> PieceScatter | None:
-    """The scatter of pieces against their covariance.
+    """Scatter of values (k, 3) [m] of pieces against covariances (k, 3, 3); None below three.
 
-    ``values`` (k, 3): coordinates of the same mark from each piece [m]; ``covariance`` (k, 3, 3):
-    that they state [m^2]; ``cut``: how many pieces there were, k if not given; ``correlation`` (k,
-    k): between pieces, None for none. Returns None with fewer than three pieces, which tell
-    nothing.
+    ``cut``: how many pieces there were; ``correlation`` (k, k): between pieces, None for none.
     """
     k = len(values)
     if k < FEWEST - 1:

@@ -38,11 +38,7 @@ _LEAST = 1e-6
 def independent_baselines(
     positions: Array, known: Sequence[int], *, star: int | None = None
 ) -> list[tuple[int, int]]:
-    """The n - 1 baselines (from, to) of n stations, each from a station reached before.
-
-    ``positions`` (n, 3): approximate coordinates [m]; ``known``: stations with coordinates; the
-    chain starts at the first one (at the first station if none is known).
-    """
+    """The n - 1 baselines (from, to) of stations (n, 3) [m], from ``known`` ones or the first."""
     n = len(positions)
     root = star if star is not None else (known[0] if len(known) else 0)
     if star is not None:
@@ -58,11 +54,7 @@ def independent_baselines(
 
 
 def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) -> Array:
-    """Joint covariance of m independent baselines of one session.
-
-    ``baselines``: (from, to) of each; ``covariance`` (m, 3, 3): of each baseline [m^2]. Returns
-    (3m, 3m): of all of them [m^2].
-    """
+    """Joint covariance (3m, 3m) [m^2] of m independent baselines (from, to) of one session."""
     m = len(baselines)
     names = {name: k for k, name in enumerate(dict.fromkeys(np.ravel(baselines).tolist()))}
     incidence = np.zeros((len(names), m))
@@ -147,12 +139,7 @@ def run_sessions(
     processing: Processing,
     progress: Progress = lambda what, done, total: None,
 ) -> tuple[SessionResult, ...]:
-    """Baselines of all sessions.
-
-    ``sessions``: in the order of computation; a later one may start at points of an earlier one;
-    ``known``: ECEF (3,) [m] of points by name, the most certain first; ``progress``: called with
-    what is being done, how much is done and how much there is.
-    """
+    """Baselines of all sessions in order; ``known`` ECEF (3,) [m], the most certain first."""
     places = dict(known)
     total = sum(len(session.occupations) - 1 for session in sessions)
     results: list[SessionResult] = []

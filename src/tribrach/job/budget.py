@@ -30,10 +30,7 @@ from tribrach.units import DEG, span
 
 @dataclass(frozen=True)
 class BudgetPart(Result):
-    """A part of the budget: variance of all three directions, along the normal, in the surface.
-
-    normal and tangential are None where no normals are known.
-    """
+    """A variance of the budget: in all directions, along the normal, in the surface, if known."""
 
     name: str
     variance: float

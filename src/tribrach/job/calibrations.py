@@ -103,10 +103,7 @@ class Calibrations:
             calibrate_survey(survey, models)
 
     def finish(self, survey: Survey, *, whole: bool) -> None:
-        """Add what is known of parameters, and the conditions of orientation.
-
-        whole : all stations must be there; otherwise conditions of others are passed over.
-        """
+        """Add what is known of parameters, and conditions of orientation, of all if ``whole``."""
         for name, known in self.known.items():
             names = [unknown_name(p, name) for p in known.parameters]
             if names[0] in survey.scalars:

@@ -236,10 +236,7 @@ def _check_scans(project: Project, refused: RefusalCollector, said: list[str]) -
 
 
 def _unread(entry: ScanFile) -> Iterator[str]:
-    """Station and scan as an entry names them whose file tells nothing.
-
-    That nothing is scanned there would be said of a mistake that is told already.
-    """
+    """Station and scan, as an entry names them, of files that tell nothing."""
     scan = entry.scan or Path(entry.file).stem
     yield entry.station or scan
     yield f"{entry.station or scan} {scan}"
@@ -272,10 +269,7 @@ def _check_names(
 
 
 def _check_frame(job: Job, survey: Survey, refused: RefusalCollector) -> None:
-    """Note that a survey leaves its frame or its unknowns open, which a run would refuse.
-
-    That it does not converge is left to its doubts and to the run.
-    """
+    """Note that a survey leaves its frame or unknowns open, which a run would refuse."""
     project = job.project
     rows = sum(table.n for table in survey.tables())
     if project.scans or project.gnss.sessions or project.plan is not None or rows > _QUICK:

@@ -98,10 +98,7 @@ def _light(scan: Scan, chunk: Chunk) -> Array:
 
 
 def stated_light(facts: Mapping[str, str], light: NDArray[Any]) -> Array:
-    """Intensities (n,) in the units of the scan that a cloud was made of.
-
-    LAS has integers: where they were stretched to their whole range, our clouds say from what.
-    """
+    """Intensities (n,) in the units of the scan, from what our clouds say of their stretching."""
     low, _, high = facts.get("intensity", "").partition(" to ")
     try:
         shift, span = float(low), float(high) - float(low)

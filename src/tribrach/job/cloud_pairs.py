@@ -109,10 +109,7 @@ def cloud_pairs(
     choice: Choice = "proposed",
     witnesses: Witnesses | None = None,
 ) -> CloudPairs:
-    """Register the pairs of stations that are needed; those of unchanged scans are remembered.
-
-    ``floor``: sigmas [m], [rad] of what residuals never show.
-    """
+    """Register the pairs that are needed, or remember them; ``floor``: least sigmas [m], [rad]."""
     stations: dict[str, list[StationScan]] = {}
     for scan in scans:
         if not scan.origin_known:

@@ -217,10 +217,7 @@ class _Work:
     def _along_normals(
         self, number: int, cut: Tiles, c2c: C2C
     ) -> tuple[M3C2Figures, Prediction | None]:
-        """M3C2 from B to A, and the same with propagated uncertainty where the stations are known.
-
-        Cylinders and normals fit both pitches.
-        """
+        """M3C2 from B to A, and with propagated uncertainty where the stations are known."""
         settings = self._settings(c2c)
         core = core_points(plain(cut.queries), settings.diameter, origin=cut.origin)
         normals = tile_normals(cut, core, settings, engine=self.engine, progress=self.progress)

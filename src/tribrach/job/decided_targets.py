@@ -22,10 +22,7 @@ WITHIN_M = 0.02
 
 
 def found_again(findings: Sequence[Findings], edits: Edits) -> list[Findings]:
-    """What was found in scans, without the targets that were rejected by hand.
-
-    These are listed among the rejected candidates, with the reason.
-    """
+    """What scans show without targets rejected by hand, which are listed with the reason."""
     out = list(findings)
     places = {finding.scan: k for k, finding in enumerate(findings)}
     for number, target in enumerate(edits.target):

@@ -356,10 +356,7 @@ def _has_sigmas(table: CsvTable) -> bool:
 def _answered(
     path: Path, question: HeadQuestion, axes: Axes | None, told: str
 ) -> tuple[ListForm, tuple[str, ...], Axes | None]:
-    """How a list is read whose heads leave open which column is east, and the sentence on it.
-
-    And which way was assumed, where nothing tells.
-    """
+    """How a list is read whose heads leave east open, and the sentence on it."""
     first, second, *rest = question.coordinates
     columns: dict[str, str | int] = {"point": question.point}
     if rest and not isinstance(question, AxesQuestion):
@@ -381,10 +378,7 @@ def _answered(
 
 
 def _by_size(path: Path, columns: dict[str, str | int]) -> Axes | None:
-    """Which way the first column points, as UTM and grids like it tell; None if they do not.
-
-    Their northings have seven digits and their eastings six.
-    """
+    """Which way the first column points, by the digits of UTM and grids like it, or None."""
     table = read_table(path, ListForm(columns))
     first, second = (float(np.nanmedian(np.abs(table.number(axis)))) for axis in "en")
     if 1e5 <= first < 1e6 <= second < 1e7:

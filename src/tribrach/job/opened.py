@@ -98,10 +98,7 @@ def plumb_line(project: Project, frame: WorkFrame) -> PlumbLine | None:
 
 
 def apply_plumb_line(survey: Survey, plumb: PlumbLine | None) -> None:
-    """Tell a survey of the plumb line, and give its readings the error that they share.
-
-    The error becomes two unknowns with priors (method section 7.5).
-    """
+    """Tell a survey of the plumb line; two unknowns are its shared error (method section 7.5)."""
     if plumb is None:
         return
     survey.plumb = plumb.everywhere
@@ -501,10 +498,7 @@ class Job:
         return tilt
 
     def _add_levelling(self, survey: Survey, *, whole: bool) -> None:
-        """Levelled stations: inclination zero with the compensator's sigma.
-
-        whole : all stations must be there; otherwise those that are not are passed over.
-        """
+        """Levelled stations: inclination zero with the compensator's sigma; ``whole``: of all."""
         for name, station in self.project.stations.items():
             if name not in survey.stations:
                 if not whole:

@@ -111,10 +111,7 @@ def known_correction(calibration: Calibration, faces: Faces, scale: float = 0.0)
 
 
 def as_adjusted(scans: Sequence[StationScan], adjustment: Adjustment) -> list[StationScan]:
-    """The scans, corrected with the parameters that the network gives their stations.
-
-    A scan of a station without parameters in the network stays as it is.
-    """
+    """The scans, corrected with the parameters that the network gives their stations."""
     out = []
     for scan in scans:
         calibrated = calibration_of(scan.station, adjustment)

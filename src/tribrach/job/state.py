@@ -177,10 +177,7 @@ def _left_out(item: Field[Any]) -> bool:
 
 
 class Remembered:
-    """The remembered products in a folder of results.
-
-    ``engine`` makes products that are not remembered, or hold no longer.
-    """
+    """Products in a folder of results; ``engine`` makes those that do not hold."""
 
     #: files in the folder that begin so are on their way to their places
     MADE = "made-"

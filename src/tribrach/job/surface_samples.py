@@ -14,10 +14,7 @@ from tribrach.scan.surface_sample import SurfaceSample, surface_sample
 
 
 class SurfaceSamples:
-    """Some points of scans with their normals, those of unchanged scans from the last run.
-
-    Each sample is taken or recalled when it is first asked for.
-    """
+    """Some points of scans with normals, taken or recalled when first asked for."""
 
     def __init__(self, state: Remembered, progress: Progress) -> None:
         self._state, self._progress = state, progress

@@ -109,10 +109,7 @@ def _looked_at(found: Sequence[FolderFile]) -> Iterator[Scan]:
 def _counts(
     scans: Sequence[Scan], key: str, sizes: Sequence[float], looked: list[str]
 ) -> dict[float, tuple[int, int]]:
-    """How many targets of each size one set-up shows at most, and how many candidates it rejects.
-
-    Set-ups after one that shows enough are not looked at.
-    """
+    """Most targets of each size in a set-up, and rejected candidates, up to one with enough."""
     most = dict.fromkeys(sizes, (0, 0))
     for scan in scans:
         looked.append(scan.path.name)

@@ -37,10 +37,7 @@ class _Claim:
 
 
 class Instruments:
-    """The instruments of a project and what they are used for.
-
-    Known from the beginning is what the project says; :meth:`learn` adds what only files tell.
-    """
+    """A project's instruments and their uses; :meth:`learn` adds what only files tell."""
 
     def __init__(self, project: Project) -> None:
         self.project = project

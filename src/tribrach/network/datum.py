@@ -346,10 +346,7 @@ class Cofactor:
         return out
 
     def row_blocks(self, rows: sp.csr_array, block: Index) -> Array:
-        """``M_b Q M_b^T`` (b, m, m) of blocks (b, m) of sparse rows M (n, u).
-
-        The columns of a block are those of values that are observed together.
-        """
+        """``M_b Q M_b^T`` (b, m, m) of blocks (b, m) of sparse rows M (n, u) observed together."""
         count, m = block.shape
         length = np.diff(rows.indptr)[block.ravel()]
         place = np.repeat(rows.indptr[block.ravel()], length) + _counted(length)

@@ -609,10 +609,7 @@ def not_computed(assembly: Assembly, design: sp.csr_array, white: Array) -> str:
 
 
 def not_converged(assembly: Assembly, state: State, motions: Array) -> list[str]:
-    """Say why an iteration found no minimum: a weak geometry, or a misfit that is one.
-
-    ``motions`` (u, d): open motions that the datum closes.
-    """
+    """Say why no minimum was found: weak geometry, or a misfit; ``motions`` (u, d) are open."""
     design = assembly.design(state)
     constraints, _ = assembly.constraints(state)
     white = assembly.whiten(assembly.misclosure(state))

@@ -19,10 +19,7 @@ from tribrach.statistics import chi2, f
 def confidence_factor(
     dimension: int, confidence: float, dof: Array | float | None = None
 ) -> NDArray[np.float64]:
-    """Factors from standard ellipsoids to those of a confidence, in the shape of ``dof``.
-
-    With None or infinitely many degrees of freedom the variances are known.
-    """
+    """Factors from standard ellipsoids to a confidence, by ``dof``; None if variances are known."""
     freedom = np.asarray(np.inf if dof is None else dof, dtype=float)
     known = np.isinf(freedom)
     finite = dimension * f.ppf(confidence, dimension, np.where(known, 1.0, freedom))

@@ -32,10 +32,7 @@ _DIGITS = 9
 def given_rows(
     adjustment: Adjustment, roles: Collection[Role] = (Role.GIVEN, Role.PRIOR)
 ) -> dict[str, int]:
-    """Rows of given values by what they are: kind, ends, component and value.
-
-    Observed coordinates that are not control are measurements, and none of them.
-    """
+    """Rows of given values by kind, ends, component and value; measured coordinates are none."""
     network, rows = adjustment.network, adjustment.rows
     out: dict[str, int] = {}
     for table, o in enumerate(network.observations):
@@ -135,10 +132,7 @@ def through_given(first: Array, second: Array, covariance: Array) -> Array:
 
 
 def _correlated(adjustment: Adjustment, rows: Index) -> tuple[Index, Array]:
-    """All observed values that correlate with some rows, and their covariance.
-
-    From ``W C W^T = I``; the block can be inverted once nothing outside is linked to it.
-    """
+    """All values that correlate with some rows, and their covariance, from ``W C W^T = I``."""
     w = adjustment.whitener
     linked = np.unique(rows)
     while True:

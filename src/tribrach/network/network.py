@@ -240,10 +240,7 @@ class Network:
 
     @cached_property
     def ids(self) -> tuple[NDArray[np.object_], ...]:
-        """Id of every observation, ``kind:from:to:file:n``; an array (n,) for each table.
-
-        See :mod:`tribrach.network.identity`.
-        """
+        """Ids ``kind:from:to:file:n`` (n,) of each table (:mod:`tribrach.network.identity`)."""
         return self._all_ids[: len(self.observations)]
 
     @cached_property
@@ -496,10 +493,7 @@ class Network:
         )
 
     def _used_axes(self) -> NDArray[np.bool_]:
-        """Which of E, N, U (3,) take part at all.
-
-        An axis that is free nowhere, and zero or unknown everywhere, does not, as in levelling.
-        """
+        """Which of E, N, U (3,) take part: those free somewhere, or neither zero nor unknown."""
         points = self.free[: 3 * self.start.layout.count("point")].reshape(-1, 3)
         used = np.asarray(points.any(axis=0))
         used |= (np.nan_to_num(self.start.points) != 0).any(axis=0)

@@ -69,10 +69,7 @@ def _points(survey: Survey) -> Survey:
 
 
 def _hints(observed: set[str], given: Mapping[str, GivenPoint], alone: set[str]) -> list[str]:
-    """Names that may be one point: given but not observed beside observed but not given.
-
-    Names that look the same are told in any case.
-    """
+    """Names that may be one point: given but not observed, and observed but not given."""
     out = []
     for group in alike_groups(sorted(observed | set(given))):
         unknown = [name for name in group if name in observed and name not in given]

@@ -60,11 +60,7 @@ LARGEST_JOINT = 300
 
 @dataclass(frozen=True)
 class GlobalTest:
-    """Chi-square test of the a-priori sigma0.
-
-    Only exceeding the upper limit rejects, since a too small value means cautious sigmas and no
-    blunder.
-    """
+    """Chi-square test of sigma0; only its upper limit rejects, a small one is cautious."""
 
     #: ``v^T P v``
     vtpv: float

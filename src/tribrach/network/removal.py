@@ -44,10 +44,7 @@ class Removal:
 
 
 def what_if(adjustment: SolvedSystem, table: int, item: int) -> Removal:
-    """Predict the network without an observation, or with one that takes no part yet.
-
-    Correlations of one that takes no part with others are not used.
-    """
+    """Predict the network without an observation, or with one that takes no part yet."""
     o = adjustment.network.observations[table]
     if o.use[item] == Use.ACTIVE:
         return _without(adjustment, table, item)

@@ -48,11 +48,7 @@ Result = TypeVar("Result")
 
 
 class Names(Mapping[str, Result], Generic[Result]):
-    """Results by name, in the order of the network.
-
-    An unknown name is an :class:`~tribrach.errors.UnknownName`, a KeyError that says which names
-    there are.
-    """
+    """Results by name in the network's order; :class:`~tribrach.errors.UnknownName` of others."""
 
     def __init__(
         self, noun: str, names: Sequence[str], result: Callable[[int], Result], context: str
@@ -330,10 +326,7 @@ class Results:
         return PlaceDifference(a, b, xyz[1] - xyz[0], factor * turn @ whole @ turn.T, self.scale)
 
     def distance(self, a: str, b: str, *, horizontal: bool = False) -> Estimate:
-        """Distance of two points or stations [m] with its sigma.
-
-        ``horizontal``: in plan; a network without heights has no other.
-        """
+        """Distance of two points or stations [m], in plan if ``horizontal``, with its sigma."""
         between = self.difference(a, b)
         step = np.where([True, True, not horizontal], np.nan_to_num(between.xyz), 0.0)
         length = float(np.linalg.norm(step))

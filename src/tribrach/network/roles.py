@@ -20,10 +20,7 @@ Role = Literal["control", "free", "check"]
 
 
 def used_axes(adjustment: SolvedSystem) -> NDArray[np.bool_]:
-    """Which of E, N, U (3,) the network has at all: free somewhere, or given and not zero.
-
-    What nothing observes it has not, as a levelling network has no plan.
-    """
+    """Which of E, N, U (3,) the network has: free somewhere, or given and not zero."""
     layout = adjustment.layout
     free = adjustment.network.free
     points = free[: 3 * layout.count("point")].reshape(-1, 3).any(axis=0)

@@ -143,10 +143,7 @@ def _panel(indptr, data, s, e, m):  # type: ignore[no-untyped-def]
 def _times_gathered(  # type: ignore[no-untyped-def]
     indptr, indices, value, diagonal, where, rows, b, widest
 ):
-    """``Z_RR B`` (m, w), Z_RR from the entries that are known already.
-
-    ``where`` (n,) is -1 everywhere, before and after.
-    """
+    """``Z_RR B`` (m, w) from known entries; ``where`` (n,) is -1 before and after."""
     m = len(rows)
     out = np.zeros(b.shape)
     for k in range(m):

@@ -48,10 +48,7 @@ def roots(indptr: Index, indices: Index) -> Index:
 def column_products(
     indptr: Index, indices: Index, data: Array, first: Index, second: Index
 ) -> Array:
-    """Products ``x_i^T x_j`` (k,) of pairs of sparse columns with their rows in order.
-
-    ``first``, ``second`` (k,): their numbers.
-    """
+    """Products ``x_i^T x_j`` (k,) of sparse columns ``first``, ``second`` (k,), rows in order."""
     return _products(indptr, indices, data, first, second)  # type: ignore[no-any-return]
 
 
@@ -104,10 +101,7 @@ def _solve(indptr, indices, data, d, b):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _way(indptr, indices, column, rows, seen, way):  # type: ignore[no-untyped-def]
-    """First place in ``way`` of what the entries of a column reach, in an order of elimination.
-
-    A way that joins an earlier one comes before it.
-    """
+    """First place in ``way`` of what a column reaches; ways that join come before."""
     begin = len(way)
     for row in rows:
         j, count = row, 0

@@ -209,10 +209,7 @@ class _Groups:
         )
 
     def covariance(self, adjustment: Adjustment, shares: _Shares, usable: Mask) -> Array:
-        """Covariance ``2 H^-1`` (g, g) of the factors divided by their values.
-
-        Both estimates have it at convergence; zero for groups that keep their sigmas.
-        """
+        """Covariance ``2 H^-1`` (g, g) of factors over their values; zero of groups that keep."""
         out = np.zeros((len(self.names), len(self.names)))
         if usable.any():
             small = adjustment.n_unknowns <= EXACT

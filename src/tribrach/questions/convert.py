@@ -174,10 +174,7 @@ class _Seen:
 
 
 def _seen(scan: Scan, pose: Pose, whole: bool) -> _Seen:
-    """Read a scan once before it is written, unless its header tells everything.
-
-    whole : the format has whole numbers for coordinates and intensities.
-    """
+    """Read a scan once before it is written, unless its header tells all; ``whole`` numbers."""
     bounds = None
     if scan.bounds is not None and np.isfinite(scan.bounds).all():
         bounds = pose @ scan.bounds

@@ -103,10 +103,7 @@ def mark(
 
 
 def symbol(x: float, y: float, name: str, sort: str) -> DrawnMark:
-    """The symbol of a control, check or free point, of a station, or a ring, as in the plan.
-
-    A station that is loose is hollow.
-    """
+    """Symbol of a control, check or free point, a station (hollow if loose) or a ring."""
     shape = {
         "station": mark("path", d="M0 -5.5L5.5 0L0 5.5L-5.5 0z"),
         "loose": mark("path", d="M0 -5.5L5.5 0L0 5.5L-5.5 0z"),
@@ -331,10 +328,7 @@ class Chart:
         self._image(picture, "")
 
     def cells(self, values: Array, low: float, high: float, digits: float = math.inf) -> None:
-        """A table of numbers (rows, columns) in colours from low to high; NaN stays empty.
-
-        Numbers at least as large as ``digits`` are written into their cells.
-        """
+        """Numbers (rows, columns) in colours, NaN empty; those from ``digits`` on are written."""
         rows, columns = values.shape
         share = (values - low) / (high - low)
         known = np.isfinite(values)

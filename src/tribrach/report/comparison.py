@@ -86,10 +86,7 @@ def comparison_tables(
 
 
 def comparison_findings(found: CloudComparison, *, moved: bool = False) -> list[Finding]:
-    """What predictions came to, and what is to be known of single sites.
-
-    Predictions are for a surface that stood still; with ``moved`` what moved is told elsewhere.
-    """
+    """What predictions of a still surface came to, and what is to know of sites."""
     sites_of_note: dict[str, list[str]] = {}
     for site in found.sites:
         for figures in (site.c2c, site.m3c2):

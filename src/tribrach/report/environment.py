@@ -45,10 +45,7 @@ def _environment() -> Environment:
 
 
 def _seen(value: Any) -> Any:
-    """What is put in, without characters that do something; what is escaped already stays so.
-
-    Arrows are such.
-    """
+    """What is put in without characters such as arrows; what is escaped already stays so."""
     if isinstance(value, str) and not hasattr(value, "__html__"):
         return visible(value).replace(" -> ", _TO)
     return value
@@ -60,10 +57,7 @@ def _parts(sentence: str) -> list[str]:
 
 
 def render_page(template: str, **values: Any) -> str:
-    """A page from its template; every page knows the version and today's date.
-
-    A number and its unit stay on one line.
-    """
+    """A page from its template, with version and date, and units beside their numbers."""
     notation = values.pop("notation", PLAIN)
     today = {
         "version": version("tribrach"),

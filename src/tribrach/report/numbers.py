@@ -151,10 +151,7 @@ def fixed_cell(value: float | None, digits: int, mark: str = "") -> Cell:
 
 
 def three_digits(value: float, *, zeros: bool = False) -> str:
-    """A figure with three digits that count, never with a power of ten: 0.0123, 4.57, 4130.
-
-    zeros : does a zero stay that counts, 2.40?
-    """
+    """A figure with three digits, without powers of ten: 0.0123; ``zeros`` stay: 2.40."""
     if abs(value) >= 999.5:
         return f"{float(f'{value:.3g}'):.0f}"
     return f"{value:#.3g}".rstrip(".") if zeros else f"{value:.3g}"

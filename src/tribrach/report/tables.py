@@ -177,10 +177,7 @@ class ReportTable:
 def _by_the_point(
     rows: Sequence[tuple[Cell, ...]], numeric: Sequence[bool]
 ) -> list[tuple[Cell, ...]]:
-    """The cells with the blanks that put decimal points one below the other.
-
-    A column with a number that is written in another way keeps its right margin.
-    """
+    """The cells with blanks that put decimal points one below the other."""
     columns = [list(column) for column in zip(*rows, strict=True)]
     for column in compress(columns, numeric):
         found = [_NUMBER.fullmatch(cell.text) for cell in column]

@@ -21,10 +21,7 @@ _LEGEND = {"suspicious": "! suspicious", "check": "c held out as a check", "off"
 
 
 def render(content: Report, *, row_limit: int = ROW_LIMIT) -> str:
-    """The whole report; rows that are switched off start with ``x``, checks with ``c``.
-
-    Tables have ``row_limit`` rows at most, the worst, and say so.
-    """
+    """The whole report; tables have their worst ``row_limit`` rows, x is off, c a check."""
     notation = notation_of(content)
     say = notation.words
     warnings = [say("! " + text) for text in content.warnings]

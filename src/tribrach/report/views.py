@@ -36,10 +36,7 @@ class View:
 
 
 def views_of(xyz: Array, names: str = "ENU", *, level: bool = False) -> list[View]:
-    """Plan, unless it is a line, and elevation along its longer side.
-
-    ``level``: does a level surface have an elevation, which is a line too?
-    """
+    """Plan, unless it is a line, and elevation along its longer side, also if ``level``."""
     extent = np.ptp(xyz, axis=0)
     along = 0 if extent[0] >= extent[1] else 1
     flat = min(extent[:2]) < _LINE * max(extent[:2])

@@ -268,10 +268,7 @@ def _shares(content: Report, placed: PlacedScans) -> dict[str, dict[str, Array]]
 
 
 def _joint(content: Report, placed: PlacedScans) -> tuple[list[str], Array, int] | None:
-    """Points, their rows of the joint covariance, and how many rows the stations have.
-
-    None where the run keeps none of the stations, or it would be too large.
-    """
+    """Points, rows of the joint covariance, number of stations' rows; None without stations."""
     points = [p.name for p in content.points]
     if placed.shared is None or not points:
         return None

@@ -19,10 +19,7 @@ _SAMPLE = 5_000
 
 
 def coordinate_step(xyz: Array, finest: float = _STEPS[-1]) -> float:
-    """Find the coarsest step of which all coordinates are multiples, up to a shift of all.
-
-    0 if they are finer than ``finest`` (a tenth of a millimetre at least), or too few to tell.
-    """
+    """Coarsest step of all coordinates up to a shift; 0 if below ``finest``, or too few points."""
     if len(xyz) < _FEW or (np.ptp(xyz, axis=0) == 0).all():
         return 0.0
     some = xyz[:: max(1, len(xyz) // _SAMPLE)]

@@ -233,11 +233,7 @@ class FittedNoise:
         return np.sqrt(np.maximum(variance, 0.0))
 
     def noise(self) -> ScanNoise:
-        """The noise of single points that the scans show.
-
-        With the footprint that was held, else with one of the size seen, which stays the same at
-        any range: the divergence is in the angles then.
-        """
+        """The noise of single points that the scans show, with the footprint held or seen."""
         beam = Beam(4 * self.place) if self.held is None else self.held
         return ScanNoise(
             self.range,
@@ -547,10 +543,7 @@ def _held_against(found: FittedNoise, even: NDArray[np.bool_]) -> FittedNoise:
 
 
 def held_noise(fitted: FittedNoise, beam: Beam, angle: float | None = None) -> FittedNoise:
-    """Estimate the laws again with the footprint of a beam, from the patches kept before.
-
-    Held are the footprint, ``d(rho)/4`` across the beam, and the noise of angles unless it is None.
-    """
+    """Estimate the laws again with a beam's footprint and noise of angles held, same patches."""
     observed, model = fitted.observed, fitted.law
     plain = _Patches.of(observed)
     scale, middle = plain.scale, plain.middle

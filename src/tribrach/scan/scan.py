@@ -94,10 +94,7 @@ class Lattice:
 
 @dataclass(frozen=True)
 class NoReturn(Result, without=("at_scanner", "total", "doubt")):
-    """What a file has for beams that came back from nothing, in its coordinates.
-
-    :func:`tribrach.scan.no_return.screened` finds it.
-    """
+    """What a file has for beams that came back from nothing, in its coordinates."""
 
     #: what :meth:`marks` says of a point
     RETURN: ClassVar[int] = 0

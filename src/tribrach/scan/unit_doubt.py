@@ -25,10 +25,7 @@ _STEEP_SHARE, _STEEP_FEW = 0.02, 50
 
 
 def unit_doubt(scan: Scan, xyz: Array) -> UnitDoubt | None:
-    """What speaks against metres in points (n, 3) from all over a scan, as its file has them [m].
-
-    None too where the user gave the unit, or the coordinates are degrees.
-    """
+    """What speaks against metres in points (n, 3) of a scan; None if stated, or degrees."""
     unit = scan.unit
     if unit.factors is None or unit.names[0] == "degree" or unit.source == "as given":
         return None

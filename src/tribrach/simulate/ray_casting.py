@@ -134,10 +134,7 @@ def _cylinder(o, d, radius, top):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, inline="always")
 def meet(kind, axes, half, o, dx, dy, dz, d):  # type: ignore[no-untyped-def]
-    """Range [m] (FAR if none) and cosine of incidence of a ray with one primitive.
-
-    ``d`` is room for the direction in the primitive's frame, filled for :func:`reflectance_at`.
-    """
+    """Range [m] (FAR if none) and cosine of a ray with a primitive; fills ``d`` with its way."""
     for k in range(3):
         d[k] = axes[k, 0] * dx + axes[k, 1] * dy + axes[k, 2] * dz
     if kind == SPHERE:

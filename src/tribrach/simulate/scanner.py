@@ -71,10 +71,7 @@ class SharedTexture:
     entropy: tuple[int, ...]
 
     def mixed(self, own: Array, row: Index, column: Index, length: Array) -> Array:
-        """Errors of variance one, made of beams' own standard normal ones and of what they share.
-
-        Columns lie side by side; ranges tell the width of the discs [m].
-        """
+        """Errors of variance one, of beams' own normal ones and of what neighbours share."""
         if not len(own):
             return own
         share = self.shared.share
@@ -259,11 +256,7 @@ def scan(
     seed: int | tuple[int, ...],
     mask: NDArray[np.bool_] | None = None,
 ) -> Iterator[SimulatedPoints]:
-    """Scan a grid column by column, block by block.
-
-    The same seed gives the same scan, whatever is scanned before or after. Directions in the mask
-    are measured, all if None.
-    """
+    """Scan a grid, masked directions alone, by columns and blocks; one seed gives one scan."""
     view = SceneView(scene, pose.translation)
     width = max(1, _BLOCK // grid.rows)
     entropy = (seed,) if isinstance(seed, int) else seed
@@ -367,9 +360,7 @@ class _Beams:
         return echo
 
     def _near(self, rays: Array, number: Index, edge: NDArray[np.bool_]) -> Hits:
-        """Hits with the expected primitives; with any where these are missed or a border is
-        near.
-        """
+        """Hits with the expected primitives; with any where these are missed or near a border."""
         hits = self._view.again(rays, number)
         at = np.flatnonzero(edge | (hits.primitive < 0))
         if len(at):

@@ -86,11 +86,7 @@ def true_sights(
     refraction: Array | float,
     eccentric: tuple[Array, Array] | None = None,
 ) -> tuple[Array, Array, Array]:
-    """Directions, zenith angles and slope distances without errors of readings.
-
-    ``eccentric`` are vectors from the marks of both ends to what stands over them [m]; heights
-    missing are zero.
-    """
+    """Error-free directions, zeniths and distances; ``eccentric`` [m] vectors at both ends."""
     network, _ = _sights(
         places, lines, height_instrument, height_target, refraction, eccentric, [1.0, 1.0, 1.0]
     )
@@ -202,11 +198,7 @@ def gnss_positions(
     common: float = 0.5,
     antenna_height: Mapping[str, float] | None = None,
 ) -> str:
-    """Antenna positions with errors, as a table of one session.
-
-    ``common`` is the share of the variance that all have in common; with zero there is no session.
-    ``antenna_height`` is over the named point, where ``places`` do not contain it.
-    """
+    """Antenna positions with errors, a table of one session with ``common`` share of variance."""
     shift = np.sqrt(common) * rng.normal(size=3) * sigma
     rows = ["gnss,set,e_m,n_m,u_m,antenna_height_m,sigma_e_mm,sigma_n_mm,sigma_u_mm"]
     e, n, u = (f"{1e3 * s:g}" for s in sigma)

@@ -25,10 +25,7 @@ from tribrach.workbench.sources import PointSources, coordinates
 
 @dataclass(frozen=True)
 class _End:
-    """A place: of the network by its name, or a point of a cloud.
-
-    xyz : (3,) in the frame of the clouds [m]; point : of a cloud.
-    """
+    """A place ``xyz`` (3,) [m] in the clouds' frame, of the network by name or a cloud's point."""
 
     name: str
     xyz: Array
@@ -37,10 +34,7 @@ class _End:
 
 
 def relative(sources: PointSources, a: str, b: str) -> dict[str, Any]:
-    """Compute the distance of two places with its sigma.
-
-    ``a`` and ``b`` are names of points or stations, or ``CLOUD:x,y,z`` of points of clouds.
-    """
+    """Distance and sigma of two places, names or ``CLOUD:x,y,z`` of points of clouds."""
     one, two = _end(sources, a), _end(sources, b)
     difference = two.xyz - one.xyz
     length = float(np.linalg.norm(difference))
@@ -68,10 +62,7 @@ def relative(sources: PointSources, a: str, b: str) -> dict[str, Any]:
 
 
 def named_joint(sources: PointSources) -> tuple[list[str], Array] | None:
-    """Names of points and stations, and the joint covariance of their places in the clouds' axes.
-
-    None where the run kept none.
-    """
+    """Names, and joint covariance of places in the clouds' axes; None where the run kept none."""
     joint, shared = sources.joint, sources.shared
     if joint is None or shared is None:
         return None

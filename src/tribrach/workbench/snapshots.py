@@ -118,10 +118,7 @@ def _array(values: Any, shape: tuple[int, ...]) -> Array:
 
 
 def moves(now: Snapshot, before: Snapshot) -> dict[str, Any]:
-    """How points and stations moved from one state to another.
-
-    ``before`` is the covariance that each had; None where the state before has no such name.
-    """
+    """How points and stations moved; ``before`` holds covariances, None of those without."""
     points = _rows(now.points, before.points, (3,))
     covariances = _blocks(now.point_covariances, now.points, 3)
     old = _blocks(before.point_covariances, now.points, 3)

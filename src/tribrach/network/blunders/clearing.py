@@ -66,10 +66,7 @@ def fits(vtpv: float, dof: int) -> bool:
 
 
 def loosened(network: Network, wild: frozenset[Key] | set[Key], size: list[Array]) -> Network:
-    """Give observations sigmas by which they pull at nothing.
-
-    ``size`` (n,): their misclosures in sigmas, one array for each table.
-    """
+    """Give observations, misclosures ``size`` (n,) [sigmas], sigmas that pull at nothing."""
     factors = [np.ones(o.values.shape) for o in network.observations]
     for table, item in wild:
         factors[table][item] = _LOOSE * max(float(size[table][item]), 10.0)

@@ -432,10 +432,7 @@ def _rivals(
     suspects: Sequence[Suspect],
     unit: float,
 ) -> dict[str, float]:
-    """Scores of everything else that would explain the misfit, by its words.
-
-    Without a cause, of every coordinate that fails.
-    """
+    """Scores of what else would explain the misfit; without a cause, of all that fails."""
     adjustment = given.adjustment
     out = {
         given.words(other.members): other.score(unit)

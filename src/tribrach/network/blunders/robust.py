@@ -191,10 +191,7 @@ def _reweighted(first: Adjustment, weights: Array) -> Network:
 
 
 def with_sigmas(network: Network, factors: Sequence[Array]) -> Network:
-    """Multiply the sigmas of observed values, their correlations kept.
-
-    ``factors`` (n, rows): one array for each table of ``network.observations``.
-    """
+    """Multiply sigmas by ``factors`` (n, rows) of each table, correlations kept."""
     observations = tuple(
         _scaled(o, factor) for o, factor in zip(network.observations, factors, strict=True)
     )

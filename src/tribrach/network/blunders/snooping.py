@@ -157,10 +157,7 @@ def snoop(
     suspects: Mapping[Key, float] | None = None,
     run: Callable[[Network], Adjustment] = adjust,
 ) -> tuple[Adjustment, SnoopingLog]:
-    """Adjust, test, switch the worst suspect off, and repeat.
-
-    The redundancy never falls below one.
-    """
+    """Adjust, test, switch the worst suspect off, repeat; the redundancy stays one at least."""
     limit = max(1, network.count() // 3) if max_removed is None else max_removed
     search = _Search(run(network), alpha0, include_control, limit, run)
     search.begin(suspects or {})

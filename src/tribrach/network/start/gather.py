@@ -33,10 +33,7 @@ from tribrach.observations.ties import (
 
 
 def gather(network: Network, vectors: Array) -> Ties:
-    """The ties of all active observations and hard constraints.
-
-    ``vectors`` (V, 3): lever arms and other vectors, as far as they are known [m].
-    """
+    """Ties of active observations and hard constraints; ``vectors`` (V, 3) are known ones [m]."""
     c = TieCollector(network.start, network.site, vectors)
     for o in [*network.observations, *(x.observations for x in network.constraints)]:
         rows = np.flatnonzero(o.use == Use.ACTIVE)

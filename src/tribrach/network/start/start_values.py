@@ -54,11 +54,7 @@ def disagreement(observations: Sequence[Observations], state: State) -> float:
 
 
 def settle(f: Frame, held: NDArray[np.bool_]) -> Frame:
-    """Sweep once over all orientations and places.
-
-    ``f``: a frame in which every place is known; ``held`` (n, 3): true for coordinates that were
-    given and stay.
-    """
+    """Sweep once over orientations and places of ``f``; ``held`` (n, 3) coordinates stay."""
     f = replace(
         f,
         plan=f.plan.copy(),
@@ -133,10 +129,7 @@ def _replace(values: Array, nodes: Index, proposed: Array, held: NDArray[np.bool
 
 
 def find_start(network: Network) -> State:
-    """Find start values for all unknowns of a network.
-
-    Scalars that are no orientation unknowns start at zero.
-    """
+    """Find start values for all unknowns; scalars that are no orientation start at zero."""
     start = _given(network)
     if not start.missing():
         return _by_places(network, start)

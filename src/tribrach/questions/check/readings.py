@@ -39,10 +39,7 @@ _MOST = 40
 def survey_to_check(
     path: Path, precision: Precision, progress: Progress
 ) -> tuple[Survey, Survey, str]:
-    """Observations of scanners from a project or a table, what is given besides, and a title.
-
-    precision : of tables without sigmas; a project has its own instruments.
-    """
+    """Observations of scanners, what is given, a title; ``precision`` is of bare tables."""
     if path.suffix.lower() != ".toml":
         table = csv_tables.read(path, Context(precision=precision))
         return table, table, path.name
@@ -65,10 +62,7 @@ def survey_to_check(
 
 
 def noise_of(path: Path, precision: Precision) -> ScannerReadings | None:
-    """Readings of a table with the noise of their angles alone; None where that is all there is.
-
-    Readings of a project are of noise alone.
-    """
+    """Readings of a table with the noise of their angles alone; None if that is all there is."""
     if path.suffix.lower() == ".toml" or not precision.scan_angle_systematic:
         return None
     noise = replace(precision, scan_angle_systematic=0.0)

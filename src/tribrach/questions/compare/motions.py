@@ -344,10 +344,7 @@ def _found(
     area: StableArea | None,
     cell: float,
 ) -> tuple[list[MovedPart], Index]:
-    """Parts that were found beside the stable area, and the number of each distance's (m,).
-
-    Their tests are of the largest of many.
-    """
+    """Parts beside the stable area, tested as the largest of many, and each distance's (m,)."""
     number = np.zeros(len(distances), dtype=np.int64)
     if stable is None or area is None:
         return [], number
@@ -389,10 +386,7 @@ def _bodies(
 
 
 def _one_bend(one: PartMotion, two: PartMotion, border: PlaceDistances, gap: float) -> bool:
-    """True if two pieces of a face tilt against each other and meet within the gap [m] they leave.
-
-    What the stations do to both alike cancels.
-    """
+    """True if two pieces of a face tilt against each other and meet within the gap [m]."""
     own = [m.in_words(m.parameters, m.own)[1] for m in (one, two)]
     spread = np.diag(own[0] + own[1])
     ends = [k for k in (3, 4) if one.seen[k] and two.seen[k]]

@@ -192,10 +192,7 @@ def _chosen(count: int) -> NDArray[np.int64]:
 
 
 def _panels(found: Completeness, which: NDArray[np.int64], shares: Array) -> list[Chart]:
-    """Plan, and the view from the side along the longer way, of cells with shares of the colours.
-
-    The largest share lies on top.
-    """
+    """Plan and side view of cells with shares of the colours, the largest on top."""
     xyz = found.centres[which]
     plan = xyz[:, :2] - xyz[:, :2].mean(axis=0)
     _, _, axes = np.linalg.svd(plan[:: max(1, len(plan) // 5000)], full_matrices=False)

@@ -34,10 +34,7 @@ class ScannerPlace:
 
 
 class PlannedScans:
-    """Scans of a plan.
-
-    named : pairs (station, target) that are scanned whatever hides the target.
-    """
+    """Scans of a plan; ``named`` pairs (station, target) are scanned whatever hides the target."""
 
     def __init__(self, instruments: Instruments, named: set[tuple[str, str]]) -> None:
         project = instruments.project

@@ -73,10 +73,7 @@ def _criterion(
     missing: str | None = None,
     zeros: bool = True,
 ) -> Spec:
-    """A column of a criterion; what is not determined says so, in words of its own or in these.
-
-    With ``zeros`` all values have three digits.
-    """
+    """A column of a criterion, in words where not determined; ``zeros`` keeps three digits."""
     take = along(get) if isinstance(get, str) else get
 
     def cell(item: Any) -> Cell:

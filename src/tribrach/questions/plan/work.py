@@ -107,10 +107,7 @@ class PlanWork:
         return fixed_datum(self.network(), (*self.targets, *without))
 
     def cover(self) -> None:
-        """Stations that are needed before anything is determined, one by one.
-
-        The place that sees most of what is open comes first.
-        """
+        """Stations needed to determine all, one by one, first the one that sees most of it."""
         while True:
             try:
                 self.prediction()

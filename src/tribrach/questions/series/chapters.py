@@ -306,10 +306,7 @@ def _cycles(found: Series) -> ReportTable:
 
 
 def _front(found: Series) -> FrontPage:
-    """Which references moved, which points drift or jump.
-
-    References are named only where they fail their test more often than chance lets them.
-    """
+    """Which references moved more often than by chance, and which points drift or jump."""
     alarms, _, often = _alarms(found)
     named = [name for name, _ in Counter(n for c in found.solved for n in c.moved).most_common()]
     drifting = [p.name for p in found.points if any(fit.trend or fit.jumps for fit in p.fits)]

@@ -112,10 +112,7 @@ def _of_cycle(
 
 
 def _means(found: Series, point: PointSeries, level: float) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Key of each cycle and the test of the mean of the last cycles, longer ones last.
-
-    Cycles of the baseline share its errors and take no part.
-    """
+    """Each cycle and the test of the mean of the last ones, longest last, without the baseline."""
     b = max(found.seen.get(point.name, 0), 1)
     limit = float(norm.isf(level / 2)) ** 2
     alike = _alike(found, point)

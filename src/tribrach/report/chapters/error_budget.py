@@ -80,10 +80,7 @@ def budget_charts(rows: Sequence[BudgetRow], columns: ColumnSet) -> list[Picture
 
 
 def _chart(station: str, rows: Sequence[BudgetRow], columns: ColumnSet) -> Picture:
-    """Stacked variances of the regions of a station, along the normal and in the surface.
-
-    Regions without normals are in the chart only if there are no others.
-    """
+    """Stacked variances of a station's regions, along the normal and in the surface."""
     rows = [row for row in rows if row.by == "region"] or rows
     rows = [row for row in rows if row.normal is not None] or rows
     names = [part.name for part in rows[0].parts]

@@ -31,10 +31,7 @@ _WORST = Worst("those with the largest sigma", lambda s: sum((v or 0.0) ** 2 for
 
 @dataclass(frozen=True)
 class Attitude:
-    """Angles (n, 4) [rad]: heading in [0, 2 pi), tilt about E, tilt about N, total tilt.
-
-    derivative (n, 4, 3) by the left rotation increments.
-    """
+    """Heading in [0, 2 pi), tilts about E, N, total (n, 4) [rad]; derivative (n, 4, 3) by turns."""
 
     angles: Array
     derivative: Array
