@@ -29,8 +29,7 @@ class Hold(Section):
     station
         Name of the station.
     component
-        Of the position (e, n, u), or a turn about one of these axes from the axes of the
-        frame (tilt_e, tilt_n, heading).
+        Of the position (e, n, u), or a turn about these axes (tilt_e, tilt_n, heading).
     relative_to
         Another station, in whose frame the component is meant.
     value_m, value_deg

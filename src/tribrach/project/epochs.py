@@ -17,8 +17,8 @@ class EpochSection(Section):
     Attributes
     ----------
     against
-        Files of the earlier epoch: a project, an epoch file, survey files, a result of GNU Gama,
-        SINEX, or coordinates with their covariance matrix.
+        Files of the earlier epoch: project, epoch file, survey files, result of GNU Gama, SINEX, or
+        coordinates with covariance matrix.
     datum
         Free, so that control of both epochs is tested like all other points, or control as given.
     references

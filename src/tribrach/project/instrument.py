@@ -54,8 +54,7 @@ class Instrument(Section):
     sheet
         A model whose data sheet gives all figures that are not given here.
     file
-        An instrument file (:mod:`tribrach.project.instrument_file`), whose figures go before those
-        of the sheet.
+        An instrument file (:mod:`tribrach.project.instrument_file`); it goes before the sheet.
     serial
         Serial number.
     calibration
@@ -63,52 +62,49 @@ class Instrument(Section):
     direction_arcsec, zenith_arcsec
         Of one reading in one face.
     direction_both_faces_arcsec, zenith_both_faces_arcsec
-        Of the mean of both faces, as data sheets state them by ISO 17123-3 or DIN 18723; one
-        reading has the square root of two times as much.
+        Of the mean of both faces, as data sheets by ISO 17123-3 or DIN 18723 state it.
     distance_mm, distance_ppm
         Of a distance, added linearly.
     centring_mm, height_mm
         Of either end of a sight.
     centring_per
-        What has one error of centring and of height: each ``setup`` of the instrument and each
-        target seen from it, on tripods; each ``mark``, where tripods stay and only what is on
-        them changes (forced centring); or each ``sight`` by itself.
+        What shares one error of centring and height: ``setup`` (tripods: each set-up, and each
+        target seen from it), ``mark`` (forced centring) or ``sight``.
     levelling_mm_per_sqrt_km
         Of height differences.
     range_mm, range_ppm, scan_angle_arcsec
         Of a single point of a scanner: the noise that is new with every point.
     range_law_a_mm, range_law_b, range_law_c_mm
-        The noise of ranges with the intensity I, ``a I^b + c``, which goes before range_mm and
-        range_ppm for points that have one.
+        Noise of ranges by the intensity I, ``a I^b + c``, instead of range_mm and range_ppm for
+        points with an intensity.
     range_law_from, range_law_to
-        Intensities, as in the files of the scans, that this law was estimated from.
+        Intensities, in the unit of the scans, from which this law was estimated.
     range_law_at, range_law_times
-        Intensities that grow, and factors that this law is multiplied with there, linear in the
-        logarithm of the intensity between them; for noise that no power describes.
+        Growing intensities and factors on this law there, linear in the logarithm of the intensity.
     range_incidence
-        Power of the cosine of the incidence that range_mm and range_ppm are divided by where the
-        clouds of a project have ``incidence = true``.
+        With ``incidence = true`` range_mm and range_ppm are divided by this power of the cosine of
+        the incidence.
     range_scale_common_ppm
         Of the scale of a scanner's ranges, one for all its points and stations.
     range_zero_common_mm
         Of the zero of a scanner's ranges, one for all its points and stations.
     refraction_sigma
-        Of the coefficient of refraction: of a scanner's beams, one for each station, none if not
-        given; of a total station's set-up with sights longer than 150 m, 0.1 if not given.
+        Of the coefficient of refraction: for each station of a scanner (default none), for each
+        set-up of a total station with sights longer than 150 m (default 0.1).
     wavelength_um
         Of a scanner's light [micrometres].
     reference_temperature_c, reference_pressure_hpa, reference_humidity_percent
         The air that a scanner computes its ranges for.
     scan_angle_accuracy_arcsec
-        Of both angles of a scanner, noise and systematic part together, as makers state it; what
-        it is beyond the noise is common to neighbouring points and does not average out.
+        Of both angles of a scanner as makers state it: noise, and a systematic part that
+        neighbouring points share.
     beam_exit_mm, beam_divergence_mrad
         Diameter of the beam at the exit and full angle, which give its footprint.
     beam_shape
         How it widens: as a beam with its ``waist`` at the exit, or as a ``cone``.
     shared_share, shared_angle_mrad
-        What neighbouring points share of the variance of their ranges, and the angle over which
-        they do, the beam's own width if zero; all of it where beams overlap if not given.
+        Share of the range variance that neighbouring points have in common (default: all where
+        beams overlap), and over which angle (0: width of the beam).
     target_floor_mm
         Added to target centres.
     levelling_arcsec

@@ -55,10 +55,9 @@ class Project(Section):
     confidence
         Probability of ellipses, intervals and ellipsoids.
     truth
-        Truth file of a simulated project, which the report then compares everything with.
+        Truth file of a simulated project, for comparison in the report.
     edits
-        File of what was decided by hand (:mod:`tribrach.project.edits`); the one that is looked for
-        if none is named need not be there.
+        File of decisions by hand (:mod:`tribrach.project.edits`).
     site, datum, instruments, points, observations, scans
         What is given and measured.
     targets, registration, cloud, comparison

@@ -119,8 +119,8 @@ class PlanSection(Section):
     faces, sets
         Of every planned scan.
     target_points
-        Points of one scan on a target that count as independent ones: its centre has their mean
-        noise, and all of what angles have beyond noise.
+        Independent points of one scan on a target; its centre has their mean noise and the whole
+        systematic part of the angles.
     levelling_arcsec
         Compensator of planned stations that are not levelled otherwise.
     longest_m, steepest_deg
@@ -146,8 +146,7 @@ class PlanSection(Section):
     sigma_mm, redundancy, undetected_mm, correlation
         What is required of the criterion.
     displacement_mm
-        Instead of ``sigma_mm``: a displacement between two epochs measured like this that is to
-        be found with 80 %.
+        Instead of ``sigma_mm``: a displacement between two such epochs to be found with 80 %.
     """
 
     stations: str | None = None

@@ -174,8 +174,8 @@ class ListKeys(BaseModel):
     Attributes
     ----------
     columns
-        Our names of columns, such as ``point``, ``easting`` or ``sigma_n_mm``, and their heads in
-        the file, or their numbers from 1.
+        Our names of columns (``point``, ``easting``, ``sigma_n_mm``) and their heads or numbers
+        (from 1) in the file.
     decimal
         What stands before decimals.
     separator
@@ -233,10 +233,10 @@ class PointFile(EpochKeys, ListKeys, Section):
     role
         What its points are for.
     sigma_plan_mm, sigma_up_mm
-        Standard deviation of easting and of northing, and of the height, of points whose sigmas the
-        file does not give.
+        Standard deviations, in each of easting and northing, and in height, of points without
+        sigmas in the file.
     sigma_source
-        Where these come from; ``assumed ...`` where nobody stated them, which the report says.
+        Source of these; the report names ``assumed ...``.
     covariance
         A CSV file with the covariance matrix of its control coordinates.
     """
@@ -317,8 +317,8 @@ class Backsight(Section):
     pointings
         Number of pointings that were averaged.
     sigma_arcsec
-        Of the horizontal angle; 60 arcsec over the instrument's magnification and the root
-        of the pointings if not given.
+        Of the horizontal angle; default: 60 arcsec over the magnification and the root of the
+        pointings.
     """
 
     to: str
@@ -342,8 +342,7 @@ class StationSection(Section):
     lever_arm
         Name of the lever arm of the antenna or prism on the scanner.
     mounted_point
-        Name of the antenna or prism in observations that are made to it and not to the
-        station.
+        Name of the antenna or prism in observations to it.
     occupies
         The mark that the scanner stands over.
     height_m
@@ -385,7 +384,7 @@ class HeightSection(Section):
     files
         Only in sights of these files; of all files if not given.
     height_m
-        What was measured, or where to start from; the height that the files give if not given.
+        Measured height or start value; default: the height in the files.
     sigma_mm
         Standard deviation of the measured height; without it the height is unknown.
     """
@@ -658,8 +657,7 @@ class ScanFile(Section):
         back where H is above 180 degrees, or as the ``order`` of rows and columns tells,
         which makes two scans of one.
     no_return
-        Whether points that the file has for beams without return (zeros, places that
-        repeat, a shell at the largest range) are left out or kept.
+        Leave out or keep points of beams without return (zeros, repeated places, a shell).
     unit
         What the coordinates of the file are counted in, such as mm or ft, where it does not say.
     columns
@@ -708,14 +706,13 @@ class TargetSection(Section):
     sphere_radius_m, checkerboard_side_m, disc_radius_m
         Sizes of the targets.
     floor_mm
-        Standard deviation added to every centre, in each coordinate; if not given, 0.3 for
-        checkerboards and discs and none for spheres, whose tolerance stands for it.
+        Standard deviation added to every centre, in each coordinate; default: 0.3 for checkerboards
+        and discs, none for spheres.
     sphere_tolerance_mm
-        Standard deviation of the radius of a sphere as it was made; it may depart from a sphere by
-        half of that (method section 6.5).
+        Standard deviation of the radius of a sphere as made (method section 6.5).
     orientation_mm
-        What the centre of a board is off by, in each coordinate, depending on the angle that it is
-        seen at: its standard deviation at 28 points per degree.
+        Standard deviation of a board's centre, in each coordinate, by its viewing angle, at 28
+        points per degree.
     """
 
     sphere_radius_m: tuple[PositiveFloat, ...] = ()
@@ -746,8 +743,7 @@ class RegistrationSection(Section):
     plane_area_m2
         Planes of a scan smaller than this are not used.
     plane_floor_mm
-        Standard deviation that no plane falls below, for what a fit does not see of a
-        surface.
+        Least standard deviation of a plane, for what a fit does not see.
     cloud_floor_mm, cloud_floor_arcsec
         The same of shift and turn between two clouds.
     approximate
@@ -757,8 +753,8 @@ class RegistrationSection(Section):
     pose_sigma_m, pose_sigma_deg
         What approximate poses may be wrong by, one relative to another.
     cloud_pairs
-        Pairs of stations that are tried by their clouds and planes: those ``proposed`` by what they
-        promise and what loops need, or ``all``.
+        Pairs of stations to try by clouds and planes: ``proposed`` (promising ones, and those for
+        loops) or ``all``.
     """
 
     by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)

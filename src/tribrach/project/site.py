@@ -62,9 +62,9 @@ class SiteSection(Section):
     Attributes
     ----------
     kind
-        ``flat``: coordinates are Cartesian E, N, U, with crs only for the warning of what
-        that costs; ``geodetic``: E, N, U around an origin on GRS80; ``projected``: easting,
-        northing and height of a crs, converted point by point in the datum of the crs.
+        ``flat``: Cartesian E, N, U (crs only for a warning); ``geodetic``: E, N, U around an origin
+        on GRS80; ``projected``: easting, northing, height of a crs, converted point by point in its
+        datum.
     curvature_radius_m
         Radius of the Earth for zenith angles on a flat site.
     latitude_deg, longitude_deg, height_m
@@ -75,15 +75,14 @@ class SiteSection(Section):
     geoid_height_m, geoid_grid
         Make given heights ellipsoidal, by one number or point by point.
     geoid_sigma_mm, geoid_sigma_grid
-        Standard deviation of the geoid, one number or a grid of its own: part of the covariance
-        of heights of control points.
+        Standard deviation of the geoid, a number or a grid; it joins the covariance of control
+        heights.
     geoid_correlation_km
         Distance at which errors of the geoid share 1/e of their variance.
     deflection
         How the plumb line leans against the normal of the ellipsoid, or the third axis.
     frame
-        Reference frame of geocentric coordinates; beside a crs of another datum they are
-        transformed into that.
+        Reference frame of geocentric coordinates, transformed to the datum of a crs.
     epoch
         Decimal year that coordinates in a dynamic frame hold for.
     """
