@@ -14,8 +14,6 @@ DOCS = Path(__file__).resolve().parent
 REGISTER, PAGE = DOCS / "claims.yaml", DOCS / "trust.md"
 #: what stands between these lines of the page is written by this program
 BEGIN, END = "<!-- written by claims_table.py -->", "<!-- end of what is written -->"
-#: keys of a piece of evidence that say where it is
-PLACES = ("test", "benchmark", "section")
 
 
 def register() -> dict[str, Any]:
@@ -25,16 +23,15 @@ def register() -> dict[str, Any]:
 
 
 def evidence_words(evidence: list[dict[str, str]]) -> str:
-    """Evidence by kind: files and whose data; the register names the tests."""
+    """Kinds of evidence, with whose data and what is to be known; the register names the files."""
     pieces: dict[str, list[str]] = {}
     for item in evidence:
-        place = next(item[key] for key in PLACES if key in item).split("::")[0]
-        place = place.removeprefix("tests/").removesuffix(".py").replace("test_", "")
-        whose = next((item[key] for key in ("program", "table", "data") if key in item), "")
-        further = ", ".join(words for words in (whose, item.get("note", "")) if words)
-        words = place + (f" ({further})" if further else "")
-        pieces.setdefault(item["kind"], []).append(words)
-    return "; ".join(f"{kind}: {', '.join(dict.fromkeys(w))}" for kind, w in pieces.items())
+        notes = pieces.setdefault(item["kind"], [])
+        notes += [item[key] for key in ("program", "table", "data", "note") if key in item]
+    return "; ".join(
+        kind + (f" ({', '.join(dict.fromkeys(notes))})" if notes else "")
+        for kind, notes in pieces.items()
+    )
 
 
 def tables() -> str:
