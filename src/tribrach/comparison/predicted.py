@@ -183,7 +183,10 @@ class Prediction(
 
     @property
     def offset_agrees(self) -> bool:
-        """True if an offset is within three sigma: of many sites some lie beyond two."""
+        """True if ``offset^2 / sigma^2`` is below chi-square of one at 99.7 %.
+
+        That is three sigma: one of many sites beyond two is nothing to be told of.
+        """
         return self.offset**2 <= float(chi2.ppf(_SITE_LEVEL, 1)) * self.offset_sigma**2
 
     @property

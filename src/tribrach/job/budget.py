@@ -30,7 +30,10 @@ from tribrach.units import DEG, span
 
 @dataclass(frozen=True)
 class BudgetPart(Result):
-    """A variance of the budget: in all directions, along the normal, in the surface, if known."""
+    """A part of the budget: variance of all three directions, along the normal, in the surface.
+
+    normal and tangential are None where no normals are known.
+    """
 
     name: str
     variance: float
