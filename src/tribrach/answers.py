@@ -481,8 +481,7 @@ class Test(Result, also=("passed",)):
     statistic: Number
     dof: int
     limit: Number
-    #: probability of as much by chance
-    p: Number
+    p: Number  #: probability of as much by chance
 
     #: a class of the program, not of its tests
     __test__ = False
@@ -501,8 +500,7 @@ class Form:
     no figures of the result, such as sentences, by key.
     """
 
-    #: all that were made, by name
-    every: ClassVar[dict[str, Form]] = {}
+    every: ClassVar[dict[str, Form]] = {}  #: all that were made, by name
 
     def __init__(
         self, name: str, result: type, schema: int, *, quick: bool = False, **words: Any

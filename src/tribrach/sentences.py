@@ -60,10 +60,8 @@ _GROUPED = 5
 class Notation:
     """How numbers are written."""
 
-    #: between the whole number and its fraction
-    decimal: str = "."
-    #: between groups of three digits, nothing if empty
-    thousands: str = ""
+    decimal: str = "."  #: between the whole number and its fraction
+    thousands: str = ""  #: between groups of three digits, nothing if empty
     #: unit of the angles in sentences; without it they stay as they were said
     angle: Literal["gon", "deg"] | None = None
     #: between a number and its unit, and around the sign before what it may be wrong by

@@ -47,20 +47,16 @@ if TYPE_CHECKING:
 class AdjustmentSettings:
     """What is done with a network besides adjusting it, and how its figures are stated."""
 
-    #: blunders are switched off, one by one
-    snoop: bool = False
+    snoop: bool = False  #: blunders are switched off, one by one
     #: reweighting that points at blunders, ``none`` for none; with ``snoop`` what it points at is
     #: switched off first, and tried again at the end
     robust: Literal["none", "huber", "danish", "igg3"] = "none"
-    #: variance components are estimated
-    vce: bool = False
-    #: covariances are scaled by the a-posteriori variance factor
-    posterior: bool = False
+    vce: bool = False  #: variance components are estimated
+    posterior: bool = False  #: covariances are scaled by the a-posteriori variance factor
     #: probability of ellipses, intervals and ellipsoids, of the global test and of the verdicts on
     #: control and check points
     confidence: float = 0.95
-    #: unit of angles in reports, ``gon`` or ``deg``
-    angle: Literal["gon", "deg"] = "gon"
+    angle: Literal["gon", "deg"] = "gon"  #: unit of angles in reports, ``gon`` or ``deg``
 
     @classmethod
     def of(cls, project: Project) -> AdjustmentSettings:
@@ -221,10 +217,8 @@ class Solving:
 class Diagnosis:
     """Something that is looked for in every solution, by a test that could say otherwise."""
 
-    #: what it is called by programs and tests
-    key: str
-    #: how much it weighs where it is found
-    severity: Severity
+    key: str  #: what it is called by programs and tests
+    severity: Severity  #: how much it weighs where it is found
     #: sentences with their cures; none where nothing is found
     look: Callable[[Solving], Iterable[str]]
 

@@ -26,14 +26,11 @@ from tribrach.observations.scanner import ScannerPolar, TargetCentres
 class StationModel:
     """The calibration model of a station."""
 
-    #: the model and its parameters
-    model: CalibrationModel
-    #: instrument or station that the parameters belong to
-    owner: str
+    model: CalibrationModel  #: the model and its parameters
+    owner: str  #: instrument or station that the parameters belong to
     #: ``panoramic`` or ``hybrid``; a hybrid scanner has no back face
     architecture: Architecture = "panoramic"
-    #: face of target centres that do not say it, +1 or -1
-    face: float = 1.0
+    face: float = 1.0  #: face of target centres that do not say it, +1 or -1
 
     @property
     def unknowns(self) -> tuple[str, ...]:

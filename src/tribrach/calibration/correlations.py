@@ -32,18 +32,12 @@ class CorrelatedPair(Result):
 class Correlations:
     """Correlations of calibration parameters; NaN with what is held."""
 
-    #: the k parameters
-    names: tuple[str, ...]
-    #: the S stations
-    stations: tuple[str, ...]
-    #: the P points
-    point_names: tuple[str, ...]
-    #: (k, k), of parameters with each other
-    within: Array
-    #: (k, 6 S), with E, N, U, tilts and heading of every station
-    orientation: Array
-    #: (k, 3 P), with the coordinates of points
-    points: Array
+    names: tuple[str, ...]  #: the k parameters
+    stations: tuple[str, ...]  #: the S stations
+    point_names: tuple[str, ...]  #: the P points
+    within: Array  #: (k, k), of parameters with each other
+    orientation: Array  #: (k, 6 S), with E, N, U, tilts and heading of every station
+    points: Array  #: (k, 3 P), with the coordinates of points
     #: pairs above 0.7 of parameters with each other and with orientations, the strongest first
     pairs: tuple[CorrelatedPair, ...]
 

@@ -28,16 +28,11 @@ _PAIRS = 60
 class DatumSigmas(Result):
     """Standard deviations of the same observations in one datum."""
 
-    #: the datum in words
-    datum: str
-    #: of the parameters [m, rad or 1]
-    parameters: Vector
-    #: of E, N, U [m], tilts and heading [rad] of each station
-    stations: Matrix
-    #: of E, N, U of each point [m]
-    points: dict[str, Vector]
-    #: of distances between some pairs of points, which are estimable [m]
-    distances: Vector
+    datum: str  #: the datum in words
+    parameters: Vector  #: of the parameters [m, rad or 1]
+    stations: Matrix  #: of E, N, U [m], tilts and heading [rad] of each station
+    points: dict[str, Vector]  #: of E, N, U of each point [m]
+    distances: Vector  #: of distances between some pairs of points, which are estimable [m]
 
     @property
     def of_points(self) -> Array:

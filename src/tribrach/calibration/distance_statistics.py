@@ -49,20 +49,14 @@ class DistanceUncertainty(Result, also=("passed",)):
 
     #: ``u_ISO-TLS``: root of the mean square of the residuals of all distances over sqrt(2)
     u: float
-    #: ``nu = p (m - 1)``
-    dof: int
+    dof: int  #: ``nu = p (m - 1)``
     #: of the chi-square with the same mean and variance, as distances are correlated
     dof_equivalent: float
-    #: the same of the series of either station by themselves
-    within: tuple[Number, Number]
-    #: largest u by the chi-square of nu, as the standard has it
-    standard_limit: Number
-    #: probability that a scanner as precise as stated exceeds it
-    standard_rate: Number
-    #: largest u by the distribution of correlated distances
-    limit: Number
-    #: probability of as much by chance, of the same
-    p: Number
+    within: tuple[Number, Number]  #: the same of the series of either station by themselves
+    standard_limit: Number  #: largest u by the chi-square of nu, as the standard has it
+    standard_rate: Number  #: probability that a scanner as precise as stated exceeds it
+    limit: Number  #: largest u by the distribution of correlated distances
+    p: Number  #: probability of as much by chance, of the same
     #: variance within the first station over that within the second, each over what is stated,
     #: against two-sided limits
     stations: FTest
@@ -87,15 +81,13 @@ class DistanceStatistics(Result, also=("beyond", "procedure"), without=("alpha_s
     """Distance statistics of ISO 17123-9; the procedure is empty where its numbers are others."""
 
     stations: tuple[str, str]
-    #: number of series of either
-    scans: tuple[int, int]
+    scans: tuple[int, int]  #: number of series of either
     #: number of targets
     targets: int
     differences: TargetDifferences
     #: ``u_T`` of the stated precision [m]: root of half of the mean variance of a distance
     u_stated: float
-    #: ``z u_T sqrt(2 / n_1 + 2 / n_2)``, for each difference by itself [m]
-    difference_limit: float
+    difference_limit: float  #: ``z u_T sqrt(2 / n_1 + 2 / n_2)``, for each difference by itself [m]
     #: how many differences of a scanner as precise as stated are beyond it on average
     expected_beyond: float
     #: probability that such a scanner has as many beyond it as this one, or more; differences
@@ -103,8 +95,7 @@ class DistanceStatistics(Result, also=("beyond", "procedure"), without=("alpha_s
     beyond_rate: float
     #: what repeated series show, null if a station has only one
     repeated: DistanceUncertainty | None
-    #: error probability of the limits of the standard
-    alpha_standard: float
+    alpha_standard: float  #: error probability of the limits of the standard
     #: what the numbers of targets, stations and series of the standard differ in
     departures: tuple[str, ...]
 

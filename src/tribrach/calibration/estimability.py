@@ -40,14 +40,10 @@ class Left(Result):
 class EstimableSet:
     """Parameters that can be estimated."""
 
-    #: in the order of the network
-    names: tuple[str, ...]
-    #: (k, k), their covariance a priori
-    covariance: Array
-    #: parameters that cannot be separated
-    left: tuple[Left, ...]
-    #: parameters that can be separated, but only just
-    hardly: tuple[Left, ...]
+    names: tuple[str, ...]  #: in the order of the network
+    covariance: Array  #: (k, k), their covariance a priori
+    left: tuple[Left, ...]  #: parameters that cannot be separated
+    hardly: tuple[Left, ...]  #: parameters that can be separated, but only just
 
     @property
     def sigma(self) -> Array:
@@ -77,8 +73,7 @@ class Estimability:
     open: tuple[str, ...]
     #: motions of the network as a whole that inner constraints close, in words
     datum: tuple[str, ...]
-    #: largest singular value taken as zero and smallest taken as not
-    gap: tuple[float, float]
+    gap: tuple[float, float]  #: largest singular value taken as zero and smallest taken as not
 
 
 def estimability(network: Network, state: State) -> Estimability:

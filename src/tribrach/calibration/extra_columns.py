@@ -29,16 +29,11 @@ from tribrach.observations.unknowns import State
 class System:
     """A network linearised at a state."""
 
-    #: the network
-    assembly: Assembly
-    #: the unknowns
-    state: State
-    #: (n, u), whitened Jacobian over the free columns
-    design: sp.csr_array
-    #: cofactor matrix of the unknowns
-    cofactor: Cofactor
-    #: open motions, which are pinned
-    motions: OpenMotions
+    assembly: Assembly  #: the network
+    state: State  #: the unknowns
+    design: sp.csr_array  #: (n, u), whitened Jacobian over the free columns
+    cofactor: Cofactor  #: cofactor matrix of the unknowns
+    motions: OpenMotions  #: open motions, which are pinned
 
 
 def linearise(network: Network, state: State, held: Index) -> System:

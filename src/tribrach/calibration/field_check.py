@@ -45,12 +45,9 @@ HIDDEN = 30.0
 class Earlier:
     """The result of an earlier check."""
 
-    #: experimental standard deviation [m]
-    s: float
-    #: degrees of freedom of the chi-square that spreads as its square does
-    dof: float
-    #: of that check
-    title: str
+    s: float  #: experimental standard deviation [m]
+    dof: float  #: degrees of freedom of the chi-square that spreads as its square does
+    title: str  #: of that check
     #: the uncertainty of a target that its repeated distances showed [m], and the degrees of
     #: freedom of a chi-square of the same spread; None if they showed none
     u: float | None = None
@@ -74,26 +71,21 @@ class FieldCheck(
     stations: tuple[str, ...]
     targets: tuple[str, ...]
     series_names: tuple[str, ...]
-    #: null without readings in both faces
-    two_face: TwoFaceTest | None
+    two_face: TwoFaceTest | None  #: null without readings in both faces
     #: the same against the noise alone, where the stated precision has a systematic part: what it
     #: finds and the other does not is within what the scanner is stated to have
     two_face_noise: TwoFaceTest | None
     #: one for each pair of stations
     distances: tuple[DistanceCheck, ...]
     statistics: tuple[DistanceStatistics, ...]
-    #: against known lengths
-    lengths: LengthCheck | None
-    #: repeated scans; null if there is only one series
-    series: SeriesCheck | None
+    lengths: LengthCheck | None  #: against known lengths
+    series: SeriesCheck | None  #: repeated scans; null if there is only one series
     #: an earlier check, and F tests against it, of coordinates and of distances
     earlier: Earlier | None
     change: FTest | None
     change_of_distances: FTest | None
-    #: what could not be tested, and why
-    notes: tuple[str, ...]
-    #: sigma of a range as it is stated, of the middle reading [m]
-    range_sigma: float
+    notes: tuple[str, ...]  #: what could not be tested, and why
+    range_sigma: float  #: sigma of a range as it is stated, of the middle reading [m]
 
     @property
     def failures(self) -> list[str]:

@@ -36,8 +36,7 @@ from tribrach.statistics import chi2, f
 class FTest(Result, also=("passed",)):
     """A ratio of two variances against its limits; the lower is zero in a one-sided test."""
 
-    #: first variance over the second
-    ratio: Number
+    ratio: Number  #: first variance over the second
     #: degrees of freedom of both
     dof: tuple[float, float]
     lower: Number
@@ -61,29 +60,24 @@ class SeriesCheck(
     #: experimental standard deviation of a coordinate of a target centre [m], all coordinates
     #: weighted equally
     s: float
-    #: its redundancy
-    dof: int
+    dof: int  #: its redundancy
     #: degrees of freedom of the chi-square that spreads as s^2 does with the stated precision,
     #: since coordinates are neither independent nor equally precise
     dof_equivalent: float
     #: experimental standard deviation within each station's own series [m]
     s_station: dict[str, float]
-    #: standard deviation of a coordinate by the stated precision, mean [m]
-    stated: float
+    stated: float  #: standard deviation of a coordinate by the stated precision, mean [m]
     #: weighted sum of squares with the stated precision against its limit
     statistic: Number
     limit: Number
-    #: probability of as much by chance
-    p: Number
-    #: largest true standard deviation that s does not contradict [m]
-    s_bound: float
+    p: Number  #: probability of as much by chance
+    s_bound: float  #: largest true standard deviation that s does not contradict [m]
     #: what stations differ by against their own scatter; null without repeated series
     stations: FTest | None
     #: largest residual of a coordinate [m], and where
     largest: float
     largest_at: str
-    #: error probability of each test
-    alpha: float
+    alpha: float  #: error probability of each test
 
     @property
     def passed(self) -> bool:

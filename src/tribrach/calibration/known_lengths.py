@@ -41,12 +41,9 @@ _ALPHA_REST = 0.01
 class KnownLengths:
     """Distances between targets that are known."""
 
-    #: their targets
-    pairs: tuple[tuple[str, str], ...]
-    #: (k,), distances [m]
-    lengths: Array
-    #: (k, k), their covariance [m^2]
-    covariance: Array
+    pairs: tuple[tuple[str, str], ...]  #: their targets
+    lengths: Array  #: (k,), distances [m]
+    covariance: Array  #: (k, k), their covariance [m^2]
     #: what the table states and can state wrongly, in words, with the lengths that it makes: a
     #: distance its own, coordinates of a point all those of the point
     entries: tuple[tuple[str, tuple[int, ...]], ...] = ()
@@ -83,8 +80,7 @@ class LengthRows(Table):
     #: measured less known
     difference: Vector
     sigma: Vector
-    #: limits that hold together with 1 - alpha or more
-    limit: Vector
+    limit: Vector  #: limits that hold together with 1 - alpha or more
 
 
 @dataclass(frozen=True)
@@ -94,18 +90,15 @@ class LengthCheck(Test, without=("zero", "after", "after_limit", "alpha")):
     #: scale of the range
     scale: Number
     sigma_scale: Number
-    #: true if it was estimated beside a range zero
-    beside_zero: bool
-    #: that range zero [m]; NaN if there is none
-    zero: Estimate
+    beside_zero: bool  #: true if it was estimated beside a range zero
+    zero: Estimate  #: that range zero [m]; NaN if there is none
     #: largest ratio of scale and its sigma
     t_limit: Number
     rows: LengthRows
     #: weighted sum of squares that scale and range zero leave, and its chi-square limit
     after: float
     after_limit: float
-    #: error probability of both tests together
-    alpha: float
+    alpha: float  #: error probability of both tests together
 
     @property
     def fits(self) -> bool:

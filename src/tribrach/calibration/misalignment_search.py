@@ -30,8 +30,7 @@ class Cause(Estimate, also=("t",)):
     """A misalignment that would explain what was found [m or rad]."""
 
     parameter: str
-    #: others that the observations do not tell from it
-    alternatives: tuple[str, ...]
+    alternatives: tuple[str, ...]  #: others that the observations do not tell from it
 
     @property
     def words(self) -> str:
@@ -50,8 +49,7 @@ class Explanation(Result, without=("dof", "t_limit")):
     #: degrees of freedom of ``after`` and its chi-square limit
     dof: int
     limit: Number
-    #: from which on a parameter counts
-    t_limit: float
+    t_limit: float  #: from which on a parameter counts
 
     @property
     def fits(self) -> bool:

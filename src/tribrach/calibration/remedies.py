@@ -37,10 +37,8 @@ _STEEP, _STEEP_RANGE = np.radians([20.0, 40.0, 130.0]), 3.0
 class Remedy(Result, without=("proposal",), also=("estimable", "well_separated", "sigma")):
     """What an addition to the network would make estimable."""
 
-    #: the addition in words
-    what: str
-    #: parameters that could be estimated with it
-    proposal: EstimableSet
+    what: str  #: the addition in words
+    proposal: EstimableSet  #: parameters that could be estimated with it
 
     @property
     def estimable(self) -> tuple[str, ...]:
@@ -193,16 +191,11 @@ def _length(network: Network, state: State, tables: list[ScannerPolar]) -> tuple
 class Addition:
     """Points and stations that are added to a network."""
 
-    #: names of the points
-    point_names: tuple[str, ...] = ()
-    #: (p, 3), their places [m]
-    points: Array | None = None
-    #: names of the stations
-    pose_names: tuple[str, ...] = ()
-    #: (s, 3), their places [m]
-    translations: Array | None = None
-    #: (s, 3, 3), world from scanner
-    rotations: Array | None = None
+    point_names: tuple[str, ...] = ()  #: names of the points
+    points: Array | None = None  #: (p, 3), their places [m]
+    pose_names: tuple[str, ...] = ()  #: names of the stations
+    translations: Array | None = None  #: (s, 3), their places [m]
+    rotations: Array | None = None  #: (s, 3, 3), world from scanner
 
 
 def enlarged(network: Network, state: State, new: Addition) -> tuple[Network, State]:

@@ -27,12 +27,9 @@ _NOTICED = 1.02
 class ComparedUnknown:
     """An unknown in both runs."""
 
-    #: the unknown in words
-    name: str
-    #: ``m``, ``rad`` or ``1``
-    unit: str
-    #: its values, NaN where a run has none
-    first: float
+    name: str  #: the unknown in words
+    unit: str  #: ``m``, ``rad`` or ``1``
+    first: float  #: its values, NaN where a run has none
     #: standard deviations; zero where a run holds it
     sigma_first: float
     second: float
@@ -48,14 +45,10 @@ class ComparedUnknown:
 class Compared:
     """What two runs have in common and where they differ."""
 
-    #: parameters and components of the poses
-    lines: tuple[ComparedUnknown, ...]
-    #: (m,), ratios of the sigmas of distances between points, second over first
-    distances: Array
-    #: of both runs
-    redundancy: tuple[int, int]
-    #: of both runs
-    vtpv: tuple[float, float]
+    lines: tuple[ComparedUnknown, ...]  #: parameters and components of the poses
+    distances: Array  #: (m,), ratios of the sigmas of distances between points, second over first
+    redundancy: tuple[int, int]  #: of both runs
+    vtpv: tuple[float, float]  #: of both runs
 
     @property
     def datum_only(self) -> bool:

@@ -26,14 +26,10 @@ class ScannerReadings:
     station: Names
     series: Names
     target: Names
-    #: (n,), +1 front, -1 back, 0 the mean of both
-    face: Array
-    #: (n, 3), range [m], H and V [rad], folded to the front
-    polar: Array
-    #: (n, 3, 3), of r, H, V [m, rad]
-    covariance: Array
-    #: (n,), where each came from
-    source: Names
+    face: Array  #: (n,), +1 front, -1 back, 0 the mean of both
+    polar: Array  #: (n, 3), range [m], H and V [rad], folded to the front
+    covariance: Array  #: (n, 3, 3), of r, H, V [m, rad]
+    source: Names  #: (n,), where each came from
 
     def __len__(self) -> int:
         return len(self.polar)
@@ -53,12 +49,9 @@ class FacePairs:
     station: Names
     series: Names
     target: Names
-    #: (n, 3), half of front less back, in r, H, V [m, rad]
-    half: Array
-    #: (n, 3, 3), of the half difference, which is that of the mean too
-    covariance: Array
-    #: (n, 3), mean of both faces [m, rad]
-    polar: Array
+    half: Array  #: (n, 3), half of front less back, in r, H, V [m, rad]
+    covariance: Array  #: (n, 3, 3), of the half difference, which is that of the mean too
+    polar: Array  #: (n, 3), mean of both faces [m, rad]
 
     def __len__(self) -> int:
         return len(self.half)

@@ -54,20 +54,13 @@ from tribrach.statistics import f
 class CalibrationOptions:
     """How a calibration is done."""
 
-    #: correlation above which two parameters are hardly separated
-    near: float = 0.95
-    #: smallest t of a significant parameter
-    limit_t: float = 3.29
-    #: are sigmas scaled with the sigma0 that the residuals give?
-    posterior: bool = False
-    #: is what is open closed by the smallest solution?
-    minimum_norm: bool = False
-    #: are parameters left out that cannot be separated?
-    reduce: bool = False
-    #: has the scanner a back face?
-    back: bool = True
-    #: are blunders searched for?
-    snoop: bool = False
+    near: float = 0.95  #: correlation above which two parameters are hardly separated
+    limit_t: float = 3.29  #: smallest t of a significant parameter
+    posterior: bool = False  #: are sigmas scaled with the sigma0 that the residuals give?
+    minimum_norm: bool = False  #: is what is open closed by the smallest solution?
+    reduce: bool = False  #: are parameters left out that cannot be separated?
+    back: bool = True  #: has the scanner a back face?
+    snoop: bool = False  #: are blunders searched for?
     #: significance of the tests of parameters that are no unknowns, all together
     alpha: float = 0.05
 
@@ -76,14 +69,12 @@ class CalibrationOptions:
 class Parameter(Result, also=("meaning", "t")):
     """An estimated calibration parameter: true = measured + correction."""
 
-    #: such as ``x10(scanner)``: parameter, and instrument or station that it belongs to
-    name: str
+    name: str  #: such as ``x10(scanner)``: parameter, and instrument or station that it belongs to
     #: ``m``, ``rad`` or ``1``
     unit: str
     value: Number
     sigma: Number
-    #: true if t is beyond its limit
-    significant: bool
+    significant: bool  #: true if t is beyond its limit
 
     @property
     def plain(self) -> str:
@@ -110,8 +101,7 @@ class Parameter(Result, also=("meaning", "t")):
 class PolarReadings:
     """Polar observations that took part."""
 
-    #: measured r, H, V (n, 3) [m, rad], folded to the front
-    polar: Array
+    polar: Array  #: measured r, H, V (n, 3) [m, rad], folded to the front
     #: residuals (n, 3) [m, rad], and of the same network without parameters, if it can be adjusted
     after: Array
     before: Array | None
@@ -121,14 +111,10 @@ class PolarReadings:
 class Tests(Result):
     """Tests of the parameters and of the model."""
 
-    #: all parameters against zero
-    together: BlockTest
-    #: how much the sum of squares falls with the parameters
-    gain: BlockTest | None
-    #: stations of one instrument against each other
-    stations_differ: BlockTest | None
-    #: parameters that are no unknowns
-    omitted: tuple[Omitted, ...]
+    together: BlockTest  #: all parameters against zero
+    gain: BlockTest | None  #: how much the sum of squares falls with the parameters
+    stations_differ: BlockTest | None  #: stations of one instrument against each other
+    omitted: tuple[Omitted, ...]  #: parameters that are no unknowns
 
     #: a class of the program, not of its tests
     __test__ = False
@@ -168,32 +154,22 @@ class SelfCalibration(
 ):  # fmt: skip
     """A finished calibration: estimates, their tests, and what the network could not separate."""
 
-    #: the network with parameters
-    adjustment: Adjustment
-    #: estimates in the order of the network
-    parameters: tuple[Parameter, ...]
+    adjustment: Adjustment  #: the network with parameters
+    parameters: tuple[Parameter, ...]  #: estimates in the order of the network
     #: what was open to begin with, and parameters that the network can separate
     estimability: Estimability
     proposal: EstimableSet
     #: what further observations would give
     remedies: tuple[Remedy, ...]
     tests: Tests
-    #: correlations of the parameters with each other, orientations and points
-    rho: Correlations
-    #: sigmas in several datums; empty for a minimum norm
-    datums: tuple[DatumSigmas, ...]
-    #: polar observations with residuals
-    readings: PolarReadings
-    #: variance that sigmas are scaled with
-    factor: float
-    #: where the factor comes from, in words
-    sigma_origin: str
-    #: names of parameters that were left out
-    dropped: tuple[str, ...]
-    #: blunders, None if none were searched for
-    log: SnoopingLog | None
-    #: smallest t of a significant parameter
-    limit_t: float = 3.29
+    rho: Correlations  #: correlations of the parameters with each other, orientations and points
+    datums: tuple[DatumSigmas, ...]  #: sigmas in several datums; empty for a minimum norm
+    readings: PolarReadings  #: polar observations with residuals
+    factor: float  #: variance that sigmas are scaled with
+    sigma_origin: str  #: where the factor comes from, in words
+    dropped: tuple[str, ...]  #: names of parameters that were left out
+    log: SnoopingLog | None  #: blunders, None if none were searched for
+    limit_t: float = 3.29  #: smallest t of a significant parameter
 
     @property
     def names(self) -> tuple[str, ...]:

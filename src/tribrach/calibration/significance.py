@@ -28,16 +28,12 @@ _RANK = 1e-6
 class BlockTest(Result, without=("posterior",), also=("kind",)):
     """Several parameters tested against zero together."""
 
-    #: number of parameters tested
-    freedom: int
-    #: of the adjustment
-    redundancy: int
+    freedom: int  #: number of parameters tested
+    redundancy: int  #: of the adjustment
     #: quadratic form over its degrees of freedom: F or chi-square over freedom, see ``kind``
     statistic: Number
-    #: probability of as much by chance
-    p: Number
-    #: true if sigma0 is a posteriori
-    posterior: bool
+    p: Number  #: probability of as much by chance
+    posterior: bool  #: true if sigma0 is a posteriori
 
     @property
     def kind(self) -> str:
@@ -53,10 +49,8 @@ class Omitted(Result):
     #: as one further unknown [m, rad or 1]
     value: Number
     sigma: Number
-    #: standard normal if it is zero
-    w: Number
-    #: of w for all such tests together
-    limit: Number
+    w: Number  #: standard normal if it is zero
+    limit: Number  #: of w for all such tests together
 
     @property
     def unit(self) -> str:

@@ -54,8 +54,7 @@ _SAID = {
 class SystematicError:
     """One error that all readings of the scanners share."""
 
-    #: parameter of a calibration, or the name of a common error
-    name: str
+    name: str  #: parameter of a calibration, or the name of a common error
     #: true less measured: what has to be added [m, rad or 1], and its sigma
     value: float
     sigma: float

@@ -39,24 +39,15 @@ _ONE_FACE = ("x2", "x4", "x6", "x3", "x7", "x9n")
 class MeasuredDistances:
     """Distances between targets in each of m scans."""
 
-    #: of each scan
-    station: tuple[str, ...]
-    #: that every scan has, MOST of them at most
-    targets: tuple[str, ...]
-    #: (p, 2), targets of each distance
-    index: NDArray[np.int64]
-    #: (m, p), distances [m]
-    lengths: Array
-    #: (m, p, 3 t), ``F`` with the covariance ``F F^T`` of the distances of a scan [m]
-    roots: Array
-    #: (m, p, k), what parameters of one make of them
-    columns: Array
-    #: their names
-    parameters: tuple[str, ...]
-    #: true if every reading is a mean of both faces
-    faces: bool
-    #: number of targets that all scans have
-    in_common: int
+    station: tuple[str, ...]  #: of each scan
+    targets: tuple[str, ...]  #: that every scan has, MOST of them at most
+    index: NDArray[np.int64]  #: (p, 2), targets of each distance
+    lengths: Array  #: (m, p), distances [m]
+    roots: Array  #: (m, p, 3 t), ``F`` with the covariance ``F F^T`` of the distances of a scan [m]
+    columns: Array  #: (m, p, k), what parameters of one make of them
+    parameters: tuple[str, ...]  #: their names
+    faces: bool  #: true if every reading is a mean of both faces
+    in_common: int  #: number of targets that all scans have
 
     @property
     def pairs(self) -> tuple[tuple[str, str], ...]:
@@ -93,13 +84,11 @@ class TargetPairs(Table):
 
     from_: tuple[str, ...]
     to: tuple[str, ...]
-    #: mean distance from either station
-    lengths: Matrix
+    lengths: Matrix  #: mean distance from either station
     #: first station less second
     difference: Vector
     sigma: Vector
-    #: limits that hold together with 1 - alpha or more
-    limit: Vector
+    limit: Vector  #: limits that hold together with 1 - alpha or more
 
 
 @dataclass(frozen=True)
@@ -113,10 +102,8 @@ class DistanceCheck(Test, without=("alpha", "in_common")):
     #: zero of ranges from the differences alone [m]
     range_zero: Estimate
     explanation: Explanation
-    #: error probability of the check
-    alpha: float
-    #: number of targets that all scans have, of which MOST are compared at most
-    in_common: int
+    alpha: float  #: error probability of the check
+    in_common: int  #: number of targets that all scans have, of which MOST are compared at most
 
 
 def measured_distances(

@@ -37,8 +37,7 @@ COMPONENTS = ("range", "horizontal", "zenith")
 class ComponentTest(Test, without=("largest", "at")):
     """Half differences of both faces of one reading against noise."""
 
-    #: ``range``, ``horizontal`` or ``zenith``
-    reading: str
+    reading: str  #: ``range``, ``horizontal`` or ``zenith``
     #: root mean square of the half differences [m, rad], and across or along the beam [m]
     rms: Number
     rms_metres: Number
@@ -51,16 +50,14 @@ class ComponentTest(Test, without=("largest", "at")):
 class TwoFaceTest(Result, also=("passed",), without=("pairs", "alpha")):
     """The comparison of both faces, and what it points to."""
 
-    #: half differences of the faces
-    pairs: FacePairs
+    pairs: FacePairs  #: half differences of the faces
     #: of range, horizontal and zenith angle
     components: tuple[ComponentTest, ...]
     explanation: Explanation
     #: smallest misalignment of each signature, alone, that is found with 80 % at an error
     #: probability of 0.1 % [m or rad]; null where the readings do not show it
     detectable: dict[str, Number]
-    #: error probability of the components and of the signatures together
-    alpha: float
+    alpha: float  #: error probability of the components and of the signatures together
 
     @property
     def passed(self) -> bool:

@@ -163,8 +163,7 @@ class _Asked:
     #: are what lists are for and their sigmas to be asked, since no option says them?
     role: bool
     sigma: bool
-    #: what was guessed of the answers
-    said: list[str]
+    said: list[str]  #: what was guessed of the answers
 
     def axes(self, folder: Path, found: list[FolderFile]) -> list[FolderFile]:
         """The files, after the question which way X points in lists that leave it open."""

@@ -38,12 +38,9 @@ POINT_PARTS = ("range", "incidence", "horizontal angle", "vertical angle", "beam
 class PointBudget:
     """Covariances of n points, part by part."""
 
-    #: the m parts
-    names: tuple[str, ...]
-    #: (m, n, 3, 3): in the axes of the world [m^2]
-    covariances: Array
-    #: (n, 3): unit normals in the axes of the world, NaN where unknown
-    normals: Array
+    names: tuple[str, ...]  #: the m parts
+    covariances: Array  #: (m, n, 3, 3): in the axes of the world [m^2]
+    normals: Array  #: (n, 3): unit normals in the axes of the world, NaN where unknown
 
     @property
     def total(self) -> Array:
@@ -160,8 +157,7 @@ def _cosine(xyz: Array, length: Array, normals: Array) -> Array:
 class Weakest:
     """The direction in which the place of a cloud is known least."""
 
-    #: along that direction [m]
-    sigma: float
+    sigma: float  #: along that direction [m]
     #: of the direction in E, N, U [rad]
     azimuth: float
     elevation: float

@@ -19,8 +19,7 @@ class CalibrationShare:
 
     #: model, parameters and faces; effects that nothing was corrected by have the value zero
     correction: Correction
-    #: (k, k): covariance of the parameters
-    own: Array
+    own: Array  #: (k, k): covariance of the parameters
     #: (6, k): covariance of translation and left rotation increments of the station, in the axes of
     #: the world, with the parameters
     cross: Array
@@ -34,17 +33,14 @@ class CalibrationShare:
 class Placement:
     """An adjusted station, for its cloud."""
 
-    #: its name
-    station: str
-    #: world from scanner
-    pose: Pose
+    station: str  #: its name
+    pose: Pose  #: world from scanner
     #: (6, 6): of translation [m] and left rotation increments [rad] about the axes of the world
     covariance: Array
     #: noise of single points, None where the scanner's origin is not known, so that points have no
     #: covariance
     noise: ScanNoise | None
-    #: of the scanner, if its points were corrected
-    calibration: CalibrationShare | None = None
+    calibration: CalibrationShare | None = None  #: of the scanner, if its points were corrected
 
     def turned(self, frame: Array) -> Placement:
         """The same with the axes of the world turned by a rotation (3, 3), about its origin."""

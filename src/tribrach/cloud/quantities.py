@@ -43,16 +43,11 @@ _PLANE, _SPREAD = 6, 0.1
 class PointQuantity:
     """A number computed from points, with its variance in parts."""
 
-    #: in metres, or square or cubic metres
-    value: float
-    #: variance of what is new with every point: more points make it smaller
-    own: float
-    #: variance of what points share: no number of points makes it smaller
-    shared: float
-    #: largest variance that the systematic part of the angles can add
-    systematic: float = 0.0
-    #: of the value
-    unit: str = "m"
+    value: float  #: in metres, or square or cubic metres
+    own: float  #: variance of what is new with every point: more points make it smaller
+    shared: float  #: variance of what points share: no number of points makes it smaller
+    systematic: float = 0.0  #: largest variance that the systematic part of the angles can add
+    unit: str = "m"  #: of the value
 
     @property
     def variance(self) -> float:
@@ -93,8 +88,7 @@ class PointQuantity:
 class Volume(PointQuantity):
     """A volume between two surfaces."""
 
-    #: of the cells that both surfaces have points in [m^2]
-    area: float = 0.0
+    area: float = 0.0  #: of the cells that both surfaces have points in [m^2]
     #: those cells, and those that only one surface has points in
     cells: int = 0
     left_out: int = 0
@@ -110,8 +104,7 @@ class Volume(PointQuantity):
 class PointVector:
     """A place or a difference of two places, with its covariance in parts."""
 
-    #: (3,): along the axes of the frame [m]
-    value: Array
+    value: Array  #: (3,): along the axes of the frame [m]
     #: (3, 3): as in :class:`PointQuantity` [m^2]
     own: Array
     shared: Array

@@ -83,10 +83,8 @@ class GivenPart:
     #: what the m given values are: coordinates of control, parameters of a calibration file.
     #: Results with the same keys were told the same
     keys: tuple[str, ...]
-    #: (m, m): of the given values, a priori
-    covariance: Array
-    #: (q, m): covariance of the rows of the shared part with them
-    cross: Array
+    covariance: Array  #: (m, m): of the given values, a priori
+    cross: Array  #: (q, m): covariance of the rows of the shared part with them
 
     def __post_init__(self) -> None:
         """Refuse matrices of other sizes."""
@@ -311,12 +309,9 @@ class SharedPart:
 class CloudPoints:
     """Points of one scan, with what they share."""
 
-    #: (n, 3): in the frame of the result [m]
-    xyz: Array
-    #: the scan that they are from
-    scan: str
-    #: what they share with each other and with the points of other scans
-    shared: SharedPart
+    xyz: Array  #: (n, 3): in the frame of the result [m]
+    scan: str  #: the scan that they are from
+    shared: SharedPart  #: what they share with each other and with the points of other scans
     #: (n,): cosines of the incidence angles; intensities for the law of the noise
     cosine: Array | None = None
     intensity: Array | None = None

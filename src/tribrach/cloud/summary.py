@@ -51,8 +51,7 @@ _SAMPLE = 4000
 class CloudSummary:
     """Uncertainty of the points that were taken in so far."""
 
-    #: number of points
-    points: int = 0
+    points: int = 0  #: number of points
     #: (3,): sums of squared sigmas along the axes [m^2]
     squares: Array = field(default_factory=lambda: np.zeros(3))
     #: extremes of the three-dimensional sigma [m]

@@ -35,25 +35,20 @@ class DesignGates:
     #: the way from the face to the point is along its normal to this [cosine]; others lie beyond an
     #: edge
     along_cosine: float = 0.9
-    #: fewer points make no place
-    fewest_points: int = 10
+    fewest_points: int = 10  #: fewer points make no place
     #: steps of the distances within the limit, and robust sigmas beyond which points of a place are
     #: of something else
     steps: int = 256
     outlying: float = 4.0
     #: independent points in a place of a scanner whose beam nobody knows, at most
     independent: float = 25.0
-    #: normals of a flat element are alike to this [cosine]
-    flat_cosine: float = 0.9995
-    #: normals of what stands are lower than this [sine of the slope]
-    standing: float = 0.5
+    flat_cosine: float = 0.9995  #: normals of a flat element are alike to this [cosine]
+    standing: float = 0.5  #: normals of what stands are lower than this [sine of the slope]
     #: draws of the largest of several deviations, and places beyond which a bound takes their place
     draws: int = 4000
     most_places: int = 1500
-    #: a tolerance so many sigmas wide is passed at one of its limits only
-    wide_sigmas: float = 3.0
-    #: samples of a face to a place, along an edge
-    samples: float = 4.0
+    wide_sigmas: float = 3.0  #: a tolerance so many sigmas wide is passed at one of its limits only
+    samples: float = 4.0  #: samples of a face to a place, along an edge
 
 
 GATES = DesignGates()
@@ -326,16 +321,14 @@ class DesignPlaces:
     """Deviations of m places of a model."""
 
     design: Design
-    #: (m,), numbers of the places
-    keys: Index
+    keys: Index  #: (m,), numbers of the places
     #: (m,), points, and those that were left out
     count: Array
     left_out: Array
     #: (m,), mean deviations, positive outwards [m], and their variances by own noise [m^2]
     deviation: Array
     own: Array
-    #: (m,), variances of single points about the means [m^2]
-    scatter: Array
+    scatter: Array  #: (m,), variances of single points about the means [m^2]
     #: (m, 3), means of points [m], and of normals
     at: Array
     normal: Array
@@ -430,8 +423,7 @@ class ElementTable(Table):
     #: limits of the deviation
     lower: Vector
     upper: Vector
-    #: factor of the sigma that the verdict took
-    guard: Vector
+    guard: Vector  #: factor of the sigma that the verdict took
     #: area [m^2], and the share of it that was seen
     area: Vector
     seen: Vector
@@ -456,8 +448,7 @@ class ElementTable(Table):
     turn_sigma: Vector
     #: as-built inclination from the plumb line of a standing flat element, positive overhanging
     plumb: Vector
-    #: deviations of places from the plane through them: largest less smallest
-    flatness: Vector
+    flatness: Vector  #: deviations of places from the plane through them: largest less smallest
 
 
 def element_table(

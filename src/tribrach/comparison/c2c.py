@@ -62,8 +62,7 @@ class Pitch(Result):
     #: medians across and upwards [m]
     across: float
     up: float
-    #: share of places that are lattices
-    lattice: float
+    lattice: float  #: share of places that are lattices
 
 
 @dataclass(frozen=True)
@@ -75,8 +74,7 @@ class Signed(Result):
     std: float
     rms: float
     median: float
-    #: size that 95 % do not exceed
-    q95: float
+    q95: float  #: size that 95 % do not exceed
 
 
 @dataclass(frozen=True)
@@ -87,35 +85,26 @@ class C2C(
 ):
     """Distances to nearest points [m] beside what sampling alone makes of them."""
 
-    #: largest distance that counts
-    limit: float
-    #: points with a neighbour within the limit
-    n: int
-    #: share of the points without
-    beyond: float
+    limit: float  #: largest distance that counts
+    n: int  #: points with a neighbour within the limit
+    beyond: float  #: share of the points without
     #: of the distances, None without any
     mean: float | None
     std: float | None
     rms: float | None
     median: float | None
     q95: float | None
-    #: distances that sampling alone makes, None where no surface was seen
-    floor: Floor | None
-    #: ``lattice`` or ``measured``: what the floor rests on
-    floor_model: str | None
+    floor: Floor | None  #: distances that sampling alone makes, None where no surface was seen
+    floor_model: str | None  #: ``lattice`` or ``measured``: what the floor rests on
     #: of either cloud, None where no surface was seen
     pitch_a: Pitch | None
     pitch_b: Pitch | None
     #: RMS across the surface, None where nothing is left beside sampling
     debiased_rms: float | None
-    #: None where no plane was seen
-    local_plane: Signed | None
-    #: what to know before the figures are used
-    notes: tuple[str, ...]
-    #: the distances for a histogram
-    tally: Tally
-    #: points and their distances (k, 4)
-    sample: Array
+    local_plane: Signed | None  #: None where no plane was seen
+    notes: tuple[str, ...]  #: what to know before the figures are used
+    tally: Tally  #: the distances for a histogram
+    sample: Array  #: points and their distances (k, 4)
     #: where the surface was looked at (p, 3), and its unit normals, NaN where there is none
     places: Array
     normals: Array
@@ -199,14 +188,10 @@ class _Looked:
     tally: Tally
     signed: Tally
     sizes: Tally
-    #: (k, 4), points on the map with their distances [m]
-    sample: Array
-    #: how the reference lies around the places
-    pattern: SamplingPattern
-    #: (p, 3), where it was looked at [m]
-    places: Array
-    #: (p,), how many points each stands for
-    weights: Array
+    sample: Array  #: (k, 4), points on the map with their distances [m]
+    pattern: SamplingPattern  #: how the reference lies around the places
+    places: Array  #: (p, 3), where it was looked at [m]
+    weights: Array  #: (p,), how many points each stands for
 
 
 def _look_at(
@@ -441,8 +426,7 @@ class Tally:
     #: distances within and beyond the limits
     count: int = 0
     beyond: int = 0
-    #: what sums are taken about [m]
-    shift: float = 0.0
+    shift: float = 0.0  #: what sums are taken about [m]
     #: sums of distances and their squares, less the shift [m, m^2]
     total: float = 0.0
     squares: float = 0.0
@@ -518,14 +502,10 @@ class Tally:
 class Sample:
     """Rows of a long table, thinned evenly."""
 
-    #: rows at most
-    most: int
-    #: columns
-    width: int
-    #: one row of so many is taken
-    step: int = 1
-    #: rows that were offered
-    seen: int = 0
+    most: int  #: rows at most
+    width: int  #: columns
+    step: int = 1  #: one row of so many is taken
+    seen: int = 0  #: rows that were offered
     #: (k, width), the rows that were taken
     rows: NDArray[Any] = field(default_factory=lambda: np.empty((0, 0)))
 

@@ -23,8 +23,7 @@ CHUNK = 4_000_000
 class CloudChunk:
     """Some points of a cloud."""
 
-    #: (n, 3), points [m]
-    xyz: Array
+    xyz: Array  #: (n, 3), points [m]
     #: (n, 6), covariances [m^2] as xx, yy, zz, xy, xz, yz of what is new with every point (without
     #: the station's part), None where nobody asked for them
     random: Array | None = None

@@ -27,8 +27,7 @@ class CloudComparison(Result, also=("units", "classes")):
     #: longest distance that was compared [m]
     limit: float
     sites: tuple[SiteResult, ...]
-    #: all sites against the joint covariance of the stations
-    offsets: OffsetTest | None = None
+    offsets: OffsetTest | None = None  #: all sites against the joint covariance of the stations
 
     @property
     def units(self) -> Units:

@@ -147,16 +147,11 @@ def _merged(several: Sequence[_Cells]) -> _Cells:
 class Normals:
     """Normals of core points."""
 
-    #: (m, 3), unit normals, NaN where fewer than five points are near
-    vectors: Array
-    #: (m,), the diameter D that was used [m]
-    scale: Array
-    #: (m,), standard deviation of the points along the normal [m]
-    roughness: Array
-    #: (m,), ``(l2 - l3) / l1``
-    planarity: Array
-    #: (m,), points used
-    count: Index
+    vectors: Array  #: (m, 3), unit normals, NaN where fewer than five points are near
+    scale: Array  #: (m,), the diameter D that was used [m]
+    roughness: Array  #: (m,), standard deviation of the points along the normal [m]
+    planarity: Array  #: (m,), ``(l2 - l3) / l1``
+    count: Index  #: (m,), points used
 
 
 def core_normals(

@@ -49,12 +49,9 @@ class M3C2Settings:
     #: diameter d of the cylinder, and its depth to each side [m]
     diameter: float
     depth: float
-    #: sigma of the registration along the normal [m]
-    registration: float = 0.0
-    #: are medians taken instead of means?
-    median: bool = False
-    #: (3,), normals look towards it
-    scanner: Array | None = None
+    registration: float = 0.0  #: sigma of the registration along the normal [m]
+    median: bool = False  #: are medians taken instead of means?
+    scanner: Array | None = None  #: (3,), normals look towards it
     #: (3,), without a scanner normals look along it, upwards if neither is given
     direction: Array | None = None
 
@@ -70,12 +67,9 @@ class M3C2Settings:
 class M3C2:
     """Distances at core points (m, 3) with normals, and what they rest on; all in metres."""
 
-    #: (m, 3), core points
-    core: Array
-    #: their normals
-    normals: Normals
-    #: how they were compared
-    settings: M3C2Settings
+    core: Array  #: (m, 3), core points
+    normals: Normals  #: their normals
+    settings: M3C2Settings  #: how they were compared
     #: points, position along the normal and spread in each cloud
     first: Positions
     second: Positions

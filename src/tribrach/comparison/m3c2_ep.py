@@ -48,17 +48,13 @@ _SPATIAL_95 = float(chi2.ppf(0.95, 3))
 class M3C2EP:
     """Distances at core points (m, 3) with propagated uncertainty; all in metres."""
 
-    #: (m, 3), core points
-    core: Array
-    #: their normals
-    normals: Normals
+    core: Array  #: (m, 3), core points
+    normals: Normals  #: their normals
     #: weighted positions in each cloud
     first: WeightedPositions
     second: WeightedPositions
-    #: (m, 2), effective numbers of points
-    independent: Array
-    #: (m, 3, 3), C_reg at the core points, with systematic angles
-    registration: Array
+    independent: Array  #: (m, 2), effective numbers of points
+    registration: Array  #: (m, 3, 3), C_reg at the core points, with systematic angles
 
     @cached_property
     def usable(self) -> Mask:
@@ -163,16 +159,12 @@ def m3c2_ep(
 class WeightedPositions:
     """A cloud in each of m cylinders."""
 
-    #: (m,), points
-    count: Index
-    #: (m,), weighted mean along the normal [m]
-    position: Array
-    #: (m,), weighted standard deviation [m]
-    spread: Array
+    count: Index  #: (m,), points
+    position: Array  #: (m,), weighted mean along the normal [m]
+    spread: Array  #: (m,), weighted standard deviation [m]
     #: (m,), what the covariances of the points foretell of the spread on a plane [m]
     expected: Array
-    #: (m, 3, 3), of the mean, all points independent [m^2]
-    covariance: Array
+    covariance: Array  #: (m, 3, 3), of the mean, all points independent [m^2]
     #: (m, 3), weighted mean of the points [m]; beside the core point where a cylinder is not full
     place: Array
 

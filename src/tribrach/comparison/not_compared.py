@@ -54,14 +54,10 @@ class Where(Result):
 class Reason(Result):
     """Surface that is not compared for one reason."""
 
-    #: one of :data:`REASONS`
-    words: str
-    #: [m^2], about
-    area: float
-    #: of all
-    share: float
-    #: the largest
-    places: tuple[Where, ...]
+    words: str  #: one of :data:`REASONS`
+    area: float  #: [m^2], about
+    share: float  #: of all
+    places: tuple[Where, ...]  #: the largest
 
 
 @dataclass(frozen=True)

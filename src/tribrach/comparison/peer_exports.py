@@ -29,12 +29,9 @@ SIGMA_FIELDS = ("sigma_x", "sigma_y", "sigma_z")
 class PeerTransformation:
     """A transformation of the second cloud with its uncertainty, for py4dgeo's M3C2-EP."""
 
-    #: (3, 4), A and t
-    matrix: Array
-    #: (12, 12), of the elements a11, a12, a13, a21 .. a33, then tx, ty, tz [m].
-    covariance: Array
-    #: (3,), x_0 [m]
-    reference: Array
+    matrix: Array  #: (3, 4), A and t
+    covariance: Array  #: (12, 12), of the elements a11, a12, a13, a21 .. a33, then tx, ty, tz [m].
+    reference: Array  #: (3,), x_0 [m]
 
     @property
     def arguments(self) -> dict[str, Array]:

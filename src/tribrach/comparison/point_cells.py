@@ -30,22 +30,14 @@ _ROUNDING = 1e-9
 class PointCells(NamedTuple):
     """Points in the order of their cells."""
 
-    #: (n, 3): the points [m]
-    xyz: Array
-    #: (n,): where each point was before
-    order: Index
-    #: (3,): corner of the first cell [m]
-    corner: Array
-    #: side of a cell [m]
-    size: float
-    #: columns along x and y
-    shape: tuple[int, int]
-    #: (columns + 1,): where the table of each column, x-major, begins
-    base: Index
-    #: (columns,): first layer of each column
-    lowest: Short
-    #: (cells + 1,): first point of each cell
-    start: Index
+    xyz: Array  #: (n, 3): the points [m]
+    order: Index  #: (n,): where each point was before
+    corner: Array  #: (3,): corner of the first cell [m]
+    size: float  #: side of a cell [m]
+    shape: tuple[int, int]  #: columns along x and y
+    base: Index  #: (columns + 1,): where the table of each column, x-major, begins
+    lowest: Short  #: (columns,): first layer of each column
+    start: Index  #: (cells + 1,): first point of each cell
 
     @classmethod
     def of(cls, xyz: Array, size: float) -> PointCells:

@@ -100,25 +100,18 @@ class Prediction(
     #: predicted noise and observed scatter of single points, of the first and the second cloud
     noise: tuple[float, float]
     scatter: tuple[float, float]
-    #: degrees of freedom of each scatter
-    dof: tuple[int, int]
-    #: predicted sigma between the stations at the site
-    registration: float
-    #: mean distance of the second cloud from the first
-    offset: float
-    #: sigma of the offset from the points alone
-    offset_noise: float
-    #: what the unknowns of both stations (12 + k,) do to the offset
-    row: tuple[float, ...]
+    dof: tuple[int, int]  #: degrees of freedom of each scatter
+    registration: float  #: predicted sigma between the stations at the site
+    offset: float  #: mean distance of the second cloud from the first
+    offset_noise: float  #: sigma of the offset from the points alone
+    row: tuple[float, ...]  #: what the unknowns of both stations (12 + k,) do to the offset
     #: mean levels of detection with propagated uncertainty
     lod95: float
     lod95_additive: float
     #: as published, to compare with other programs; its false alarms are 0.5 to 36 %, not 5
     lod95_spatial: float | None
-    #: share of the distances beyond the first level
-    changed: float
-    #: largest sigma that systematic angles of both scans add to the offset
-    angles: float = 0.0
+    changed: float  #: share of the distances beyond the first level
+    angles: float = 0.0  #: largest sigma that systematic angles of both scans add to the offset
 
     @property
     def noise_a(self) -> float:
@@ -262,10 +255,8 @@ def _pooled(sigma: Array, dof: NDArray[np.int64]) -> float:
 class OffsetTest(Result, also=("agrees",)):
     """The offsets of all sites against the joint covariance of both stations."""
 
-    #: number of sites
-    count: int
-    #: ``L^T C^-1 L`` with ``C = A S A^T + D``, what the sites share included
-    statistic: float
+    count: int  #: number of sites
+    statistic: float  #: ``L^T C^-1 L`` with ``C = A S A^T + D``, what the sites share included
     #: 2.5 and 97.5 % of chi-square of their number; 0 where nothing can be too small, since what
     #: angles err by is a bound and no sigma
     least: float

@@ -34,20 +34,16 @@ _LEVEL = 0.95
 class PredictedClass(Result, without=("square",), also=("ratio", "limits", "verdict")):
     """Predicted against observed of clouds at sites that their scanners saw alike [m]."""
 
-    #: what the class is of: intensity, range or incidence
-    by: Cause
+    by: Cause  #: what the class is of: intensity, range or incidence
     #: its least and largest: as in the files, in metres or radians
     low: float
     high: float
-    #: clouds at sites in it
-    clouds: int
-    #: of the scatter
-    dof: int
+    clouds: int  #: clouds at sites in it
+    dof: int  #: of the scatter
     #: predicted noise and observed scatter of single points, root mean squares
     noise: float
     scatter: float
-    #: observed over predicted variances of single points, by the degrees of freedom
-    square: float
+    square: float  #: observed over predicted variances of single points, by the degrees of freedom
     #: predicted sigma of the distance between the clouds, and that distance, over the sites
     offset_sigma: float
     offset: float

@@ -29,8 +29,7 @@ _QUARTILES = 1.3489795003921634
 class Cylinders:
     """Cylinders about the normals at core points."""
 
-    #: (3,), what coordinates are relative to [m]
-    origin: Array
+    origin: Array  #: (3,), what coordinates are relative to [m]
     #: (m, 3), core points and unit normals
     core: Array
     normal: Array
@@ -61,12 +60,9 @@ class Cylinders:
 class Positions:
     """A cloud in each of m cylinders."""
 
-    #: (m,), points
-    count: Index
-    #: (m,), mean or median along the normal [m]
-    position: Array
-    #: (m,), standard deviation, or scaled interquartile range [m]
-    spread: Array
+    count: Index  #: (m,), points
+    position: Array  #: (m,), mean or median along the normal [m]
+    spread: Array  #: (m,), standard deviation, or scaled interquartile range [m]
 
 
 def means(cloud: Source, cylinders: Cylinders) -> Positions:

@@ -43,32 +43,25 @@ class Term(Result):
     #: estimate and standard deviation, in units of the columns
     value: Number
     sigma: Number
-    #: value over sigma
-    t: Number
-    #: two-sided probability of as much by chance
-    p: Number
+    t: Number  #: value over sigma
+    p: Number  #: two-sided probability of as much by chance
 
 
 @dataclass(frozen=True)
 class RegressionFit(Result, also=("dof",)):
     """A fitted model of one quantity."""
 
-    #: ``line``, ``quadratic`` or ``physical``
-    model: str
+    model: str  #: ``line``, ``quadratic`` or ``physical``
     #: names of the quantity and of its causes
     y: str
     x: tuple[str, ...]
-    #: coefficients
-    terms: tuple[Term, ...]
-    #: number of rows
-    n: int
+    terms: tuple[Term, ...]  #: coefficients
+    n: int  #: number of rows
     #: share of the variance that the model explains
     r2: Number
     adjusted_r2: Number
-    #: standard deviation of the residuals, in units of y
-    scatter: Number
-    #: what the model gives for each row
-    fitted: Vector = field(repr=False)
+    scatter: Number  #: standard deviation of the residuals, in units of y
+    fitted: Vector = field(repr=False)  #: what the model gives for each row
 
     @property
     def dof(self) -> int:
@@ -134,8 +127,7 @@ class Relation(Result, also=("t_curvature", "curved", "chosen")):
     x: str
     quadratic: RegressionFit
     line: RegressionFit
-    #: of the absolute t of the quadratic term
-    t_limit: Number
+    t_limit: Number  #: of the absolute t of the quadratic term
 
     @property
     def t_curvature(self) -> Number:
@@ -176,16 +168,14 @@ class CauseCorrelation(Result, also=("inflation",)):
 class Regression(Result, without=("remarks",)):
     """Regressions of quantities on causes."""
 
-    #: their number
-    rows: int
+    rows: int  #: their number
     #: of the tests
     confidence: float
     relations: tuple[Relation, ...]
     #: one fit for each quantity, none without a range and an incidence
     physical: tuple[RegressionFit, ...]
     correlations: tuple[CauseCorrelation, ...]
-    #: what was taken for granted
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  #: what was taken for granted
 
 
 def regress(

@@ -27,17 +27,13 @@ class M3C2Figures(Result):
     n: int
     mean: float | None
     std: float | None
-    #: mean level of detection as published
-    lod95: float | None
-    #: mean level with variances added
-    lod95_quadratic: float | None
-    #: share of the distances beyond their quadratic level
-    changed: float | None
+    lod95: float | None  #: mean level of detection as published
+    lod95_quadratic: float | None  #: mean level with variances added
+    changed: float | None  #: share of the distances beyond their quadratic level
     #: diameters of the cylinders and of the neighbourhoods of the normals
     cylinder: float
     scale: float
-    #: what a reader has to know
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: what a reader has to know
 
     @classmethod
     def of(cls, result: M3C2) -> M3C2Figures:
@@ -75,16 +71,14 @@ class SiteResult(
     """A test site."""
 
     name: str
-    #: points of the compared cloud in it
-    n: int
+    n: int  #: points of the compared cloud in it
     #: how both scanners saw it, None where the scanner's place is not known
     seen_a: Geometry | None = None
     seen_b: Geometry | None = None
     #: distances point to point, and along normals
     c2c: C2C | None = None
     m3c2: M3C2Figures | None = None
-    #: None where the stations are not known
-    prediction: Prediction | None = None
+    prediction: Prediction | None = None  #: None where the stations are not known
     #: mean intensities of both clouds there, as in the files of their scans
     light_a: float | None = None
     light_b: float | None = None

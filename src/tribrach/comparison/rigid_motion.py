@@ -56,10 +56,8 @@ class PlaceDistances:
     #: (m,), distances and their sigmas from points alone, neighbours in common included [m]
     values: Array
     sigma: Array
-    #: (m,), number of the site of each
-    site: Index
-    #: the stations of both clouds
-    pair: StationPair
+    site: Index  #: (m,), number of the site of each
+    pair: StationPair  #: the stations of both clouds
 
     def __len__(self) -> int:
         return len(self.values)
@@ -109,17 +107,13 @@ def distances_of(
 class Components(Result):
     """A motion in the frame of the face; null for what the distances do not show."""
 
-    #: along the normal, which looks towards the scanner of B [m]
-    out: Number
+    out: Number  #: along the normal, which looks towards the scanner of B [m]
     #: along the face, to the right as seen from outside and upwards (east and north of ground) [m]
     right: Number
     up: Number
-    #: how much further out the upper (northern) end is, per metre [m/m]
-    tilt: Number
-    #: the same of the right (eastern) end [m/m]
-    turn: Number
-    #: about the normal [rad]
-    spin: Number
+    tilt: Number  #: how much further out the upper (northern) end is, per metre [m/m]
+    turn: Number  #: the same of the right (eastern) end [m/m]
+    spin: Number  #: about the normal [rad]
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,30 +130,21 @@ class PartMotion(
     #: middle [m] and mean normal
     middle: Vector
     normal: Vector
-    #: distances (m,) that go along with each other; the others are not used
-    kept: Mask
+    kept: Mask  #: distances (m,) that go along with each other; the others are not used
     #: ``v^T W v`` of those used, and redundancy
     misfit: float
     redundancy: int
-    #: the :data:`COMPONENTS` (6,) [m, rad]; NaN where they are not seen
-    values: Array
-    #: of the components in their order
-    covariance: Matrix
-    #: which of them the distances show (6,)
-    seen: Mask
+    values: Array  #: the :data:`COMPONENTS` (6,) [m, rad]; NaN where they are not seen
+    covariance: Matrix  #: of the components in their order
+    seen: Mask  #: which of them the distances show (6,)
     #: the motion in the r directions that are seen (r,), all in metres, and their covariance
     parameters: Array
     cofactor: Array
-    #: what the unknowns of both stations do to them (r, 12 + k)
-    gain: Array
-    #: the part of their covariance that is not of the stations (r, r)
-    own: Array
-    #: these directions among the scaled components (6, r)
-    basis: Array
-    #: length that turns are scaled by [m]
-    lever: float
-    #: what each distance does to them (r, count)
-    solver: Array
+    gain: Array  #: what the unknowns of both stations do to them (r, 12 + k)
+    own: Array  #: the part of their covariance that is not of the stations (r, r)
+    basis: Array  #: these directions among the scaled components (6, r)
+    lever: float  #: length that turns are scaled by [m]
+    solver: Array  #: what each distance does to them (r, count)
 
     @property
     def distances(self) -> int:

@@ -89,18 +89,12 @@ class SamplingPattern:
     are the root of the area per point.
     """
 
-    #: (n,), true for places on a plane
-    known: Mask
-    #: (n, 2), pitches across and upwards [m]
-    pitch: Array
-    #: (n,), true where a lattice has these pitches
-    lattice: Mask
-    #: (n,), mean of the floor [m]
-    mean: Array
-    #: (n,), mean square of the floor [m^2]
-    square: Array
-    #: (n, 3), unit normals
-    normal: Array
+    known: Mask  #: (n,), true for places on a plane
+    pitch: Array  #: (n, 2), pitches across and upwards [m]
+    lattice: Mask  #: (n,), true where a lattice has these pitches
+    mean: Array  #: (n,), mean of the floor [m]
+    square: Array  #: (n,), mean square of the floor [m^2]
+    normal: Array  #: (n, 3), unit normals
 
     @classmethod
     def join(cls, patterns: list[SamplingPattern]) -> SamplingPattern:

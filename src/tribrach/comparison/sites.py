@@ -34,13 +34,11 @@ _STEEPEST = np.radians(75.0)
 class ComparisonSite:
     """A ball about a center, or a box between two corners."""
 
-    #: of the site
-    name: str
+    name: str  #: of the site
     #: corners of the box that holds it [m]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
-    #: of a ball [m], None for a box
-    radius: float | None = None
+    radius: float | None = None  #: of a ball [m], None for a box
 
     @classmethod
     def ball(cls, name: str, center: tuple[float, float, float], radius: float) -> ComparisonSite:

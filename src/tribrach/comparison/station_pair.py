@@ -36,10 +36,8 @@ _POSES = 12
 class PairSide:
     """One scan of a pair."""
 
-    #: where it stands, with its effects and its noise
-    placement: Placement
-    #: (6 + k,), rows of the covariance of the pair that move its points
-    rows: Index
+    placement: Placement  #: where it stands, with its effects and its noise
+    rows: Index  #: (6 + k,), rows of the covariance of the pair that move its points
 
 
 @dataclass(frozen=True)
@@ -54,8 +52,7 @@ class StationPair:
     covariance: Array
     #: both scans; None where nothing but their poses is known
     sides: tuple[PairSide, PairSide] | None = None
-    #: of two results, what both were given alike
-    alike: tuple[str, ...] = ()
+    alike: tuple[str, ...] = ()  #: of two results, what both were given alike
 
     def __post_init__(self) -> None:
         """Refuse what is no covariance."""

@@ -40,22 +40,15 @@ _FORWARD = [
 class Patches:
     """Patches p of a surface."""
 
-    #: (m,), patch of each distance, -1 where there are too few for one
-    of: Index
-    #: (p, 3), cells of the grid
-    cells: Index
-    #: (p, 6, 6), N of each
-    normal: Array
-    #: (p, 6), b of each
-    right: Array
-    #: (p,), c of each
-    square: Array
-    #: (p,), distances of each
-    count: Index
+    of: Index  #: (m,), patch of each distance, -1 where there are too few for one
+    cells: Index  #: (p, 3), cells of the grid
+    normal: Array  #: (p, 6, 6), N of each
+    right: Array  #: (p, 6), b of each
+    square: Array  #: (p,), c of each
+    count: Index  #: (p,), distances of each
     #: (p, 5), number, sum and sum of squares of the places of each from the common one [m]
     moments: Array
-    #: length that turns are scaled by [m]
-    lever: float
+    lever: float  #: length that turns are scaled by [m]
 
     def __len__(self) -> int:
         return len(self.count)

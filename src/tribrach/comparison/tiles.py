@@ -41,8 +41,7 @@ _FIRST, _ROWS, _LOW, _HIGH = 0, 1, slice(2, 5), slice(5, 8)
 class Cuts:
     """Boxes and the way to the box of a point."""
 
-    #: (k, 2, 3), their corners [m]
-    boxes: Array
+    boxes: Array  #: (k, 2, 3), their corners [m]
     #: of each cut (c,): its axis, its place [m], and what lies below and above it (c, 2): the
     #: number of another cut, or less one than minus the number of a box
     axis: Index
@@ -102,13 +101,11 @@ class Cuts:
 class TiledCloud:
     """A cloud by tiles, in files or in memory."""
 
-    #: of its rows: three, or with light four
-    columns: int
+    columns: int  #: of its rows: three, or with light four
     #: (b, 8), for each tile the blocks of its file: first row, rows, least and largest coordinates
     #: [m]
     blocks: tuple[Array, ...]
-    #: where the files are, None where the rows are in memory
-    folder: Path | None = None
+    folder: Path | None = None  #: where the files are, None where the rows are in memory
     #: (n, columns), all rows of the only tile, None where they are in files
     rows: Array | None = None
 
@@ -159,17 +156,13 @@ class TiledCloud:
 class Tiles:
     """Two clouds cut into tiles."""
 
-    #: the boxes, which fill space
-    cuts: Cuts
+    cuts: Cuts  #: the boxes, which fill space
     #: clouds A and B
     compared: TiledCloud
     reference: TiledCloud
-    #: (k,), points of A in each box that are asked for
-    asked: Index
-    #: (3,), the first of them as they came [m], None where there is none
-    origin: Array | None
-    #: points of A outside of it are not asked for; None where all are
-    site: ComparisonSite | None
+    asked: Index  #: (k,), points of A in each box that are asked for
+    origin: Array | None  #: (3,), the first of them as they came [m], None where there is none
+    site: ComparisonSite | None  #: points of A outside of it are not asked for; None where all are
 
     def __iter__(self) -> Iterator[Tile]:
         """The tiles that something is asked in, in their order."""
@@ -200,10 +193,8 @@ class Tiles:
 class Tile:
     """One tile: a value that a task on another machine can be given, where it sees the files."""
 
-    #: all of them
-    tiles: Tiles
-    #: of this one
-    number: int
+    tiles: Tiles  #: all of them
+    number: int  #: of this one
 
     @property
     def before(self) -> int:
@@ -291,19 +282,14 @@ def tiles(
 class _Read:
     """A cloud that was read once."""
 
-    #: of its rows
-    columns: int
+    columns: int  #: of its rows
     #: its points, and those that are asked for
     count: int
     asked: int
-    #: (m, 3), some of them, evenly [m]
-    sample: Array
-    #: (3,), the first that is asked for [m], None without any
-    origin: Array | None
-    #: A file of all rows, None if they are held
-    path: Path | None
-    #: (n, columns), all rows, None if they are too many
-    held: Array | None
+    sample: Array  #: (m, 3), some of them, evenly [m]
+    origin: Array | None  #: (3,), the first that is asked for [m], None without any
+    path: Path | None  #: A file of all rows, None if they are held
+    held: Array | None  #: (n, columns), all rows, None if they are too many
 
     def chunks(self) -> Iterator[Array]:
         """All rows (n, columns), in chunks."""

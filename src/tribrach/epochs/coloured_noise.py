@@ -67,8 +67,7 @@ _LAWS, BEFOREHAND, _KIND = _laws()
 class _Whitening:
     """What whitens the values of certain times under each law."""
 
-    #: (n, m), means of the values in blocks
-    blocks: Array
+    blocks: Array  #: (n, m), means of the values in blocks
     #: (k, n, n), inverse factors, and (k,) the logarithms of their determinants
     factors: Array
     determinants: Array
@@ -81,20 +80,15 @@ class ColouredFit:
     #: (k, p), estimates under each, and (k, p, p) their covariance with the scale of the residuals
     estimates: Array
     covariances: Array
-    #: (k,), logarithm of how likely the residuals are under each law
-    likely: Array
-    #: (k,), probabilities of the laws beforehand
-    prior: Array
-    #: of the residuals
-    dof: int
+    likely: Array  #: (k,), logarithm of how likely the residuals are under each law
+    prior: Array  #: (k,), probabilities of the laws beforehand
+    dof: int  #: of the residuals
     #: (k, n, p) and (k, n), whitened design and values
     _design: Array
     _values: Array
     _whitening: _Whitening
-    #: (k,), logarithms of what does not depend on the residuals
-    _constant: Array
-    #: sum of squares below which residuals are taken for no smaller
-    _least: float
+    _constant: Array  #: (k,), logarithms of what does not depend on the residuals
+    _least: float  #: sum of squares below which residuals are taken for no smaller
 
     @cached_property
     def weights(self) -> Array:

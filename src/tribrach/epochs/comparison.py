@@ -41,16 +41,13 @@ class Settings:
 
     #: names of the points that are taken as stable until a test says otherwise; all if empty
     references: tuple[str, ...] = ()
-    #: one minus the probability of a false alarm of each test
-    confidence: float = 0.95
-    #: probability with which a minimal detectable displacement is found
-    power: float = 0.8
+    confidence: float = 0.95  #: one minus the probability of a false alarm of each test
+    power: float = 0.8  #: probability with which a minimal detectable displacement is found
     #: variances are scaled by the a-posteriori factor of both epochs, and tests are those of F
     posterior: bool = False
     #: the tests of single points have the confidence together, after Šidák, not each
     together: bool = False
-    #: reference points that may have moved; the smaller half if None
-    most: int | None = None
+    most: int | None = None  #: reference points that may have moved; the smaller half if None
     #: bounds of what may be systematic in a difference in E, N and U [m]
     systematic: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
@@ -81,14 +78,10 @@ class Displacement(
 ):
     """What became of a point, in the datum of the stable points."""
 
-    #: was it taken as stable?
-    reference: bool
-    #: E, N, U at the first epoch [m]
-    xyz: Vector
-    #: along the axes of the comparison [m]
-    vector: Vector
-    #: of the displacement, scaled as the tests are [m^2]
-    covariance: Matrix
+    reference: bool  #: was it taken as stable?
+    xyz: Vector  #: E, N, U at the first epoch [m]
+    vector: Vector  #: along the axes of the comparison [m]
+    covariance: Matrix  #: of the displacement, scaled as the tests are [m^2]
     #: ``T = v^T C^-1 v``, its limit, and the probability of a larger one by chance
     statistic: Number
     limit: float
@@ -126,29 +119,23 @@ class CommonMotion(Result, keys={"statistic": "test"}):
 class Comparison:
     """Everything that two epochs tell."""
 
-    #: what was compared
-    difference: Difference
+    difference: Difference  #: what was compared
     #: how
     settings: Settings
     limits: Limits
     #: test of the reference points, and those of them that moved; None with too few of them
     search: StabilitySearch | None
-    #: of all points, in the order of the difference
-    displacements: tuple[Displacement, ...]
-    #: names of the points that carry the datum
-    stable: tuple[str, ...]
+    displacements: tuple[Displacement, ...]  #: of all points, in the order of the difference
+    stable: tuple[str, ...]  #: names of the points that carry the datum
     #: by the names of the points that moved: groups that explain it nearly as well
     partners: tuple[tuple[str, ...], ...]
     #: the global test of the adjustment of each epoch; without redundancy where it is not known
     own: tuple[GlobalTest, GlobalTest]
     #: test of the variance factors of both epochs against each other; None where not known
     precision: CongruenceTest | None
-    #: motions that were taken out by choice, with their size
-    common: tuple[CommonMotion, ...]
-    #: congruence test of all points together
-    whole: CongruenceTest
-    #: points that are held in both epochs: they are the datum
-    held: tuple[str, ...]
+    common: tuple[CommonMotion, ...]  #: motions that were taken out by choice, with their size
+    whole: CongruenceTest  #: congruence test of all points together
+    held: tuple[str, ...]  #: points that are held in both epochs: they are the datum
 
     @property
     def moved(self) -> tuple[str, ...]:

@@ -34,12 +34,9 @@ LIKELIHOOD = 20.0
 class Limits:
     """How statistics are tested: a priori by chi-square, or with an estimated variance by F."""
 
-    #: probability of a false alarm of one test
-    alpha: float = 0.05
-    #: what statistics are divided by; 1 a priori
-    factor: float = 1.0
-    #: degrees of freedom of that factor; 0 a priori
-    dof: int = 0
+    alpha: float = 0.05  #: probability of a false alarm of one test
+    factor: float = 1.0  #: what statistics are divided by; 1 a priori
+    dof: int = 0  #: degrees of freedom of that factor; 0 a priori
 
     def limit(self, dof: int, alpha: float | None = None) -> float:
         """Limit of a statistic ``d^T Q^+ d / factor`` with so many degrees of freedom."""
@@ -70,10 +67,8 @@ class CongruenceTest(Result, also=("passed",)):
 
     statistic: float
     dof: int
-    #: null where nothing is left to be tested
-    limit: Number
-    #: probability of a larger one if nothing moved
-    significance: Number
+    limit: Number  #: null where nothing is left to be tested
+    significance: Number  #: probability of a larger one if nothing moved
 
     @property
     def passed(self) -> bool:
@@ -179,10 +174,8 @@ class Congruence:
 class Moved:
     """Points that do not take part in the congruence of the others."""
 
-    #: their numbers
-    points: tuple[int, ...]
-    #: ``T`` of what is left without them
-    statistic: float
+    points: tuple[int, ...]  #: their numbers
+    statistic: float  #: ``T`` of what is left without them
 
 
 @dataclass(frozen=True)
@@ -192,15 +185,12 @@ class StabilitySearch:
     #: the global test of all of them, and of those that stayed
     before: CongruenceTest
     after: CongruenceTest
-    #: numbers of the points that moved; none if the first test is passed
-    moved: tuple[int, ...]
+    moved: tuple[int, ...]  #: numbers of the points that moved; none if the first test is passed
     #: further groups of the same size that explain it nearly as well: which of them moved cannot
     #: be told
     partners: tuple[Moved, ...]
-    #: false if no group that leaves a majority stable explains the differences
-    resolved: bool
-    #: combinations that were compared
-    tried: int
+    resolved: bool  #: false if no group that leaves a majority stable explains the differences
+    tried: int  #: combinations that were compared
     #: false where there were too many of a size, and the best were sought step by step
     exhaustive: bool
 

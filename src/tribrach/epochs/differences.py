@@ -41,18 +41,13 @@ _TURNS = 8
 class Epoch:
     """Adjusted coordinates of one epoch."""
 
-    #: what the epoch is called
-    label: str
-    #: of the n points
-    names: tuple[str, ...]
-    #: (n, 3), E, N, U [m]; NaN where the network has no such coordinate
-    xyz: Array
+    label: str  #: what the epoch is called
+    names: tuple[str, ...]  #: of the n points
+    xyz: Array  #: (n, 3), E, N, U [m]; NaN where the network has no such coordinate
     #: (3 n, 3 n), A priori, of all coordinates together [m^2]; zero where one is held
     covariance: Array
-    #: those of :data:`MOTIONS` that the observations leave open
-    motions: tuple[str, ...] = ()
-    #: redundancy of the adjustment; 0 where it is not known
-    dof: int = 0
+    motions: tuple[str, ...] = ()  #: those of :data:`MOTIONS` that the observations leave open
+    dof: int = 0  #: redundancy of the adjustment; 0 where it is not known
     #: ``v^T P v / r``, the a-posteriori variance factor; NaN where it is not known
     factor: float = float("nan")
 
@@ -73,20 +68,13 @@ class Epoch:
 class Difference:
     """What changed between two epochs: second minus first."""
 
-    #: of both epochs
-    labels: tuple[str, str]
-    #: of the n points that both have
-    names: tuple[str, ...]
-    #: (n, 3), where they are, at the first epoch [m]
-    xyz: Array
-    #: coordinates that are compared, of 0, 1, 2 for E, N, U
-    axes: tuple[int, ...]
-    #: (n, d), differences [m]
-    values: Array
-    #: (n d, n d), of all differences together, a priori [m^2]
-    covariance: Array
-    #: what is taken out of them
-    motions: tuple[str, ...]
+    labels: tuple[str, str]  #: of both epochs
+    names: tuple[str, ...]  #: of the n points that both have
+    xyz: Array  #: (n, 3), where they are, at the first epoch [m]
+    axes: tuple[int, ...]  #: coordinates that are compared, of 0, 1, 2 for E, N, U
+    values: Array  #: (n, d), differences [m]
+    covariance: Array  #: (n d, n d), of all differences together, a priori [m^2]
+    motions: tuple[str, ...]  #: what is taken out of them
     #: redundancy and variance factor of both together; 0 and NaN where they are not known
     dof: int = 0
     factor: float = float("nan")

@@ -147,27 +147,18 @@ class SeriesFit(Result, without=("fitted", "likely")):
     #: of the daily period
     amplitude: float
     amplitude_sigma: float
-    #: of the largest value, as a part of a day after midnight UTC
-    phase: float
-    #: in the order of time
-    jumps: tuple[Jump, ...]
-    #: times of values that took no part
-    outliers: tuple[Instant, ...]
-    #: of the residuals over the sigmas of the values
-    scatter: float
-    #: of neighbouring residuals
-    correlation: float
-    #: probability of each kind of noise: white, correlated, flicker, walk
-    noise: dict[str, float]
+    phase: float  #: of the largest value, as a part of a day after midnight UTC
+    jumps: tuple[Jump, ...]  #: in the order of time
+    outliers: tuple[Instant, ...]  #: times of values that took no part
+    scatter: float  #: of the residuals over the sigmas of the values
+    correlation: float  #: of neighbouring residuals
+    noise: dict[str, float]  #: probability of each kind of noise: white, correlated, flicker, walk
     #: sigma of the rate if the noise were of the kind that makes it smallest, and of that which
     #: makes it largest, of the kinds that are not excluded
     rate_sigma_range: tuple[float, float]
-    #: rate that the test would have found with 80 %
-    detectable: float
-    #: the fitted values (n,)
-    fitted: Array
-    #: logarithm of how likely the residuals are (k,) under each law of noise
-    likely: Array
+    detectable: float  #: rate that the test would have found with 80 %
+    fitted: Array  #: the fitted values (n,)
+    likely: Array  #: logarithm of how likely the residuals are (k,) under each law of noise
 
     @property
     def month(self) -> float:

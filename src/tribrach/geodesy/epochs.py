@@ -34,10 +34,8 @@ PLATES = (
 class Realisation:
     """A frame by its name, such as ``ITRF2014``, and the epoch of coordinates in it."""
 
-    #: name of the frame, as :func:`~tribrach.geodesy.frames.frame` knows it
-    frame: str
-    #: decimal year; None for a frame that moves with its plate
-    epoch: float | None = None
+    frame: str  #: name of the frame, as :func:`~tribrach.geodesy.frames.frame` knows it
+    epoch: float | None = None  #: decimal year; None for a frame that moves with its plate
 
     def __post_init__(self) -> None:
         if self.dynamic and self.epoch is None:
@@ -63,8 +61,7 @@ class Motion:
 
     #: (3,), of ECEF coordinates [m/year], one for all marks or one each
     velocity: Array | None = None
-    #: name of a plate of :data:`PLATES`
-    plate: str | None = None
+    plate: str | None = None  #: name of a plate of :data:`PLATES`
 
 
 def carry(

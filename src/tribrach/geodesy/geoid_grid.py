@@ -35,10 +35,8 @@ _CURVATURE = 0.1713e-3 * SEC
 class GeoidGrid:
     """A grid of geoid heights on disk; PROJ opens and reads it if it is not read here."""
 
-    #: of the file
-    path: Path
-    #: its nodes, where they were read
-    table: HeightTable | None = None
+    path: Path  #: of the file
+    table: HeightTable | None = None  #: its nodes, where they were read
 
     @cached_property
     def _transformer(self) -> Any:

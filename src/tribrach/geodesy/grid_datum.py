@@ -29,8 +29,7 @@ _WGS84 = "WGS 84"
 class GridDatum:
     """The datum of a projected coordinate reference system."""
 
-    #: the projected system without heights and without a bound transformation
-    projected: CRS
+    projected: CRS  #: the projected system without heights and without a bound transformation
     #: latitude and longitude in this datum, in its own units and from its own meridian
     geographic: CRS
 

@@ -28,8 +28,7 @@ class HeightTable:
     values: NDArray[Any]
     scale: float = 1.0
     offset: float = 0.0
-    #: what stands where nothing is known
-    missing: tuple[float, ...] = ()
+    missing: tuple[float, ...] = ()  #: what stands where nothing is known
 
     def at(self, latitude: Array, longitude: Array) -> Array:
         """Values (n,) [m] at places (n,) [rad], NaN outside and beside nodes without value."""

@@ -68,10 +68,8 @@ class StoredMap(Result):
     #: (3,), corners of the box in which it holds [m]
     low: Vector
     high: Vector
-    #: (3,), mapped middle [m]
-    origin: Vector
-    #: (20, 3), coefficients
-    cubic: Matrix
+    origin: Vector  #: (3,), mapped middle [m]
+    cubic: Matrix  #: (20, 3), coefficients
 
     def __post_init__(self) -> None:
         """Refuse what is no map."""

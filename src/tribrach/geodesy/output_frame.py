@@ -24,14 +24,11 @@ FrameKind = Literal["work", "projected", "ecef"]
 class OutputFrame:
     """The frame of delivered coordinates."""
 
-    #: the work frame of the network
-    work: WorkFrame
-    #: ``work``, ``projected`` or ``ecef``
-    kind: FrameKind = "work"
+    work: WorkFrame  #: the work frame of the network
+    kind: FrameKind = "work"  #: ``work``, ``projected`` or ``ecef``
     #: name of the reference system of the coordinates, None for a local frame
     crs: str | None = None
-    #: decimal year of a dynamic system
-    epoch: float | None = None
+    epoch: float | None = None  #: decimal year of a dynamic system
 
     def __post_init__(self) -> None:
         if self.kind == "projected" and self.work.grid is None:

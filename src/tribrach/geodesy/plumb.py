@@ -25,10 +25,8 @@ class PlumbField:
     #: one deflection for the site, towards north and east [rad]
     xi: float = 0.0
     eta: float = 0.0
-    #: geoid heights whose slope is the deflection, instead
-    grid: GeoidGrid | None = None
-    #: the work frame; its geoid heights are those of levelling
-    frame: WorkFrame | None = None
+    grid: GeoidGrid | None = None  #: geoid heights whose slope is the deflection, instead
+    frame: WorkFrame | None = None  #: the work frame; its geoid heights are those of levelling
 
     def deflection(self, site: Site, x: Array) -> Array:
         """Deflections xi, eta (n, 2) [rad] at points (n, 3) [m] of W."""
@@ -55,8 +53,7 @@ class PlumbField:
 class PlumbLines:
     """Plumb lines and geoid heights at the positions of a network."""
 
-    #: what is known at any place
-    everywhere: PlumbField = field(default_factory=PlumbField)
+    everywhere: PlumbField = field(default_factory=PlumbField)  #: what is known at any place
     #: (n, 2), xi, eta of positions that the survey gives [rad], NaN for others; or empty
     deflections: Array = field(default_factory=lambda: np.empty((0, 2)))
     #: (n,), geoid heights of positions that the survey gives [m], NaN for others; or empty

@@ -49,13 +49,11 @@ def stereographic(latitude: float, easting: float, northing: float) -> str:
 class ProjectedGrid:
     """A projected grid around an origin."""
 
-    #: anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string
-    crs: str
+    crs: str  #: anything PROJ understands, such as ``EPSG:2154`` or a ``+proj`` string
     #: coordinates of the origin [m]
     easting: float
     northing: float
-    #: ellipsoidal height of the origin [m]
-    height: float = 0.0
+    height: float = 0.0  #: ellipsoidal height of the origin [m]
     #: A geographic system that places are taken to in plan, their heights as they are, instead of
     #: staying in the datum of the grid: what some programs do, whose results are to be met
     geographic: str | None = None
@@ -159,12 +157,9 @@ def grid_scale(crs: str, xyz: Array) -> float:
 class FlatEffect:
     """What a site that is taken as flat neglects."""
 
-    #: in words, with what takes it into account
-    sentence: str
-    #: over the extent of the site [m]
-    size: float
-    #: coordinates that it acts on, of 0, 1, 2 for E, N, U
-    axes: tuple[int, ...]
+    sentence: str  #: in words, with what takes it into account
+    size: float  #: over the extent of the site [m]
+    axes: tuple[int, ...]  #: coordinates that it acts on, of 0, 1, 2 for E, N, U
 
 
 def flat_effects(xyz: Array, crs: str | None, *, curved: bool) -> list[FlatEffect]:

@@ -127,10 +127,8 @@ class EllipsoidSite:
     #: of the origin [rad]
     latitude: float
     longitude: float
-    #: of the origin [m]
-    ellipsoidal_height: float
-    #: semi-major axis [m] and flattening
-    ellipsoid: tuple[float, float] = field(default=GRS80)
+    ellipsoidal_height: float  #: of the origin [m]
+    ellipsoid: tuple[float, float] = field(default=GRS80)  #: semi-major axis [m] and flattening
     #: earth radius [m] for the correction of zenith angles where it is asked for; the verticals of
     #: this site carry the curvature already
     curvature_radius: float | None = None

@@ -23,14 +23,11 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite, Site, ecef_from_geode
 class WorkFrame:
     """The work frame and the system in which the site's own coordinates are given."""
 
-    #: the work frame itself
-    site: Site = field(default_factory=FlatSite)
-    #: the projection of E, N, if they are projected
-    grid: ProjectedGrid | None = None
+    site: Site = field(default_factory=FlatSite)  #: the work frame itself
+    grid: ProjectedGrid | None = None  #: the projection of E, N, if they are projected
     #: geoid height [m] of the place, added to given heights to make them ellipsoidal
     geoid: float = 0.0
-    #: geoid heights point by point, added as well
-    geoid_grid: GeoidGrid | None = None
+    geoid_grid: GeoidGrid | None = None  #: geoid heights point by point, added as well
 
     @property
     def leaves_datum(self) -> bool:

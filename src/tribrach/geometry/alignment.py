@@ -27,16 +27,11 @@ _MIRROR_RATIO = 5.0
 class Alignment:
     """One motion, ``world = scale * rotation @ local + translation``."""
 
-    #: (d, d), determinant +1
-    rotation: Array
-    #: (d,), in metres
-    translation: Array
-    #: one for rigid motions
-    scale: float
-    #: root mean square of the lengths of the residuals [m]
-    rms: float
-    #: the same for the best improper rotation [m]
-    mirror_rms: float
+    rotation: Array  #: (d, d), determinant +1
+    translation: Array  #: (d,), in metres
+    scale: float  #: one for rigid motions
+    rms: float  #: root mean square of the lengths of the residuals [m]
+    mirror_rms: float  #: the same for the best improper rotation [m]
 
     def __call__(self, local: Array) -> Array:
         """Points (..., d) [m] of the local frame in the world frame."""
@@ -72,19 +67,14 @@ class Alignment:
 class Groups:
     """Alignments of G groups."""
 
-    #: (G, d, d), determinant +1
-    rotation: Array
-    #: (G, d), in metres
-    translation: Array
-    #: (G,), one for rigid motions
-    scale: Array
-    #: (G,), pairs of points with a weight above zero
-    count: Index
+    rotation: Array  #: (G, d, d), determinant +1
+    translation: Array  #: (G, d), in metres
+    scale: Array  #: (G,), one for rigid motions
+    count: Index  #: (G,), pairs of points with a weight above zero
     #: (G,), standard deviation [m] of the points across their best line (in the plane: from their
     #: centroid), which must not vanish
     spread: Array
-    #: (G,), true where the determinant had to be put right
-    mirrored: NDArray[np.bool_]
+    mirrored: NDArray[np.bool_]  #: (G,), true where the determinant had to be put right
 
     def residuals(self, group: Index, local: Array, world: Array) -> Array:
         """Residuals (n, d) [m], world less aligned local, of pairs with their groups (n,)."""

@@ -19,10 +19,8 @@ from tribrach._types import Array
 class AxisOrder:
     """Which column stands for which axis, and which way it runs."""
 
-    #: column of each axis
-    moved: tuple[int, ...]
-    #: 1, or -1 where the axis runs the other way
-    signs: tuple[int, ...]
+    moved: tuple[int, ...]  #: column of each axis
+    signs: tuple[int, ...]  #: 1, or -1 where the axis runs the other way
 
     def __call__(self, points: Array) -> Array:
         """Points (n, d) with their axes so."""

@@ -20,14 +20,10 @@ _SAME = 1e-9
 class Mesh:
     """Triangles with the elements that they are of."""
 
-    #: (n, 3, 3), corners [m]
-    triangles: Array
-    #: (n,), number of the element of each
-    element: Index
-    #: names of the elements
-    names: tuple[str, ...]
-    #: reference system as WKT, None where nothing says so
-    crs: str | None = None
+    triangles: Array  #: (n, 3, 3), corners [m]
+    element: Index  #: (n,), number of the element of each
+    names: tuple[str, ...]  #: names of the elements
+    crs: str | None = None  #: reference system as WKT, None where nothing says so
     #: what was left out or assumed when it was read, without the final stop
     sentences: tuple[str, ...] = ()
 

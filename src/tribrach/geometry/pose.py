@@ -23,10 +23,8 @@ _SKEWED = 1e-3
 class Pose:
     """A rigid motion ``outer_from_inner``."""
 
-    #: (3, 3), proper and orthonormal
-    rotation: Array
-    #: (3,), in metres, the origin of the inner frame in the outer one
-    translation: Array
+    rotation: Array  #: (3, 3), proper and orthonormal
+    translation: Array  #: (3,), in metres, the origin of the inner frame in the outer one
 
     @classmethod
     def identity(cls) -> Self:

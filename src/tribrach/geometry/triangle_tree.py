@@ -28,12 +28,9 @@ _TIE = 1e-9
 class Nearest:
     """The nearest places of a model to n points."""
 
-    #: (n,), numbers of the triangles, -1 where none is within the limit
-    triangle: Index
-    #: (n, 3), the places [m]
-    place: Array
-    #: (n,), distances, positive on the side of the normal [m]
-    signed: Array
+    triangle: Index  #: (n,), numbers of the triangles, -1 where none is within the limit
+    place: Array  #: (n, 3), the places [m]
+    signed: Array  #: (n,), distances, positive on the side of the normal [m]
     #: (n,), cosine between the way to the point and the normal, without sign: 1 above a face
     facing: Array
 

@@ -24,8 +24,7 @@ HIGHEST = 100.0
 class AntennaSetup:
     """An antenna over a mark."""
 
-    #: IGS name with dome
-    type: str = ""
+    type: str = ""  #: IGS name with dome
     #: of the antenna reference point over the mark [m]
     height: float = 0.0
     east: float = 0.0
@@ -52,8 +51,7 @@ class BaselineAntennas:
     #: the antennas
     base: AntennaSetup
     rover: AntennaSetup
-    #: phase centres, None to leave them out
-    antex: AntexFile | None = None
+    antex: AntexFile | None = None  #: phase centres, None to leave them out
 
     def options(self, folder: Path) -> dict[str, object]:
         """Options of the engine for both antennas."""

@@ -35,28 +35,17 @@ class Attempt(
 ):
     """One way of computing a doubtful baseline, lengths in metres."""
 
-    #: in words
-    what: str
-    #: how many are used
-    frequencies: int
-    #: at the end of the session
-    ambiguities: Literal["fixed", "float"]
-    #: of the solved epochs
-    fixed_share: float
-    #: of the ambiguity test
-    ratio: Number
-    #: of the vector in space
-    sigma: float
-    #: distance from the first attempt
-    away: float = 0.0
-    #: of a piece of the session in space; null where it was not cut
-    scatter: float | None = None
-    #: how many pieces gave that
-    pieces: int = 0
-    #: is this the baseline?
-    taken: bool = False
-    #: what would be wrong with the files if this attempt is right; "" for nothing
-    cures: str = ""
+    what: str  #: in words
+    frequencies: int  #: how many are used
+    ambiguities: Literal["fixed", "float"]  #: at the end of the session
+    fixed_share: float  #: of the solved epochs
+    ratio: Number  #: of the ambiguity test
+    sigma: float  #: of the vector in space
+    away: float = 0.0  #: distance from the first attempt
+    scatter: float | None = None  #: of a piece of the session in space; null where it was not cut
+    pieces: int = 0  #: how many pieces gave that
+    taken: bool = False  #: is this the baseline?
+    cures: str = ""  #: what would be wrong with the files if this attempt is right; "" for nothing
 
     @property
     def words(self) -> str:

@@ -258,47 +258,35 @@ class Baseline(
     factor_source: str
     #: of the solution at the end of the session (method section 2.7)
     ambiguities: Literal["fixed", "float"]
-    #: of the solved epochs
-    fixed_share: float
+    fixed_share: float  #: of the solved epochs
     #: with a solution, and those that both files have
     epochs: int
     epochs_common: int
-    #: of the ambiguity test, median over the end of the session
-    ratio: Number
-    #: mean over the solved epochs
-    satellites: Number
+    ratio: Number  #: of the ambiguity test, median over the end of the session
+    satellites: Number  #: mean over the solved epochs
     #: first and last epoch [s] since 1980-01-06
     start: Calendar
     end: Calendar
-    #: time between epochs [s]
-    interval: Number
-    #: letters of the systems that were used
-    systems: str
-    #: which one computed it
-    engine: str
+    interval: Number  #: time between epochs [s]
+    systems: str  #: letters of the systems that were used
+    engine: str  #: which one computed it
     #: root mean square of the phases' double differences, null if the engine does not give it
     residual: float | None = None
     #: of the marks and of the observations, base first
     names: tuple[str, str] = ("", "")
     files: tuple[str, str] = ("", "")
-    #: files of precise orbits; empty if broadcast orbits were used
-    orbits: tuple[str, ...] = ()
-    #: of the antennas over the marks, base first
-    heights: tuple[float, float] = (0.0, 0.0)
+    orbits: tuple[str, ...] = ()  #: files of precise orbits; empty if broadcast orbits were used
+    heights: tuple[float, float] = (0.0, 0.0)  #: of the antennas over the marks, base first
     #: systems in the observations that took no part, each with the reason
     idle: tuple[str, ...] = ()
-    #: of the phases, null if the factor does not come from them
-    noise: PhaseNoise | None = None
+    noise: PhaseNoise | None = None  #: of the phases, null if the factor does not come from them
     #: scatter of the pieces of the session, null where it was not split
     pieces: PieceScatter | None = None
-    #: sentences
-    warnings: tuple[str, ...] = field(default=())
-    #: how many were used
-    frequencies: int = 2
+    warnings: tuple[str, ...] = field(default=())  #: sentences
+    frequencies: int = 2  #: how many were used
     #: the ways that were tried, where the first one was doubtful; else none
     attempts: tuple[Attempt, ...] = ()
-    #: why one of them was taken
-    choice: str = ""
+    choice: str = ""  #: why one of them was taken
     #: what the accuracy that coarse broadcast orbits state changes the baseline by; it is not in
     #: the covariance
     orbit_effect: float = 0.0

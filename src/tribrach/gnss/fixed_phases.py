@@ -43,22 +43,14 @@ DETERMINED = 1e-9
 class ClockFreePhases:
     """n differences of phases between two receivers, without clocks, over their sigmas."""
 
-    #: (n,), seconds since 1980-01-06
-    times: Array
-    #: (n,), numbers of the satellites
-    satellites: NDArray[np.int64]
-    #: (n,), observed minus computed, over their standard deviation by ``weights``
-    values: Array
-    #: (n, 3), derivatives by the coordinates of the rover [1/m]
-    design: Array
-    #: (n,), share of each that its clock has left: (m - 1)/m with m satellites
-    freedom: Array
-    #: (n,), what last decimals alone would give for the squares of ``values``
-    rounded: Array
-    #: (n,), variance by last decimals over the engine's
-    relative: Array
-    #: root mean square of the double differences [m]
-    residual: float
+    times: Array  #: (n,), seconds since 1980-01-06
+    satellites: NDArray[np.int64]  #: (n,), numbers of the satellites
+    values: Array  #: (n,), observed minus computed, over their standard deviation by ``weights``
+    design: Array  #: (n, 3), derivatives by the coordinates of the rover [1/m]
+    freedom: Array  #: (n,), share of each that its clock has left: (m - 1)/m with m satellites
+    rounded: Array  #: (n,), what last decimals alone would give for the squares of ``values``
+    relative: Array  #: (n,), variance by last decimals over the engine's
+    residual: float  #: root mean square of the double differences [m]
 
     def coordinates(self) -> tuple[Array, Array] | None:
         """Shift of the rover (3,) [m] by least squares, and its formal covariance (3, 3) [m^2].
@@ -103,10 +95,8 @@ class ClockFreePhases:
 class PhaseWeights:
     """Variance of phases: a part as the engine's, and one by the last decimals of the files."""
 
-    #: factor on the engine's variance
-    engine: float = 1.0
-    #: factor on the variance that decimals leave
-    decimals: float = 0.0
+    engine: float = 1.0  #: factor on the engine's variance
+    decimals: float = 0.0  #: factor on the variance that decimals leave
 
     def variance(self, elevation: Array, frequencies: NDArray[np.int64]) -> Array:
         """Variance (n,) [m^2] of the difference of a phase between two receivers."""

@@ -31,25 +31,17 @@ MOST_TRIANGLES = 2_000
 class BaselineLoop(Result, also=("size", "ppm", "passes"), without=("points", "walk")):
     """A closed loop of baselines."""
 
-    #: indices of the points in the order they are walked
-    points: tuple[int, ...]
-    #: baselines with their directions, +1 or -1
-    walk: Walk
-    #: (3,), sum of the vectors [m]
-    closure: Vector
-    #: (3, 3), of the closure [m^2]
-    covariance: Matrix
-    #: of all sides [m]
-    length: float
-    #: ``w^T C_w^-1 w``
-    statistic: float
+    points: tuple[int, ...]  #: indices of the points in the order they are walked
+    walk: Walk  #: baselines with their directions, +1 or -1
+    closure: Vector  #: (3,), sum of the vectors [m]
+    covariance: Matrix  #: (3, 3), of the closure [m^2]
+    length: float  #: of all sides [m]
+    statistic: float  #: ``w^T C_w^-1 w``
     #: its degrees of freedom: fewer than three where the covariance is singular, zero where the
     #: loop tells nothing
     dof: int
-    #: above it the loop does not pass
-    limit: float
-    #: the loop is part of the basis
-    independent: bool
+    limit: float  #: above it the loop does not pass
+    independent: bool  #: the loop is part of the basis
 
     @property
     def size(self) -> float:

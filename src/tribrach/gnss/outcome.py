@@ -48,22 +48,17 @@ RESIDUALS = "residuals of the phases and how long they stay alike"
 class RunOutcome:
     """What one run has come to."""
 
-    #: (3,), ECEF coordinates of the rover [m]
-    place: Array
+    place: Array  #: (3,), ECEF coordinates of the rover [m]
     #: (3, 3), covariance with independent epochs and the weights of the phases [m^2], which in the
     #: mean are those of the engine
     formal: Array
-    #: the state of the solution at its end
-    final: FinalSolution
-    #: with a solution of phases
-    epochs: int
+    final: FinalSolution  #: the state of the solution at its end
+    epochs: int  #: with a solution of phases
     #: first and last of them [s]
     start: float
     end: float
-    #: mean number over them
-    satellites: float
-    #: from which their noise is learned; None where there are none
-    phases: ClockFreePhases | None
+    satellites: float  #: mean number over them
+    phases: ClockFreePhases | None  #: from which their noise is learned; None where there are none
     #: root mean square of the phases' double differences [m], None if the engine gives none
     residual: float | None
     #: (3, 3), covariance [m^2] of what was taken out for the air, which pieces of a session share
@@ -71,10 +66,8 @@ class RunOutcome:
     #: (3,), variance [m^2] by the last decimal of the engine's places, an upper bound; zero where
     #: they stand
     rounding: Array
-    #: of the phases
-    weights: PhaseWeights
-    #: names of the satellites
-    satellites_used: tuple[str, ...] = ()
+    weights: PhaseWeights  #: of the phases
+    satellites_used: tuple[str, ...] = ()  #: names of the satellites
 
     def covariance(self, factor: float) -> Array:
         """Covariance (3, 3) [m^2] by a factor on formal sigmas, and of the last decimal."""

@@ -54,18 +54,13 @@ class PhaseNoise(
 ):
     """Noise of the phases of a session, as g laws with their weights."""
 
-    #: (g,) of the laws, sum 1
-    weights: Array
-    #: (g,) of one phase against what the engine assumes
-    variance: Array
+    weights: Array  #: (g,) of the laws, sum 1
+    variance: Array  #: (g,) of one phase against what the engine assumes
     #: (g, 3) of it: new at every epoch, alike over the first time, alike over the second
     shares: Array
-    #: (g, 2) over which the second and third part stay alike [s]
-    times: Array
-    #: time between epochs [s]
-    interval: float
-    #: of the session
-    epochs: int
+    times: Array  #: (g, 2) over which the second and third part stay alike [s]
+    interval: float  #: time between epochs [s]
+    epochs: int  #: of the session
     #: false where the law is the usual one, and only its variance is the session's
     learned: bool = True
 

@@ -61,16 +61,13 @@ class PieceScatter(
     #: how many gave a solution, and how many there were
     pieces: int
     cut: int
-    #: standard deviation of one piece, from the scatter
-    sigma: Vector
-    #: that which the pieces state, root of the mean square
-    stated: Vector
+    sigma: Vector  #: standard deviation of one piece, from the scatter
+    stated: Vector  #: that which the pieces state, root of the mean square
     #: the sum q, its degrees of freedom and its 95 % limit
     statistic: float
     dof: int
     limit: float
-    #: how many of the pieces have float ambiguities
-    floating: int = 0
+    floating: int = 0  #: how many of the pieces have float ambiguities
 
     @property
     def ratio(self) -> float:

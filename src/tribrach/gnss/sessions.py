@@ -95,12 +95,9 @@ def _of_receivers(incidence: Array, variance: Array) -> Array:
 class Occupation:
     """A receiver over a point."""
 
-    #: name of the point
-    point: str
-    #: its RINEX observations
-    file: Path
-    #: IGS name with dome; None takes that of the file
-    antenna: str | None = None
+    point: str  #: name of the point
+    file: Path  #: its RINEX observations
+    antenna: str | None = None  #: IGS name with dome; None takes that of the file
     #: of the antenna reference point over the mark [m]; None takes that of the file
     height: float | None = None
 
@@ -109,28 +106,20 @@ class Occupation:
 class ReceiverSession:
     """Receivers that observed together."""
 
-    #: of the session
-    name: str
-    #: the receivers
-    occupations: tuple[Occupation, ...]
-    #: files of orbits
-    navigation: tuple[Path, ...]
-    #: point from which all baselines are taken; None for the shortest ones
-    star: str | None = None
+    name: str  #: of the session
+    occupations: tuple[Occupation, ...]  #: the receivers
+    navigation: tuple[Path, ...]  #: files of orbits
+    star: str | None = None  #: point from which all baselines are taken; None for the shortest ones
 
 
 @dataclass(frozen=True)
 class SessionResult:
     """Baselines of a session."""
 
-    #: of the session
-    name: str
-    #: m baselines with names of points
-    baselines: tuple[Baseline, ...]
-    #: (3m, 3m), of all baselines [m^2]
-    covariance: Array
-    #: sentences
-    warnings: tuple[str, ...] = ()
+    name: str  #: of the session
+    baselines: tuple[Baseline, ...]  #: m baselines with names of points
+    covariance: Array  #: (3m, 3m), of all baselines [m^2]
+    warnings: tuple[str, ...] = ()  #: sentences
 
 
 def run_sessions(

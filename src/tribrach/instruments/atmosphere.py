@@ -21,12 +21,9 @@ ZERO_CELSIUS = 273.15
 class Air:
     """Air along a sight."""
 
-    #: degrees Celsius
-    temperature_c: float = 12.0
-    #: at the instrument [hPa]
-    pressure_hpa: float = 1013.25
-    #: relative humidity
-    humidity_percent: float = 60.0
+    temperature_c: float = 12.0  #: degrees Celsius
+    pressure_hpa: float = 1013.25  #: at the instrument [hPa]
+    humidity_percent: float = 60.0  #: relative humidity
 
 
 #: the air for which most instruments give distances without a correction

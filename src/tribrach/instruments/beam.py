@@ -18,12 +18,9 @@ from tribrach._types import Array
 class Beam:
     """A beam of light."""
 
-    #: diameter where it leaves the instrument [m]
-    exit: float = 0.0
-    #: full angle [rad]
-    divergence: float = 0.0
-    #: true if it is a cone from there on, else it has its waist there
-    cone: bool = False
+    exit: float = 0.0  #: diameter where it leaves the instrument [m]
+    divergence: float = 0.0  #: full angle [rad]
+    cone: bool = False  #: true if it is a cone from there on, else it has its waist there
 
     def diameter(self, length: Array) -> Array:
         """Diameters at ranges.

@@ -113,14 +113,11 @@ _MEANINGS = {
 class CalibrationModel:
     """A calibration model."""
 
-    #: as in reports
-    name: str
-    #: names of its parameters
-    parameters: tuple[str, ...]
+    name: str  #: as in reports
+    parameters: tuple[str, ...]  #: names of its parameters
     #: the column of each parameter: (range, H, V, face) to its contributions to range, H, V
     functions: tuple[Column, ...]
-    #: what :func:`find_model` knows it by, empty if it does not
-    key: str = ""
+    key: str = ""  #: what :func:`find_model` knows it by, empty if it does not
     #: of the modulation of the range [m], where the model has them
     unit_lengths: tuple[float, ...] = ()
 

@@ -38,14 +38,10 @@ COMMON = CalibrationModel(
 class CommonErrors:
     """Standard deviations of effects that no number of points makes smaller."""
 
-    #: name of the scanner; all its stations have one zero and one scale
-    instrument: str
-    #: of the scale of its ranges
-    range_scale: float = 0.0
-    #: of the coefficient of refraction, drawn anew at each station
-    refraction: float = 0.0
-    #: of the zero of its ranges [m]
-    range_zero: float = 0.0
+    instrument: str  #: name of the scanner; all its stations have one zero and one scale
+    range_scale: float = 0.0  #: of the scale of its ranges
+    refraction: float = 0.0  #: of the coefficient of refraction, drawn anew at each station
+    range_zero: float = 0.0  #: of the zero of its ranges [m]
 
     @property
     def effects(self) -> dict[str, float]:

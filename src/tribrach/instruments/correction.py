@@ -25,10 +25,8 @@ _BLOCK = 50_000
 class Correction:
     """Calibration of one scan."""
 
-    #: the calibration model
-    model: CalibrationModel
-    #: (k,), its parameters [m, rad or 1]
-    values: Array
+    model: CalibrationModel  #: the calibration model
+    values: Array  #: (k,), its parameters [m, rad or 1]
     #: which face measured the points: always ``front``, always ``back``, or ``dome``: the back
     #: where H is above 180 degrees
     faces: Faces = "front"

@@ -32,23 +32,16 @@ FEWEST_CHECKED = 3
 class FinalSolution:
     """What a static solution has come to at its end."""
 
-    #: ambiguities are integers at the end, and stay the same ones
-    fixed: bool
-    #: number of the epoch that is taken
-    epoch: int
-    #: of all solved epochs that are fixed
-    share: float
-    #: of those at the end
-    share_end: float
-    #: of the ambiguity test, median over the end
-    ratio: float
-    #: epochs that count as the end
-    epochs_end: int
+    fixed: bool  #: ambiguities are integers at the end, and stay the same ones
+    epoch: int  #: number of the epoch that is taken
+    share: float  #: of all solved epochs that are fixed
+    share_end: float  #: of those at the end
+    ratio: float  #: of the ambiguity test, median over the end
+    epochs_end: int  #: epochs that count as the end
     #: largest distance [m] of a fixed epoch at the end from ``epoch``, or from the best fixed one
     #: where the solution is float; 0 where none is fixed
     apart: float
-    #: for ``apart`` [m]
-    limit: float
+    limit: float  #: for ``apart`` [m]
     #: (3, 3), of a float solution [m^2]: mean square of what all epochs at the end differ from the
     #: one that is taken; zero where the solution is fixed
     scatter: Array

@@ -93,10 +93,8 @@ def effective_number(
 class RangeCorrelation:
     """What the neighbours of a point at one range share with it."""
 
-    #: share of the range variance, 0 to 1
-    share: float
-    #: diameter of the discs whose overlap it goes with, seen from the scanner [rad]
-    angle: float
+    share: float  #: share of the range variance, 0 to 1
+    angle: float  #: diameter of the discs whose overlap it goes with, seen from the scanner [rad]
 
     def correlation(self, separation: Array) -> Array:
         """Correlation (n,) of ranges whose directions are ``separation`` (n,) [rad] apart."""
@@ -141,12 +139,10 @@ class RangeCorrelation:
 class SharedNoise:
     """What neighbouring points of an instrument share of their range errors."""
 
-    #: share of the range variance that goes with the overlap, 0 to 1
-    share: float
+    share: float  #: share of the range variance that goes with the overlap, 0 to 1
     #: diameter of the discs that overlap, seen from the scanner [rad]; zero for those of the beam
     angle: float = 0.0
-    #: the beam
-    beam: Beam = Beam()
+    beam: Beam = Beam()  #: the beam
 
     def __post_init__(self) -> None:
         """Refuse what is no share and no angle."""

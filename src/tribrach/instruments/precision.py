@@ -34,40 +34,29 @@ class Precision:
     #: of a distance [m] and [m/m], added linearly
     distance: float | None = None
     scale: float = 0.0
-    #: of either end in plan [m]
-    centring: float = 0.0
-    #: of the height of either end [m]
-    height: float = 0.0
+    centring: float = 0.0  #: of either end in plan [m]
+    height: float = 0.0  #: of the height of either end [m]
     #: what has one eccentricity: a set-up of an instrument, with each of its targets; a mark,
     #: whatever stands there on one tripod; or every sight by itself
     centring_per: CentringPer = "setup"
-    #: of a height difference [m] per square root of a kilometre
-    levelling: float | None = None
+    levelling: float | None = None  #: of a height difference [m] per square root of a kilometre
     #: of a scanner's ranges [m] and [m/m]
     range: float | None = None
     range_scale: float = 0.0
-    #: noise of a scanner's angles [rad], new with every point
-    scan_angle: float | None = None
+    scan_angle: float | None = None  #: noise of a scanner's angles [rad], new with every point
     #: what its angles are wrong by for a whole neighbourhood [rad]; neither points of a target nor
     #: further scans make it smaller
     scan_angle_systematic: float = 0.0
-    #: floor of a target's centre in each coordinate [m]
-    target: float = 0.0
-    #: of the tilt of a levelled scanner [rad]
-    tilt: float | None = None
+    target: float = 0.0  #: floor of a target's centre in each coordinate [m]
+    tilt: float | None = None  #: of the tilt of a levelled scanner [rad]
     #: of GNSS coordinates in plan and height [m]
     gnss_plan: float | None = None
     gnss_up: float | None = None
-    #: share of their variance that a session has in common
-    gnss_common: float = 0.5
-    #: of the length of the rod that carries a target over a mark [m]
-    rod: float | None = None
-    #: of the rod's bubble [rad]
-    bubble: float | None = None
-    #: of the target on its rod [m]
-    eccentricity: float = 0.0
-    #: coefficient of the place, not a standard deviation
-    refraction: float = 0.13
+    gnss_common: float = 0.5  #: share of their variance that a session has in common
+    rod: float | None = None  #: of the length of the rod that carries a target over a mark [m]
+    bubble: float | None = None  #: of the rod's bubble [rad]
+    eccentricity: float = 0.0  #: of the target on its rod [m]
+    refraction: float = 0.13  #: coefficient of the place, not a standard deviation
     #: of that coefficient at one set-up, for sights of a total station that are long
     refraction_sigma: float = 0.0
 

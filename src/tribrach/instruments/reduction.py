@@ -51,10 +51,8 @@ MOST_CELLS = 10_000_000
 class ReadingSets:
     """Sets of n readings."""
 
-    #: (n,), set of each reading, from 0 on
-    number: Index
-    #: (n,), true where the reading closes the horizon
-    closing: NDArray[np.bool_]
+    number: Index  #: (n,), set of each reading, from 0 on
+    closing: NDArray[np.bool_]  #: (n,), true where the reading closes the horizon
 
 
 def find_sets(target: Index, face: NDArray[np.int8], series: Index | None = None) -> ReadingSets:
@@ -104,34 +102,23 @@ def _ends(keys: list[tuple[int, int]], i: int) -> bool:
 class Rounds:
     """Adjusted directions of t targets from s sets."""
 
-    #: (t,), within [0, 2 pi), in the orientation of the first set [rad]
-    direction: Array
-    #: (s,), of the sets against the first [rad]
-    orientation: Array
-    #: (s, t), observed less adjusted [rad]
-    residual: Array
-    #: of a direction in one set from the residuals [rad], NaN without redundancy
-    sigma: float
-    #: (t,), of the adjusted directions [rad]
-    sigma_mean: Array
-    #: degrees of freedom
-    dof: int
+    direction: Array  #: (t,), within [0, 2 pi), in the orientation of the first set [rad]
+    orientation: Array  #: (s,), of the sets against the first [rad]
+    residual: Array  #: (s, t), observed less adjusted [rad]
+    sigma: float  #: of a direction in one set from the residuals [rad], NaN without redundancy
+    sigma_mean: Array  #: (t,), of the adjusted directions [rad]
+    dof: int  #: degrees of freedom
 
 
 @dataclass(frozen=True)
 class Repeats:
     """Means of values that need no orientation: t targets in s sets [rad or m]."""
 
-    #: (t,), over the sets
-    mean: Array
-    #: (s, t), observed less mean
-    residual: Array
-    #: of a value in one set from the residuals, NaN without redundancy
-    sigma: float
-    #: (t,), of the means
-    sigma_mean: Array
-    #: degrees of freedom
-    dof: int
+    mean: Array  #: (t,), over the sets
+    residual: Array  #: (s, t), observed less mean
+    sigma: float  #: of a value in one set from the residuals, NaN without redundancy
+    sigma_mean: Array  #: (t,), of the means
+    dof: int  #: degrees of freedom
 
 
 def wrapped(angle: Array) -> Array:
@@ -240,8 +227,7 @@ class AxisErrors:
     #: (n,), true where a difference is out of line; it is then left out of everything else
     far_direction: NDArray[np.bool_]
     far_zenith: NDArray[np.bool_]
-    #: how many were used
-    pairs: int
+    pairs: int  #: how many were used
 
 
 def fold(direction: Array, zenith: Array, face: NDArray[np.int8]) -> tuple[Array, Array]:
@@ -338,8 +324,7 @@ class TargetMeans:
     #: (n,), means of the faces, or the value of the one face that was read [rad]
     direction: Array
     zenith: Array
-    #: (n,), mean [m]
-    distance: Array
+    distance: Array  #: (n,), mean [m]
     #: (n,), half differences of the faces [rad], NaN where only one was read
     half_direction: Array
     half_zenith: Array
@@ -347,8 +332,7 @@ class TargetMeans:
     directions: Index
     zeniths: Index
     distances: Index
-    #: (n,), index of the first reading
-    first: Index
+    first: Index  #: (n,), index of the first reading
     #: (n,), true where the faces are too far apart
     far_direction: NDArray[np.bool_]
     far_zenith: NDArray[np.bool_]
@@ -363,20 +347,16 @@ class Closures:
     set: Index
     target: Index
     face: NDArray[np.int8]
-    #: (n,), last less first reading [rad]
-    difference: Array
+    difference: Array  #: (n,), last less first reading [rad]
 
 
 @dataclass(frozen=True)
 class SetupReduction:
     """The adjusted rounds of one set-up."""
 
-    #: index of the set-up
-    setup: int
-    #: (t,), targets of its tables
-    targets: Index
-    #: (s,), sets of its tables
-    sets: Index
+    setup: int  #: index of the set-up
+    targets: Index  #: (t,), targets of its tables
+    sets: Index  #: (s,), sets of its tables
     #: the adjusted values
     rounds: Rounds
     zeniths: Repeats
@@ -392,28 +372,20 @@ class Means:
     target: Index
     #: (n,), round within the set-up, counted from 0: directions of one round share an orientation
     circle: Index
-    #: (n,), [rad or m]
-    value: Array
-    #: (n,), how many readings it is the mean of
-    readings: Index
-    #: (n,), index of the first of them
-    first: Index
-    #: (n,), true if the faces of all its readings were too far apart
-    far: NDArray[np.bool_]
+    value: Array  #: (n,), [rad or m]
+    readings: Index  #: (n,), how many readings it is the mean of
+    first: Index  #: (n,), index of the first of them
+    far: NDArray[np.bool_]  #: (n,), true if the faces of all its readings were too far apart
 
 
 @dataclass(frozen=True)
 class Reduction:
     """All results of the readings of a file."""
 
-    #: means of faces for each target of each set
-    cells: TargetMeans
-    #: axis errors of the instrument
-    axes: AxisErrors
-    #: closed horizons
-    closures: Closures
-    #: adjusted rounds, one for each set-up
-    setups: tuple[SetupReduction, ...]
+    cells: TargetMeans  #: means of faces for each target of each set
+    axes: AxisErrors  #: axis errors of the instrument
+    closures: Closures  #: closed horizons
+    setups: tuple[SetupReduction, ...]  #: adjusted rounds, one for each set-up
     #: values for the network
     directions: Means
     zeniths: Means

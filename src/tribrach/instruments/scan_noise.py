@@ -34,8 +34,7 @@ class ScanNoise:
     #: noise of encoder readings [rad], new with every point
     horizontal: float
     vertical: float
-    #: diameter of the beam where it leaves the scanner [m]
-    beam_exit: float = 0.0
+    beam_exit: float = 0.0  #: diameter of the beam where it leaves the scanner [m]
     #: full angle of the beam [rad]; with both at zero the footprint is left out
     beam_divergence: float = 0.0
     #: what both angles are wrong by for a whole neighbourhood [rad]: part of a point's standard

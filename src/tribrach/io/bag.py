@@ -186,13 +186,11 @@ class Bag:
     path: Path
     archive: zipfile.ZipFile
     root: str
-    #: what the seal says of itself
-    about: Mapping[str, Any]
+    about: Mapping[str, Any]  #: what the seal says of itself
     #: digests of the payload and of the lists, as they are stated
     payload: Mapping[str, str]
     tags: Mapping[str, str]
-    #: payload that is only named
-    absent: frozenset[str]
+    absent: frozenset[str]  #: payload that is only named
 
     def read(self, name: str) -> bytes | None:
         """A file that is no payload; None if there is none."""

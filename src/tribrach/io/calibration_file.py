@@ -33,20 +33,13 @@ class Calibration:
     #: the instrument
     instrument: str
     serial: str
-    #: name of the calibration model
-    model: str
-    #: k names
-    parameters: tuple[str, ...]
-    #: (k,), in metres, radians or without unit
-    values: Array
-    #: (k, k), of the values
-    covariance: Array
-    #: of the modulation of the range [m]
-    unit_lengths: tuple[float, ...] = ()
-    #: panoramic or hybrid
-    architecture: Architecture = "panoramic"
-    #: of the calibration
-    date: datetime.date | None = None
+    model: str  #: name of the calibration model
+    parameters: tuple[str, ...]  #: k names
+    values: Array  #: (k,), in metres, radians or without unit
+    covariance: Array  #: (k, k), of the values
+    unit_lengths: tuple[float, ...] = ()  #: of the modulation of the range [m]
+    architecture: Architecture = "panoramic"  #: panoramic or hybrid
+    date: datetime.date | None = None  #: of the calibration
     #: in words
     datum: str = ""
     sigma_origin: str = ""

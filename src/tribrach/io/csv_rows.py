@@ -54,14 +54,11 @@ class ListForm:
     #: our name of a column, such as ``point`` or ``sigma_e_mm``, and its head in the file, or its
     #: number from one
     columns: Mapping[str, str | int] = field(default_factory=dict)
-    #: what stands before decimals
-    decimal: Decimal | None = None
+    decimal: Decimal | None = None  #: what stands before decimals
     #: what stands between cells: one character or a word of :data:`SEPARATORS`
     separator: str | None = None
-    #: name of the encoding
-    encoding: str | None = None
-    #: name of the sheet of a spreadsheet
-    sheet: str | None = None
+    encoding: str | None = None  #: name of the encoding
+    sheet: str | None = None  #: name of the sheet of a spreadsheet
 
     @property
     def mark(self) -> str | None:
@@ -77,16 +74,11 @@ AS_FOUND = ListForm()
 class ListRows:
     """Rows of cells."""
 
-    #: of the file
-    path: Path
-    #: the header first, and all rows as long as it
-    cells: list[list[str]]
-    #: 1-based line, or row of the sheet, of each
-    lines: list[int]
-    #: what stood between cells, "" in a spreadsheet
-    separator: str
-    #: what was said of the list
-    form: ListForm = AS_FOUND
+    path: Path  #: of the file
+    cells: list[list[str]]  #: the header first, and all rows as long as it
+    lines: list[int]  #: 1-based line, or row of the sheet, of each
+    separator: str  #: what stood between cells, "" in a spreadsheet
+    form: ListForm = AS_FOUND  #: what was said of the list
     #: what was taken for something that the file does not say, one sentence each without the stop
     remarks: tuple[str, ...] = ()
 

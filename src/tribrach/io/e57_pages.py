@@ -40,14 +40,10 @@ _PAGES = 4096
 class Header:
     """The header of a file, its first 48 bytes."""
 
-    #: major and minor
-    version: tuple[int, int]
-    #: of the file [bytes]
-    physical_length: int
-    #: physical
-    xml_offset: int
-    #: logical, without checksums
-    xml_length: int
+    version: tuple[int, int]  #: major and minor
+    physical_length: int  #: of the file [bytes]
+    xml_offset: int  #: physical
+    xml_length: int  #: logical, without checksums
 
     @property
     def xml_start(self) -> int:

@@ -38,12 +38,9 @@ _MOST = 5000
 class StoredEpoch:
     """An epoch from files."""
 
-    #: its coordinates in a local frame, E, N, U
-    epoch: Epoch
-    #: where that frame lies; a flat one where that is not known
-    site: EllipsoidSite | FlatSite
-    #: what is to be known of it
-    sentences: tuple[str, ...] = ()
+    epoch: Epoch  #: its coordinates in a local frame, E, N, U
+    site: EllipsoidSite | FlatSite  #: where that frame lies; a flat one where that is not known
+    sentences: tuple[str, ...] = ()  #: what is to be known of it
 
 
 @dataclass(frozen=True)
@@ -53,8 +50,7 @@ class EpochSite(Result):
     latitude: float
     longitude: float
     ellipsoidal_height: float
-    #: semi-major axis and flattening
-    ellipsoid: tuple[float, float]
+    ellipsoid: tuple[float, float]  #: semi-major axis and flattening
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +62,8 @@ class EpochDocument(Result):
     datum: str
     site: EpochSite | None
     names: tuple[str, ...]
-    #: E, N, U [m]; null where the network has no such coordinate
-    xyz: Matrix
-    #: of all coordinates, a priori: rows of the lower triangle [m^2]
-    covariance: list[list[float]]
+    xyz: Matrix  #: E, N, U [m]; null where the network has no such coordinate
+    covariance: list[list[float]]  #: of all coordinates, a priori: rows of the lower triangle [m^2]
     #: motions of the whole that the observations leave open
     motions: tuple[str, ...]
     dof: int

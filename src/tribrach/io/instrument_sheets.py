@@ -24,12 +24,9 @@ _ABOUT = ("aliases", "kind", "status", "remark")
 class Figure:
     """One figure of a sheet."""
 
-    #: name with its unit, such as ``range_mm``
-    key: str
-    #: in that unit
-    value: float
-    #: where the figure comes from
-    source: str
+    key: str  #: name with its unit, such as ``range_mm``
+    value: float  #: in that unit
+    source: str  #: where the figure comes from
     #: what the maker determined it by, such as ``ISO 17123-3``; "" if the sheet names nothing
     standard: str = ""
 
@@ -43,19 +40,14 @@ class Figure:
 class Sheet:
     """The sheet of an instrument."""
 
-    #: of the model
-    name: str
-    #: of instrument
-    kind: str
+    name: str  #: of the model
+    kind: str  #: of instrument
     #: ``read`` if its figures were compared with their sources, ``quoted`` if they should be
     #: compared with the sheet of the instrument at hand
     status: Literal["read", "quoted"]
-    #: with their sources
-    figures: tuple[Figure, ...]
-    #: models with the same figures
-    aliases: tuple[str, ...] = ()
-    #: on the sheet
-    remark: str = ""
+    figures: tuple[Figure, ...]  #: with their sources
+    aliases: tuple[str, ...] = ()  #: models with the same figures
+    remark: str = ""  #: on the sheet
 
     @property
     def values(self) -> dict[str, float]:

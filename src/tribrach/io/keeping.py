@@ -70,12 +70,9 @@ class _Stamp(NamedTuple):
 class _Content(NamedTuple):
     """What the program wrote into a file, by which command and as what."""
 
-    #: in bytes
-    size: int
-    #: SHA-256 of the content
-    digest: str
-    #: words of the command, such as ``transform fit``
-    command: str
+    size: int  #: in bytes
+    digest: str  #: SHA-256 of the content
+    command: str  #: words of the command, such as ``transform fit``
     #: kind of result: the option that names it, what was asked for, or the name of the project file
     kind: str
 

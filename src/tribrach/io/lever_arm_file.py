@@ -25,16 +25,11 @@ _Row = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 class LeverArmResult:
     """A lever arm as an adjustment determined it."""
 
-    #: of the lever arm
-    name: str
-    #: (3,), from the scanner's origin to the antenna, in the scanner frame [m]
-    vector: Array
-    #: (3, 3), in m^2, zero where a component was held
-    covariance: Array
-    #: those whose observations determine it
-    stations: tuple[str, ...] = ()
-    #: of the adjustment
-    date: str = ""
+    name: str  #: of the lever arm
+    vector: Array  #: (3,), from the scanner's origin to the antenna, in the scanner frame [m]
+    covariance: Array  #: (3, 3), in m^2, zero where a component was held
+    stations: tuple[str, ...] = ()  #: those whose observations determine it
+    date: str = ""  #: of the adjustment
     #: in words
     datum: str = ""
     sigma_origin: str = ""

@@ -28,12 +28,9 @@ _UNIT = r"(?:_| ?[\[(])\s*([\w/°\"″%]+)\s*[\])]?$"
 class NumberTable:
     """Columns of numbers by name."""
 
-    #: of the file
-    path: Path
-    #: in the units of the file
-    values: dict[str, Array]
-    #: "" where not given
-    units: dict[str, str]
+    path: Path  #: of the file
+    values: dict[str, Array]  #: in the units of the file
+    units: dict[str, str]  #: "" where not given
     #: sentences about what was left out, and what was guessed of how the list is written
     remarks: tuple[str, ...] = ()
 

@@ -28,20 +28,13 @@ _USES = ("", "on", "check", "off")
 class PointList:
     """Points of one file."""
 
-    #: of the file
-    path: Path
-    #: of the n points
-    names: tuple[str, ...]
-    #: (n, d), coordinates [m], d is 3 or 2
-    xyz: Array
-    #: (n, d, d), of the coordinates [m^2]
-    covariance: Array | None
-    #: ``on``, ``check`` or ``off`` for each
-    use: tuple[str, ...]
-    #: why points are off, "" for the others
-    reasons: tuple[str, ...]
-    #: of the coordinates
-    titles: tuple[str, ...]
+    path: Path  #: of the file
+    names: tuple[str, ...]  #: of the n points
+    xyz: Array  #: (n, d), coordinates [m], d is 3 or 2
+    covariance: Array | None  #: (n, d, d), of the coordinates [m^2]
+    use: tuple[str, ...]  #: ``on``, ``check`` or ``off`` for each
+    reasons: tuple[str, ...]  #: why points are off, "" for the others
+    titles: tuple[str, ...]  #: of the coordinates
 
     @property
     def dimension(self) -> int:

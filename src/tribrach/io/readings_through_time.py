@@ -33,22 +33,17 @@ _ANGLES = {"_gon": GON, "_deg": float(np.pi / 180)}
 class TimedReadings:
     """Sights in the order of time."""
 
-    #: of the file
-    path: Path
-    #: (n,), since 1970, UTC
-    seconds: Array
+    path: Path  #: of the file
+    seconds: Array  #: (n,), since 1970, UTC
     #: names of both ends
     stations: tuple[str, ...]
     targets: tuple[str, ...]
     #: (n,), in radians
     direction: Array
     zenith: Array
-    #: (n,), slope distances with the constants of the prisms [m]
-    distance: Array
-    #: (n,), over the marks [m]
-    height_target: Array
-    #: (n,), in the file
-    lines: Index
+    distance: Array  #: (n,), slope distances with the constants of the prisms [m]
+    height_target: Array  #: (n,), over the marks [m]
+    lines: Index  #: (n,), in the file
 
     def cycles(self, pause: float) -> list[Index]:
         """Numbers of the sights of each cycle; a pause [s] ends one."""

@@ -37,13 +37,11 @@ class EstimatedLeverArm(
     #: (3,) [m] and (3, 3) [m^2], zero for held components
     vector: Vector
     covariance: Matrix
-    #: those that carry it
-    stations: tuple[str, ...]
+    stations: tuple[str, ...]  #: those that carry it
     #: widest part of the horizon [rad] without targets, at the station that sees best all around;
     #: None without targets
     gap: float | None
-    #: vector and covariance without what levels the scanners
-    free: UnlevelledArm | None = None
+    free: UnlevelledArm | None = None  #: vector and covariance without what levels the scanners
 
     @property
     def sigma(self) -> Array:

@@ -49,14 +49,11 @@ def height_sentences(adjustment: Adjustment) -> list[str]:
 class CarriedAntennas:
     """What is known of stations that carry antennas or prisms, once adjusted."""
 
-    #: those that were estimated
-    lever_arms: tuple[EstimatedLeverArm, ...]
+    lever_arms: tuple[EstimatedLeverArm, ...]  #: those that were estimated
     #: antennas that were switched off and stand too high or too low, a sentence each
     heights: tuple[str, ...]
-    #: all stations as one rigid body
-    rigid: RigidModel | None = None
-    #: why there is no such body, "" where there is nothing to be said
-    obstacle: str = ""
+    rigid: RigidModel | None = None  #: all stations as one rigid body
+    obstacle: str = ""  #: why there is no such body, "" where there is nothing to be said
 
 
 def carried_antennas(

@@ -29,10 +29,8 @@ class ApproximatePoses:
 
     #: world from scanner, by the names of the scans
     poses: Mapping[str, Pose] = field(default_factory=dict)
-    #: what they may be wrong by
-    sigma: ApproximateSigma = APPROXIMATE
-    #: where they come from, in words; "" without any
-    origin: str = ""
+    sigma: ApproximateSigma = APPROXIMATE  #: what they may be wrong by
+    origin: str = ""  #: where they come from, in words; "" without any
 
     @property
     def sentences(self) -> tuple[str, ...]:

@@ -47,12 +47,9 @@ class BoardSighting:
     #: its place in the survey: number of the table and of the observation in it
     table: int
     item: int
-    #: name of the board
-    target: str
-    #: what was found
-    detection: Detection
-    #: of the scanner, world from scanner, approximate
-    pose: Pose
+    target: str  #: name of the board
+    detection: Detection  #: what was found
+    pose: Pose  #: of the scanner, world from scanner, approximate
     #: (3, 3), derivatives of the observed values by the place of the centre in the scanner frame
     by_place: Array
 

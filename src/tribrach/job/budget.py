@@ -45,15 +45,12 @@ class BudgetPart(Result):
 class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "shared")):
     """A class of the points of a station, and what their covariances are made of."""
 
-    #: its name
-    station: str
-    #: the class in words
-    region: str
+    station: str  #: its name
+    region: str  #: the class in words
     #: sampled points, and their share of those of the station
     points: int
     share: float
-    #: what adds up
-    parts: tuple[BudgetPart, ...]
+    parts: tuple[BudgetPart, ...]  #: what adds up
     #: what the class is of: region, by range [m] and incidence [degrees], or intensity
     by: Literal["region", "intensity"] = "region"
     #: share of the variance of ranges that neighbouring points have in common, None where nobody

@@ -44,16 +44,12 @@ _OPEN, _QUICK = 3, 2000
 class ProjectCheck:
     """What was found in a project before it is run."""
 
-    #: the project file
-    path: Path
-    #: what would stop a run, each with file and line
-    mistakes: tuple[InputError, ...]
-    #: what looks wrong and would not stop it, without the stop
-    doubts: tuple[str, ...]
+    path: Path  #: the project file
+    mistakes: tuple[InputError, ...]  #: what would stop a run, each with file and line
+    doubts: tuple[str, ...]  #: what looks wrong and would not stop it, without the stop
     #: what was taken for something that a file does not say, without the stop
     readings: tuple[str, ...]
-    #: what the project holds, in words
-    contents: str
+    contents: str  #: what the project holds, in words
 
     @property
     def good(self) -> bool:

@@ -88,16 +88,11 @@ _LEVEL = 1e-6
 class CloudPairs:
     """Pairs of stations by their clouds."""
 
-    #: relative poses that the loops bear out
-    edges: tuple[CloudEdge, ...]
-    #: those of them that hold all six directions
-    joints: tuple[Joint, ...]
-    #: what is weak and what was not used
-    sentences: tuple[str, ...]
-    #: by the names of two stations why they have no pose
-    obstacles: Mapping[frozenset[str], str]
-    #: pairs that lie at one of several places
-    open: tuple[OpenPair, ...] = ()
+    edges: tuple[CloudEdge, ...]  #: relative poses that the loops bear out
+    joints: tuple[Joint, ...]  #: those of them that hold all six directions
+    sentences: tuple[str, ...]  #: what is weak and what was not used
+    obstacles: Mapping[frozenset[str], str]  #: by the names of two stations why they have no pose
+    open: tuple[OpenPair, ...] = ()  #: pairs that lie at one of several places
 
 
 def cloud_pairs(
@@ -284,8 +279,7 @@ class _Tried:
     rank: int
     agree: float
     sentences: tuple[str, ...]
-    #: between which nothing decides
-    places: tuple[Pose, ...] = ()
+    places: tuple[Pose, ...] = ()  #: between which nothing decides
 
     @classmethod
     def of(cls, a: str, b: str, pair: CloudPair) -> _Tried:

@@ -148,14 +148,10 @@ class Product:
     #: its file and the names of the scans in it
     path: Path
     scans: tuple[str, ...]
-    #: what its points are like
-    summary: CloudSummary
-    #: of stored coordinates [m], None for a copy, which has those of its source
-    step: float | None
-    #: was it written in this run?
-    new: bool
-    #: what the file cannot carry
-    sentences: tuple[str, ...] = ()
+    summary: CloudSummary  #: what its points are like
+    step: float | None  #: of stored coordinates [m], None for a copy, which has those of its source
+    new: bool  #: was it written in this run?
+    sentences: tuple[str, ...] = ()  #: what the file cannot carry
 
 
 def write_clouds(

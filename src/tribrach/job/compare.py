@@ -52,10 +52,8 @@ _UNKNOWN = (
 class Registration:
     """How well clouds of others lie on each other: sigmas along any axis and about any axis."""
 
-    #: [m]
-    shift: float = 0.0
-    #: [rad]
-    turn: float = 0.0
+    shift: float = 0.0  #: [m]
+    turn: float = 0.0  #: [rad]
 
     def along(self, places: Array) -> float:
         """Sigma [m] along a normal, in the mean over places (m, 3) about their middle."""

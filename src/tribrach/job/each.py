@@ -28,16 +28,11 @@ R = TypeVar("R")
 class Item:
     """A product that is wanted."""
 
-    #: its name among what is remembered
-    product: str
-    #: what is done for it, in words, such as ``targets of S1``
-    what: str
-    #: what its task gets: all that it depends on
-    values: tuple[Any, ...]
-    #: the file that its task reads above all
-    source: Path | None = None
-    #: work in comparison to the other items, such as points
-    cost: float = 0.0
+    product: str  #: its name among what is remembered
+    what: str  #: what is done for it, in words, such as ``targets of S1``
+    values: tuple[Any, ...]  #: what its task gets: all that it depends on
+    source: Path | None = None  #: the file that its task reads above all
+    cost: float = 0.0  #: work in comparison to the other items, such as points
     #: the file that its task writes, on the disk of the results; None if it writes none
     file: Path | None = None
 

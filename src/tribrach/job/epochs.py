@@ -32,38 +32,29 @@ MOST = 5000
 class EpochInput:
     """An epoch, and where it comes from."""
 
-    #: its coordinates
-    epoch: Epoch
-    #: where their frame lies
-    site: Any
+    epoch: Epoch  #: its coordinates
+    site: Any  #: where their frame lies
     #: the network behind it; None where a file has the coordinates alone
     adjustment: Adjustment | None = None
-    #: names of its control points
-    control: tuple[str, ...] = ()
-    #: what is to be known of it
-    sentences: tuple[str, ...] = ()
+    control: tuple[str, ...] = ()  #: names of its control points
+    sentences: tuple[str, ...] = ()  #: what is to be known of it
 
 
 @dataclass(frozen=True)
 class EpochSettings:
     """What is compared, and how."""
 
-    #: of the comparison
-    tests: Settings = Settings()
-    #: heights, plan or 3D; all that both epochs have if None
-    space: Space | None = None
-    #: further motions that are taken out
-    free: tuple[str, ...] = ()
+    tests: Settings = Settings()  #: of the comparison
+    space: Space | None = None  #: heights, plan or 3D; all that both epochs have if None
+    free: tuple[str, ...] = ()  #: further motions that are taken out
 
 
 @dataclass(frozen=True, eq=False)
 class ComparedEpochs:
     """A comparison and what is to be known of its epochs."""
 
-    #: what became of every point
-    comparison: Comparison
-    #: of the files, and of what both epochs share
-    sentences: tuple[str, ...]
+    comparison: Comparison  #: what became of every point
+    sentences: tuple[str, ...]  #: of the files, and of what both epochs share
 
 
 def epoch_of(adjustment: Adjustment, label: str) -> EpochInput:

@@ -82,28 +82,23 @@ _SAME = 1e-3
 class Wishes:
     """What somebody says of a job that its files do not tell."""
 
-    #: keys of ``[targets]`` with their sizes [m]
-    targets: tuple[tuple[str, float], ...] = ()
+    targets: tuple[tuple[str, float], ...] = ()  #: keys of ``[targets]`` with their sizes [m]
     #: models whose data sheets count
     scanner: Sheet | None = None
     total_station: Sheet | None = None
-    #: coordinate reference system of the control
-    crs: str | None = None
-    #: what coordinates are for
-    control_role: str = "control"
+    crs: str | None = None  #: coordinate reference system of the control
+    control_role: str = "control"  #: what coordinates are for
     #: of control without sigmas; that of heights is the same where it is None
     control_sigma_mm: float | None = None
     control_sigma_up_mm: float | None = None
-    #: was the compensator of the scanner on? None where nobody says
-    levelled: bool | None = None
+    levelled: bool | None = None  #: was the compensator of the scanner on? None where nobody says
 
 
 @dataclass
 class FirstProject:
     """A project file that was put together."""
 
-    #: the TOML
-    text: str = ""
+    text: str = ""  #: the TOML
     #: files that it names, with what is in them
     used: list[tuple[Path, str]] = field(default_factory=list)
     #: what was taken for granted, one sentence each without the stop

@@ -80,24 +80,16 @@ class Satellites:
 class FolderFile:
     """A file of a folder."""
 
-    #: the file
-    path: Path
-    #: what it is
-    kind: Kind
-    #: name of its format
-    format: str = ""
-    #: what is in it, for a reader; the reason where it is not understood
-    words: str = ""
-    #: its scans, by their headers
-    scans: tuple[Scan, ...] = ()
-    #: its table, of points or of observations
-    table: CsvTable | None = None
-    #: how the list is to be read where its heads leave a question
-    form: ListForm = AS_FOUND
+    path: Path  #: the file
+    kind: Kind  #: what it is
+    format: str = ""  #: name of its format
+    words: str = ""  #: what is in it, for a reader; the reason where it is not understood
+    scans: tuple[Scan, ...] = ()  #: its scans, by their headers
+    table: CsvTable | None = None  #: its table, of points or of observations
+    form: ListForm = AS_FOUND  #: how the list is to be read where its heads leave a question
     #: what was guessed, one sentence each without the stop
     remarks: tuple[str, ...] = field(default=())
-    #: of a receiver
-    satellites: Satellites | None = None
+    satellites: Satellites | None = None  #: of a receiver
     #: which way the first coordinate of a list was taken to point, where nothing in it tells
     assumed_axes: Axes | None = None
 

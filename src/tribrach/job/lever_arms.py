@@ -22,12 +22,9 @@ from tribrach.units import MM
 class KnownLeverArm:
     """What is known of a lever arm before the adjustment, in the scanner frame."""
 
-    #: from the scanner to the antenna, (3,) [m]
-    vector: Array
-    #: (3, 3) [m^2], zero for a component that is held
-    covariance: Array
-    #: where it comes from
-    source: str
+    vector: Array  #: from the scanner to the antenna, (3,) [m]
+    covariance: Array  #: (3, 3) [m^2], zero for a component that is held
+    source: str  #: where it comes from
 
 
 def lever_arms_of(project: Project) -> dict[str, str]:

@@ -41,8 +41,7 @@ class NamingGates:
 
     #: a target that the user names lies within this distance of the place given [m]
     named_within_m: float = 0.5
-    #: sigma of given coordinates that come without one [m]
-    unknown_sigma_m: float = 0.05
+    unknown_sigma_m: float = 0.05  #: sigma of given coordinates that come without one [m]
 
 
 GATES = NamingGates()

@@ -63,12 +63,9 @@ _NAMES = ("deflection xi, correction", "deflection eta, correction")
 class PlumbLine:
     """How the plumb line leans against the normal of the work frame."""
 
-    #: deflections and geoid heights at any place of the site
-    everywhere: PlumbField
-    #: of either component, an error that all stations share [rad]; 0 for none
-    sigma: float
-    #: where the deflection comes from
-    source: str
+    everywhere: PlumbField  #: deflections and geoid heights at any place of the site
+    sigma: float  #: of either component, an error that all stations share [rad]; 0 for none
+    source: str  #: where the deflection comes from
 
 
 def plumb_line(project: Project, frame: WorkFrame) -> PlumbLine | None:
@@ -294,18 +291,13 @@ def _opened(
 class Job:
     """One opened project."""
 
-    #: the sections of the project file
-    project: Project
-    #: whose instrument measured at a station, in a file, in a scan
-    instruments: Instruments
-    #: calibrations of the instruments, known and sought
-    calibrations: Calibrations
-    #: what the survey files say
-    files: ReadFiles
+    project: Project  #: the sections of the project file
+    instruments: Instruments  #: whose instrument measured at a station, in a file, in a scan
+    calibrations: Calibrations  #: calibrations of the instruments, known and sought
+    files: ReadFiles  #: what the survey files say
     #: what is known of the lever arms that stations use, by name
     lever_arms: Mapping[str, KnownLeverArm]
-    #: what was decided by hand
-    edits: Edits = Edits()
+    edits: Edits = Edits()  #: what was decided by hand
     #: bytes of the files that were read, by path, for another reading with other sections
     contents: dict[Path, bytes] = field(default_factory=dict, repr=False)
 

@@ -31,10 +31,8 @@ class Panorama:
     grey: NDArray[np.uint8]
     #: (n, 2), column and row of each target in ``grey``, in the order of the detections
     marks: Array
-    #: their kinds
-    kinds: tuple[str, ...]
-    #: (float, float), width and height in pixels as it is to be shown
-    shape: tuple[float, float]
+    kinds: tuple[str, ...]  #: their kinds
+    shape: tuple[float, float]  #: (float, float), width and height in pixels as it is to be shown
     #: (float, float), horizontal angles [rad] at the left and at the right margin
     window: tuple[float, float] = (np.pi, -np.pi)
 

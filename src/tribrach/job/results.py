@@ -21,18 +21,15 @@ if TYPE_CHECKING:
 class JobResults:
     """Products of a job, those that it has."""
 
-    #: what was run; None where files of networks were adjusted
-    project: Project | None = None
+    project: Project | None = None  #: what was run; None where files of networks were adjusted
     #: of receivers whose baselines were computed for the job
     sessions: Sequence[SessionResult] = ()
-    #: how scans were tied to each other before the adjustment
-    registered: Registered | None = None
+    registered: Registered | None = None  #: how scans were tied to each other before the adjustment
     #: scans with their targets and clouds, through the adjusted stations
     placed: PlacedScans | None = None
     #: between stations, as the project asks for
     comparisons: Sequence[StationComparison] = field(default=())
-    #: the job against earlier epochs
-    epochs: Sequence[ComparedEpochs] = field(default=())
+    epochs: Sequence[ComparedEpochs] = field(default=())  #: the job against earlier epochs
     #: lever arms and the rigid model of stations that carry antennas or prisms
     antennas: CarriedAntennas | None = None
     #: the picture in the head of the report as an address that holds it, "" if there is none

@@ -165,14 +165,10 @@ _USUAL = 15.0
 class MeasuredScan:
     """The points of a scan and their noise: all that targets, planes and clouds are made of."""
 
-    #: of the scan in the results, unique in the project
-    name: str
-    #: where it was taken
-    station: str
-    #: its points
-    scan: Scan
-    #: of its single points, None if no instrument says
-    noise: ScanNoise | None
+    name: str  #: of the scan in the results, unique in the project
+    station: str  #: where it was taken
+    scan: Scan  #: its points
+    noise: ScanNoise | None  #: of its single points, None if no instrument says
 
     @property
     def origin_known(self) -> bool:
@@ -199,18 +195,15 @@ class MeasuredScan:
 class StationScan(MeasuredScan):
     """A scan at its station, with what the network is told of it."""
 
-    #: was the scanner levelled?
-    levelled: bool
+    levelled: bool  #: was the scanner levelled?
     #: approximate centres (3,) [m] in the scanner frame of the targets that the user named
     names: Mapping[str, tuple[float, float, float]]
     #: calibration of the scanner from a file, by which the points are corrected
     known: Calibration | None = None
-    #: which face measured a point
-    faces: Faces = "front"
+    faces: Faces = "front"  #: which face measured a point
     #: what all points of the station have in common besides, None where nothing is said
     common: CommonErrors | None = None
-    #: what ranges are scaled by for the air they were read in
-    air: float = 0.0
+    air: float = 0.0  #: what ranges are scaled by for the air they were read in
     #: beams without return are to be left out, and it is not known yet which these are
     unscreened: bool = False
 

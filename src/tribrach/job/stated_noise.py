@@ -61,25 +61,20 @@ _BASIS: Mapping[Origin, str] = {
 class NeighbourNoise(Result, without=("words",)):
     """What neighbouring points share of the variance of their ranges, stated and seen."""
 
-    #: the share that is stated, None if nobody says
-    stated: float | None
+    stated: float | None  #: the share that is stated, None if nobody says
     #: as the scans show it, zero if they show none, and its standard deviation
     share: float
     sigma: float
-    #: over which they share it [rad], zero if they show none
-    angle: float
-    #: points that count as one in a wide mean at the pitch of the scans
-    factor: float
-    #: what was seen, in words
-    words: str
+    angle: float  #: over which they share it [rad], zero if they show none
+    factor: float  #: points that count as one in a wide mean at the pitch of the scans
+    words: str  #: what was seen, in words
 
 
 @dataclass(frozen=True)
 class NoiseOfClass(Result):
     """Noise along the beam of points of one class, stated and observed."""
 
-    #: what the class is of
-    by: Literal["all", "intensity", "range", "incidence"]
+    by: Literal["all", "intensity", "range", "incidence"]  #: what the class is of
     #: its limits, in the unit of the file, metres or radians; none for all points
     low: float | None
     high: float | None
@@ -89,12 +84,9 @@ class NoiseOfClass(Result):
     #: is stated for a point
     observed: float
     stated: float
-    #: squared residuals over stated variances, by their degrees of freedom
-    chi2_dof: float
-    #: degrees of freedom that this is worth by the scatter from patch to patch
-    effective: float
-    #: observed over stated
-    factor: float
+    chi2_dof: float  #: squared residuals over stated variances, by their degrees of freedom
+    effective: float  #: degrees of freedom that this is worth by the scatter from patch to patch
+    factor: float  #: observed over stated
     #: its limits at 95 % for all classes together; none where there are too few patches
     factor_low: float | None
     factor_high: float | None
@@ -110,27 +102,20 @@ class StatedNoise(
 ):
     """Noise of an instrument as it is stated and as its scans show it."""
 
-    #: its name in the project
-    instrument: str
-    #: what states the noise of its ranges where no law does, in words
-    basis: str
-    #: names of the scans that were looked at
-    scans: tuple[str, ...]
+    instrument: str  #: its name in the project
+    basis: str  #: what states the noise of its ranges where no law does, in words
+    scans: tuple[str, ...]  #: names of the scans that were looked at
     #: true if the instrument has a law of the intensity, and the scans have intensities
     lawful: bool
     #: planar patches found, and those of smooth surfaces that the figures are of
     patches: int
     smooth: int
-    #: all of the smooth ones together; None without any
-    whole: NoiseClass | None
-    #: the same by intensity, range and incidence
-    classes: Mapping[By, tuple[NoiseClass, ...]]
-    #: what the scans themselves show of a law of the intensity; None if none
-    law: RangeLaw | None
+    whole: NoiseClass | None  #: all of the smooth ones together; None without any
+    classes: Mapping[By, tuple[NoiseClass, ...]]  #: the same by intensity, range and incidence
+    law: RangeLaw | None  #: what the scans themselves show of a law of the intensity; None if none
     #: what neighbouring points share; None with too few patches
     neighbours: NeighbourNoise | None = None
-    #: why there is nothing, or no law
-    why: str = ""
+    why: str = ""  #: why there is nothing, or no law
     #: all of the smooth ones together, were the noise of ranges stated with the incidence; None
     #: where it is, or with a law
     slanted: NoiseClass | None = None

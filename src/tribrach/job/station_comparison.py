@@ -104,12 +104,10 @@ REGRESSION_UNITS = {"range": "m", "incidence": "deg", "mean": "mm", "std": "mm"}
 class StationComparison(CloudComparison, without=("values", "remarks")):
     """A comparison between stations of a job."""
 
-    #: of nearest-neighbour distances on range and incidence
-    regression: Regression | None = None
+    regression: Regression | None = None  #: of nearest-neighbour distances on range and incidence
     #: columns (n,) of the regression by name, in the units of :data:`REGRESSION_UNITS`
     values: Mapping[str, Array] = field(default_factory=dict, repr=False)
-    #: how sites were chosen, and why there is no regression
-    remarks: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()  #: how sites were chosen, and why there is no regression
 
     @classmethod
     def of(
@@ -200,12 +198,9 @@ class _Task:
     #: scans of two stations; b is the reference
     a: _PlacedScans
     b: _PlacedScans
-    #: the frame of the clouds, in which they are compared
-    frame: OutputFrame
-    #: both stations with their joint covariance, that of the reference first
-    pair: StationPair
-    #: where to compare, None if sites are to be chosen
-    sites: tuple[ComparisonSite, ...] | None
+    frame: OutputFrame  #: the frame of the clouds, in which they are compared
+    pair: StationPair  #: both stations with their joint covariance, that of the reference first
+    sites: tuple[ComparisonSite, ...] | None  #: where to compare, None if sites are to be chosen
     #: how, and the longest distance [m]
     method: Method
     limit: float

@@ -57,30 +57,22 @@ if TYPE_CHECKING:
 class GivenBesides:
     """What a project gives besides its scans, read before the first of them."""
 
-    #: everything that was measured and given without them
-    survey: Survey
-    #: where the scanners stood, approximately
-    known: ApproximatePoses = NO_POSES
-    #: what a simulated project is compared with
-    truth: Mapping[str, Any] | None = None
+    survey: Survey  #: everything that was measured and given without them
+    known: ApproximatePoses = NO_POSES  #: where the scanners stood, approximately
+    truth: Mapping[str, Any] | None = None  #: what a simulated project is compared with
 
 
 @dataclass(frozen=True)
 class FoundInScans:
     """Scans of a project with what was found in them, before anything is matched."""
 
-    #: all scans
-    scans: Sequence[StationScan]
+    scans: Sequence[StationScan]  #: all scans
     #: targets and rejected candidates by scan; empty if none are wanted
     findings: Sequence[Findings]
-    #: targets that the project looks for
-    wanted: TargetSection
-    #: what is remembered of them
-    state: Remembered
-    #: what the project gives besides
-    given: GivenBesides
-    #: comparisons that the project asks for
-    comparisons: Sequence[RequestedComparison] = ()
+    wanted: TargetSection  #: targets that the project looks for
+    state: Remembered  #: what is remembered of them
+    given: GivenBesides  #: what the project gives besides
+    comparisons: Sequence[RequestedComparison] = ()  #: comparisons that the project asks for
 
 
 @dataclass(frozen=True)
@@ -111,16 +103,11 @@ class ScanWork:
 class Standing:
     """Scans at their adjusted stations, before anything is made of them."""
 
-    #: with scans corrected by the adjusted calibration of their scanners
-    work: ScanWork
-    #: what placed them
-    adjustment: Adjustment
-    #: on a-priori covariances (a posteriori variance)
-    factor: float
-    #: of the clouds
-    frame: OutputFrame
-    #: pose and covariance by scan, in the work frame
-    placements: Mapping[str, Placement]
+    work: ScanWork  #: with scans corrected by the adjusted calibration of their scanners
+    adjustment: Adjustment  #: what placed them
+    factor: float  #: on a-priori covariances (a posteriori variance)
+    frame: OutputFrame  #: of the clouds
+    placements: Mapping[str, Placement]  #: pose and covariance by scan, in the work frame
     #: what the points of all scans share, in the work frame and in that of the clouds; None with
     #: more stations than a joint covariance is kept of
     shared: SharedPart | None
@@ -152,29 +139,20 @@ class Standing:
 class PlacedScans:
     """Scans through the adjusted stations, and what was made of them."""
 
-    #: corrected by the adjusted calibration of their scanners
-    scans: Sequence[StationScan]
-    #: targets found in each scan, and what was rejected
-    findings: Sequence[Findings]
-    #: their names; None if none were sought
-    named: Named | None
-    #: pose and covariance by scan
-    placements: Mapping[str, Placement]
-    #: of the clouds
-    frame: OutputFrame
-    #: clouds that were written
-    products: Sequence[Product]
-    #: what the uncertainty of points comes from, region by region
-    budget: Sequence[BudgetRow]
+    scans: Sequence[StationScan]  #: corrected by the adjusted calibration of their scanners
+    findings: Sequence[Findings]  #: targets found in each scan, and what was rejected
+    named: Named | None  #: their names; None if none were sought
+    placements: Mapping[str, Placement]  #: pose and covariance by scan
+    frame: OutputFrame  #: of the clouds
+    products: Sequence[Product]  #: clouds that were written
+    budget: Sequence[BudgetRow]  #: what the uncertainty of points comes from, region by region
     #: which scans were corrected and by what; which reach far beyond their targets
     corrected: Sequence[str] = ()
     reach: Sequence[str] = ()
     #: noise of single points as it is stated for each scanner and as its scans show it
     noise: Sequence[StatedNoise] = ()
-    #: the comparison of a simulated job with its truth
-    truth: Sequence[TruthRow] = ()
-    #: true if there is a truth and nothing ties the stations to its frame
-    loose: bool = False
+    truth: Sequence[TruthRow] = ()  #: the comparison of a simulated job with its truth
+    loose: bool = False  #: true if there is a truth and nothing ties the stations to its frame
     #: what the points of the clouds share, in their frame; None with more stations than a joint
     #: covariance is kept of
     shared: SharedPart | None = None

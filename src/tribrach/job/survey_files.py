@@ -54,14 +54,11 @@ GNSS_KEYS = {*EpochKeys.model_fields, "point", "base", "sigma_factor", "stations
 class ReadFiles:
     """What the files of a project say, before its other sections come to it."""
 
-    #: points, observations and GNSS baselines
-    survey: Survey
-    #: the work frame and the lever arms by station
-    context: Context
+    survey: Survey  #: points, observations and GNSS baselines
+    context: Context  #: the work frame and the lever arms by station
     #: frame and epoch of the job, of the site or of the first file that brought them
     realisation: Realisation | None
-    #: GNSS sessions whose baselines were computed
-    sessions: tuple[SessionResult, ...]
+    sessions: tuple[SessionResult, ...]  #: GNSS sessions whose baselines were computed
 
 
 def read_survey_files(

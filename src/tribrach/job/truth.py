@@ -46,16 +46,13 @@ class TruthRow(Result, also=("agrees",)):
 
     what: str
     name: str
-    #: the error beside what was expected
-    words: str
+    words: str  #: the error beside what was expected
     #: the test value and its limits; ``least`` is None where only large ones are wrong
     statistic: float | None = None
     least: float | None = None
     limit: float | None = None
-    #: of chi-square, 0 where it is none
-    dof: int = 0
-    #: of the limits that the statistic is on; "wrong" of what is counted
-    side: Side = "within"
+    dof: int = 0  #: of chi-square, 0 where it is none
+    side: Side = "within"  #: of the limits that the statistic is on; "wrong" of what is counted
 
     @property
     def agrees(self) -> bool:

@@ -27,8 +27,7 @@ class Wish:
 
     #: makes it, as for :func:`tribrach.job.each.each`; its first value is the scan
     task: Callable[..., Any]
-    #: what it is
-    item: Item
+    item: Item  #: what it is
 
     def key(self, state: Remembered) -> str:
         """The digest of everything that the product depends on."""

@@ -83,15 +83,12 @@ _ROUNDING = 1e-4
 class Options:
     """When the iteration ends."""
 
-    #: linearisations before giving up
-    max_iterations: int = 60
-    #: largest last step in units of its own sigma
-    step_sigma: float = 0.01
+    max_iterations: int = 60  #: linearisations before giving up
+    step_sigma: float = 0.01  #: largest last step in units of its own sigma
     #: largest last step of lengths [m] and of angles [rad]
     step_metres: float = 1e-7
     step_radians: float = 1e-10
-    #: largest last relative change of the weighted sum of squares
-    vtpv_change: float = 1e-10
+    vtpv_change: float = 1e-10  #: largest last relative change of the weighted sum of squares
     #: called with (iteration, sum of squares) after each step
     progress: Callable[[int, float], None] | None = None
 

@@ -25,12 +25,9 @@ from tribrach.observations.unknowns import State
 class Rows:
     """The observed value that belongs to each row of the system."""
 
-    #: (n,), index into ``Network.observations``
-    table: Index
-    #: (n,), observation within the table
-    item: Index
-    #: (n,), value within the observation
-    row: Index
+    table: Index  #: (n,), index into ``Network.observations``
+    item: Index  #: (n,), observation within the table
+    row: Index  #: (n,), value within the observation
 
     def __len__(self) -> int:
         return len(self.table)

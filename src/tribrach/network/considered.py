@@ -35,10 +35,8 @@ _CARRYING = (ScannerPolar, TargetCentres, FittedPlanes, RelativePoses)
 class Considered:
     """An effect on the readings of some stations."""
 
-    #: with one parameter, the effect
-    model: CalibrationModel
-    #: names of the scanner stations whose readings it is in
-    stations: Collection[str]
+    model: CalibrationModel  #: with one parameter, the effect
+    stations: Collection[str]  #: names of the scanner stations whose readings it is in
 
 
 def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns: Index) -> Array:

@@ -33,12 +33,9 @@ class Contribution:
     #: as in the network, names of several with a plus
     kind: str
     group: str
-    #: are the observations those of the station itself?
-    own: bool
-    #: part of the budget that the share belongs to
-    category: Category
-    #: (k, k), of the columns asked for
-    covariance: Array
+    own: bool  #: are the observations those of the station itself?
+    category: Category  #: part of the budget that the share belongs to
+    covariance: Array  #: (k, k), of the columns asked for
 
 
 def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:

@@ -75,12 +75,9 @@ def generators(state: State) -> Array:
 class OpenMotions:
     """Motions that no observation sees."""
 
-    #: (u, d), the motions over the free columns
-    basis: Array
-    #: (7, d), how each is composed of the generators
-    mix: Array
-    #: largest singular value taken as zero, smallest taken as not
-    gap: tuple[float, float]
+    basis: Array  #: (u, d), the motions over the free columns
+    mix: Array  #: (7, d), how each is composed of the generators
+    gap: tuple[float, float]  #: largest singular value taken as zero, smallest taken as not
 
 
 def open_motions(

@@ -33,8 +33,7 @@ _WIDEST = 64
 class Elimination:
     """A factor, in the order of elimination."""
 
-    #: (n,), place of each unknown in the order
-    place: Index
+    place: Index  #: (n,), place of each unknown in the order
     #: L in compressed columns, its unit diagonal left out, row numbers in order
     indptr: Index
     indices: Index
@@ -78,14 +77,10 @@ def eliminate(matrix: sp.csc_array) -> Elimination:
 class _Panels:
     """Panels in postorder."""
 
-    #: (p + 1,), first column of each, and the number of columns
-    first: Index
-    #: (p + 1,), first place in ``rows`` of each
-    start: Index
-    #: rows below each
-    rows: Index
-    #: (p,), how many panels before left something for it
-    waiting: Index
+    first: Index  #: (p + 1,), first column of each, and the number of columns
+    start: Index  #: (p + 1,), first place in ``rows`` of each
+    rows: Index  #: rows below each
+    waiting: Index  #: (p,), how many panels before left something for it
 
 
 #: digests of patterns, with what was found for them

@@ -34,8 +34,7 @@ class Ellipses:
     #: (n,), semi-axes [m]
     major: Array
     minor: Array
-    #: (n,), azimuth of the major axis, clockwise from north [rad]
-    azimuth: Array
+    azimuth: Array  #: (n,), azimuth of the major axis, clockwise from north [rad]
 
 
 def plan_ellipses(covariances: Array, factor: Array | float = 1.0) -> Ellipses:
@@ -60,19 +59,14 @@ class ConfidenceEllipse:
     #: semi-axes [m]
     major: float
     minor: float
-    #: of the major axis, clockwise from north, in [0, pi) [rad]
-    azimuth: float
-    #: probability that it holds the point
-    confidence: float
+    azimuth: float  #: of the major axis, clockwise from north, in [0, pi) [rad]
+    confidence: float  #: probability that it holds the point
 
 
 @dataclass(frozen=True)
 class ConfidenceEllipsoid:
     """Confidence ellipsoid of a point."""
 
-    #: semi-axes (3,) [m], longest first
-    axes: Array
-    #: their unit directions (3, 3) in the work frame, as rows
-    directions: Array
-    #: probability that it holds the point
-    confidence: float
+    axes: Array  #: semi-axes (3,) [m], longest first
+    directions: Array  #: their unit directions (3, 3) in the work frame, as rows
+    confidence: float  #: probability that it holds the point

@@ -39,18 +39,15 @@ def facts_of(facts: Iterable[Fact], kind: type[KindOfFact]) -> tuple[KindOfFact,
 class ListReading(Fact):
     """How a list was read that does not say everything itself."""
 
-    #: name of the file
-    file: str
-    #: what was taken for what, without the stop
-    sentences: tuple[str, ...]
+    file: str  #: name of the file
+    sentences: tuple[str, ...]  #: what was taken for what, without the stop
 
 
 @dataclass(frozen=True)
 class PointCodes(Fact):
     """Codes and descriptions of points, as often as a file gives them."""
 
-    #: name and code, in the order of the file
-    given: tuple[tuple[str, str], ...]
+    given: tuple[tuple[str, str], ...]  #: name and code, in the order of the file
 
 
 @dataclass(frozen=True)
@@ -88,15 +85,12 @@ def is_assumed(source: str) -> bool:
 class AssumedSigmas(Fact):
     """Sigmas of coordinates that the project states, and not their file."""
 
-    #: name of the file
-    file: str
+    file: str  #: name of the file
     #: of easting and northing, and of the height [m]
     plan: float | None
     up: float | None
-    #: names of the points
-    points: tuple[str, ...] = ()
-    #: where the project has them from, "" if it does not say
-    source: str = ""
+    points: tuple[str, ...] = ()  #: names of the points
+    source: str = ""  #: where the project has them from, "" if it does not say
 
     @property
     def assumed(self) -> bool:
@@ -126,10 +120,8 @@ class Reference(Result, without=("grid",)):
 
     #: name or code of the coordinate reference system, such as ``EPSG:5897``
     crs: str | None = None
-    #: reference frame of geocentric coordinates, such as ``ITRF2014``
-    frame: str | None = None
-    #: decimal year that coordinates in a dynamic frame hold for
-    epoch: float | None = None
+    frame: str | None = None  #: reference frame of geocentric coordinates, such as ``ITRF2014``
+    epoch: float | None = None  #: decimal year that coordinates in a dynamic frame hold for
     #: converts work coordinates to easting, northing and height of a projected site
     grid: OutputFrame | None = None
 
@@ -155,21 +147,15 @@ _COARSE = 0.05
 class FrameChange(Fact):
     """Positions or vectors that came in another frame and were taken to that of the network."""
 
-    #: where they came from
-    file: str
-    #: vectors, otherwise positions
-    vectors: bool
-    #: how many
-    count: int
+    file: str  #: where they came from
+    vectors: bool  #: vectors, otherwise positions
+    count: int  #: how many
     #: the frames with their epochs, in words
     source: str
     target: str
-    #: the largest change of one of them [m]
-    largest: float
-    #: what is stated for the transformation [m], NaN if nothing is
-    accuracy: float
-    #: of the longest vector [m], 0 for positions
-    length: float = 0.0
+    largest: float  #: the largest change of one of them [m]
+    accuracy: float  #: what is stated for the transformation [m], NaN if nothing is
+    length: float = 0.0  #: of the longest vector [m], 0 for positions
 
     @classmethod
     def of_positions(

@@ -42,18 +42,14 @@ UNCONTROLLED = 1e-7
 class GivenCoordinate:
     """One given coordinate of a point."""
 
-    #: name of the point
-    point: str
-    #: 0, 1, 2 for E, N, U of the work frame
-    axis: int
-    #: column of the full tangent vector
-    column: int
+    point: str  #: name of the point
+    axis: int  #: 0, 1, 2 for E, N, U of the work frame
+    column: int  #: column of the full tangent vector
     #: the observed value that gives it a weight; -1 where it is held without error
     table: int = -1
     item: int = -1
     row: int = -1
-    #: ``file:line``, "" where it is not known
-    source: str = ""
+    source: str = ""  #: ``file:line``, "" where it is not known
 
     @property
     def held(self) -> bool:
@@ -74,18 +70,12 @@ def coordinate_words(coordinates: Sequence[GivenCoordinate]) -> str:
 class GivenCoordinates:
     """Given coordinates of an adjusted network as biases of its observations."""
 
-    #: the network
-    adjustment: Adjustment
-    #: the coordinates (k,)
-    items: tuple[GivenCoordinate, ...]
-    #: (n, k), whitened columns ``Z``
-    columns: sp.csc_array
-    #: (k, k), ``S``: what of them the residuals show
-    left: Array
-    #: (k,), ``y = Z^T v``
-    pull: Array
-    #: (k,), diagonal of ``Z^T Z``
-    weight: Array
+    adjustment: Adjustment  #: the network
+    items: tuple[GivenCoordinate, ...]  #: the coordinates (k,)
+    columns: sp.csc_array  #: (n, k), whitened columns ``Z``
+    left: Array  #: (k, k), ``S``: what of them the residuals show
+    pull: Array  #: (k,), ``y = Z^T v``
+    weight: Array  #: (k,), diagonal of ``Z^T Z``
 
     @cached_property
     def controlled(self) -> Mask:

@@ -35,13 +35,11 @@ class LevelSection:
 class LevelClosure:
     """A loop, or a chain between two given heights."""
 
-    #: in their order; a loop ends where it begins
-    points: tuple[str, ...]
+    points: tuple[str, ...]  #: in their order; a loop ends where it begins
     #: [m]
     length: float
     misclosure: float
-    #: that a misclosure must not exceed [m]
-    limit: float
+    limit: float  #: that a misclosure must not exceed [m]
     #: those of the points that sections branch at, or that have a given height
     marks: tuple[str, ...] = ()
 

@@ -105,20 +105,15 @@ class JointCovariance:
     columns are left out.
     """
 
-    #: (k,), index of each value into ``Network.observations``
-    table: NDArray[np.int64]
-    #: (k,), observation within the table
-    item: NDArray[np.int64]
-    #: (k,), value within the observation
-    row: NDArray[np.int64]
-    #: (k, k), in metres and radians, in the order of the values
-    covariance: Array
+    table: NDArray[np.int64]  #: (k,), index of each value into ``Network.observations``
+    item: NDArray[np.int64]  #: (k,), observation within the table
+    row: NDArray[np.int64]  #: (k,), value within the observation
+    covariance: Array  #: (k, k), in metres and radians, in the order of the values
     #: (k, k), the part of it that one cause makes common to the values, where that is known apart:
     #: what is left is the covariance of each observation by itself. None if the values are
     #: correlated as they are.
     common: Array | None = None
-    #: part of the error budget that ``common`` belongs to
-    category: Category | None = None
+    category: Category | None = None  #: part of the error budget that ``common`` belongs to
 
     def part(self, keep: Index) -> JointCovariance:
         """What is left of it for some of the values, by their numbers (m,) in it."""
@@ -137,10 +132,8 @@ class JointCovariance:
 class EstimatedFactors:
     """Variance factors that residuals gave: no sigma of the network is known better than they."""
 
-    #: the g groups whose covariances were multiplied
-    groups: tuple[str, ...]
-    #: (g, g), covariance of the factors, each divided by its value
-    covariance: Array
+    groups: tuple[str, ...]  #: the g groups whose covariances were multiplied
+    covariance: Array  #: (g, g), covariance of the factors, each divided by its value
 
 
 @dataclass(frozen=True)
@@ -155,15 +148,13 @@ class Constraint:
 class Edit(Result):
     """What somebody changed by hand in a network that was read."""
 
-    #: of the observation; the name of a point; scan and place of a target
-    id: str
+    id: str  #: of the observation; the name of a point; scan and place of a target
     #: ``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` of a
     #: point; ``name`` of a target, or ``rejected``
     action: str
     reason: str = ""
     by: str = ""
-    #: when it was decided, as it was written; empty if that is not known
-    at: str = ""
+    at: str = ""  #: when it was decided, as it was written; empty if that is not known
 
 
 @dataclass(frozen=True, repr=False)

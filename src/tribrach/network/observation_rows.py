@@ -40,8 +40,7 @@ class ObservationRow(
     observation controls.
     """
 
-    #: in the order of the network, from 1
-    number: int
+    number: int  #: in the order of the network, from 1
     #: stable id of the observation, ``kind:from:to:file:n``; the components of a vector share it
     id: str
     kind: str
@@ -52,33 +51,23 @@ class ObservationRow(
     #: ``m``, ``rad`` or ``1``, of value, sigma, residual and mdb
     unit: str
     value: float
-    #: as it was given
-    sigma: float
-    #: adjusted minus observed
-    residual: Number
-    #: share of an error of the value that shows in its residual, 0 to 1
-    redundancy: Number
+    sigma: float  #: as it was given
+    residual: Number  #: adjusted minus observed
+    redundancy: Number  #: share of an error of the value that shows in its residual, 0 to 1
     #: test value with sigma0 a priori; of a check value the residual over its predicted sigma
     w: Number
-    #: test value with sigma0 a posteriori
-    tau: Number
-    #: minimal detectable bias
-    mdb: Number
-    #: what an undetected bias of that size would do to a position [m]
-    external: Number
-    #: which position
-    external_at: str
-    #: test of the whole vector or target
-    block_test: Number
+    tau: Number  #: test value with sigma0 a posteriori
+    mdb: Number  #: minimal detectable bias
+    external: Number  #: what an undetected bias of that size would do to a position [m]
+    external_at: str  #: which position
+    block_test: Number  #: test of the whole vector or target
     #: its limit: chi-square a priori; a posteriori divided by the variance factor
     block_limit: Number
     #: of its variance component
     group: str
     state: Literal["active", "check", "off"]
-    #: why it is off or a check
-    reason: str
-    #: file and line, or scan and detection
-    source: str
+    reason: str  #: why it is off or a check
+    source: str  #: file and line, or scan and detection
     #: its test or that of its block is beyond the limit: of w and chi-square a priori, of tau and F
     #: where the quality is a posteriori
     suspicious: bool

@@ -40,8 +40,7 @@ class Ends:
     #: (n,), marks of instruments and targets
     start: Names
     end: Names
-    #: (n,), what tells the set-ups of one mark apart; "" where there is one
-    setup: Names
+    setup: Names  #: (n,), what tells the set-ups of one mark apart; "" where there is one
 
 
 @dataclass(frozen=True)

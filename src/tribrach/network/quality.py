@@ -62,12 +62,9 @@ LARGEST_JOINT = 300
 class GlobalTest:
     """Chi-square test of sigma0; only its upper limit rejects, a small one is cautious."""
 
-    #: ``v^T P v``
-    vtpv: float
-    #: redundancy
-    dof: int
-    #: significance
-    alpha: float
+    vtpv: float  #: ``v^T P v``
+    dof: int  #: redundancy
+    alpha: float  #: significance
     #: two-sided limits of ``v^T P v``
     lower: float
     upper: float
@@ -114,16 +111,11 @@ class BlockTests:
     #: (b,), the observation of each block; for a joint covariance table -1 and its number
     table: Index
     item: Index
-    #: (b,), degrees of freedom
-    freedom: Index
-    #: (b,), trace of the block's part of R
-    redundancy: Array
-    #: (b,), naN where nothing controls the block
-    statistic: Array
-    #: (b,), limit of the statistic at alpha0
-    critical: Array
-    #: (b,), length of the estimated error [m]
-    gross_error: Array
+    freedom: Index  #: (b,), degrees of freedom
+    redundancy: Array  #: (b,), trace of the block's part of R
+    statistic: Array  #: (b,), naN where nothing controls the block
+    critical: Array  #: (b,), limit of the statistic at alpha0
+    gross_error: Array  #: (b,), length of the estimated error [m]
     #: (b,), length of the longest error that may stay undetected, in any direction [m]; as
     #: ``gross_error`` NaN unless all values are lengths and all are controlled
     mdb: Array
@@ -163,10 +155,8 @@ class Chance:
     #: how many tests of values and blocks are beyond their limits, of how many
     beyond: int
     tests: int
-    #: how many of them would be if nothing were wrong
-    expected: float
-    #: smallest probability of any of them
-    significance: float
+    expected: float  #: how many of them would be if nothing were wrong
+    significance: float  #: smallest probability of any of them
     #: what the smallest probability stays above in clean networks (Šidák 1967), with the
     #: confidence of the global test
     limit: float
@@ -185,10 +175,8 @@ class Quality:
     any datum.
     """
 
-    #: test of the a-priori sigma0
-    global_test: GlobalTest
-    #: (n,), redundancy numbers
-    redundancy: Array
+    global_test: GlobalTest  #: test of the a-priori sigma0
+    redundancy: Array  #: (n,), redundancy numbers
     #: (n,), baarda's and Pope's test values
     w: Array
     tau: Array
@@ -197,24 +185,19 @@ class Quality:
     mdb: Array
     #: (n,), largest displacement of any position that an undetected error of size MDB causes [m]
     external: Array
-    #: (n,), index of that position
-    external_position: Index
+    external_position: Index  #: (n,), index of that position
     #: (n,), false where only the observation's own ends were looked at (large networks)
     external_exact: NDArray[np.bool_]
-    #: tests of whole observations with several values
-    blocks: BlockTests
-    #: tests of the values that share a joint covariance
-    sessions: BlockTests
-    #: tests of observations held out
-    checks: BlockTests
+    blocks: BlockTests  #: tests of whole observations with several values
+    sessions: BlockTests  #: tests of the values that share a joint covariance
+    checks: BlockTests  #: tests of observations held out
     #: limits of single tests
     w_critical: float
     tau_critical: float
     #: significance and power of a single test
     alpha0: float
     power: float
-    #: of the global test, ellipses and intervals
-    confidence: float
+    confidence: float  #: of the global test, ellipses and intervals
     #: what the tests of blocks, sessions and checks were divided by; 1 a priori
     variance_factor: float
     #: true if values are judged by tau and blocks by F, False if by w and chi-square. w itself,

@@ -26,17 +26,13 @@ _SHOWN = {"m": (1e-3, " mm"), "rad": (1e-3, " mrad")}
 class Reactions:
     """Tests of the hard constraints, arrays (q,) in the order of ``labels``."""
 
-    #: the constraints in words
-    labels: tuple[str, ...]
-    #: (q,), by how much the other observations miss the constraint [m, rad]
-    gap: Array
-    #: (q,), standard deviation of the gap, a priori
-    sigma: Array
+    labels: tuple[str, ...]  #: the constraints in words
+    gap: Array  #: (q,), by how much the other observations miss the constraint [m, rad]
+    sigma: Array  #: (q,), standard deviation of the gap, a priori
     #: (q,), their ratio, standard normal if the constraint is true; NaN where the constraint only
     #: fixes the datum, which no observation can contradict
     test: Array
-    #: ``m``, ``rad`` or ``1`` of each
-    units: tuple[str, ...]
+    units: tuple[str, ...]  #: ``m``, ``rad`` or ``1`` of each
 
     def sentences(self, critical: float = 3.29) -> list[str]:
         """One sentence for each constraint that the observations contradict."""

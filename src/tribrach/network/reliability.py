@@ -31,16 +31,11 @@ BUDGET = 4_000_000
 class WeightedResiduals:
     """Weighted residuals and what belongs to them, in the order of ``adjustment.rows``."""
 
-    #: the adjustment that they belong to
-    adjustment: SolvedSystem
-    #: (n, u), ``P A``
-    rows: sp.csr_array
-    #: (n,), ``P v`` [1/m, 1/rad]
-    pull: Array
-    #: (n,), diagonal of P
-    weight: Array
-    #: (n,), diagonal of ``P Q_vv P``
-    s: Array
+    adjustment: SolvedSystem  #: the adjustment that they belong to
+    rows: sp.csr_array  #: (n, u), ``P A``
+    pull: Array  #: (n,), ``P v`` [1/m, 1/rad]
+    weight: Array  #: (n,), diagonal of P
+    s: Array  #: (n,), diagonal of ``P Q_vv P``
     #: (n,), true where s is more than rounding: other values check this one
     controlled: NDArray[np.bool_]
 
@@ -105,10 +100,8 @@ def correlations_of_tests(system: WeightedResiduals, chosen: Index) -> Array:
 class External:
     """Largest displacement of a position by an error in each value."""
 
-    #: (n,), largest displacement [m], NaN where nothing controls the value
-    displacement: Array
-    #: (n,), index of the position that moves most
-    position: Index
+    displacement: Array  #: (n,), largest displacement [m], NaN where nothing controls the value
+    position: Index  #: (n,), index of the position that moves most
     #: (n,), false where only the positions that the value itself touches were looked at
     exact: NDArray[np.bool_]
 

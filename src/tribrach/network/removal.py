@@ -22,8 +22,7 @@ from tribrach.observations.base import Use
 class Removal:
     """What becomes of a network without an observation, or with one more."""
 
-    #: true if the observation takes part now and is taken out
-    takes_part: bool
+    takes_part: bool  #: true if the observation takes part now and is taken out
     #: weighted sum of squares and redundancy after that
     vtpv: float
     dof: int

@@ -89,12 +89,9 @@ class PlaceDifference:
     #: names of both
     a: str
     b: str
-    #: b less a in E, N, U (3,) [m]; NaN for coordinates that the network does not have
-    xyz: Array
-    #: (3, 3) [m^2], with what both share
-    covariance: Array
-    #: whether the covariance is a priori or a posteriori
-    scale: Scale
+    xyz: Array  #: b less a in E, N, U (3,) [m]; NaN for coordinates that the network does not have
+    covariance: Array  #: (3, 3) [m^2], with what both share
+    scale: Scale  #: whether the covariance is a priori or a posteriori
 
     @property
     def sigma(self) -> Array:
@@ -118,18 +115,12 @@ class PlaceDifference:
 class PointResult:
     """An adjusted point."""
 
-    #: of the point
-    name: str
-    #: E, N, U (3,) [m]; NaN for coordinates that the network does not have
-    xyz: Array
-    #: (3, 3) [m^2]; zero for coordinates that are held
-    covariance: Array
-    #: ``control``, ``check`` or ``free``
-    role: Role
-    #: whether the covariance is a priori or a posteriori
-    scale: Scale
-    #: probability of ellipses
-    confidence: float = 0.95
+    name: str  #: of the point
+    xyz: Array  #: E, N, U (3,) [m]; NaN for coordinates that the network does not have
+    covariance: Array  #: (3, 3) [m^2]; zero for coordinates that are held
+    role: Role  #: ``control``, ``check`` or ``free``
+    scale: Scale  #: whether the covariance is a priori or a posteriori
+    confidence: float = 0.95  #: probability of ellipses
     #: degrees of freedom (3,) of the variances along E, N, U; infinite where sigmas are given
     freedom: Array = field(default_factory=lambda: np.full(3, np.inf))
 
@@ -165,14 +156,11 @@ class PointResult:
 class StationResult:
     """An adjusted scanner station."""
 
-    #: of the station
-    name: str
-    #: (4, 4): ``x_world = world_from_scanner @ (x, y, z, 1)``, metres
-    world_from_scanner: Array
+    name: str  #: of the station
+    world_from_scanner: Array  #: (4, 4): ``x_world = world_from_scanner @ (x, y, z, 1)``, metres
     #: (6, 6) of the translation [m], then of the left rotation increments about E, N, U [rad]
     covariance: Array
-    #: whether the covariance is a priori or a posteriori
-    scale: Scale
+    scale: Scale  #: whether the covariance is a priori or a posteriori
 
     @property
     def sigma(self) -> Array:
@@ -201,16 +189,14 @@ class StationResult:
 class ScalarResult:
     """A single adjusted unknown: an orientation, a scale, a calibration parameter."""
 
-    #: of the unknown
-    name: str
+    name: str  #: of the unknown
     #: in its own unit; an orientation is in [0, 2 pi)
     value: float
     sigma: float
     #: ``m``, ``rad`` or ``1``; what it is, such as ``orientation``
     unit: str
     role: str
-    #: whether sigma is a priori or a posteriori
-    scale: Scale
+    scale: Scale  #: whether sigma is a priori or a posteriori
 
     def __repr__(self) -> str:
         return f"<{self.name}: {self.value:.9g} {self.unit}, sigma {self.sigma:.3g} {self.scale}>"
@@ -220,13 +206,11 @@ class ScalarResult:
 class Results:
     """Results of an adjusted network by name, in one scaling and at one confidence."""
 
-    #: the adjusted network
-    adjustment: SolvedSystem = field(repr=False)
+    adjustment: SolvedSystem = field(repr=False)  #: the adjusted network
     #: scale covariances of unknowns by ``v^T P v / r``; without redundancy, or with residuals that
     #: are all zero, they stay a priori
     posterior: bool = False
-    #: probability that ellipses and ellipsoids hold
-    confidence: float = 0.95
+    confidence: float = 0.95  #: probability that ellipses and ellipsoids hold
 
     def __post_init__(self) -> None:
         """Refuse what is no probability."""

@@ -46,8 +46,7 @@ class ConfusablePair:
     #: rows of the adjustment
     first: int
     second: int
-    #: of their test values
-    correlation: float
+    correlation: float  #: of their test values
 
 
 @dataclass(frozen=True)
@@ -57,8 +56,7 @@ class Separability:
     #: (k,), rows of the adjustment
     first: Index
     second: Index
-    #: (k,), correlation of their test values
-    correlation: Array
+    correlation: Array  #: (k,), correlation of their test values
     #: false where only the least controlled values of a large network were compared with all
     #: others
     complete: bool

@@ -29,17 +29,13 @@ _SAME = 1e-6
 class SharedHeight:
     """One height over a mark that several sights have in common."""
 
-    #: what stands over the mark
-    end: Literal["instrument", "target"]
-    #: of the unknown
-    name: str
-    #: what was measured [m], None for what the sights say
-    height: float | None = None
+    end: Literal["instrument", "target"]  #: what stands over the mark
+    name: str  #: of the unknown
+    height: float | None = None  #: what was measured [m], None for what the sights say
     #: its standard deviation [m], None for a height that is unknown: then it starts at ``height``
     #: and is not held by it
     sigma: float | None = None
-    #: where this is said, for messages
-    source: str = ""
+    source: str = ""  #: where this is said, for messages
 
 
 def has_shared_heights(table: ObservationTable) -> bool:

@@ -29,12 +29,10 @@ _HELD = 1e-16
 class SideShots(Fact):
     """Side shots of a survey."""
 
-    #: their observations. Each shot is a point of its own, whatever its name.
-    survey: Survey
+    survey: Survey  #: their observations. Each shot is a point of its own, whatever its name.
     #: name of the point of each shot, by the key that it has in ``survey``
     names: Mapping[str, str]
-    #: ``file:line`` of each shot, by key
-    sources: Mapping[str, str]
+    sources: Mapping[str, str]  #: ``file:line`` of each shot, by key
     #: why a shot cannot be computed, by ``file:line``
     left_out: Mapping[str, str] = field(default_factory=dict)
 
@@ -43,14 +41,10 @@ class SideShots(Fact):
 class ComputedShot:
     """A point that a side shot gives."""
 
-    #: of the point; several shots may be to one
-    name: str
-    #: ``file:line``
-    source: str
-    #: (3,), in the work frame [m]
-    xyz: Array
-    #: (3, 3), A priori [m^2], with that of the marks
-    covariance: Array
+    name: str  #: of the point; several shots may be to one
+    source: str  #: ``file:line``
+    xyz: Array  #: (3,), in the work frame [m]
+    covariance: Array  #: (3, 3), A priori [m^2], with that of the marks
 
 
 def compute(adjustment: Adjustment, shots: SideShots) -> tuple[list[ComputedShot], dict[str, str]]:

@@ -29,36 +29,24 @@ _MOST = 60
 class SiteAccuracy:
     """Standard deviations of a site as a whole and within itself, along E, N, U."""
 
-    #: the k positions that were looked at
-    names: tuple[str, ...]
-    #: largest distance in plan from their centroid [m]
-    radius: float
-    #: (3,), root mean square of the positions [m]
-    point: Array
-    #: (3,), shift of the site as a whole [m]
-    shift: Array
-    #: (3,), turn of the site as a whole about E, N and U [rad]
-    turn: Array
-    #: (3,), root mean square of the positions without shift and turn [m]
-    inner: Array
-    #: (3,), median of the differences between two positions [m]
-    pair: Array
-    #: (3,), the largest difference [m]
-    worst: Array
-    #: the two positions of the largest difference
-    worst_names: tuple[str, str]
+    names: tuple[str, ...]  #: the k positions that were looked at
+    radius: float  #: largest distance in plan from their centroid [m]
+    point: Array  #: (3,), root mean square of the positions [m]
+    shift: Array  #: (3,), shift of the site as a whole [m]
+    turn: Array  #: (3,), turn of the site as a whole about E, N and U [rad]
+    inner: Array  #: (3,), root mean square of the positions without shift and turn [m]
+    pair: Array  #: (3,), median of the differences between two positions [m]
+    worst: Array  #: (3,), the largest difference [m]
+    worst_names: tuple[str, str]  #: the two positions of the largest difference
 
 
 @dataclass(frozen=True, eq=False)
 class CommonShift(Result, without=("name",), keys={"count": "positions"}):
     """A shift that several GNSS positions have in common."""
 
-    #: of the session
-    name: str
-    #: (3,), its standard deviation a priori [m]
-    sigma: Vector
-    #: number of positions
-    count: int
+    name: str  #: of the session
+    sigma: Vector  #: (3,), its standard deviation a priori [m]
+    count: int  #: number of positions
 
 
 def site_accuracy(adjustment: Adjustment, factor: float = 1.0) -> SiteAccuracy | None:

@@ -39,30 +39,18 @@ class SolvedSystem:
     ``variance_factor`` says what scales them, ``scaled`` and ``scale`` whether it does.
     """
 
-    #: the network as it was adjusted, with the start values that were found
-    network: Network
-    #: adjusted unknowns in the work frame [m, rad]
-    state: State
-    #: the active observed values, in the order of the residuals
-    rows: Rows
-    #: (n,), ``v = h(x) - l`` of the active values [m, rad]
-    residuals: Array
-    #: (n,), ``W v``; their sum of squares is ``vtpv``
-    whitened_residuals: Array
-    #: (n, u), whitened Jacobian over the free columns, at the solution
-    design: sp.csr_array
-    #: (u,), columns of the full tangent vector that are unknowns
-    free_columns: Index
-    #: cofactor matrix of the unknowns in the datum of the network
-    cofactor: Cofactor
-    #: open motions that inner constraints closed
-    motions: OpenMotions
-    #: linearisations that were needed
-    iterations: int
-    #: sentences of the network and of its solution
-    warnings: tuple[str, ...]
-    #: evaluates the network at any state
-    assembly: Assembly = field(repr=False)
+    network: Network  #: the network as it was adjusted, with the start values that were found
+    state: State  #: adjusted unknowns in the work frame [m, rad]
+    rows: Rows  #: the active observed values, in the order of the residuals
+    residuals: Array  #: (n,), ``v = h(x) - l`` of the active values [m, rad]
+    whitened_residuals: Array  #: (n,), ``W v``; their sum of squares is ``vtpv``
+    design: sp.csr_array  #: (n, u), whitened Jacobian over the free columns, at the solution
+    free_columns: Index  #: (u,), columns of the full tangent vector that are unknowns
+    cofactor: Cofactor  #: cofactor matrix of the unknowns in the datum of the network
+    motions: OpenMotions  #: open motions that inner constraints closed
+    iterations: int  #: linearisations that were needed
+    warnings: tuple[str, ...]  #: sentences of the network and of its solution
+    assembly: Assembly = field(repr=False)  #: evaluates the network at any state
 
     @property
     def layout(self) -> Layout:

@@ -50,16 +50,12 @@ _ROUNDING = 2e-3
 class ObservationTable:
     """Observations of a kind as one call of :meth:`Survey.add` gave them."""
 
-    #: the observation class
-    kind: type[Observations]
-    #: name of the variance component
-    group: str
+    kind: type[Observations]  #: the observation class
+    group: str  #: name of the variance component
     #: columns (n, ...) by field, with names where the kind has indices of unknowns
     columns: dict[str, Any]
-    #: how many observations
-    n: int
-    #: the values hold exactly, as constraints
-    hard: bool = False
+    n: int  #: how many observations
+    hard: bool = False  #: the values hold exactly, as constraints
 
     def names(self, family: str) -> KeysView[str]:
         """Names of unknowns that the table refers to as this family, in its order."""
@@ -391,18 +387,13 @@ def _rotation(matrix: Array, name: str, source: str) -> Array:
 class GivenPoint:
     """A point with what is known of it beforehand."""
 
-    #: (3,), E, N, U [m], NaN where unknown
-    xyz: Array
-    #: (3,), false for fixed or unused components
-    free: NDArray[np.bool_]
-    #: control, check or free
-    role: str = "free"
-    #: (3, 3), of weighted control [m^2]
-    covariance: Array | None = None
+    xyz: Array  #: (3,), E, N, U [m], NaN where unknown
+    free: NDArray[np.bool_]  #: (3,), false for fixed or unused components
+    role: str = "free"  #: control, check or free
+    covariance: Array | None = None  #: (3, 3), of weighted control [m^2]
     #: (3,), components that carry inner constraints, where the reader's format marks them
     datum: NDArray[np.bool_] | None = None
-    #: ``file:line``
-    source: str = ""
+    source: str = ""  #: ``file:line``
     #: false for a check point whose coordinates came without sigmas: those that its observations
     #: have only make the comparison possible and say nothing of the coordinates
     stated: bool = True
@@ -412,14 +403,11 @@ class GivenPoint:
 class GivenStation:
     """A scanner station with six unknowns."""
 
-    #: (3,), approximate place in the work frame [m], NaN if unknown
-    translation: Array
-    #: (3, 3), approximate rotation, world from scanner, NaN if unknown
-    rotation: Array
+    translation: Array  #: (3,), approximate place in the work frame [m], NaN if unknown
+    rotation: Array  #: (3, 3), approximate rotation, world from scanner, NaN if unknown
     #: (6,), false for fixed parts: translation, then left rotation increments
     free: NDArray[np.bool_]
-    #: ``file:line``
-    source: str = ""
+    source: str = ""  #: ``file:line``
 
 
 def control_observations(points: Mapping[str, GivenPoint], layout: Layout) -> list[Observations]:

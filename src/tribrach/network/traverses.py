@@ -36,10 +36,8 @@ _LARGE, _EXPLAINED = 4.0, 3.0
 class Traverse(Result, also=("plan", "ratio")):
     """A chain of set-ups, computed through."""
 
-    #: in their order; a ring ends where it begins
-    points: tuple[str, ...]
-    #: of the legs [m]
-    length: float
+    points: tuple[str, ...]  #: in their order; a ring ends where it begins
+    length: float  #: of the legs [m]
     #: observed less what they should be, summed over the angles [rad], and the sigma of that sum
     #: from readings and centring; null where one end is not oriented
     angle: Number

@@ -41,32 +41,22 @@ SETTLED = 1e-6
 class VarianceComponent:
     """The variance component of one group of observations."""
 
-    #: name of the group
-    group: str
-    #: number of its values
-    count: int
-    #: sum of their redundancy numbers
-    redundancy: float
-    #: factor on the sigmas that were given
-    sigma_factor: float
-    #: standard deviation of that factor; NaN where the sigmas were kept
-    sigma_of_factor: float
-    #: why the component is not simply what the residuals say; empty if it is
-    note: str = ""
+    group: str  #: name of the group
+    count: int  #: number of its values
+    redundancy: float  #: sum of their redundancy numbers
+    sigma_factor: float  #: factor on the sigmas that were given
+    sigma_of_factor: float  #: standard deviation of that factor; NaN where the sigmas were kept
+    note: str = ""  #: why the component is not simply what the residuals say; empty if it is
 
 
 @dataclass(frozen=True)
 class VarianceComponents:
     """The estimated components and the adjustment with them."""
 
-    #: with rescaled groups; its network carries them
-    adjustment: Adjustment
-    #: one for each group
-    components: tuple[VarianceComponent, ...]
-    #: adjustments that were needed
-    iterations: int
-    #: false if the components still changed
-    converged: bool
+    adjustment: Adjustment  #: with rescaled groups; its network carries them
+    components: tuple[VarianceComponent, ...]  #: one for each group
+    iterations: int  #: adjustments that were needed
+    converged: bool  #: false if the components still changed
 
     def sentences(self) -> list[str]:
         """What a reader must know: sigmas kept, limits reached, no convergence."""

@@ -31,14 +31,10 @@ _NAMED = 4
 class Weakness:
     """A place that its network holds badly along one direction."""
 
-    #: of the point or station
-    name: str
-    #: standard deviation along the direction [m]
-    sigma: float
-    #: (3,), unit vector E, N, U of the work frame
-    direction: Array
-    #: the standard deviation over that with everything else known
-    ratio: float
+    name: str  #: of the point or station
+    sigma: float  #: standard deviation along the direction [m]
+    direction: Array  #: (3,), unit vector E, N, U of the work frame
+    ratio: float  #: the standard deviation over that with everything else known
 
     def along(self) -> str:
         """The direction in words."""

@@ -118,16 +118,11 @@ class Observations(ABC):
     reason: NDArray[Any] = field(default_factory=lambda: np.array([], dtype=object))
     group: str = ""  #: name of its variance component; the kind's name if not given
 
-    #: name of the kind in files, JSON and reports
-    kind: ClassVar[str]
-    #: unit of each row: "m" or "rad" (or "1")
-    units: ClassVar[tuple[str, ...]]
-    #: rows whose difference is wrapped to (-pi, pi]
-    angular: ClassVar[tuple[int, ...]] = ()
-    #: names of the rows, when there is more than one
-    components: ClassVar[tuple[str, ...]] = ("",)
-    #: everything else that others ask of the kind
-    facts: ClassVar[KindFacts]
+    kind: ClassVar[str]  #: name of the kind in files, JSON and reports
+    units: ClassVar[tuple[str, ...]]  #: unit of each row: "m" or "rad" (or "1")
+    angular: ClassVar[tuple[int, ...]] = ()  #: rows whose difference is wrapped to (-pi, pi]
+    components: ClassVar[tuple[str, ...]] = ("",)  #: names of the rows, when there is more than one
+    facts: ClassVar[KindFacts]  #: everything else that others ask of the kind
 
     def __init_subclass__(cls, **further: Any) -> None:
         super().__init_subclass__(**further)

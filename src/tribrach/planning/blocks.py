@@ -29,18 +29,12 @@ _MEMORY = 32_000_000
 class Blocks:
     """Groups (c,) of up to k whitened rows by up to w unknowns of the network."""
 
-    #: (c,), number of each group
-    number: Index
-    #: (c, k, w), ``M A``, zero where padded
-    rows: Array
-    #: (c, w), columns of the prospect, -1 where padded
-    columns: Index
-    #: (c, k), diagonal of ``I - M``
-    leverage: Array
-    #: (c, k), rows of the design they came from, -1 where padded
-    line: Index
-    #: (c,), false where the rows do not determine their own unknowns
-    determined: NDArray[np.bool_]
+    number: Index  #: (c,), number of each group
+    rows: Array  #: (c, k, w), ``M A``, zero where padded
+    columns: Index  #: (c, w), columns of the prospect, -1 where padded
+    leverage: Array  #: (c, k), diagonal of ``I - M``
+    line: Index  #: (c, k), rows of the design they came from, -1 where padded
+    determined: NDArray[np.bool_]  #: (c,), false where the rows do not determine their own unknowns
 
     def __len__(self) -> int:
         return len(self.number)

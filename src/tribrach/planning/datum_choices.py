@@ -29,18 +29,13 @@ _MOST = 40
 class DatumChoice(Result):
     """The plan in another datum [m]."""
 
-    #: in words
-    datum: str
+    datum: str  #: in words
     #: largest sigma in any direction of the named positions [m], of this datum only
     sigma: Number = nan
-    #: root of the mean of their variances [m], of this datum only
-    mean: Number = nan
-    #: largest sigma of a distance between them [m]
-    distance: Number = nan
-    #: the smallest redundancy
-    redundancy: Number = nan
-    #: why it is no datum of this network, else empty
-    refused: str = ""
+    mean: Number = nan  #: root of the mean of their variances [m], of this datum only
+    distance: Number = nan  #: largest sigma of a distance between them [m]
+    redundancy: Number = nan  #: the smallest redundancy
+    refused: str = ""  #: why it is no datum of this network, else empty
 
 
 def distance_sigmas(adjustment: Adjustment, names: tuple[str, ...]) -> Array:

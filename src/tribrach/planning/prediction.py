@@ -43,10 +43,8 @@ CRITERIA: dict[CriterionKind, str] = {
 class Criterion:
     """What a design is judged by."""
 
-    #: see :data:`CRITERIA`
-    kind: CriterionKind = "sigma"
-    #: points, stations or lever arms that count, all points if empty
-    names: tuple[str, ...] = ()
+    kind: CriterionKind = "sigma"  #: see :data:`CRITERIA`
+    names: tuple[str, ...] = ()  #: points, stations or lever arms that count, all points if empty
     #: scalars whose correlations with each other and with the stations count, all scalars if empty
     parameters: tuple[str, ...] = ()
     #: stations whose correlations count, all if empty (a candidate's own pose counts once it is
@@ -67,8 +65,7 @@ class Extreme(Result):
     """The worst figure of a kind, and where."""
 
     value: Number
-    #: in words
-    at: str
+    at: str  #: in words
 
 
 @dataclass(frozen=True)
@@ -77,13 +74,11 @@ class Figures(Result):
 
     #: largest in any direction of each position that counts [m], in the network's datum
     sigma: dict[str, Number]
-    #: the smallest of the observed values
-    redundancy: Extreme
+    redundancy: Extreme  #: the smallest of the observed values
     #: largest displacement of a position that counts by an error that stays undetected [m]; null
     #: where an uncontrolled value moves one
     undetected: Extreme
-    #: the largest of the parameters, null without any
-    correlation: Extreme
+    correlation: Extreme  #: the largest of the parameters, null without any
 
     @property
     def worst(self) -> Extreme:

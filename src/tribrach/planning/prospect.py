@@ -47,12 +47,9 @@ _SPARED = 1e-9
 class Scores:
     """What the criterion becomes with each of c groups."""
 
-    #: (c,), the criterion afterwards, NaN where the group cannot come or go
-    value: Array
-    #: (c,), the same with the sign that grows with disadvantage
-    worse: Array
-    #: (c,), mean of the figures whose extreme the criterion is, to decide ties
-    mean: Array
+    value: Array  #: (c,), the criterion afterwards, NaN where the group cannot come or go
+    worse: Array  #: (c,), the same with the sign that grows with disadvantage
+    mean: Array  #: (c,), mean of the figures whose extreme the criterion is, to decide ties
 
     def best(self) -> int | None:
         """The best group; None if there is none."""
@@ -71,20 +68,16 @@ class Scores:
 class Prospect:
     """Covariance and effects of a design, as far as groups that come or go change them."""
 
-    #: what designs are judged by
-    criterion: Criterion
-    #: (k,), columns of the full tangent vector that are kept
-    columns: Index
-    #: (k, k), covariance of the kept columns
-    covariance: Array
+    criterion: Criterion  #: what designs are judged by
+    columns: Index  #: (k,), columns of the full tangent vector that are kept
+    covariance: Array  #: (k, k), covariance of the kept columns
     #: (n,), share of its weight that is controlled, of every active value; empty where the
     #: criterion does not need it
     share: Array
     #: (n, k), effect of an error of one sigma in every active value on the kept columns; empty as
     #: ``share``
     effect: Array
-    #: (p, 3), places of the named positions among the kept columns, -1 where held
-    points: Index
+    points: Index  #: (p, 3), places of the named positions among the kept columns, -1 where held
     #: places of the scalars, and of the stations, whose correlations count
     parameters: Index
     partners: Index

@@ -26,8 +26,7 @@ _BETTER = 1e-6
 class Pick:
     """A group that was chosen."""
 
-    #: of the group
-    number: int
+    number: int  #: of the group
     #: the criterion without and with it
     before: float
     after: float
@@ -37,16 +36,11 @@ class Pick:
 class Search:
     """A proposal."""
 
-    #: in the order of choice, with the criterion after each
-    picks: tuple[Pick, ...]
-    #: the criterion without any
-    start: float
-    #: (c,), the criterion with each group alone, NaN where it is impossible
-    single: Array
-    #: (c,), number of each group
-    number: Index
-    #: number of designs that were looked at
-    judged: int
+    picks: tuple[Pick, ...]  #: in the order of choice, with the criterion after each
+    start: float  #: the criterion without any
+    single: Array  #: (c,), the criterion with each group alone, NaN where it is impossible
+    number: Index  #: (c,), number of each group
+    judged: int  #: number of designs that were looked at
 
     @property
     def value(self) -> float:

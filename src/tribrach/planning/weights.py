@@ -40,33 +40,24 @@ _FINEST, _COARSEST = 1e-3, 1e3
 class SetsByStation(Result, without=("start", "steps")):
     """Repetitions by station that the requirement takes."""
 
-    #: how many, in the order of the stations
-    sets: dict[str, int]
-    #: the criterion with one set each
-    start: float
-    #: the criterion with these sets
-    value: Number
-    #: is it what is required?
-    reached: bool
-    #: station and criterion of every set that was added
-    steps: tuple[tuple[str, float], ...]
+    sets: dict[str, int]  #: how many, in the order of the stations
+    start: float  #: the criterion with one set each
+    value: Number  #: the criterion with these sets
+    reached: bool  #: is it what is required?
+    steps: tuple[tuple[str, float], ...]  #: station and criterion of every set that was added
 
 
 @dataclass(frozen=True)
 class RequiredPrecision(Result, without=("unit",), keys={"limit": "perfect"}):
     """How precise one group of readings must be to reach a requirement, the others as they are."""
 
-    #: kind and component
-    group: str
-    #: of the readings
-    unit: str
-    #: of the first reading now [m, rad]
-    sigma: float
+    group: str  #: kind and component
+    unit: str  #: of the readings
+    sigma: float  #: of the first reading now [m, rad]
     #: what all its sigmas may be multiplied with, null where no precision of this group reaches the
     #: requirement
     factor: Number
-    #: the criterion with a perfect group
-    limit: Number
+    limit: Number  #: the criterion with a perfect group
 
 
 def scaled(network: Network, factor: Callable[[Observations], Array]) -> Network:

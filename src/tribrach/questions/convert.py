@@ -39,10 +39,8 @@ class ConvertedCloud(NamedTuple):
     """A file that was written."""
 
     path: Path
-    #: how many
-    points: int
-    #: what its steps cost, without the final stop; "" if nothing
-    cost: str = ""
+    points: int  #: how many
+    cost: str = ""  #: what its steps cost, without the final stop; "" if nothing
 
 
 @command(json=None, html=None, scans=True)
@@ -167,8 +165,7 @@ class _Seen:
 
     #: with limits and steps where they were looked for; several values of a point one by one
     fields: tuple[Field, ...]
-    #: (2, 3), smallest and largest coordinates, None without points
-    bounds: Array | None
+    bounds: Array | None  #: (2, 3), smallest and largest coordinates, None without points
     #: digits after the point of x, y and z, None where there are more than are looked for
     digits: tuple[int | None, int | None, int | None] = (None, None, None)
 

@@ -55,8 +55,7 @@ class LeftOutPosition(Result):
     #: E, N, U, adjusted minus given, and its sigma [m]; null where nothing is given
     difference: Vector
     sigma: Vector
-    #: the difference in its own metric against chi-square
-    test: Test
+    test: Test  #: the difference in its own metric against chi-square
 
 
 @dataclass(frozen=True)
@@ -70,8 +69,7 @@ class AxisSpread(Table):
     sd: Vector
     rms: Vector
     largest: Vector
-    #: root of the mean variance that the differences should have
-    expected: Vector
+    expected: Vector  #: root of the mean variance that the differences should have
 
 
 @dataclass(frozen=True)
@@ -91,10 +89,8 @@ class ControlLeftOut(Result):
     #: each against all others
     in_turn: tuple[LeftOutPosition, ...]
     spread: AxisSpread
-    #: without which the network cannot be adjusted
-    needed: tuple[str, ...]
-    #: 3, 5, 9 of them, spread as wide as they lie
-    chosen: tuple[ChosenControl, ...]
+    needed: tuple[str, ...]  #: without which the network cannot be adjusted
+    chosen: tuple[ChosenControl, ...]  #: 3, 5, 9 of them, spread as wide as they lie
     #: mean of the squared differences in their metrics over its expectation, of those in turn
     ratio: Number
 

@@ -27,8 +27,7 @@ class AlternativesGates:
     same_rad: float = float(np.radians(1.0))
     #: targets that were named speak for a place where they are off by less [m] ...
     named_m: float = 0.05
-    #: ... and against one where they are off by more
-    not_named_m: float = 0.15
+    not_named_m: float = 0.15  #: ... and against one where they are off by more
     #: approximate poses further off than so many of their sigmas are called wrong
     wrong_sigmas: float = 4.0
     #: of two places the approximate pose speaks for one if its square [sigmas] is less by so much:
@@ -47,10 +46,8 @@ class ApproximateSigma:
     speak for it, and which scans cannot see each other.
     """
 
-    #: sigma of the shift [m]
-    shift: float = 0.25
-    #: sigma of the turn [rad]
-    turn: float = float(np.radians(1.25))
+    shift: float = 0.25  #: sigma of the shift [m]
+    turn: float = float(np.radians(1.25))  #: sigma of the turn [rad]
 
     def wrong(self, shift: float, turn: float) -> bool:
         """True if an approximate pose that is off by so much [m], [rad] is nowhere near."""
@@ -83,8 +80,7 @@ class OpenPair:
     #: names of the stations
     first: str
     second: str
-    #: poses first from second
-    poses: tuple[Pose, ...]
+    poses: tuple[Pose, ...]  #: poses first from second
 
     @property
     def ends(self) -> frozenset[str]:

@@ -46,28 +46,19 @@ class Edge(Result, also=("outlying",), maybe=("overlap", "conflict")):
     #: names of the stations
     first: str
     second: str
-    #: name of the observation kind
-    kind: str
-    #: number of surfaces, targets or registrations in common
-    count: int
-    #: root mean square of the adjusted residuals of their lengths [m]
-    rms: float
-    #: number of the six directions that they hold
-    held: int
+    kind: str  #: name of the observation kind
+    count: int  #: number of surfaces, targets or registrations in common
+    rms: float  #: root mean square of the adjusted residuals of their lengths [m]
+    held: int  #: number of the six directions that they hold
     #: shift of the pair's own relative pose against the adjusted one, along what it holds [m]
     shift: float
-    #: predicted for the shift [m]
-    shift_sigma: float
+    shift_sigma: float  #: predicted for the shift [m]
     #: turn of the pair's own relative pose against the adjusted one, along what it holds [rad]
     turn: float
-    #: predicted for the turn [rad]
-    turn_sigma: float
-    #: test statistic, None where nothing controls the pair
-    statistic: float | None
-    #: its limit, None where nothing controls the pair
-    limit: float | None
-    #: degrees of freedom of the test, 0 where nothing controls the pair
-    freedom: int
+    turn_sigma: float  #: predicted for the turn [rad]
+    statistic: float | None  #: test statistic, None where nothing controls the pair
+    limit: float | None  #: its limit, None where nothing controls the pair
+    freedom: int  #: degrees of freedom of the test, 0 where nothing controls the pair
     #: shares of the views of both stations that overlap, and that contradict each other
     overlap: float | None = None
     conflict: float | None = None

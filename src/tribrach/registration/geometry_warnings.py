@@ -32,16 +32,11 @@ _BREADTH = 0.5
 class TargetsAround:
     """A scanner station and the targets it was tied to."""
 
-    #: name of the station
-    station: str
-    #: (3,), its place in the work frame [m]
-    place: Array
-    #: names of the targets
-    names: tuple[str, ...]
-    #: (k, 3), their places in the work frame [m]
-    targets: Array
-    #: true if an observed inclination holds the axis of the station
-    levelled: bool
+    station: str  #: name of the station
+    place: Array  #: (3,), its place in the work frame [m]
+    names: tuple[str, ...]  #: names of the targets
+    targets: Array  #: (k, 3), their places in the work frame [m]
+    levelled: bool  #: true if an observed inclination holds the axis of the station
 
     @property
     def sector(self) -> float:

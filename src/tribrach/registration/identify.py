@@ -47,10 +47,8 @@ class IdentifyGates:
 
     #: a target and a point are the same within this many sigmas of their distance ...
     same_sigmas: float = 6.0
-    #: ... plus what an approximate pose may be wrong by [m] ...
-    pose_error_m: float = 0.02
-    #: ... and this many sigmas of its drift
-    drift_sigmas: float = 4.0
+    pose_error_m: float = 0.02  #: ... plus what an approximate pose may be wrong by [m] ...
+    drift_sigmas: float = 4.0  #: ... and this many sigmas of its drift
     #: a floor for the sigma of targets and points in matching, so that small systematic errors of
     #: a scanner do not part what belongs together [m]
     matching_floor_m: float = 0.003
@@ -85,10 +83,8 @@ class Obstacle(Enum):
 class Unplaced:
     """A station, or several joined ones, that targets do not place."""
 
-    #: what keeps it from being placed
-    obstacle: Obstacle
-    #: the reason in words
-    words: str
+    obstacle: Obstacle  #: what keeps it from being placed
+    words: str  #: the reason in words
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +107,8 @@ class Identification:
     #: names by station (n,), in the order of its detections; empty for a target that nothing else
     #: saw
     names: Mapping[str, tuple[str, ...]]
-    #: poses of the placed stations, world from scanner
-    poses: Mapping[str, Pose]
-    #: how each station was placed
-    sentences: tuple[str, ...]
+    poses: Mapping[str, Pose]  #: poses of the placed stations, world from scanner
+    sentences: tuple[str, ...]  #: how each station was placed
     #: why the other stations were not placed
     unplaced: Mapping[str, Unplaced] = field(default_factory=dict)
     #: true if the poses are in the frame of a station, because no scan sees given points

@@ -26,8 +26,7 @@ from tribrach.statistics import chi2
 class MatchingGates:
     """When targets and points match (method section 8.4) (by hand: test_matching)."""
 
-    #: distances and heights may differ by this many sigmas
-    distance_sigmas: float = 4.0
+    distance_sigmas: float = 4.0  #: distances and heights may differ by this many sigmas
     #: solutions whose sum of squares is beyond this quantile of chi-square do not fit
     fit_level: float = 0.9999
     #: a solution with a pair less is a rival if its sum of squares is smaller by more than this
@@ -35,8 +34,7 @@ class MatchingGates:
     rival_level: float = 0.999
     #: points nearer to one line (one place if levelled) than this determine no motion [m]
     least_spread_m: float = 1e-3
-    #: association graphs with more nodes are refused: bounds the time
-    most_nodes: int = 3600
+    most_nodes: int = 3600  #: association graphs with more nodes are refused: bounds the time
 
 
 GATES = MatchingGates()
@@ -46,16 +44,11 @@ GATES = MatchingGates()
 class Matching:
     """Pairs of targets and points, and how certain they are."""
 
-    #: (k, 2), numbers of target and point
-    pairs: Index
-    #: (3, 3), world from scanner
-    rotation: Array
-    #: (3,), world from scanner [m]
-    translation: Array
-    #: weighted sum of squared residuals
-    chi_square: float
-    #: pairs of every other solution that fits as well
-    others: tuple[Index, ...] = ()
+    pairs: Index  #: (k, 2), numbers of target and point
+    rotation: Array  #: (3, 3), world from scanner
+    translation: Array  #: (3,), world from scanner [m]
+    chi_square: float  #: weighted sum of squared residuals
+    others: tuple[Index, ...] = ()  #: pairs of every other solution that fits as well
     #: (3,), place in the world that rotations are about [m]
     centre: Array = field(default_factory=lambda: np.zeros(3))
     #: (6, 6), covariance of translation [m] and rotation [rad] about ``centre``, zero for what is

@@ -26,16 +26,11 @@ _ANTENNA = "antenna on {}"
 class OuterPlace:
     """A point, or the end of a lever arm of a station, that is known without any scan."""
 
-    #: name of the place
-    name: str
-    #: (3,), coordinates in the work frame [m]
-    xyz: Array
-    #: (3, 3), their covariance [m^2]
-    covariance: Array
-    #: name of the station whose lever arm ends there, empty for a point
-    station: str = ""
-    #: name of the lever arm, empty for a point
-    arm: str = ""
+    name: str  #: name of the place
+    xyz: Array  #: (3,), coordinates in the work frame [m]
+    covariance: Array  #: (3, 3), their covariance [m^2]
+    station: str = ""  #: name of the station whose lever arm ends there, empty for a point
+    arm: str = ""  #: name of the lever arm, empty for a point
 
 
 def places_to_hold(survey: Survey, points: set[str]) -> tuple[list[OuterPlace], Array]:

@@ -40,12 +40,9 @@ class Joint:
     #: names of the stations
     first: str
     second: str
-    #: first from second
-    pose: Pose
-    #: what it is worth among others
-    strength: float
-    #: true if it is good enough without any loop that confirms it
-    alone: bool = True
+    pose: Pose  #: first from second
+    strength: float  #: what it is worth among others
+    alone: bool = True  #: true if it is good enough without any loop that confirms it
 
     @property
     def ends(self) -> frozenset[str]:
@@ -63,10 +60,8 @@ class PoseGraph:
 
     #: poses of the stations in the frame of each group, the largest group first
     groups: tuple[Mapping[str, Pose], ...]
-    #: joints that are held to be good
-    joints: tuple[Joint, ...]
-    #: what is wrong with the others
-    sentences: tuple[str, ...]
+    joints: tuple[Joint, ...]  #: joints that are held to be good
+    sentences: tuple[str, ...]  #: what is wrong with the others
 
 
 @dataclass(frozen=True, eq=False)

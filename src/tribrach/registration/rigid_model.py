@@ -32,12 +32,10 @@ class TooFewPlaces(InputError):
 class RigidModel:
     """A model of stations and where it was placed."""
 
-    #: stations and points among themselves, a free network
-    model: Adjustment
+    model: Adjustment  #: stations and points among themselves, a free network
     #: fit of the model to the places, held and checked ones in the order of ``places``
     fit: TransformationFit
-    #: the places
-    places: tuple[OuterPlace, ...]
+    places: tuple[OuterPlace, ...]  #: the places
 
     def pose(self, station: str) -> Pose:
         """Pose of a station in the work frame."""

@@ -23,30 +23,21 @@ _SAME_TARGET_M = 0.05
 class Mounted:
     """An antenna or prism on a scanner whose place is known without the scan."""
 
-    #: (3,), its lever arm in the scanner frame [m]
-    arm: Array
-    #: (3,), its place in the world [m]
-    xyz: Array
-    #: sigma of one coordinate of the lever arm [m]
-    sigma_arm: float
-    #: sigma of one coordinate of the place [m]
-    sigma: float
+    arm: Array  #: (3,), its lever arm in the scanner frame [m]
+    xyz: Array  #: (3,), its place in the world [m]
+    sigma_arm: float  #: sigma of one coordinate of the lever arm [m]
+    sigma: float  #: sigma of one coordinate of the place [m]
 
 
 @dataclass(frozen=True)
 class Sighting:
     """The targets that one scan saw."""
 
-    #: name of the station
-    station: str
-    #: (n, 3), centres in the scanner frame [m]
-    centers: Array
-    #: (n,), their sigmas [m]
-    sigmas: Array
-    #: their kinds, such as ``sphere``
-    kinds: Sequence[str]
-    #: true if z is the plumb line
-    levelled: bool = False
+    station: str  #: name of the station
+    centers: Array  #: (n, 3), centres in the scanner frame [m]
+    sigmas: Array  #: (n,), their sigmas [m]
+    kinds: Sequence[str]  #: their kinds, such as ``sphere``
+    levelled: bool = False  #: true if z is the plumb line
     #: names that the user gave, by number of the detection
     known: Mapping[int, str] = field(default_factory=dict)
     #: antennas on the scanner, which count as targets where those do not suffice
@@ -57,12 +48,9 @@ class Sighting:
 class RigidUnit:
     """Stations that are matched as one."""
 
-    #: all their targets in the frame of the unit
-    sighting: Sighting
-    #: poses of the stations in that frame
-    members: Mapping[str, Pose]
-    #: what each station saw itself, in its scanner frame
-    own: tuple[Sighting, ...]
+    sighting: Sighting  #: all their targets in the frame of the unit
+    members: Mapping[str, Pose]  #: poses of the stations in that frame
+    own: tuple[Sighting, ...]  #: what each station saw itself, in its scanner frame
 
     @property
     def name(self) -> str:

@@ -28,12 +28,9 @@ class ViewGates:
     Chosen by hand with test_station_view, test_plane_poses, benchmarks/plane_registration.
     """
 
-    #: directions that are kept apart [rad]
-    step_rad: float = float(np.radians(0.5))
-    #: points that stand for the surfaces, at most
-    most_points: int = 4000
-    #: edge of the cells of space that one of them is drawn from [m]
-    cell_m: float = 0.3
+    step_rad: float = float(np.radians(0.5))  #: directions that are kept apart [rad]
+    most_points: int = 4000  #: points that stand for the surfaces, at most
+    cell_m: float = 0.3  #: edge of the cells of space that one of them is drawn from [m]
     #: pixels of an image that are looked at for them, at most: bounds the time
     most_pixels: int = 600_000
     #: a scan with returns from this share of its image or more looked along all of it
@@ -60,14 +57,11 @@ _REACH_SHARE = GATES.reach_share
 class Surroundings:
     """Planes and views of a station or of a group."""
 
-    #: name of the station, of a group that of its first one
-    name: str
-    #: planes in its frame
-    planes: PlaneSet
+    name: str  #: name of the station, of a group that of its first one
+    planes: PlaneSet  #: planes in its frame
     #: what each scanner sees, with its pose in that frame
     views: Sequence[tuple[Pose, StationView]]
-    #: true if the third axis is plumb
-    levelled: bool
+    levelled: bool  #: true if the third axis is plumb
 
     @classmethod
     def of(cls, name: str, planes: PlaneSet, view: StationView, levelled: bool) -> Surroundings:
@@ -111,12 +105,9 @@ class StationView:
     #: (360, 720), ranges [m], NaN without a return
     near: Single
     far: Single
-    #: (360, 720), true where the scanner was pointed
-    looked: Mask
-    #: (n, 3), points spread over the surfaces [m]
-    points: Array
-    #: largest range [m]
-    reach: float
+    looked: Mask  #: (360, 720), true where the scanner was pointed
+    points: Array  #: (n, 3), points spread over the surfaces [m]
+    reach: float  #: largest range [m]
 
     @classmethod
     def empty(cls) -> StationView:
@@ -130,16 +121,11 @@ class StationView:
 class Agreement:
     """How the points of one station stand in the view of another."""
 
-    #: number of points on a surface that the other sees
-    agree: int
-    #: number of points behind one
-    hidden: int
-    #: number of points in front of one
-    through: int
-    #: number of points where the other looked and saw nothing
-    sky: int
-    #: number of points where it did not look
-    outside: int
+    agree: int  #: number of points on a surface that the other sees
+    hidden: int  #: number of points behind one
+    through: int  #: number of points in front of one
+    sky: int  #: number of points where the other looked and saw nothing
+    outside: int  #: number of points where it did not look
 
     def __add__(self, other: Agreement) -> Agreement:
         return Agreement(

@@ -30,8 +30,7 @@ class Answer:
     #: what was asked, and of what
     kind: str
     title: str
-    #: the verdict, and what is to be signed; None of what has no page
-    front: FrontPage | None
+    front: FrontPage | None  #: the verdict, and what is to be signed; None of what has no page
     #: the figures, and the form in which they are written as JSON; further keys of words
     result: Any
     form: Form | None = None
@@ -41,8 +40,7 @@ class Answer:
     first: Sequence[ReportTable] = ()
     pictures: Sequence[Picture] = ()
     tables: Sequence[ReportTable] = ()
-    #: what holds for the whole page
-    footer: str = ""
+    footer: str = ""  #: what holds for the whole page
     #: a network whose map stands on the page
     network: Report | None = None
     notation: Notation = PLAIN
@@ -50,8 +48,7 @@ class Answer:
     terminal: Sequence[str | Finding | ReportTable] = ()
     #: why it may not be used as it is: raised once it was shown
     failure: TribrachError | None = None
-    #: true if then no file is written
-    refuses: bool = False
+    refuses: bool = False  #: true if then no file is written
     #: files that were written before; with these all files are named at the end
     written: Sequence[Path] | None = None
     #: further files that were asked for

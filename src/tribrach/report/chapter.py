@@ -18,22 +18,14 @@ from tribrach.report.warnings import ReportWarning
 class Chapter:
     """One chapter."""
 
-    #: anchor in the page, unique in a report
-    name: str
-    #: its heading
-    title: str
-    #: findings, each a sentence
-    sentences: tuple[str, ...] = ()
-    #: in the page only
-    pictures: tuple[Picture, ...] = ()
-    #: those without rows are left out
-    tables: tuple[ReportTable, ...] = ()
-    #: what the JSON result holds; None if it holds nothing
-    data: Any = None
-    #: what belongs on top of the report
-    warnings: tuple[ReportWarning, ...] = ()
-    #: key of the data in the JSON result; the name if it is empty
-    key: str = ""
+    name: str  #: anchor in the page, unique in a report
+    title: str  #: its heading
+    sentences: tuple[str, ...] = ()  #: findings, each a sentence
+    pictures: tuple[Picture, ...] = ()  #: in the page only
+    tables: tuple[ReportTable, ...] = ()  #: those without rows are left out
+    data: Any = None  #: what the JSON result holds; None if it holds nothing
+    warnings: tuple[ReportWarning, ...] = ()  #: what belongs on top of the report
+    key: str = ""  #: key of the data in the JSON result; the name if it is empty
     #: true for the figures that one signs: they come first. The others stand behind them, and a
     #: page shows them when they are asked for.
     signed: bool = False

@@ -61,16 +61,11 @@ _STRONG = 0.12
 class DrawnMark:
     """An element of a drawing."""
 
-    #: of the element, in SVG
-    tag: str
-    #: names of attributes with their values
-    attributes: tuple[tuple[str, str], ...]
-    #: its words
-    text: str = ""
-    #: what it says when it is pointed at
-    title: str = ""
-    #: what it holds
-    inner: tuple[DrawnMark, ...] = ()
+    tag: str  #: of the element, in SVG
+    attributes: tuple[tuple[str, str], ...]  #: names of attributes with their values
+    text: str = ""  #: its words
+    title: str = ""  #: what it says when it is pointed at
+    inner: tuple[DrawnMark, ...] = ()  #: what it holds
 
 
 @dataclass(frozen=True)

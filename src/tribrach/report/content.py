@@ -34,14 +34,11 @@ Matrix = tuple[tuple[Number, ...], ...]
 class ReportSettings:
     """What the numbers depend on."""
 
-    #: probability that ellipses, intervals and ellipsoids hold
-    confidence: float = 0.95
-    #: true if covariances are scaled by the a-posteriori variance factor
-    posterior: bool = False
+    confidence: float = 0.95  #: probability that ellipses, intervals and ellipsoids hold
+    posterior: bool = False  #: true if covariances are scaled by the a-posteriori variance factor
     #: error probability of the global test and of check verdicts, 1 - confidence
     alpha: float = 0.05
-    #: how angles are written
-    angle: Literal["gon", "deg"] = "gon"
+    angle: Literal["gon", "deg"] = "gon"  #: how angles are written
 
 
 @dataclass(frozen=True)
@@ -51,8 +48,7 @@ class DatumStatement(Result, keys={"sentence": "statement"}):
     #: as in the network
     kind: str
     sentence: str
-    #: points and stations that carry it
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: points and stations that carry it
 
 
 @dataclass(frozen=True)
@@ -78,8 +74,7 @@ class KindCount:
     active: int
     check: int
     off: int
-    #: sum of their redundancy numbers
-    redundancy: Number
+    redundancy: Number  #: sum of their redundancy numbers
     #: ``sqrt(v^T P v / r)`` of the group, a posteriori over a priori; None without redundancy
     sigma0: Number
 
@@ -113,8 +108,7 @@ class Summary(
     sigma0: float
     sigma0_posterior: Number
     test: GlobalVerdict
-    #: what all covariances of unknowns are scaled by
-    covariances: Literal["prior", "posterior"]
+    covariances: Literal["prior", "posterior"]  #: what all covariances of unknowns are scaled by
 
 
 @dataclass(frozen=True)
@@ -145,10 +139,8 @@ class Point(
 
     name: str
     role: Role
-    #: E, N, U of the work frame [m]; null where the network has no such coordinate
-    xyz: Triple
-    #: None where held
-    sigma: Triple
+    xyz: Triple  #: E, N, U of the work frame [m]; null where the network has no such coordinate
+    sigma: Triple  #: None where held
     #: 3 x 3 [m^2]
     covariance: Matrix
     ellipse: Ellipse | None = None
@@ -164,8 +156,7 @@ class Point(
     ecef_covariance: Matrix | None = None
     #: easting, northing and height in the grid of the site [m]
     projected: tuple[float, float, float] | None = None
-    #: code or description of the files it was read from
-    code: str = ""
+    code: str = ""  #: code or description of the files it was read from
 
 
 @dataclass(frozen=True)
@@ -194,12 +185,9 @@ class Control:
     #: adjusted minus given [m], and what that difference should have; None if held
     difference: Triple
     difference_sigma: Triple
-    #: the difference against its covariance, where there is one
-    verdict: CheckVerdict | None
-    #: why it is off
-    reason: str = ""
-    #: ``file:line``
-    source: str = ""
+    verdict: CheckVerdict | None  #: the difference against its covariance, where there is one
+    reason: str = ""  #: why it is off
+    source: str = ""  #: ``file:line``
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,14 +196,11 @@ class SetUp(
 ):
     """A scanner station by its pose; a set-up on a point by its orientation unknowns."""
 
-    #: 4 x 4
-    world_from_scanner: Matrix | None = None
+    world_from_scanner: Matrix | None = None  #: 4 x 4
     #: 6 x 6 of the translation [m] and of left rotation increments [rad]
     covariance: Matrix | None = None
-    #: degrees of freedom of the variances of E, N, U as those of points
-    dof: Triple | None = None
-    #: unknowns [rad] by name
-    orientation: dict[str, Estimate] = field(default_factory=dict)
+    dof: Triple | None = None  #: degrees of freedom of the variances of E, N, U as those of points
+    orientation: dict[str, Estimate] = field(default_factory=dict)  #: unknowns [rad] by name
     #: of the scanner's origin: latitude, longitude [rad] and ellipsoidal height [m]
     geodetic: tuple[float, float, float] | None = None
     ecef: tuple[float, float, float] | None = None
@@ -262,8 +247,7 @@ class ScalarUnknown(Result, without=("name", "at")):
     #: None where held
     sigma: Number
     unit: str
-    #: the position that it belongs to, "" if none
-    at: str = ""
+    at: str = ""  #: the position that it belongs to, "" if none
 
     @property
     def values(self) -> tuple[tuple[float, str], ...]:
@@ -342,16 +326,14 @@ class SnoopingRow:
     """One step of iterative snooping."""
 
     number: int
-    #: which one, in words
-    observation: str
+    observation: str  #: which one, in words
     #: its test value against its limit
     test: Number
     limit: Number
     #: the estimated gross error in ``unit`` (m, rad or 1)
     error: Number
     unit: str
-    #: what was done
-    action: str
+    action: str  #: what was done
 
 
 @dataclass(frozen=True)

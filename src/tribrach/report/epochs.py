@@ -194,22 +194,17 @@ class EpochComparison(Result):
     confidence: float
     power: float
     covariances: Literal["prior", "posterior"]
-    #: of both epochs together; 0 where it is not known
-    dof: int
-    #: what is taken out of the differences
-    motions: tuple[str, ...]
-    #: bounds of systematic parts in E, N, U [m]
-    systematic: tuple[float, ...]
-    #: points that carry the datum
-    stable: tuple[str, ...]
+    dof: int  #: of both epochs together; 0 where it is not known
+    motions: tuple[str, ...]  #: what is taken out of the differences
+    systematic: tuple[float, ...]  #: bounds of systematic parts in E, N, U [m]
+    stable: tuple[str, ...]  #: points that carry the datum
     #: points that are held in both epochs
     held: tuple[str, ...]
     whole: CongruenceTest
     references: ReferenceSearch | None
     #: of the first and the second epoch; null where it is not known
     own: tuple[OwnTest | None, ...]
-    #: ratio of the variance factors of both epochs
-    precision: CongruenceTest | None
+    precision: CongruenceTest | None  #: ratio of the variance factors of both epochs
     #: motions of the whole that were taken out by choice
     common: tuple[CommonMotion, ...]
     points: dict[str, Displacement]

@@ -28,8 +28,7 @@ class Picture:
     #: the drawing, or what makes it when the picture is first looked at
     image: Drawing | Callable[[], Drawing]
     caption: str
-    #: true for what is to take the whole width of a page
-    wide: bool = False
+    wide: bool = False  #: true for what is to take the whole width of a page
 
     @cached_property
     def drawing(self) -> Drawing:

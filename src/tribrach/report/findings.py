@@ -13,12 +13,9 @@ from tribrach.sentences import Sentence
 class Finding:
     """Something that was found."""
 
-    #: the sentence
-    words: str
-    #: true if something is to be done, or doubted
-    warns: bool = False
-    #: what it is about, for programs and tests
-    key: str = ""
+    words: str  #: the sentence
+    warns: bool = False  #: true if something is to be done, or doubted
+    key: str = ""  #: what it is about, for programs and tests
 
     @classmethod
     def of(cls, key: str, template: str, warns: bool = False, **values: Any) -> Finding:

@@ -52,10 +52,8 @@ class AdjustedNetwork(Result):
     lever_arms: dict[str, VectorUnknown]
     planes: dict[str, PlaneUnknown]
     observations: Sequence[ObservationRow]
-    #: observations switched off or given another sigma by hand
-    edits: list[Edit]
-    #: sentences, the gravest first
-    warnings: list[str]
+    edits: list[Edit]  #: observations switched off or given another sigma by hand
+    warnings: list[str]  #: sentences, the gravest first
 
 
 def form() -> Form:

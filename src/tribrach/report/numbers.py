@@ -68,8 +68,7 @@ def sigmas(covariance: Array) -> Array:
 class Style:
     """Formats values and small quantities by unit."""
 
-    #: how angles are written
-    angle: Literal["gon", "deg"] = "gon"
+    angle: Literal["gon", "deg"] = "gon"  #: how angles are written
 
     def value(self, value: float | None, unit: str, *, full_circle: bool = False) -> str:
         """A measured or estimated value: metres, the angle unit, or a plain number."""

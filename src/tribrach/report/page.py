@@ -26,8 +26,7 @@ class FrontPage:
     #: in some words, and why
     verdict: str
     sentence: str
-    #: headings with what there is to know
-    lines: tuple[tuple[str, str], ...] = ()
+    lines: tuple[tuple[str, str], ...] = ()  #: headings with what there is to know
     #: what a signature is given for, as a sentence; "" if there is nothing to sign
     signed: str = ""
 

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
 class Subject:
     """A subject of the report."""
 
-    #: key in the JSON result of what its chapters have as data
-    key: str
+    key: str  #: key in the JSON result of what its chapters have as data
     #: makes its chapters from the head of the report and from what the job left besides the
     #: adjustment; none where the job has nothing to say
     chapters: Callable[[Head, JobResults], Iterable[Chapter]]

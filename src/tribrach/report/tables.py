@@ -36,14 +36,10 @@ class ColumnHead:
 class Cell:
     """What stands in a cell."""
 
-    #: its words or its number
-    text: str
-    #: what it sorts by
-    key: float | str | None = None
-    #: how it stands out
-    mark: str = ""
-    #: of a number whose column has several
-    unit: str = ""
+    text: str  #: its words or its number
+    key: float | str | None = None  #: what it sorts by
+    mark: str = ""  #: how it stands out
+    unit: str = ""  #: of a number whose column has several
     #: as many digits the longest fraction of the column has more: blanks of that width put the
     #: decimal points of a column one below the other
     blanks: int = 0
@@ -66,10 +62,8 @@ class Cell:
 class Row:
     """A row of a table."""
 
-    #: from the left
-    cells: tuple[Cell, ...]
-    #: of what the row is about
-    state: str = ""
+    cells: tuple[Cell, ...]  #: from the left
+    state: str = ""  #: of what the row is about
     #: names of the points that it is about, one or two, to be shown in the plan
     ends: tuple[str, ...] = ()
 
@@ -92,8 +86,7 @@ def _nowhere(item: Any) -> tuple[str, ...]:
 class Worst:
     """Which rows of a long table are shown."""
 
-    #: in a sentence: "those with the largest w"
-    words: str
+    words: str  #: in a sentence: "those with the largest w"
     #: of an item: those with the largest are shown; if not given, the items stand in that order
     size: Callable[[Any], float] | None = None
 
@@ -106,14 +99,10 @@ class ReportTable:
     name: str
     title: str
     note: str
-    #: what the rows are about
-    items: Sequence[Any]
-    #: the columns
-    specs: tuple[Spec, ...]
-    #: state of the row of an item, see :class:`Row`
-    state: Callable[[Any], str] = _plain
-    #: how many further items have no row
-    left_out: int = 0
+    items: Sequence[Any]  #: what the rows are about
+    specs: tuple[Spec, ...]  #: the columns
+    state: Callable[[Any], str] = _plain  #: state of the row of an item, see :class:`Row`
+    left_out: int = 0  #: how many further items have no row
     #: which items keep their rows where not all can have one; the first if not given
     worst: Worst | None = None
     #: names of the points that an item is about, see :class:`Row`

@@ -35,8 +35,7 @@ class ReportWarning:
 
     text: str
     severity: Severity
-    #: what was found, for programs and tests
-    key: str = ""
+    key: str = ""  #: what was found, for programs and tests
 
 
 def warned(severity: Severity, texts: Iterable[str], key: str = "") -> tuple[ReportWarning, ...]:

@@ -50,18 +50,12 @@ class StoredFrame(Result):
     kind: FrameKind
     crs: str | None
     epoch: float | None
-    #: short names of the coordinates
-    axes: tuple[str, str, str]
-    #: 3 x 3, axes of the coordinates to east, north, up
-    upright: Matrix
-    #: of the frames, as a person reads them: work, projected, geodetic, ecef
-    names: dict[str, str]
-    #: from the work frame; null where they are the same
-    from_work: StoredMap | None
-    #: to the other frames; latitude and longitude are times ``radius``
-    maps: dict[str, StoredMap]
-    #: [m]
-    radius: float
+    axes: tuple[str, str, str]  #: short names of the coordinates
+    upright: Matrix  #: 3 x 3, axes of the coordinates to east, north, up
+    names: dict[str, str]  #: of the frames, as a person reads them: work, projected, geodetic, ecef
+    from_work: StoredMap | None  #: from the work frame; null where they are the same
+    maps: dict[str, StoredMap]  #: to the other frames; latitude and longitude are times ``radius``
+    radius: float  #: [m]
 
 
 @dataclass(frozen=True)
@@ -69,8 +63,7 @@ class SeenPlane(Result):
     """Where a plane was seen, in the work frame [m]."""
 
     centre: Vector
-    #: radius about the centre that holds it
-    extent: float
+    extent: float  #: radius about the centre that holds it
     #: unit vectors along the sides of the rectangle that holds it, and half its widths along them;
     #: results of earlier versions have none
     axes: Matrix | None = None
@@ -86,8 +79,7 @@ class JointRows(Result):
 
     points: tuple[str, ...]
     file: str
-    #: rows of the joint covariance of the poses
-    shared: int
+    shared: int  #: rows of the joint covariance of the poses
 
 
 @dataclass(frozen=True)

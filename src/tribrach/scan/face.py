@@ -18,12 +18,9 @@ from tribrach._types import Array, Mask
 class HeadTurn:
     """How the head turned: its direction at column k is ``first + step k``."""
 
-    #: direction of the first column [rad], counter-clockwise about the standing axis
-    first: float
-    #: turn from one column to the next [rad]
-    step: float
-    #: number of columns
-    columns: int
+    first: float  #: direction of the first column [rad], counter-clockwise about the standing axis
+    step: float  #: turn from one column to the next [rad]
+    columns: int  #: number of columns
 
     def faces(self, xyz: Array, column: NDArray[np.integer]) -> Array:
         """Faces (n,) of +1 or -1 of points (n, 3) [m] with their columns (n,)."""

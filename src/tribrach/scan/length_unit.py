@@ -29,14 +29,11 @@ _DOUBTS = {
 class LengthUnit:
     """The unit of the coordinates of a file."""
 
-    #: of x, y and z, in words
-    names: tuple[str, str, str] = ("metre", "metre", "metre")
+    names: tuple[str, str, str] = ("metre", "metre", "metre")  #: of x, y and z, in words
     #: metres in one unit of x, y and z; None if x and y are angles
     factors: tuple[float, float, float] | None = (1.0, 1.0, 1.0)
-    #: who says so
-    source: str = "assumed"
-    #: WKT of the file, whose axes have these units; None if it has none
-    crs: str | None = None
+    source: str = "assumed"  #: who says so
+    crs: str | None = None  #: WKT of the file, whose axes have these units; None if it has none
     #: true if it follows from the axes of the reference system, which any program can read
     by_crs: bool = False
 
@@ -63,8 +60,7 @@ class UnitDoubt(Result):
 
     #: kind of doubt
     key: Literal["wide", "high", "narrow", "slender", "steep", "tower", "far", "coarse"]
-    #: the length that asks [m]
-    value: float
+    value: float  #: the length that asks [m]
 
     @property
     def sentence(self) -> Sentence:

@@ -31,8 +31,7 @@ _FIELDS = {"intensity": np.float32, "row": np.int32, "column": np.int32}
 class Loaded:
     """A whole scan in memory."""
 
-    #: (n, 3), points of the scanner frame, float64 [m]
-    xyz: Array
+    xyz: Array  #: (n, 3), points of the scanner frame, float64 [m]
     #: (n,), float32 in the file's unit; None if the scan has none
     intensity: NDArray[np.float32] | None = None
     #: (n,), int32, of the scanner's grid; None if the scan has none
@@ -79,14 +78,10 @@ class HeldScan(Scan):
     records without a point are.
     """
 
-    #: the scan that was read
-    file: Scan
-    #: its points
-    points: Loaded
-    #: number of the points up to the end of each chunk
-    ends: tuple[int, ...]
-    #: records of each chunk that hold no point
-    dropped: tuple[int, ...]
+    file: Scan  #: the scan that was read
+    points: Loaded  #: its points
+    ends: tuple[int, ...]  #: number of the points up to the end of each chunk
+    dropped: tuple[int, ...]  #: records of each chunk that hold no point
     #: true if the points are those of the file (:meth:`stored`), not those that count
     #: (:meth:`chunks`)
     raw: bool = False

@@ -38,14 +38,10 @@ class CorrelationGates:
     window: int = 16
     #: a patch has so many points at least, above the number of unknowns of its surface
     fewest: int = 18
-    #: patches that tell a correlation, at least
-    fewest_patches: int = 8
-    #: lags along rows and columns at most
-    lag: int = 5
-    #: widths that are tried, over the shorter pitch and the patch
-    widths: int = 14
-    #: groups of patches whose scatter gives the sigma of the share
-    groups: int = 20
+    fewest_patches: int = 8  #: patches that tell a correlation, at least
+    lag: int = 5  #: lags along rows and columns at most
+    widths: int = 14  #: widths that are tried, over the shorter pitch and the patch
+    groups: int = 20  #: groups of patches whose scatter gives the sigma of the share
     #: a share is told from none if it explains so much more of the weighted squares: chance does so
     #: in less than one of a hundred scans, the best of all widths taken
     told: float = 12.0
@@ -73,17 +69,13 @@ class NeighbourCorrelation(
     sigma: Number
     #: diameter of the discs whose overlap it goes with [rad]; zero if nothing was told
     angle: Number
-    #: the widest discs that were tried, as large as the patches [rad]
-    widest: float
-    #: median angles (2,) from row to row and from column to column [rad]
-    pitch: Array
-    #: rows and columns (k, 2) from one point to another, the nearest along both first
-    lags: Index
+    widest: float  #: the widest discs that were tried, as large as the patches [rad]
+    pitch: Array  #: median angles (2,) from row to row and from column to column [rad]
+    lags: Index  #: rows and columns (k, 2) from one point to another, the nearest along both first
     #: correlations at these lags, free of what the surfaces take up, and their sigmas
     correlation: Array
     correlation_sigma: Array
-    #: variance that the errors have over what residuals of single patches say
-    lost: float
+    lost: float  #: variance that the errors have over what residuals of single patches say
     #: what it rests on
     points: int
     patches: int
@@ -196,8 +188,7 @@ class _Patch:
     #: where there is one
     residual: Array
     filled: Mask
-    #: (rows, columns, k), orthonormal surfaces that were taken out
-    base: Array
+    base: Array  #: (rows, columns, k), orthonormal surfaces that were taken out
 
     @classmethod
     def of(cls, residual: Array, row: Index, column: Index, degree: int) -> _Patch | None:
@@ -278,10 +269,8 @@ class _Patch:
 class _Sums:
     """Sums over patches."""
 
-    #: (l,), products of residuals over pairs at each lag
-    seen: Array
-    #: (l,), numbers of pairs, each from both sides
-    pairs: Array
+    seen: Array  #: (l,), products of residuals over pairs at each lag
+    pairs: Array  #: (l,), numbers of pairs, each from both sides
     #: (l, 1 + w), what independent errors of variance one make of the products, and those of
     #: discs: before and after the surfaces were taken out
     plain: Array

@@ -38,10 +38,8 @@ class NoReturnGates:
     width_share: float = 5e-4
     least_width_m: float = 0.003
     most_widths: float = 4.0
-    #: points of a shell over those of the same width before it
-    contrast: float = 10.0
-    #: widths that lie before it and are compared
-    before_widths: int = 20
+    contrast: float = 10.0  #: points of a shell over those of the same width before it
+    before_widths: int = 20  #: widths that lie before it and are compared
     #: share of the scan, and of the shell, that may lie beyond it
     beyond_share: float = 1e-3
     beyond_of_shell: float = 0.2
@@ -56,8 +54,7 @@ class NoReturnGates:
     #: points that are compared to find places that repeat, and how much more often than the others
     compared: int = 300_000
     repeats: float = 20.0
-    #: places at most
-    most_places: int = 20
+    most_places: int = 20  #: places at most
 
 
 GATES = NoReturnGates()

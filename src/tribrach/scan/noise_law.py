@@ -85,8 +85,7 @@ class NoiseClass:
     #: standard deviations along the beam [m]: roots of the mean squares
     observed: float
     stated: float
-    #: the same of what is stated, each variance weighted with its own inverse [m]
-    weighted: float
+    weighted: float  #: the same of what is stated, each variance weighted with its own inverse [m]
     #: squared residuals over stated variances, by the degrees of freedom: 1 where both agree
     chi2_dof: float
     #: degrees of freedom that this figure is worth by its scatter from patch to patch, never more
@@ -154,8 +153,7 @@ class LastingEffect(Result):
 class FittedNoise:
     """The noise of a scanner by its own scans."""
 
-    #: what it was estimated from, all patches
-    observed: ObservedNoise
+    observed: ObservedNoise  #: what it was estimated from, all patches
     #: (patches,), patches that the laws were taken from; the others are rough, bent or of several
     #: materials
     kept: NDArray[np.bool_]
@@ -167,8 +165,7 @@ class FittedNoise:
     #: law of the range, [m] and [m/m], divided by the cosine of the incidence
     range: float
     range_scale: float
-    #: (2, 2), of these; NaN where a figure is at its limit
-    range_covariance: Array
+    range_covariance: Array  #: (2, 2), of these; NaN where a figure is at its limit
     #: noise of the angles [rad] that slanted surfaces show
     horizontal: float
     vertical: float
@@ -189,8 +186,7 @@ class FittedNoise:
     #: what is left of both after the law
     by_range: LastingEffect
     by_incidence: LastingEffect
-    #: why there is no law of the intensity, "" with one
-    why: str = ""
+    why: str = ""  #: why there is no law of the intensity, "" with one
     #: whose footprint was held; place and angles are then what is left beside it
     held: Beam | None = None
     #: power of the cosine of the incidence that the law of the range is divided by
@@ -413,14 +409,10 @@ class _Patches:
     light: Array
     range: Array
     cosine: Array
-    #: (k, 3), what a variance of the place [m^2] and of both angles [rad^2] add
-    across: Array
-    #: variance that is known, of rounding [m^2]
-    known: Array
-    #: variance over that of a law from which on a patch is rough
-    limit: Array
-    #: mean of the variances up to there, over that of the law
-    below: Array
+    across: Array  #: (k, 3), what a variance of the place [m^2] and of both angles [rad^2] add
+    known: Array  #: variance that is known, of rounding [m^2]
+    limit: Array  #: variance over that of a law from which on a patch is rough
+    below: Array  #: mean of the variances up to there, over that of the law
 
     @classmethod
     def of(cls, observed: ObservedNoise) -> _Patches:
@@ -620,12 +612,9 @@ class _Solved:
     #: of the range, and after them the variances of place and angles
     model: _Model
     parameters: Array
-    #: of the parameters, NaN where one is at its bound
-    covariance: Array
-    #: (3,), variances of place and angles that would not be noticed, one sigma each
-    least: Array
-    #: (3, 3), covariance of these variances with nothing at its bound
-    across: Array
+    covariance: Array  #: of the parameters, NaN where one is at its bound
+    least: Array  #: (3,), variances of place and angles that would not be noticed, one sigma each
+    across: Array  #: (3, 3), covariance of these variances with nothing at its bound
     #: of the patches by the law, the negative logarithm of the likelihood, the variance factor,
     #: and the patches that were used
     variance: Array

@@ -34,21 +34,15 @@ LEAST_VARIANCE = 1e-18
 class PatchGates:
     """What counts as a patch of a plane, chosen on simulated rooms (see test_noise_law)."""
 
-    #: points that a patch is made of at least: 21 degrees of freedom
-    points: int = 24
-    #: rows and columns that a patch has at least, so that both slopes are known
-    fewest: int = 3
+    points: int = 24  #: points that a patch is made of at least: 21 degrees of freedom
+    fewest: int = 3  #: rows and columns that a patch has at least, so that both slopes are known
     #: width that a patch grows to where points are closer [m]: several beams wide, and walls are
     #: flat to a tenth of a millimetre over it
     width: float = 0.10
-    #: doublings of the width in rows and columns at most
-    doublings: int = 4
-    #: patches of farther points may become so wide [m], then they are left out
-    widest: float = 1.0
-    #: share of a window's pixels that hold a point
-    filled: float = 0.75
-    #: flattest incidence, as a cosine: 75 degrees
-    flattest: float = 0.26
+    doublings: int = 4  #: doublings of the width in rows and columns at most
+    widest: float = 1.0  #: patches of farther points may become so wide [m], then they are left out
+    filled: float = 0.75  #: share of a window's pixels that hold a point
+    flattest: float = 0.26  #: flattest incidence, as a cosine: 75 degrees
     #: points farther from the plane than so many standard deviations of the patch are no points of
     #: it; a patch with more than this share of such points is no plane
     outlier: float = 4.5
@@ -57,12 +51,9 @@ class PatchGates:
     #: square is this share of the variance
     curved: float = 1e-3
     curvature: float = 0.1
-    #: no scanner has more noise than this [m]
-    noisiest: float = 0.1
-    #: V of points that have H, from the standing axis [rad]
-    pole: float = 0.1
-    #: patches that are worked with at most, spread over all
-    patches: int = 10_000
+    noisiest: float = 0.1  #: no scanner has more noise than this [m]
+    pole: float = 0.1  #: V of points that have H, from the standing axis [rad]
+    patches: int = 10_000  #: patches that are worked with at most, spread over all
 
 
 GATES = PatchGates()
@@ -85,30 +76,22 @@ _LARGE = 2**31
 class ObservedNoise:
     """Points on planar patches and how far they are from their planes, along their beams."""
 
-    #: (m,), range measured less range of the plane [m]
-    residual: Array
+    residual: Array  #: (m,), range measured less range of the plane [m]
     #: (m,), share of a point's error that its residual shows: one less its leverage
     redundancy: Array
-    #: (m,), as in the file, NaN without
-    intensity: Array
-    #: (m,), of the plane [m]
-    range: Array
-    #: (m,), of the incidence angle
-    cosine: Array
+    intensity: Array  #: (m,), as in the file, NaN without
+    range: Array  #: (m,), of the plane [m]
+    cosine: Array  #: (m,), of the incidence angle
     #: (m, 2), change of the range with a movement across the beam, horizontally and vertically
     #: [m/m]; the sum of their squares is the squared tangent of the incidence
     slope: Array
-    #: (m,), number of the patch, ascending from 0
-    patch: Index
+    patch: Index  #: (m,), number of the patch, ascending from 0
     #: (m,), of the scanner's grid, or of a raster of directions where there is none
     row: Index
     column: Index
-    #: (patches, 2), angles from row to row and from column to column [rad]
-    pitch: Array
-    #: true if they are the scanner's
-    gridded: bool = False
-    #: step of the coordinates [m], 0 if they are fine
-    step: float = 0.0
+    pitch: Array  #: (patches, 2), angles from row to row and from column to column [rad]
+    gridded: bool = False  #: true if they are the scanner's
+    step: float = 0.0  #: step of the coordinates [m], 0 if they are fine
     #: windows that were filled, those of them that are curved, and those with too many points off
     windows: int = 0
     curved: int = 0

@@ -45,19 +45,15 @@ _FULL_CIRCLE = 0.98
 class RangeImage:
     """Ranges over directions, and the point behind every pixel."""
 
-    #: (rows, columns), number of the point (int32), -1 where there is none
-    index: Indices
-    #: (rows, columns), range [m] (float32), NaN where there is none
-    range: Single
+    index: Indices  #: (rows, columns), number of the point (int32), -1 where there is none
+    range: Single  #: (rows, columns), range [m] (float32), NaN where there is none
     #: directions of pixel centres [rad]
     first_h: float
     first_v: float
     step_h: float
     step_v: float
-    #: true if the last column is the neighbour of the first
-    wraps: bool
-    #: true if the layout comes from the scanner's rows and columns
-    gridded: bool
+    wraps: bool  #: true if the last column is the neighbour of the first
+    gridded: bool  #: true if the layout comes from the scanner's rows and columns
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -277,8 +273,7 @@ def _bridge(ranges: Single, i: int, j: int, di: int, dj: int, gap: int, wraps: b
 class PixelNumbers:
     """Pixels of points in an image whose H and V increase."""
 
-    #: (n,), number of the pixel of each point, -1 for none
-    pixel: NDArray[np.int32]
+    pixel: NDArray[np.int32]  #: (n,), number of the pixel of each point, -1 for none
     #: size of the image
     rows: int
     columns: int
@@ -287,8 +282,7 @@ class PixelNumbers:
     first_v: float
     step_h: float
     step_v: float
-    #: true if the last column is the neighbour of the first
-    wraps: bool
+    wraps: bool  #: true if the last column is the neighbour of the first
 
 
 def lay_out(xyz: Array, row: Index, column: Index) -> PixelNumbers | None:

@@ -47,27 +47,21 @@ Origin = Literal["stated", "assumed", "unknown"]
 class Field:
     """A value that every point has besides its coordinates."""
 
-    #: as in the table above
-    name: str
-    #: name of a numpy type such as ``float32``
-    dtype: str
+    name: str  #: as in the table above
+    dtype: str  #: name of a numpy type such as ``float32``
     #: limits that the file states
     low: float | None = None
     high: float | None = None
-    #: what the file says of it
-    description: str = ""
-    #: every value is a whole multiple of it; None if that is not known
-    step: float | None = None
+    description: str = ""  #: what the file says of it
+    step: float | None = None  #: every value is a whole multiple of it; None if that is not known
 
 
 @dataclass(frozen=True)
 class Chunk:
     """Consecutive valid points of a scan."""
 
-    #: (n, 3), points of the scanner frame [m]
-    xyz: Array
-    #: other values (n,) or (n, k), by name of the field
-    values: Mapping[str, NDArray[Any]]
+    xyz: Array  #: (n, 3), points of the scanner frame [m]
+    values: Mapping[str, NDArray[Any]]  #: other values (n,) or (n, k), by name of the field
     #: records between the previous chunk and the end of this one that hold no point (invalid, NaN,
     #: no return)
     dropped: int = 0
@@ -106,16 +100,13 @@ class NoReturn(Result, without=("at_scanner", "total", "doubt")):
     shell: tuple[float, float] | None = None
     #: places x, y, z [m] that many points share
     places: tuple[tuple[float, float, float], ...] = ()
-    #: are there points in the very place of the scanner?
-    at_scanner: bool = False
+    at_scanner: bool = False  #: are there points in the very place of the scanner?
     #: number of points in the place of the scanner, in the shared places, and in the shell
     zeros: int = 0
     repeated: int = 0
     in_shell: int = 0
-    #: number of all points of the file
-    total: int = 0
-    #: what speaks against metres in the others
-    doubt: UnitDoubt | None = None
+    total: int = 0  #: number of all points of the file
+    doubt: UnitDoubt | None = None  #: what speaks against metres in the others
 
     @property
     def points(self) -> int:
@@ -175,37 +166,28 @@ class Scan(ABC):
     calibration of the scanner is applied (see :mod:`tribrach.scan.prepared`).
     """
 
-    #: of the scan, unique within its file
-    name: str
+    name: str  #: of the scan, unique within its file
     #: file and place in it
     path: Path
     index: int = 0
     #: number that the header states, valid points or not; None if it states none
     records: int | None = None
-    #: what every point has besides its coordinates
-    fields: tuple[Field, ...] = ()
-    #: world from scanner as the file has it, None if it has none
-    pose: Pose | None = None
-    #: is the scanner at zero?
-    origin: Origin = "unknown"
-    #: rows and columns
-    grid: tuple[int, int] | None = None
-    #: WKT of the coordinates if the file says
-    crs: str | None = None
+    fields: tuple[Field, ...] = ()  #: what every point has besides its coordinates
+    pose: Pose | None = None  #: world from scanner as the file has it, None if it has none
+    origin: Origin = "unknown"  #: is the scanner at zero?
+    grid: tuple[int, int] | None = None  #: rows and columns
+    crs: str | None = None  #: WKT of the coordinates if the file says
     #: smallest and largest coordinates (2, 3) [m] that the header states
     bounds: Array | None = None
-    #: sentences about what was odd
-    warnings: tuple[str, ...] = ()
-    #: what else the header says
-    facts: Mapping[str, str] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()  #: sentences about what was odd
+    facts: Mapping[str, str] = field(default_factory=dict)  #: what else the header says
     #: lattice that the coordinates are stored on, None if they are not or it is not known
     lattice: Lattice | None = None
     #: what the coordinates of the file are counted in; bounds, pose and points are metres
     unit: LengthUnit = METRES
     #: where the scanner stood in the coordinates of the file [m]
     scanner: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    #: the face whose points these are, None for all points
-    face: ScanFace | None = None
+    face: ScanFace | None = None  #: the face whose points these are, None for all points
     #: calibration of the scanner, None if its points are as measured
     correction: Correction | None = None
     #: what the file has for beams without return, None if all its points count

@@ -28,12 +28,9 @@ _THICK = 0.3
 class SurfaceSample:
     """Points of a scan and how the surface lies there."""
 
-    #: (n, 3), points [m]
-    xyz: Array
-    #: (n, 3), unit normals towards the scanner, NaN where unknown
-    normals: Array
-    #: (n,), intensities as in the file; None if it has none
-    intensity: Array | None = None
+    xyz: Array  #: (n, 3), points [m]
+    normals: Array  #: (n, 3), unit normals towards the scanner, NaN where unknown
+    intensity: Array | None = None  #: (n,), intensities as in the file; None if it has none
 
 
 def surface_sample(scan: Scan) -> SurfaceSample:

@@ -21,8 +21,7 @@ from tribrach.errors import InputError
 class FallOff:
     """Light received as a function of the range, 1 where it is strongest."""
 
-    #: range up to which nothing falls on the detector [m]
-    blind: float
+    blind: float  #: range up to which nothing falls on the detector [m]
     #: from there, range within which the image is so far out of focus that a share of ``1 - 1/e``
     #: of it or less falls on the detector [m]
     focus: float

@@ -22,18 +22,13 @@ _ONE = 1e-4
 class Blend:
     """Means over footprints (n,)."""
 
-    #: (n,), light received, with nothing counting as zero
-    intensity: Array
-    #: (n,), weighted by intensity, of the stronger echo where two are told apart [m]
-    range: Array
+    intensity: Array  #: (n,), light received, with nothing counting as zero
+    range: Array  #: (n,), weighted by intensity, of the stronger echo where two are told apart [m]
     #: (n,), of incidence where the middle of the beam hit, or at the nearest place hit that counts
     cosine: Array
-    #: (n,), of the ranges [m]
-    spread: Array
-    #: (n,), something was hit
-    met: NDArray[np.bool_]
-    #: (n,), more than one surface was hit
-    several: NDArray[np.bool_]
+    spread: Array  #: (n,), of the ranges [m]
+    met: NDArray[np.bool_]  #: (n,), something was hit
+    several: NDArray[np.bool_]  #: (n,), more than one surface was hit
     #: (n, 3), where the middle of the beam hit, or, if that missed, the nearest place hit [m]
     truth: Array
 

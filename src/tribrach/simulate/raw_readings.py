@@ -27,10 +27,8 @@ class InstrumentDay:
     #: collimation and index error [rad]
     collimation: float = 6 * SEC
     index: float = -4 * SEC
-    #: that are measured
-    sets: int = 2
-    #: standard deviation by which the tripod turns from set to set [rad]
-    twist: float = 3 * SEC
+    sets: int = 2  #: that are measured
+    twist: float = 3 * SEC  #: standard deviation by which the tripod turns from set to set [rad]
     #: share of the targets that are hidden in a set, in both faces; each is seen in one at least
     missing: float = 0.1
 

@@ -164,14 +164,10 @@ def reflectance_at(kind, reflectance, pattern, x, y):  # type: ignore[no-untyped
 class Hits:
     """Hits of n rays."""
 
-    #: (n,), in metres, infinite where nothing was hit
-    range: Array
-    #: (n,), of the incidence angle
-    cosine: Array
-    #: (n,), at the place that was hit
-    reflectance: Array
-    #: (n,), its number, -1 where nothing was hit
-    primitive: NDArray[np.int64]
+    range: Array  #: (n,), in metres, infinite where nothing was hit
+    cosine: Array  #: (n,), of the incidence angle
+    reflectance: Array  #: (n,), at the place that was hit
+    primitive: NDArray[np.int64]  #: (n,), its number, -1 where nothing was hit
 
 
 class SceneView:

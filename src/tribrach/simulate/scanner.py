@@ -60,15 +60,12 @@ _KEY, _FIRST = 57, 1_000_000
 class SharedTexture:
     """Texture over the directions of one scan."""
 
-    #: what neighbours share
-    shared: SharedNoise
+    shared: SharedNoise  #: what neighbours share
     #: V of the first row, and the step of the grid [rad]
     first_v: float
     step: float
-    #: of the grid
-    rows: int
-    #: seed of the scan
-    entropy: tuple[int, ...]
+    rows: int  #: of the grid
+    entropy: tuple[int, ...]  #: seed of the scan
 
     def mixed(self, own: Array, row: Index, column: Index, length: Array) -> Array:
         """Errors of variance one, of beams' own normal ones and of what neighbours share."""
@@ -133,8 +130,7 @@ class ScanGrid:
     #: of the first column and row [rad]
     first_h: float
     first_v: float
-    #: in both directions [rad]
-    step: float
+    step: float  #: in both directions [rad]
     #: of the grid
     rows: int
     columns: int
@@ -169,16 +165,14 @@ class Scanner:
     #: of the intensity takes the light that is received, speckle and all, on the scale of
     #: ``intensity``, and leaves ``incidence`` nothing to do.
     noise: ScanNoise
-    #: the noise of ranges is divided by the cosine of the incidence angle
-    incidence: bool = False
+    incidence: bool = False  #: the noise of ranges is divided by the cosine of the incidence angle
     #: noise of the intensity, which is reflectance times cosine, falls off with the range as
     #: ``fall_off`` says and goes from 0 to 1
     intensity: float = 0.01
     #: noise of the intensity that grows with it, as its share: laser light that a rough surface
     #: scatters interferes with itself (2 to 10 % for terrestrial scanners)
     speckle: float = 0.0
-    #: how light falls off with the range, not at all if None
-    fall_off: FallOff | None = None
+    fall_off: FallOff | None = None  #: how light falls off with the range, not at all if None
     #: echoes whose intensity with its noise stays below this are lost: weak ones with a
     #: probability
     weakest: float = 0.01
@@ -190,15 +184,13 @@ class Scanner:
     parameters: dict[str, float] = field(default_factory=dict)
     #: A ``dome`` scanner sees with its back face where H exceeds 180 degrees
     faces: Literal["front", "dome"] = "front"
-    #: rays over the footprint at borders
-    beams: int = 19
+    beams: int = 19  #: rays over the footprint at borders
     #: surfaces in a footprint whose ranges differ by more than this are told apart [m]
     separable: float = 0.3
     #: what a mixed pixel of such surfaces measures: a mean over all of them or the strongest of
     #: the nearest surface and what is behind it
     separated: Literal["mean", "strongest"] = "mean"
-    #: the probability that it is lost
-    lost: float = 0.7
+    lost: float = 0.7  #: the probability that it is lost
 
     def delta(self, polar: Array) -> Array:
         """Corrections (n, 3) of measured range [m], H and V [rad] (n, 3)."""
@@ -227,22 +219,17 @@ class Scanner:
 class SimulatedPoints:
     """Consecutive points of a simulated scan."""
 
-    #: (n, 3), as measured, in the scanner frame [m]
-    xyz: Array
-    #: (n,), float32, 0 to 1
-    intensity: NDArray[np.float32]
+    xyz: Array  #: (n, 3), as measured, in the scanner frame [m]
+    intensity: NDArray[np.float32]  #: (n,), float32, 0 to 1
     #: (n,), int32, of the grid
     row: NDArray[np.int32]
     column: NDArray[np.int32]
-    #: (n, 3), place in the world that the echo came from [m]
-    truth: Array
-    #: (n,), what it hit
-    primitive: Index
+    truth: Array  #: (n, 3), place in the world that the echo came from [m]
+    primitive: Index  #: (n,), what it hit
     #: (n,), several surfaces are in the footprint, and the range is a mean over them or that of
     #: one of them; the truth is then where the middle of the beam hit, or the nearest place hit
     mixed: NDArray[np.bool_]
-    #: directions that were measured, hit or not
-    rays: int
+    rays: int  #: directions that were measured, hit or not
 
     def __len__(self) -> int:
         return len(self.xyz)
@@ -451,12 +438,9 @@ class _Pixels:
     #: of the hit
     range: Array
     primitive: Index
-    #: another surface is within reach
-    edge: NDArray[np.bool_]
-    #: shortest range within reach [m]
-    near: Array
-    #: directions that were measured, those without a hit included
-    rays: int
+    edge: NDArray[np.bool_]  #: another surface is within reach
+    near: Array  #: shortest range within reach [m]
+    rays: int  #: directions that were measured, those without a hit included
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,38 +28,26 @@ _DARK = 0.08
 class Primitive:
     """One convex surface."""
 
-    #: one of the constants of this module, such as :data:`BOX`
-    kind: int
-    #: (3,), in the world [m]
-    center: Array
-    #: (3, 3), local axes in the world, as rows
-    axes: Array
-    #: (3,), half extents along the axes [m]
-    half: Array
-    #: of the surface (0 to 1)
-    reflectance: float
-    #: half the side of the quadrants, or the radius of the disc [m]
-    pattern: float = 0.0
-    #: reflectance of the bright quadrants or the disc (0 to 1)
-    second: float = 0.0
+    kind: int  #: one of the constants of this module, such as :data:`BOX`
+    center: Array  #: (3,), in the world [m]
+    axes: Array  #: (3, 3), local axes in the world, as rows
+    half: Array  #: (3,), half extents along the axes [m]
+    reflectance: float  #: of the surface (0 to 1)
+    pattern: float = 0.0  #: half the side of the quadrants, or the radius of the disc [m]
+    second: float = 0.0  #: reflectance of the bright quadrants or the disc (0 to 1)
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
     """n primitives as arrays."""
 
-    #: (n,), as in :class:`Primitive`
-    kind: NDArray[np.int64]
-    #: (n, 3), in the world [m]
-    center: Array
-    #: (n, 3, 3), local axes in the world, as rows
-    axes: Array
-    #: (n, 3), half extents [m]
-    half: Array
+    kind: NDArray[np.int64]  #: (n,), as in :class:`Primitive`
+    center: Array  #: (n, 3), in the world [m]
+    axes: Array  #: (n, 3, 3), local axes in the world, as rows
+    half: Array  #: (n, 3), half extents [m]
     #: (n, 3), of the surface, of the bright quadrants or disc, of the dark quadrants
     reflectance: Array
-    #: (n,), half the side of the quadrants, or the radius of the disc [m]
-    pattern: Array
+    pattern: Array  #: (n,), half the side of the quadrants, or the radius of the disc [m]
 
     @classmethod
     def of(cls, primitives: Sequence[Primitive]) -> Scene:

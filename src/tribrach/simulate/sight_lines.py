@@ -27,14 +27,10 @@ _STEP = float(np.radians(1.5))
 class SightLines:
     """Lines from stations (s,) to places (n,)."""
 
-    #: (s, n), in metres
-    length: Array
-    #: (s, n), the place is seen
-    seen: NDArray[np.bool_]
-    #: (s, n), angle of incidence [rad], NaN for places that lie on no surface
-    steep: Array
-    #: (s, n), something nearer stops the line
-    hidden: NDArray[np.bool_]
+    length: Array  #: (s, n), in metres
+    seen: NDArray[np.bool_]  #: (s, n), the place is seen
+    steep: Array  #: (s, n), angle of incidence [rad], NaN for places that lie on no surface
+    hidden: NDArray[np.bool_]  #: (s, n), something nearer stops the line
 
 
 def sight_lines(

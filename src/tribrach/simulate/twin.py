@@ -42,12 +42,9 @@ class TwinTarget:
     #: of the target
     name: str
     kind: TargetKind
-    #: (3,), in the world [m]
-    center: Array
-    #: side of a checkerboard, radius of a sphere or of a disc [m]
-    size: float
-    #: (3,), of flat targets
-    normal: Array | None = None
+    center: Array  #: (3,), in the world [m]
+    size: float  #: side of a checkerboard, radius of a sphere or of a disc [m]
+    normal: Array | None = None  #: (3,), of flat targets
 
     def primitive(self) -> Primitive:
         """The target as a primitive of the scene."""
@@ -68,12 +65,9 @@ class TwinTarget:
 class TwinStation:
     """A scanner station."""
 
-    #: of the station
-    name: str
-    #: world from scanner, true
-    pose: Pose
-    #: it was set up level
-    levelled: bool = False
+    name: str  #: of the station
+    pose: Pose  #: world from scanner, true
+    levelled: bool = False  #: it was set up level
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +77,7 @@ class TwinScan:
     #: of the scan and its station
     name: str
     station: str
-    #: directions of its pixels
-    grid: ScanGrid
+    grid: ScanGrid  #: directions of its pixels
     #: (rows, columns), directions that are measured, all if None
     mask: NDArray[np.bool_] | None = None
 
@@ -98,16 +91,11 @@ class TwinScan:
 class TargetSight:
     """How a station sees a target."""
 
-    #: in metres
-    range: float
-    #: in radians
-    incidence: float
-    #: share of the target that nothing hides
-    clear: float
-    #: expected in the finest scan
-    points: float
-    #: the target can be found in that scan
-    visible: bool
+    range: float  #: in metres
+    incidence: float  #: in radians
+    clear: float  #: share of the target that nothing hides
+    points: float  #: expected in the finest scan
+    visible: bool  #: the target can be found in that scan
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +105,7 @@ class Twin:
     #: of the twin
     name: str
     title: str
-    #: of its random numbers
-    seed: int
+    seed: int  #: of its random numbers
     #: what is scanned, and with what
     scene: Scene
     scanner: Scanner
@@ -126,20 +113,15 @@ class Twin:
     stations: Sequence[TwinStation]
     scans: Sequence[TwinScan]
     targets: Sequence[TwinTarget]
-    #: texts of tables by file name
-    files: Mapping[str, str] = field(default_factory=dict)
-    #: the sections of the project file
-    project: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)  #: texts of tables by file name
+    project: str = ""  #: the sections of the project file
     #: true coordinates (3,) of further points by name [m]
     marks: Mapping[str, Array] = field(default_factory=dict)
-    #: further truth for the record
-    facts: Mapping[str, Any] = field(default_factory=dict)
-    #: of the files of scans
-    suffix: str = ".laz"
+    facts: Mapping[str, Any] = field(default_factory=dict)  #: further truth for the record
+    suffix: str = ".laz"  #: of the files of scans
     #: of several at one site: what its project, scans and results are called after
     campaign: str = ""
-    #: campaigns that follow at the same site, written beside this one
-    later: Sequence[Twin] = ()
+    later: Sequence[Twin] = ()  #: campaigns that follow at the same site, written beside this one
 
     @property
     def project_file(self) -> str:

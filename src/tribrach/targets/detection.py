@@ -20,30 +20,23 @@ class Detection(Result):
     """A target that was found, in the coordinates of its scan."""
 
     kind: Kind
-    #: name of the scan
-    scan: str
-    #: centre in the scanner frame [m]
-    center: Vector
-    #: its covariance, floor included [m^2]
-    covariance: Matrix
+    scan: str  #: name of the scan
+    center: Vector  #: centre in the scanner frame [m]
+    covariance: Matrix  #: its covariance, floor included [m^2]
     #: radius of a sphere or disc, half the side of a checkerboard, radius of the circle of equal
     #: area for a plane [m]
     radius: Number
-    #: root mean square of the residuals of the inliers [m]
-    rms: Number
+    rms: Number  #: root mean square of the residuals of the inliers [m]
     #: points looked at, and those that determined the centre
     points: int
     inliers: int
-    #: distance from scanner to centre [m]; null where the scanner is unknown
-    range: Number
+    range: Number  #: distance from scanner to centre [m]; null where the scanner is unknown
     #: mean angle between beam and surface normal of the inliers [rad]; null like the range
     incidence: Number
-    #: share of the expected pixels that are inliers, 0 to 1
-    coverage: Number
+    coverage: Number  #: share of the expected pixels that are inliers, 0 to 1
     #: further numbers by name, with the unit in the name
     facts: Mapping[str, Number] = field(default_factory=dict)
-    #: what was odd about it
-    sentences: tuple[str, ...] = ()
+    sentences: tuple[str, ...] = ()  #: what was odd about it
 
     @property
     def sigmas(self) -> Array:
@@ -55,12 +48,9 @@ class Detection(Result):
 class Rejected:
     """A candidate that was not a target."""
 
-    #: what it was a candidate for
-    kind: Kind
-    #: (3,), its place in the scanner frame [m]
-    center: Array
-    #: why it was refused, one sentence
-    reason: str
+    kind: Kind  #: what it was a candidate for
+    center: Array  #: (3,), its place in the scanner frame [m]
+    reason: str  #: why it was refused, one sentence
 
 
 def lies_on(center: Array, detections: Iterable[Detection], radii: float = 1.0) -> bool:

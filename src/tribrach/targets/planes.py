@@ -31,22 +31,18 @@ class PlaneGates:
 
     #: a block of pixels has about this edge on a surface at the median range [m] ...
     block_m: float = 0.08
-    #: ... within these bounds
-    block_px: tuple[int, int] = (5, 48)
+    block_px: tuple[int, int] = (5, 48)  #: ... within these bounds
     #: a block is flat if its thickness is below this many sigmas of the range ...
     block_thickness_sigmas: float = 2.0
-    #: ... and its points fill this share of it
-    block_filled_share: float = 0.6
+    block_filled_share: float = 0.6  #: ... and its points fill this share of it
     #: blocks get a plane if so much of them is filled, with so many points
     block_fitted_share: float = 0.5
     block_fewest_points: int = 6
     #: a block lies in a region's plane: its centre within these sigmas of range plus this [m] ...
     joins_sigmas: float = 1.0
     joins_m: float = 2e-3
-    #: ... and its normal within this [rad]
-    joins_rad: float = float(np.radians(12.0))
-    #: smaller regions are dropped
-    fewest_blocks: int = 4
+    joins_rad: float = float(np.radians(12.0))  #: ... and its normal within this [rad]
+    fewest_blocks: int = 4  #: smaller regions are dropped
     #: pixels lie in a plane within these sigmas of the range plus this [m]
     pixel_sigmas: float = 3.0
     pixel_m: float = 1e-3
@@ -55,12 +51,9 @@ class PlaneGates:
     coarse_passes: int = 4
     wide_passes: int = 2
     fine_passes: int = 2
-    #: the wide gate, along the normal [m]
-    wide_gate_m: float = 0.02
-    #: points looked at in a coarse pass, about: bounds the time
-    coarse_points: int = 1_000_000
-    #: residuals beyond this many sigmas are trimmed
-    trim_sigmas: float = 3.0
+    wide_gate_m: float = 0.02  #: the wide gate, along the normal [m]
+    coarse_points: int = 1_000_000  #: points looked at in a coarse pass, about: bounds the time
+    trim_sigmas: float = 3.0  #: residuals beyond this many sigmas are trimmed
     #: standard deviation of a normal variable that is cut there (closed form for three sigmas)
     trimmed_normal_sigma: float = 0.98658
     #: the trimming follows the unit sigma of the last pass within these bounds
@@ -77,8 +70,7 @@ class PlaneGates:
     same_m: float = 5e-3
     same_growth: float = 1.5
 
-    #: smallest area if nobody says otherwise [m^2]
-    least_area_m2: float = 0.5
+    least_area_m2: float = 0.5  #: smallest area if nobody says otherwise [m^2]
     #: regions below this share of the least area are not worth a rejection
     listed_area_share: float = 0.5
     #: largest rms along the normal, in sigmas of the range and of the waves of good surfaces [m]
@@ -87,21 +79,18 @@ class PlaneGates:
     #: a surface is curved if its radius is below this [m] and its bow above this [m] ...
     curved_radius_m: float = 50.0
     bow_m: float = 5e-4
-    #: ... and above so many sigmas
-    bow_sigmas: float = 4.0
+    bow_sigmas: float = 4.0  #: ... and above so many sigmas
 
     #: neighbours share errors of the surface: one independent point in a square of this edge [m]
     independent_m: float = 0.05
-    #: fewest independent points that a plane counts as
-    fewest_independent: float = 4.0
+    fewest_independent: float = 4.0  #: fewest independent points that a plane counts as
     #: parts that residuals are summed over to see how they hang together, along either side, and
     #: how many of them tell it
     parts: int = 8
     fewest_parts: int = 8
     #: sigma of what no fit sees of a surface [m]: waves, paint, the scanner's zero error
     floor_m: float = 3e-4
-    #: largest number of points for the outline and the bow
-    outline_points: int = 20_000
+    outline_points: int = 20_000  #: largest number of points for the outline and the bow
     #: cells that stand for the patch where it is compared with others, about; their least width [m]
     sample_cells: int = 400
     least_cell_m: float = 0.1
@@ -130,22 +119,14 @@ _GRAZING_RAD = GATES.grazing_rad
 class PlaneFits:
     """Planes fitted to the k regions of a scan."""
 
-    #: (k, 3), planes as ``m . x = 1`` [1/m].
-    m: Array
-    #: (k, 3, 3), normal matrices of ``m``
-    normal: Array
-    #: (k,), weighted sums of squared residuals
-    square: Array
-    #: (k,), numbers of inliers
-    points: Array
-    #: (k,), root mean squares of the residuals along the line of sight [m]
-    rms: Array
-    #: (k, 3), means of the inliers [m]
-    center: Array
-    #: (k,), areas of the pixels [m^2]
-    area: Array
-    #: (k,), mean angles between beam and normal [rad]
-    incidence: Array
+    m: Array  #: (k, 3), planes as ``m . x = 1`` [1/m].
+    normal: Array  #: (k, 3, 3), normal matrices of ``m``
+    square: Array  #: (k,), weighted sums of squared residuals
+    points: Array  #: (k,), numbers of inliers
+    rms: Array  #: (k,), root mean squares of the residuals along the line of sight [m]
+    center: Array  #: (k, 3), means of the inliers [m]
+    area: Array  #: (k,), areas of the pixels [m^2]
+    incidence: Array  #: (k,), mean angles between beam and normal [rad]
 
     @property
     def s0(self) -> Array:
@@ -526,25 +507,17 @@ Labels = NDArray[np.int32]
 class Plane:
     """A plane patch, ``normal . (x - center) = 0``."""
 
-    #: (3,), unit normal towards the scanner
-    normal: Array
-    #: (3,), place on the plane at the centroid [m]
-    center: Array
-    #: (2, 3), unit vectors in the plane
-    tangents: Array
+    normal: Array  #: (3,), unit normal towards the scanner
+    center: Array  #: (3,), place on the plane at the centroid [m]
+    tangents: Array  #: (2, 3), unit vectors in the plane
     #: (3, 3), covariance of the tilt of the normal along both tangents [rad] and of the offset
     #: along the normal at the centre [m], floor included
     covariance: Array
-    #: area that the scan sees [m^2]
-    area: float
-    #: (k, 3), convex outline [m]
-    outline: Array
-    #: (s, 3), one place on the plane for every occupied cell [m]
-    sample: Array
-    #: width of the cells [m]
-    spacing: float
-    #: the same patch for lists of targets
-    detection: Detection
+    area: float  #: area that the scan sees [m^2]
+    outline: Array  #: (k, 3), convex outline [m]
+    sample: Array  #: (s, 3), one place on the plane for every occupied cell [m]
+    spacing: float  #: width of the cells [m]
+    detection: Detection  #: the same patch for lists of targets
 
 
 def find_planes(

@@ -15,14 +15,10 @@ from tribrach.scan.range_image import RangeImage
 class RangeNoiseGates:
     """How the noise of ranges is estimated from a scan (by hand: test_sphere_search)."""
 
-    #: smaller noise [m] is not believed: points on disk have steps
-    least_m: float = 5e-5
-    #: differences looked at, about: bounds the time
-    sample: int = 200_000
-    #: second differences beyond this [m] are edges
-    edge_m: float = 0.05
-    #: fewer differences tell nothing
-    fewest: int = 10
+    least_m: float = 5e-5  #: smaller noise [m] is not believed: points on disk have steps
+    sample: int = 200_000  #: differences looked at, about: bounds the time
+    edge_m: float = 0.05  #: second differences beyond this [m] are edges
+    fewest: int = 10  #: fewer differences tell nothing
     #: lower quartile of the size of a standard normal variable, Phi^-1(5/8)
     normal_quartile: float = 0.318639
 

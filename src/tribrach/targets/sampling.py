@@ -30,12 +30,9 @@ from tribrach.targets.spheres.grid_search import GATES as SPHERE
 class LeastPoints:
     """What the search for a kind of target takes at least."""
 
-    #: points across the size, along the coarser direction
-    across: float
-    #: points on the target
-    on: int
-    #: share of the square around the target that it covers
-    share: float
+    across: float  #: points across the size, along the coarser direction
+    on: int  #: points on the target
+    share: float  #: share of the square around the target that it covers
 
     @property
     def even(self) -> float:
@@ -60,8 +57,7 @@ class Sampling:
     #: steps of H and V [rad]
     step_h: float
     step_v: float
-    #: half of the directions with a point end nearer [m]
-    median: float
+    median: float  #: half of the directions with a point end nearer [m]
 
     @classmethod
     def of(cls, image: RangeImage) -> Self:

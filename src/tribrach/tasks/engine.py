@@ -26,12 +26,9 @@ R = TypeVar("R")
 class Call:
     """A task that is to be done."""
 
-    #: in words, such as ``targets of S1``: progress and errors speak of it so
-    what: str
-    #: what the task gets
-    values: tuple[Any, ...]
-    #: the file that it reads above all, where there is one
-    file: Path | None = None
+    what: str  #: in words, such as ``targets of S1``: progress and errors speak of it so
+    values: tuple[Any, ...]  #: what the task gets
+    file: Path | None = None  #: the file that it reads above all, where there is one
     #: work in comparison to the other calls, such as points: the longest are begun first where
     #: several are done at a time
     cost: float = 0.0

@@ -18,12 +18,9 @@ from tribrach.transformation.models import Transformation
 class Carrier:
     """Carries points (n, 3), or (n, 2) by one in the plane; backwards from B to A."""
 
-    #: from A to B
-    transformation: Transformation
-    #: (k, k), covariance of its parameters; None leaves it out
-    covariance: Array | None = None
-    #: true from B to A
-    backwards: bool = False
+    transformation: Transformation  #: from A to B
+    covariance: Array | None = None  #: (k, k), covariance of its parameters; None leaves it out
+    backwards: bool = False  #: true from B to A
     #: degrees of freedom of the variance that the covariance rests on; None where sigmas were given
     freedom: int | None = None
 

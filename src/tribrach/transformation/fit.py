@@ -30,20 +30,16 @@ _RANK = 1e-8
 class CommonPoints:
     """Points by name in both systems."""
 
-    #: of the n points
-    names: tuple[str, ...]
+    names: tuple[str, ...]  #: of the n points
     #: (n, d), coordinates in system A and system B [m]
     a: Array
     b: Array
     #: their covariances
     spread_a: Spread
     spread_b: Spread
-    #: (n,), false for check points and for points that are switched off
-    used: Mask
-    #: (n,), true for points held out to be compared
-    check: Mask
-    #: why a point is switched off, empty if it is not
-    reasons: tuple[str, ...] = field(default=())
+    used: Mask  #: (n,), false for check points and for points that are switched off
+    check: Mask  #: (n,), true for points held out to be compared
+    reasons: tuple[str, ...] = field(default=())  #: why a point is switched off, empty if it is not
 
     @property
     def weighted(self) -> bool:
@@ -61,30 +57,21 @@ class CommonPoints:
 class TransformationFit:
     """A fitted transformation of n points, of which m were used."""
 
-    #: the common points
-    points: CommonPoints
-    #: the fitted transformation
-    transformation: Transformation
+    points: CommonPoints  #: the common points
+    transformation: Transformation  #: the fitted transformation
     #: (k, k), of the parameters in the order of ``transformation.model.parameters``, from the
     #: given covariances (from unit weights if none are given)
     cofactor: Array
-    #: (n, d), b - T(a) of all points, also of those held out [m]
-    difference: Array
+    difference: Array  #: (n, d), b - T(a) of all points, also of those held out [m]
     #: (n, d), residuals in both systems [m], zero where a point is not used
     residual_a: Array
     residual_b: Array
-    #: weighted sum of squares
-    vtpv: float
-    #: redundancy
-    dof: int
-    #: steps that were needed
-    iterations: int
-    #: (m, d), ``C^-1 w``
-    force: Array
-    #: (m, d, d), diagonal blocks of C^-1
-    weight: Array
-    #: (m, d, k), blocks of C^-1 A
-    solved: Array
+    vtpv: float  #: weighted sum of squares
+    dof: int  #: redundancy
+    iterations: int  #: steps that were needed
+    force: Array  #: (m, d), ``C^-1 w``
+    weight: Array  #: (m, d, d), diagonal blocks of C^-1
+    solved: Array  #: (m, d, k), blocks of C^-1 A
 
     @property
     def model(self) -> Model:

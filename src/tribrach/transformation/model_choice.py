@@ -79,8 +79,7 @@ class Rung(Result):
     words: str
     vtpv: float
     dof: int
-    #: root mean square of the differences [m]
-    rms: float
+    rms: float  #: root mean square of the differences [m]
     #: gain and its limit at 95 %: chi-square with given covariances that hold, else F; null for the
     #: stiffest model and where nothing is left to compare with
     statistic: Number

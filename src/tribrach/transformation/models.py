@@ -24,12 +24,9 @@ _AXES = ("x", "y", "z")
 class Model:
     """What a transformation may change."""
 
-    #: number of parameters
-    count: int
-    #: 3 in space, 2 in the plane
-    dimension: int
-    #: the model in words
-    words: str
+    count: int  #: number of parameters
+    dimension: int  #: 3 in space, 2 in the plane
+    words: str  #: the model in words
     #: ``none``, ``heading`` about the vertical, ``free``, or ``affine``
     turn: Literal["none", "heading", "free", "affine"]
     #: ``none``, ``one``, or one along each of the ``axes`` of A
@@ -97,17 +94,13 @@ def find_model(count: int, dimension: int) -> Model:
 class Transformation:
     """``b = shift + matrix @ (a - centre)``."""
 
-    #: what may change
-    model: Model
+    model: Model  #: what may change
     #: (d,), centre of the fitted points in A, and its image in B [m]
     centre: Array
     shift: Array
-    #: (d, d), rotation from A to B
-    rotation: Array
-    #: (d,), scales along the axes of A
-    factors: Array
-    #: (d, d), the linear part of an affine transformation, else None
-    affine: Array | None = None
+    rotation: Array  #: (d, d), rotation from A to B
+    factors: Array  #: (d,), scales along the axes of A
+    affine: Array | None = None  #: (d, d), the linear part of an affine transformation, else None
 
     @property
     def matrix(self) -> Array:

@@ -47,18 +47,12 @@ ALPHA, CHECK = 0.05, 0.99
 class Outcome:
     """A fit and everything that is to be said about it."""
 
-    #: without the points that were removed
-    fit: TransformationFit
-    #: of the used points
-    tests: PointTests
-    #: None if there are none
-    checks: CheckResult | None
-    #: None where it is not determined
-    scale: ScaleTest | None
-    #: other models
-    rungs: tuple[Rung, ...]
-    #: what looks wrong with the columns, in sentences
-    odd: tuple[str, ...]
+    fit: TransformationFit  #: without the points that were removed
+    tests: PointTests  #: of the used points
+    checks: CheckResult | None  #: None if there are none
+    scale: ScaleTest | None  #: None where it is not determined
+    rungs: tuple[Rung, ...]  #: other models
+    odd: tuple[str, ...]  #: what looks wrong with the columns, in sentences
     #: what snooping did, in sentences, and names of the points that it removed
     steps: tuple[str, ...]
     removed: tuple[str, ...]

@@ -32,12 +32,9 @@ class PointTests:
     #: (m,), naN where nothing controls a point
     statistic: Array
     limit: Array
-    #: (m,), sum of its redundancy numbers, 0 to d
-    redundancy: Array
-    #: (m, d), estimated blunder in B's axes [m]
-    error: Array
-    #: (m,), ``v^T P v`` of the fit without the point
-    left: Array
+    redundancy: Array  #: (m,), sum of its redundancy numbers, 0 to d
+    error: Array  #: (m, d), estimated blunder in B's axes [m]
+    left: Array  #: (m,), ``v^T P v`` of the fit without the point
 
     @property
     def suspicious(self) -> NDArray[np.bool_]:
@@ -89,16 +86,11 @@ def point_tests(
 class CheckResult:
     """Points held out, compared with the transformation."""
 
-    #: (c,), their numbers among all points
-    place: NDArray[np.int64]
-    #: (c, d), b - T(a) [m]
-    difference: Array
-    #: (c, d, d), predicted covariance of the difference [m^2]
-    covariance: Array
-    #: (c,), squared difference in that metric
-    statistic: Array
-    #: of the variance factor, None where it is not estimated
-    dof: int | None
+    place: NDArray[np.int64]  #: (c,), their numbers among all points
+    difference: Array  #: (c, d), b - T(a) [m]
+    covariance: Array  #: (c, d, d), predicted covariance of the difference [m^2]
+    statistic: Array  #: (c,), squared difference in that metric
+    dof: int | None  #: of the variance factor, None where it is not estimated
 
     def limit(self, probability: float = 0.99) -> Array:
         """Limits (c,) of the statistics."""
@@ -142,12 +134,9 @@ def compare_points(fit: TransformationFit, place: NDArray[np.int64]) -> CheckRes
 class Snooped:
     """A fit without the points that do not fit."""
 
-    #: of the points that are left
-    fit: TransformationFit
-    #: what was done, in words
-    steps: tuple[str, ...]
-    #: names of the points that stayed off
-    removed: tuple[str, ...]
+    fit: TransformationFit  #: of the points that are left
+    steps: tuple[str, ...]  #: what was done, in words
+    removed: tuple[str, ...]  #: names of the points that stayed off
 
 
 def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:

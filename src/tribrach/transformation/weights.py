@@ -23,10 +23,8 @@ _MOST = 6000
 class Spread:
     """Covariance of n points: one of both forms, or neither if they are free of errors."""
 
-    #: (n, d, d), covariance of each point [m^2]
-    blocks: Array | None = None
-    #: (n d, n d), one covariance over all points [m^2]
-    joint: Array | None = None
+    blocks: Array | None = None  #: (n, d, d), covariance of each point [m^2]
+    joint: Array | None = None  #: (n d, n d), one covariance over all points [m^2]
 
     def part(self, chosen: NDArray[np.bool_], d: int) -> Spread:
         """The covariance of chosen points."""

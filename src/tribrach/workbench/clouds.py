@@ -53,16 +53,11 @@ _AXES = {"sigma_x": "sigma E", "sigma_y": "sigma N", "sigma_z": "sigma of height
 class SceneCloudFile:
     """A cloud of a scene."""
 
-    #: of the cloud, as the page calls it
-    name: str
-    #: name of the COPC file as the page asks for it
-    file: str
-    #: the file itself
-    path: Path
-    #: name of the file that the run wrote, or that was given besides
-    source: str
-    #: is it no cloud of the run, but one that was given besides?
-    further: bool = False
+    name: str  #: of the cloud, as the page calls it
+    file: str  #: name of the COPC file as the page asks for it
+    path: Path  #: the file itself
+    source: str  #: name of the file that the run wrote, or that was given besides
+    further: bool = False  #: is it no cloud of the run, but one that was given besides?
 
 
 def written_clouds(result: Mapping[str, Any], folder: Path) -> list[Path]:

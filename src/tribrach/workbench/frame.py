@@ -22,12 +22,9 @@ from tribrach.geodesy.output_frame import FrameKind
 class SceneFrame:
     """The frame of the clouds."""
 
-    #: ``work``, ``projected`` or ``ecef``
-    kind: FrameKind = "work"
-    #: name of the reference system
-    crs: str | None = None
-    #: short names of the coordinates
-    axes: tuple[str, str, str] = ("e", "n", "u")
+    kind: FrameKind = "work"  #: ``work``, ``projected`` or ``ecef``
+    crs: str | None = None  #: name of the reference system
+    axes: tuple[str, str, str] = ("e", "n", "u")  #: short names of the coordinates
     #: (3, 3), axes of the coordinates to east, north, up
     upright: Array = field(default_factory=lambda: np.eye(3))
     #: pose (4, 4) and covariance (6, 6) in this frame of stations that have a scan
@@ -37,8 +34,7 @@ class SceneFrame:
     #: to other frames by name: ``work``, ``projected``, ``geodetic`` (angles times ``radius``),
     #: ``ecef``
     maps: Mapping[str, StoredMap] = field(default_factory=dict)
-    #: what latitudes and longitudes of a map are multiplied by [m]
-    radius: float = 1.0
+    radius: float = 1.0  #: what latitudes and longitudes of a map are multiplied by [m]
 
     def of_points(self, points: Mapping[str, Any]) -> tuple[list[Any], list[Any]]:
         """Coordinates and covariances of points of the network in this frame."""

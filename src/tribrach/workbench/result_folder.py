@@ -39,12 +39,9 @@ def read_result(folder: Path) -> dict[str, Any]:
 class ResultFolder:
     """What lies beside a result."""
 
-    #: the folder; None where nothing was run yet
-    folder: Path | None = None
-    #: the frame of the clouds
-    frame: SceneFrame = field(default_factory=SceneFrame)
-    #: poses of the scans with what their points share
-    pose_file: PoseFile | None = None
+    folder: Path | None = None  #: the folder; None where nothing was run yet
+    frame: SceneFrame = field(default_factory=SceneFrame)  #: the frame of the clouds
+    pose_file: PoseFile | None = None  #: poses of the scans with what their points share
     #: content of ``workbench.json``, None where a run left none
     further: WorkbenchDocument | None = None
 

@@ -37,8 +37,7 @@ class SceneStations(Result):
 
     name: Names
     kind: list[Literal["scanner", "set-up"]]
-    #: world from scanner, 4 x 4
-    pose: list[Matrix | None]
+    pose: list[Matrix | None]  #: world from scanner, 4 x 4
     #: by which the clouds were placed, 4 x 4; what a session moves carries them along
     pose_of_clouds: list[Matrix | None] = field(default_factory=list)
     xyz: list[Triple | None]
@@ -72,8 +71,7 @@ class SceneRays(Result):
     to: Names
     w: list[Number]
     suspicious: list[bool]
-    #: of the observations
-    rows: list[list[int]]
+    rows: list[list[int]]  #: of the observations
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +82,7 @@ class ScenePlanes(Result):
     normal: list[Triple]
     offset: list[Number]
     centre: list[Triple | None]
-    #: radius about the centre
-    extent: list[Number]
+    extent: list[Number]  #: radius about the centre
     #: 2 x 3: unit vectors along the sides of the rectangle that holds the plane
     axes: list[Matrix | None] = field(default_factory=list)
     #: half the widths of that rectangle
@@ -99,8 +96,7 @@ class SceneTargets(Result):
     scan: Names
     number: list[int]
     kind: Names
-    #: point of the network, "" if nothing else saw it
-    name: Names
+    name: Names  #: point of the network, "" if nothing else saw it
     #: in the scanner frame
     center: list[Triple]
     xyz: list[Triple | None]
@@ -114,8 +110,7 @@ class SceneTargets(Result):
     remark: Names
     accepted: list[bool]
     picture: list[str | None]
-    #: numbers of the fit with their units, by what they are
-    words: list[dict[str, str]]
+    words: list[dict[str, str]]  #: numbers of the fit with their units, by what they are
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,10 +146,8 @@ class SceneCloud(Result):
     url: str
     points: int
     bounds: tuple[Triple, Triple]
-    #: ``rgb`` is true or false
-    attributes: dict[str, SceneAttribute | bool]
-    #: given besides the clouds of the run, such as distances of a comparison
-    further: bool = False
+    attributes: dict[str, SceneAttribute | bool]  #: ``rgb`` is true or false
+    further: bool = False  #: given besides the clouds of the run, such as distances of a comparison
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -198,16 +191,13 @@ class SceneDocument(Result, maybe=("joint",)):
     """What ``tribrach view`` and ``tribrach workbench`` draw."""
 
     title: str
-    #: probability of ellipsoids
-    confidence: float
+    confidence: float  #: probability of ellipsoids
     #: factor from standard deviations to the semi-axes of ellipsoids of this probability
     ellipsoid: float
     angle: Literal["gon", "deg"]
     crs: str | None
-    #: short names of the coordinates
-    axes: tuple[str, str, str]
-    #: near the middle; everything is drawn about it [m]
-    origin: tuple[int, int, int]
+    axes: tuple[str, str, str]  #: short names of the coordinates
+    origin: tuple[int, int, int]  #: near the middle; everything is drawn about it [m]
     #: 3 x 3: axes of the coordinates to east, north, up
     frame: Matrix
     datum: str
@@ -225,20 +215,16 @@ class SceneDocument(Result, maybe=("joint",)):
     targets: SceneTargets
     rejected: SceneRejected
     clouds: list[SceneCloud]
-    #: clouds that are being converted
-    pending: list[str] = field(default_factory=list)
+    pending: list[str] = field(default_factory=list)  #: clouds that are being converted
     #: what cannot be shown, and what to do about it; empty where nothing lacks
     lacking: str = ""
     epochs: list[SceneEpochs] = field(default_factory=list)
-    #: in a static folder, for the sigmas of distances
-    joint: SceneJoint | None = None
+    joint: SceneJoint | None = None  #: in a static folder, for the sigmas of distances
     #: as in the result, without their regressions
     comparisons: list[dict[str, Any]]
     edits: list[dict[str, Any]]
-    #: whether observations can be switched off here
-    session: bool
-    #: of which run the sigmas of the points in the clouds are
-    sigmas_of: str
+    session: bool  #: whether observations can be switched off here
+    sigmas_of: str  #: of which run the sigmas of the points in the clouds are
 
 
 FORM = Form("scene", SceneDocument, 1, quick=True)

@@ -31,10 +31,8 @@ class Snapshot:
 
     #: name to coordinates (3,) [m], NaN along axes that the network does not have
     points: Mapping[str, Array]
-    #: name to covariance (3, 3) [m^2]
-    point_covariances: Mapping[str, Array]
-    #: name to pose (4, 4), world from scanner
-    stations: Mapping[str, Array]
+    point_covariances: Mapping[str, Array]  #: name to covariance (3, 3) [m^2]
+    stations: Mapping[str, Array]  #: name to pose (4, 4), world from scanner
     #: name to covariance (6, 6), translation and then left rotation increments [m, rad]
     station_covariances: Mapping[str, Array]
     #: sigma of unit weight, redundancy and global test, by the keys of ``result.json``

@@ -33,10 +33,8 @@ _NEAR = 0.01
 class Picked:
     """A point of a cloud that somebody pointed at."""
 
-    #: where its scan stands, in the frame of the clouds
-    scan: ScanPose
-    #: the point as the cloud has it
-    point: CloudPoint
+    scan: ScanPose  #: where its scan stands, in the frame of the clouds
+    point: CloudPoint  #: the point as the cloud has it
 
     @property
     def cosine(self) -> float | None:
@@ -57,17 +55,14 @@ class Picked:
 class PointSources:
     """What queries about points are answered from."""
 
-    #: what lies beside the result
-    beside: ResultFolder
+    beside: ResultFolder  #: what lies beside the result
     #: of the scene: coordinates and covariances in the frame of the clouds, by name
     points: Mapping[str, tuple[Array, Array]]
     stations: Mapping[str, tuple[Array, Array]]
     #: clouds by the name that the page has for them
     clouds: Mapping[str, SceneCloudFile] = field(default_factory=dict)
-    #: the network of a session as it is now
-    adjustment: Adjustment | None = None
-    #: on its covariances
-    factor: float = 1.0
+    adjustment: Adjustment | None = None  #: the network of a session as it is now
+    factor: float = 1.0  #: on its covariances
 
     @property
     def style(self) -> Style:

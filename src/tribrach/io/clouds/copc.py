@@ -69,10 +69,8 @@ _ENTRY = np.dtype([("key", "<i4", 4), ("offset", "<u8"), ("size", "<i4"), ("poin
 class Cube:
     """The root node in integer coordinates, in steps."""
 
-    #: (3,), lowest corner
-    corner: Index
-    #: length of its sides
-    side: int
+    corner: Index  #: (3,), lowest corner
+    side: int  #: length of its sides
 
     @classmethod
     def around(cls, low: Index, high: Index) -> Cube:
@@ -99,10 +97,8 @@ class Cube:
 class Nodes:
     """Nodes in the order of their points."""
 
-    #: (m, 4), level, x, y, z
-    keys: NDArray[np.int32]
-    #: (m,), number of points up to the end of each node
-    ends: Index
+    keys: NDArray[np.int32]  #: (m, 4), level, x, y, z
+    ends: Index  #: (m,), number of points up to the end of each node
 
 
 class OctreeDivision:

@@ -28,12 +28,9 @@ _COLOURS = {"red", "green", "blue"}
 class CopcHead:
     """What the first bytes of a cloud tell."""
 
-    #: how many there are
-    points: int
-    #: (2, 3), lowest and highest coordinates [m]
-    bounds: Array
-    #: do points have colours of their own?
-    colours: bool
+    points: int  #: how many there are
+    bounds: Array  #: (2, 3), lowest and highest coordinates [m]
+    colours: bool  #: do points have colours of their own?
     #: values (n,) of the points of the coarsest node by the name of the field
     sample: dict[str, NDArray[Any]]
 
@@ -67,12 +64,9 @@ def read_copc_head(path: Path) -> CopcHead:
 class CloudPoint:
     """A point of a cloud."""
 
-    #: (3,), its coordinates [m]
-    xyz: Array
-    #: numbers by the name of the field
-    values: dict[str, float]
-    #: what the cloud says of itself
-    facts: Mapping[str, str]
+    xyz: Array  #: (3,), its coordinates [m]
+    values: dict[str, float]  #: numbers by the name of the field
+    facts: Mapping[str, str]  #: what the cloud says of itself
 
 
 def nearest_point(path: Path, place: Array, within: float) -> CloudPoint | None:

@@ -276,14 +276,10 @@ def _pages(file: BinaryIO, first: int, count: int, source: Path) -> bytes:
 class _Column:
     """A field's column."""
 
-    #: the field
-    field: Field
-    #: name of the column in the file
-    path: str
-    #: type of the column
-    dtype: np.dtype[Any]
-    #: memory that is filled for every block
-    buffer: NDArray[Any]
+    field: Field  #: the field
+    path: str  #: name of the column in the file
+    dtype: np.dtype[Any]  #: type of the column
+    buffer: NDArray[Any]  #: memory that is filled for every block
 
 
 class E57Writer(CloudWriter):

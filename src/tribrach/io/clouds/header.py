@@ -34,19 +34,15 @@ def _zeros() -> Array:
 class CloudHeader:
     """Header of a cloud that is to be written."""
 
-    #: of the cloud
-    name: str
-    #: values that `write` will get besides the coordinates
-    fields: tuple[Field, ...] = ()
+    name: str  #: of the cloud
+    fields: tuple[Field, ...] = ()  #: values that `write` will get besides the coordinates
     #: coordinate step on disk of formats that store integers, one or for x, y and z, in the unit of
     #: the coordinates [m]
     step: float | tuple[float, float, float] = 1e-4
     #: (3,), stored coordinates are relative to it [m]
     offset: Array = field(default_factory=_zeros)
-    #: WKT of the reference system, None for a local frame
-    crs: str | None = None
-    #: decimal year of a dynamic frame
-    epoch: float | None = None
+    crs: str | None = None  #: WKT of the reference system, None for a local frame
+    epoch: float | None = None  #: decimal year of a dynamic frame
     #: world from scanner, for formats that keep points in the scanner frame
     pose: Pose | None = None
     #: further strings that the format has room for

@@ -41,12 +41,9 @@ class DeliveredPosition:
 
     name: str
     role: PositionRole
-    #: code or description, "" without
-    code: str
-    #: (3,), easting, northing, height [m], NaN where there is none
-    xyz: Array
-    #: (3, 3), along the same axes [m^2]; zero where held
-    covariance: Array
+    code: str  #: code or description, "" without
+    xyz: Array  #: (3,), easting, northing, height [m], NaN where there is none
+    covariance: Array  #: (3, 3), along the same axes [m^2]; zero where held
     #: degrees of freedom of its variances in plan, infinite where sigmas are given
     dof: float = math.inf
     #: longitude and latitude [degrees] and ellipsoidal height [m], of the site's datum
@@ -73,10 +70,8 @@ class DeliveredMove:
     xyz: Array
     vector: Array
     covariance: Array
-    #: as the comparison has it
-    verdict: str
-    #: from one epoch to the other
-    epochs: tuple[str, str]
+    verdict: str  #: as the comparison has it
+    epochs: tuple[str, str]  #: from one epoch to the other
 
 
 @dataclass(frozen=True)
@@ -88,16 +83,11 @@ class Delivery:
     #: pairs of positions that an observation joins
     sights: tuple[tuple[str, str], ...] = ()
     moves: tuple[DeliveredMove, ...] = ()
-    #: reference system of the coordinates, "" for a local frame
-    crs: str = ""
-    #: decimal year of a dynamic frame
-    epoch: float | None = None
-    #: whether sigmas are scaled a priori or a posteriori
-    scale: str = "prior"
-    #: what fixes the frame
-    datum: str = ""
-    #: the program and its version
-    program: str = field(default="tribrach", compare=False)
+    crs: str = ""  #: reference system of the coordinates, "" for a local frame
+    epoch: float | None = None  #: decimal year of a dynamic frame
+    scale: str = "prior"  #: whether sigmas are scaled a priori or a posteriori
+    datum: str = ""  #: what fixes the frame
+    program: str = field(default="tribrach", compare=False)  #: the program and its version
 
     @cached_property
     def by_name(self) -> Mapping[str, DeliveredPosition]:

@@ -30,10 +30,8 @@ TEMPLATE = "{point} {easting_m:.4f} {northing_m:.4f} {height_m:.4f} {code}"
 class DeliveryOptions:
     """What a format is told besides."""
 
-    #: denominator of the scale of a drawing; a usual one if None
-    scale: float | None = None
-    #: of a line of a list
-    template: str = TEMPLATE
+    scale: float | None = None  #: denominator of the scale of a drawing; a usual one if None
+    template: str = TEMPLATE  #: of a line of a list
 
 
 def suffix_of(format: str) -> str:

@@ -30,10 +30,8 @@ NO_DOME = "NONE"
 class ReceiverAntenna:
     """An antenna as an ANTEX file has it."""
 
-    #: type and dome in twenty columns
-    name: str
-    #: of the values for GPS, such as ``G01``
-    frequencies: tuple[str, ...]
+    name: str  #: type and dome in twenty columns
+    frequencies: tuple[str, ...]  #: of the values for GPS, such as ``G01``
     #: the dome that was asked for, where only values without a dome are there; else ""
     other_dome: str = ""
 
@@ -42,10 +40,8 @@ class ReceiverAntenna:
 class AntexFile:
     """An ANTEX file."""
 
-    #: where it was read
-    path: Path
-    #: its unpacked content
-    data: bytes
+    path: Path  #: where it was read
+    data: bytes  #: its unpacked content
     #: first byte, name (20 columns) and serial number or satellite (20 columns) of each antenna
     places: tuple[tuple[int, bytes, bytes], ...]
 

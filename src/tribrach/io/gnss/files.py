@@ -47,26 +47,20 @@ FRAME_TURN = 0.2e-6
 class GnssContext:
     """What the project says about GNSS files."""
 
-    #: the ellipsoidal work frame, None if the files bring it
-    site: EllipsoidSite | None = None
-    #: frame and epoch of the project
-    job: Realisation | None = None
+    site: EllipsoidSite | None = None  #: the ellipsoidal work frame, None if the files bring it
+    job: Realisation | None = None  #: frame and epoch of the project
     #: the way of coordinates in the frame that the site names, where that is not the job's
     stated: Passage | None = None
-    #: frame of the files; overrides what they say
-    frame: str = ""
-    #: epoch of the files as a decimal year; overrides what they say
-    epoch: float | None = None
-    #: how marks move
-    motion: Motion | None = None
+    frame: str = ""  #: frame of the files; overrides what they say
+    epoch: float | None = None  #: epoch of the files as a decimal year; overrides what they say
+    motion: Motion | None = None  #: how marks move
     #: names for a solution of RTKLIB
     point: str = ""
     base: str = ""
     #: on the formal standard deviations of a solution of RTKLIB, None for the default, or on those
     #: of a SINEX file
     factor: float | None = None
-    #: stations of SINEX files that are wanted, all if empty
-    stations: tuple[str, ...] = ()
+    stations: tuple[str, ...] = ()  #: stations of SINEX files that are wanted, all if empty
     #: points that have coordinates already
     known: frozenset[str] = field(default_factory=frozenset)
 

@@ -37,10 +37,8 @@ _TYPES = "# / TYPES OF OBSERV"
 class MixedPhases:
     """GPS satellites of a file by the signal of their phases on L2."""
 
-    #: satellites with phases of P(Y) only
-    precise: frozenset[str]
-    #: satellites with phases of L2C
-    civil: frozenset[str]
+    precise: frozenset[str]  #: satellites with phases of P(Y) only
+    civil: frozenset[str]  #: satellites with phases of L2C
 
 
 def _column(file: RinexObservations) -> tuple[int, int] | None:

@@ -41,14 +41,10 @@ _SYSTEMS_2 = {"N": "G", "G": "R", "H": "S"}
 class NavigationFile:
     """Broadcast orbits of one file."""
 
-    #: where it was read
-    path: Path
-    #: plain RINEX
-    text: bytes
-    #: (n,), names such as ``G07``
-    satellites: NDArray[np.str_]
-    #: (n,), of their clocks [s] since 1980-01-06
-    times: NDArray[np.float64]
+    path: Path  #: where it was read
+    text: bytes  #: plain RINEX
+    satellites: NDArray[np.str_]  #: (n,), names such as ``G07``
+    times: NDArray[np.float64]  #: (n,), of their clocks [s] since 1980-01-06
 
 
 def read_navigation(path: Path) -> NavigationFile:

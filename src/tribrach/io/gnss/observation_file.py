@@ -37,24 +37,17 @@ _FIRST_DAY = np.datetime64("1980-01-06T00:00:00", "us")
 class RinexObservations:
     """One receiver's file."""
 
-    #: where it was read
-    path: Path
-    #: plain RINEX
-    text: bytes
-    #: of RINEX
-    version: float
-    #: name of the station, "" if there is none
-    marker: str
+    path: Path  #: where it was read
+    text: bytes  #: plain RINEX
+    version: float  #: of RINEX
+    marker: str  #: name of the station, "" if there is none
     #: (3,), ECEF coordinates of the header [m], NaN if there are none
     approximate: NDArray[np.float64]
-    #: type with its dome
-    antenna: str
+    antenna: str  #: type with its dome
     #: (3,), height, east, north of the antenna reference point over the mark [m]
     delta: NDArray[np.float64]
-    #: (n,), of the epochs [s]
-    times: NDArray[np.float64]
-    #: names such as ``G07``
-    satellites: frozenset[str]
+    times: NDArray[np.float64]  #: (n,), of the epochs [s]
+    satellites: frozenset[str]  #: names such as ``G07``
     #: epochs whose number of satellites was wrong in the file and is right in ``text``
     recounted: int = 0
 

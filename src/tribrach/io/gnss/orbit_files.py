@@ -39,12 +39,10 @@ _SOURCE, _SISA = (5, 1), (6, 0)
 class GalileoRecords:
     """A navigation file whose Galileo records the engine takes."""
 
-    #: plain RINEX
-    text: bytes
+    text: bytes  #: plain RINEX
     #: satellites that state an accuracy beyond the scale of the signal
     coarse: tuple[str, ...] = ()
-    #: the largest that they state [m], 0 without any
-    accuracy: float = 0.0
+    accuracy: float = 0.0  #: the largest that they state [m], 0 without any
 
 
 def galileo_records(text: bytes) -> GalileoRecords:
@@ -105,16 +103,13 @@ def _with_number(record: bytes, where: tuple[int, int], value: float) -> bytes:
 class Orbits:
     """Orbits of a baseline."""
 
-    #: one entry for each navigation file
-    broadcast: tuple[NavigationFile, ...]
+    broadcast: tuple[NavigationFile, ...]  #: one entry for each navigation file
     #: precise orbits of all SP3 files together, None without any
     precise: PreciseOrbits | None = None
-    #: names of the SP3 files
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()  #: names of the SP3 files
     #: galileo satellites whose accuracy is beyond the scale of the signal
     coarse: tuple[str, ...] = ()
-    #: the largest that they state [m]
-    accuracy: float = 0.0
+    accuracy: float = 0.0  #: the largest that they state [m]
 
     def for_engine(self) -> Orbits:
         """The same with Galileo records as the engine takes them."""

@@ -49,16 +49,11 @@ _LINE = re.compile(rb"^(?!\*  \d|P[ A-Z][ \d]\d|V|E[PVO]|/\*|[ \r]*$).*$", re.M)
 class PreciseOrbits:
     """Orbits of satellites at epochs, in the Earth-fixed frame of the file."""
 
-    #: where they were read
-    path: Path
-    #: m names such as ``G01``
-    satellites: tuple[str, ...]
-    #: (n,), GPS time [s] since 1980-01-06
-    times: Array
-    #: (n, m, 3), positions [m], NaN where there are none
-    xyz: Array
-    #: (n, m), errors of the clocks [s], NaN where there are none
-    clocks: Array
+    path: Path  #: where they were read
+    satellites: tuple[str, ...]  #: m names such as ``G01``
+    times: Array  #: (n,), GPS time [s] since 1980-01-06
+    xyz: Array  #: (n, m, 3), positions [m], NaN where there are none
+    clocks: Array  #: (n, m), errors of the clocks [s], NaN where there are none
 
 
 def is_sp3(data: bytes) -> bool:
@@ -112,12 +107,9 @@ def read_sp3(path: Path, data: bytes) -> PreciseOrbits:
 class _Header:
     """What the header of a file promises."""
 
-    #: number of epochs
-    epochs: int
-    #: seconds between them
-    step: float
-    #: names, in the order of the header
-    satellites: tuple[str, ...]
+    epochs: int  #: number of epochs
+    step: float  #: seconds between them
+    satellites: tuple[str, ...]  #: names, in the order of the header
 
     @classmethod
     def of(cls, path: Path, header: bytes) -> _Header:

@@ -16,19 +16,15 @@ class GnssRecords:
 
     #: names of the n points that were measured as positions
     positions: list[str] = field(default_factory=list)
-    #: (n, 3), their coordinates
-    xyz: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    xyz: Array = field(default_factory=lambda: np.zeros((0, 3)))  #: (n, 3), their coordinates
     #: (3n, 3n), of the coordinates [m^2]
     covariance: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    #: (n, 3), in m/year
-    velocity: Array | None = None
-    #: (6n, 6n), of coordinates and velocities
-    velocity_covariance: Array | None = None
+    velocity: Array | None = None  #: (n, 3), in m/year
+    velocity_covariance: Array | None = None  #: (6n, 6n), of coordinates and velocities
     #: names of the ends of m vectors
     start: list[str] = field(default_factory=list)
     end: list[str] = field(default_factory=list)
-    #: (m, 3), end minus start
-    vectors: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    vectors: Array = field(default_factory=lambda: np.zeros((0, 3)))  #: (m, 3), end minus start
     #: (m, 3, 3), their covariances [m^2]
     blocks: Array = field(default_factory=lambda: np.zeros((0, 3, 3)))
     #: coordinates (3,) of further points by name
@@ -41,8 +37,7 @@ class GnssRecords:
     vector_sources: list[str] = field(default_factory=list)
     #: why a vector is switched off, "" if it is not; empty if none is
     vector_off: list[str] = field(default_factory=list)
-    #: sentences
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)  #: sentences
 
     def realisation(self, default: Realisation | None) -> Realisation | None:
         """Frame and epoch of the coordinates; ``default`` supplies what the file leaves out."""

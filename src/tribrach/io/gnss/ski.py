@@ -50,8 +50,7 @@ class _Baseline:
     end: str = ""
     vector: Array | None = None
     covariance: Array | None = None
-    #: one of its lines is refused
-    broken: bool = False
+    broken: bool = False  #: one of its lines is refused
 
 
 def read_ski(path: Path) -> GnssRecords:

@@ -51,12 +51,9 @@ _WEEK = 604_800.0
 class PhaseResiduals:
     """n phases that the engine used, one for each satellite, frequency and epoch."""
 
-    #: (n,), seconds since 1980-01-06
-    times: Array
-    #: (n,), names
-    satellites: NDArray[np.str_]
-    #: (n,), numbers from 1 on
-    frequencies: NDArray[np.int64]
+    times: Array  #: (n,), seconds since 1980-01-06
+    satellites: NDArray[np.str_]  #: (n,), names
+    frequencies: NDArray[np.int64]  #: (n,), numbers from 1 on
     #: (n,), of the satellites [rad], to 0.1 degrees
     azimuth: Array
     elevation: Array
@@ -68,12 +65,9 @@ class PhaseResiduals:
 class SatelliteUse:
     """The satellites that a run of the engine used."""
 
-    #: their names
-    satellites: tuple[str, ...]
-    #: root mean square of their phase residuals [m], None if there are none
-    residual: float | None
-    #: all residuals, None if there are none
-    phases: PhaseResiduals | None = None
+    satellites: tuple[str, ...]  #: their names
+    residual: float | None  #: root mean square of their phase residuals [m], None if there are none
+    phases: PhaseResiduals | None = None  #: all residuals, None if there are none
 
     @property
     def systems(self) -> str:
@@ -110,24 +104,16 @@ class Solution:
 
     #: what ``values`` are: ``baseline``, or a position, which is ECEF whatever the file has
     kind: Kind
-    #: (n, 3), ECEF positions [m], or E, N, U of the baseline [m]
-    values: Array
-    #: (n, 3, 3), along the same axes [m^2]
-    covariance: Array
-    #: (n,), seconds since 1980-01-06
-    times: Array
-    #: (n,), 1 fixed, 2 float, 4 code differences, 5 single
-    quality: NDArray[np.int64]
-    #: (n,), how many
-    satellites: NDArray[np.int64]
-    #: (n,), of the ambiguity test
-    ratio: Array
+    values: Array  #: (n, 3), ECEF positions [m], or E, N, U of the baseline [m]
+    covariance: Array  #: (n, 3, 3), along the same axes [m^2]
+    times: Array  #: (n,), seconds since 1980-01-06
+    quality: NDArray[np.int64]  #: (n,), 1 fixed, 2 float, 4 code differences, 5 single
+    satellites: NDArray[np.int64]  #: (n,), how many
+    ratio: Array  #: (n,), of the ambiguity test
     #: (3,), ECEF coordinates of the base [m], NaN if the header does not give them
     reference: Array
-    #: (n,), of the file
-    lines: NDArray[np.int64]
-    #: the header says that the receiver did not move
-    static: bool = False
+    lines: NDArray[np.int64]  #: (n,), of the file
+    static: bool = False  #: the header says that the receiver did not move
 
     def __len__(self) -> int:
         return len(self.values)

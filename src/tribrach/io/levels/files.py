@@ -47,8 +47,7 @@ class Levelled(Fact):
     #: lines between points, as means of their readings
     sections: tuple[LevelSection, ...]
     closures: tuple[LevelClosure, ...]
-    #: set-ups with double readings, and the differences of those [m]
-    doubles: tuple[float, ...]
+    doubles: tuple[float, ...]  #: set-ups with double readings, and the differences of those [m]
 
 
 def recognised(path: Path) -> bool:

@@ -29,8 +29,7 @@ class StaffReading:
     #: on the staff, and how far away it is [m]; NaN where the file does not say it
     value: float
     distance: float
-    #: of the file, from 1
-    line: int
+    line: int  #: of the file, from 1
     #: height of the point that the instrument computed [m], NaN where the record has none
     height: float = math.nan
 
@@ -90,10 +89,8 @@ class LevelFile:
     #: name of the format in words
     format: str
     lines: tuple[LevelLine, ...]
-    #: heights that were keyed in [m], with their lines
-    given: dict[str, tuple[float, int]]
-    #: (line, sentence) of what cannot be used
-    problems: tuple[tuple[int, str], ...]
+    given: dict[str, tuple[float, int]]  #: heights that were keyed in [m], with their lines
+    problems: tuple[tuple[int, str], ...]  #: (line, sentence) of what cannot be used
 
 
 def _problem(reading: StaffReading) -> str:
@@ -113,8 +110,7 @@ class LevelBook:
 
     _done: list[LevelLine] = field(default_factory=list)
     _pending: list[StaffReading] = field(default_factory=list)
-    #: points whose height the instrument computed
-    computed: set[str] = field(default_factory=set)
+    computed: set[str] = field(default_factory=set)  #: points whose height the instrument computed
     #: as in :class:`LevelFile`
     given: dict[str, tuple[float, int]] = field(default_factory=dict)
     problems: list[tuple[int, str]] = field(default_factory=list)

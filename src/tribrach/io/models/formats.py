@@ -46,8 +46,7 @@ class RawModel:
     """A model as its file has it."""
 
     mesh: Mesh
-    #: what the file says of its unit, None if nothing
-    unit: LengthUnit | None = None
+    unit: LengthUnit | None = None  #: what the file says of its unit, None if nothing
 
 
 def model_unit(word: str | None) -> LengthUnit | None:

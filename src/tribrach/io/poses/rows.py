@@ -32,15 +32,12 @@ class NumberRow:
 class PoseList:
     """Poses of one file, all in one frame."""
 
-    #: the file
-    path: Path
-    #: world from scanner, one or more
-    poses: tuple[Pose, ...]
+    path: Path  #: the file
+    poses: tuple[Pose, ...]  #: world from scanner, one or more
     #: numbers of the scans that the poses belong to, from 0; None for a file that is of one scan
     #: and has its name
     frames: tuple[int, ...] | None
-    #: the format and how it was understood
-    words: str
+    words: str  #: the format and how it was understood
 
 
 def number_rows(path: Path) -> list[NumberRow]:

@@ -92,14 +92,10 @@ def _with_unit(name: str) -> tuple[str, LengthUnit | None]:
 class ColumnRoles:
     """Which columns of a file are coordinates and which are fields."""
 
-    #: names of the coordinates in the file
-    xyz: tuple[str, str, str]
-    #: the fields of the scan
-    fields: tuple[Field, ...]
-    #: their names in the file
-    sources: tuple[str, ...]
-    #: that stretch colours to 65535, 1 for everything else
-    factors: tuple[float, ...]
+    xyz: tuple[str, str, str]  #: names of the coordinates in the file
+    fields: tuple[Field, ...]  #: the fields of the scan
+    sources: tuple[str, ...]  #: their names in the file
+    factors: tuple[float, ...]  #: that stretch colours to 65535, 1 for everything else
 
     def coordinates(self, columns: Mapping[str, NDArray[Any]]) -> NDArray[np.float64]:
         """Points (n, 3) [m] of columns, finite or not."""

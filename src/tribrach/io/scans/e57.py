@@ -101,17 +101,13 @@ _GLANCE = 1000
 class FieldColumn:
     """A column of the file that becomes a field."""
 
-    #: its name in the file
-    path: str
-    #: what it becomes
-    field: Field
-    #: type character of the buffer
-    buffer: str
+    path: str  #: its name in the file
+    field: Field  #: what it becomes
+    buffer: str  #: type character of the buffer
     #: limits that colours are stretched from
     low: float = 0.0
     high: float = 65535.0
-    #: the column that invalidates it
-    flag: str | None = None
+    flag: str | None = None  #: the column that invalidates it
 
     def values(self, raw: Values, invalid: Values | None) -> Values:
         """The field's values.
@@ -236,30 +232,19 @@ def _stated(
 class ScanHeader:
     """The header of a scan: all that the XML section says about it."""
 
-    #: number of records, valid or not
-    records: int
-    #: physical offset of their binary section, None if the XML states none
-    section: int | None
-    #: world from scanner, None if there is none
-    pose: Pose | None
+    records: int  #: number of records, valid or not
+    section: int | None  #: physical offset of their binary section, None if the XML states none
+    pose: Pose | None  #: world from scanner, None if there is none
     #: names of the three columns of coordinates, empty if there are none
     coordinates: tuple[str, ...]
-    #: the column that marks records without a point
-    state: str | None
-    #: the other columns
-    columns: tuple[FieldColumn, ...]
-    #: rows and columns
-    grid: tuple[int, int] | None
-    #: (2, 3), smallest and largest coordinates as stated [m]
-    bounds: Array | None
-    #: whether the scanner is at zero
-    origin: Origin
-    #: lattice that coordinates are stored on
-    lattice: Lattice | None
-    #: sentences
-    warnings: tuple[str, ...]
-    #: other entries as text
-    facts: dict[str, str] = field(default_factory=dict)
+    state: str | None  #: the column that marks records without a point
+    columns: tuple[FieldColumn, ...]  #: the other columns
+    grid: tuple[int, int] | None  #: rows and columns
+    bounds: Array | None  #: (2, 3), smallest and largest coordinates as stated [m]
+    origin: Origin  #: whether the scanner is at zero
+    lattice: Lattice | None  #: lattice that coordinates are stored on
+    warnings: tuple[str, ...]  #: sentences
+    facts: dict[str, str] = field(default_factory=dict)  #: other entries as text
 
 
 def scan_header(scan: etree._Element, path: Path, index: int) -> ScanHeader:
@@ -485,12 +470,9 @@ def unique_names(scans: list[etree._Element], path: Path) -> list[tuple[str, tup
 class E57Scan(Scan):
     """One scan of an E57 file."""
 
-    #: names of the three columns of coordinates
-    coordinates: tuple[str, ...] = CARTESIAN
-    #: the column that marks records without a point
-    state: str | None = None
-    #: the other columns
-    columns: tuple[FieldColumn, ...] = ()
+    coordinates: tuple[str, ...] = CARTESIAN  #: names of the three columns of coordinates
+    state: str | None = None  #: the column that marks records without a point
+    columns: tuple[FieldColumn, ...] = ()  #: the other columns
     #: physical offset of the binary section of the points, None if it is not stated
     section: int | None = None
 

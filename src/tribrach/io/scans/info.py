@@ -50,8 +50,7 @@ class FieldRange:
     #: smallest and largest finite value
     low: float = np.inf
     high: float = -np.inf
-    #: how many are not finite
-    bad: int = 0
+    bad: int = 0  #: how many are not finite
 
     def add(self, column: NDArray[Any]) -> None:
         """Take a column (n,) or (n, k) into account."""
@@ -69,22 +68,15 @@ class FieldRange:
 class Statistics:
     """The valid points of a scan in figures."""
 
-    #: how many
-    points: int = 0
-    #: records that hold no point
-    dropped: int = 0
+    points: int = 0  #: how many
+    dropped: int = 0  #: records that hold no point
     #: (2, 3), smallest and largest coordinates [m], None without points
     bounds: Array | None = None
-    #: points at exactly 0, 0, 0
-    zeros: int = 0
-    #: all coordinates are numbers of 32 bits
-    single: bool = True
-    #: share of points that occurred before
-    doubled: float = 0.0
-    #: range of each field
-    fields: dict[str, FieldRange] = field(default_factory=dict)
-    #: (k, 3), the first points [m]
-    first: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    zeros: int = 0  #: points at exactly 0, 0, 0
+    single: bool = True  #: all coordinates are numbers of 32 bits
+    doubled: float = 0.0  #: share of points that occurred before
+    fields: dict[str, FieldRange] = field(default_factory=dict)  #: range of each field
+    first: Array = field(default_factory=lambda: np.zeros((0, 3)))  #: (k, 3), the first points [m]
     #: (k, 3), points from all over the scan [m]
     spread: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
@@ -166,12 +158,9 @@ class DescribedField(Result):
 class DescribedUnit(Result):
     """What the coordinates of a file are counted in; everything here is metres but degrees."""
 
-    #: of x, y and z
-    names: tuple[str, ...]
-    #: in one unit of x, y and z; null if x and y are degrees
-    metres: tuple[Number, ...] | None
-    #: who says so
-    source: str
+    names: tuple[str, ...]  #: of x, y and z
+    metres: tuple[Number, ...] | None  #: in one unit of x, y and z; null if x and y are degrees
+    source: str  #: who says so
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,16 +181,12 @@ class Description(
     """A scan of a file [m, rad]."""
 
     scan: Scan
-    #: of its points
-    figures: Statistics
-    #: number of scans in its file
-    among: int
-    #: between neighbouring directions (H, V), null if not known
-    step: tuple[Number, Number] | None
+    figures: Statistics  #: of its points
+    among: int  #: number of scans in its file
+    step: tuple[Number, Number] | None  #: between neighbouring directions (H, V), null if not known
     #: 0, 5, 50, 95 and 100 % quantiles of the ranges, empty if the origin is not known
     ranges: tuple[Number, ...]
-    #: step that all coordinates are multiples of, null if it is fine
-    coarse: Number | None
+    coarse: Number | None  #: step that all coordinates are multiples of, null if it is fine
     #: steps along x, y and z where they differ much, None where they do not
     axes: tuple[float, float, float] | None = None
 

@@ -155,16 +155,11 @@ def _ends(file: BinaryIO, at: int, records: int) -> Iterator[int]:
 class _LasZip:
     """What a file says of its compression."""
 
-    #: each attribute of a chunk is a layer of its own
-    layered: bool
-    #: points in a chunk
-    chunk: int
-    #: kind and bytes of each part of a point
-    items: tuple[tuple[int, int], ...]
-    #: version of the compression of each part
-    versions: tuple[int, ...]
-    #: the record as it stands, which lazrs reads
-    record: bytes
+    layered: bool  #: each attribute of a chunk is a layer of its own
+    chunk: int  #: points in a chunk
+    items: tuple[tuple[int, int], ...]  #: kind and bytes of each part of a point
+    versions: tuple[int, ...]  #: version of the compression of each part
+    record: bytes  #: the record as it stands, which lazrs reads
 
     @property
     def names(self) -> list[str]:

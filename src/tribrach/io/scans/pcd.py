@@ -44,20 +44,17 @@ _CURE = "export the file again"
 class _Header:
     """The header of a file."""
 
-    #: words after each keyword
-    words: dict[str, list[str]]
+    words: dict[str, list[str]]  #: words after each keyword
     #: bytes and lines of the header
     size: int
     lines: int
-    #: of the fields
-    names: list[str] = field(default_factory=list)
+    names: list[str] = field(default_factory=list)  #: of the fields
     #: of a record; fields with several values have a shape
     dtype: np.dtype[Any] = field(default_factory=lambda: np.dtype([]))
     #: points in a row, and rows
     width: int = 0
     height: int = 1
-    #: world from scanner, None if there is none
-    pose: Pose | None = None
+    pose: Pose | None = None  #: world from scanner, None if there is none
 
     @property
     def points(self) -> int:

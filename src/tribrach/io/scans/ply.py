@@ -82,12 +82,9 @@ class _Element:
 class _Header:
     """The header of a file."""
 
-    #: byte order, ``=`` for text
-    order: _Order | None
-    #: in the file's order
-    elements: list[_Element]
-    #: comments by their key
-    facts: dict[str, str]
+    order: _Order | None  #: byte order, ``=`` for text
+    elements: list[_Element]  #: in the file's order
+    facts: dict[str, str]  #: comments by their key
     #: bytes and lines of the header
     size: int
     lines: int

@@ -16,12 +16,10 @@ from tribrach.scan.length_unit import LengthUnit
 class ScanReading:
     """How files of scans are to be read."""
 
-    #: what coordinates are counted in
-    unit: LengthUnit | None = None
+    unit: LengthUnit | None = None  #: what coordinates are counted in
     #: names of the columns of text, ``-`` for one that is left out
     columns: tuple[str, ...] | None = None
-    #: what stands before decimals, a point or a comma
-    decimal: str | None = None
+    decimal: str | None = None  #: what stands before decimals, a point or a comma
 
 
 _NOTHING = ScanReading()

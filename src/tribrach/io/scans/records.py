@@ -22,10 +22,8 @@ _PLACES, _RECORDS = 64, 256
 class RecordScan(Scan):
     """Points in binary records."""
 
-    #: byte of the file where the points begin
-    offset: int = 0
-    #: type of a record
-    dtype: np.dtype[Any] = np.dtype(np.uint8)
+    offset: int = 0  #: byte of the file where the points begin
+    dtype: np.dtype[Any] = np.dtype(np.uint8)  #: type of a record
     #: which fields of a record are coordinates and which are values
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 

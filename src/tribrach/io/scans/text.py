@@ -31,26 +31,19 @@ BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
 class Mark:
     """A place in a file to go on from."""
 
-    #: bytes before it
-    offset: int = 0
-    #: lines before it that are not blank
-    ordinal: int = 0
-    #: lines before it, blank ones included
-    line: int = 0
+    offset: int = 0  #: bytes before it
+    ordinal: int = 0  #: lines before it that are not blank
+    line: int = 0  #: lines before it, blank ones included
 
 
 @dataclass(frozen=True)
 class LineBlock:
     """Consecutive lines."""
 
-    #: the lines, each with its newline
-    text: bytes
-    #: how many
-    count: int
-    #: lines before the block that are not blank
-    first: int
-    #: A place at or before the block
-    mark: Mark
+    text: bytes  #: the lines, each with its newline
+    count: int  #: how many
+    first: int  #: lines before the block that are not blank
+    mark: Mark  #: A place at or before the block
 
 
 class Lines:

@@ -50,12 +50,9 @@ class TextForm:
     #: before decimals, and between thousands
     decimal: str = "."
     thousands: str = ""
-    #: the last cell of some lines is empty
-    ends: bool = False
-    #: a mark stands at the end of every line
-    closed: bool = False
-    #: exponents begin with D
-    fortran: bool = False
+    ends: bool = False  #: the last cell of some lines is empty
+    closed: bool = False  #: a mark stands at the end of every line
+    fortran: bool = False  #: exponents begin with D
 
     @property
     def blanks(self) -> bytes:

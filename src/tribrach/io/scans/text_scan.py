@@ -122,16 +122,11 @@ def rows(sample: list[bytes], columns: int) -> Array:
 class TextScan(Scan):
     """Points in lines of text."""
 
-    #: A place shortly before the first point
-    mark: Mark = Mark()
-    #: lines before the first point, blank ones not counted
-    first: int = 0
-    #: translation table that makes spaces of the delimiters
-    blanks: bytes = BLANKS
-    #: regular expression of cells with nothing in them
-    fill: bytes = b""
-    #: numpy types by name, of every column in order
-    types: Mapping[str, str] | None = None
+    mark: Mark = Mark()  #: A place shortly before the first point
+    first: int = 0  #: lines before the first point, blank ones not counted
+    blanks: bytes = BLANKS  #: translation table that makes spaces of the delimiters
+    fill: bytes = b""  #: regular expression of cells with nothing in them
+    types: Mapping[str, str] | None = None  #: numpy types by name, of every column in order
     #: which columns are coordinates and which are values
     columns: ColumnRoles = ColumnRoles(("x", "y", "z"), (), (), ())
 

@@ -76,12 +76,9 @@ def _without_words(cells: list[list[bytes]], kept: tuple[int, ...]) -> bytes:
 class _Head:
     """The lines before the points."""
 
-    #: of the columns, empty if they are not named
-    names: list[str]
-    #: of the points, None if it is not stated
-    count: int | None
-    #: how many lines
-    lines: int
+    names: list[str]  #: of the columns, empty if they are not named
+    count: int | None  #: of the points, None if it is not stated
+    lines: int  #: how many lines
 
 
 def numeric(line: bytes) -> bool:

@@ -43,10 +43,8 @@ WRITERS = {
 class Exported:
     """A network in the words of another program."""
 
-    #: of the file
-    text: str
-    #: observations in it
-    written: int
+    text: str  #: of the file
+    written: int  #: observations in it
     #: A sentence for each kind of thing that takes part in the network and that the format cannot
     #: hold, with counts
     lost: tuple[str, ...] = ()
@@ -93,12 +91,10 @@ def packed_seconds(angle: float, decimals: int) -> tuple[int, int, str]:
 class Sieve:
     """Sorts the observations of a network into those that a format holds and the others."""
 
-    #: whose observations they are
-    network: Network
+    network: Network  #: whose observations they are
     #: how many of which kind for which reason
     lost: Counter[tuple[str, str]] = field(default_factory=Counter)
-    #: how many are off or checks
-    idle: int = 0
+    idle: int = 0  #: how many are off or checks
 
     def rows(self, o: Observations, held: Collection[str] = ()) -> Index:
         """Active observations (k,) of a table between points, with nothing beyond their kind."""

@@ -44,14 +44,10 @@ _HEIGHTS = range(100, 3001)
 class Word:
     """A word of a block."""
 
-    #: two or three digits
-    index: str
-    #: four characters; the last is the unit
-    information: str
-    #: + or -
-    sign: str
-    #: 8 or 16 characters
-    data: str
+    index: str  #: two or three digits
+    information: str  #: four characters; the last is the unit
+    sign: str  #: + or -
+    data: str  #: 8 or 16 characters
 
     @property
     def text(self) -> str:

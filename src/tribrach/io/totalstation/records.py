@@ -22,18 +22,12 @@ from tribrach._types import Array, Index
 class Setups:
     """n set-ups of the instrument in the order of the file."""
 
-    #: (n,), names, "" where the file gives none
-    station: NDArray[Any]
-    #: (n,), of the instrument [m]
-    height: Array
-    #: (n,), names
-    backsight: NDArray[Any]
-    #: (n,), of the backsight as it was set [rad]
-    azimuth: Array
-    #: (n,), reading at the backsight [rad]
-    circle: Array
-    #: (n,), of the file, from 1
-    line: Index
+    station: NDArray[Any]  #: (n,), names, "" where the file gives none
+    height: Array  #: (n,), of the instrument [m]
+    backsight: NDArray[Any]  #: (n,), names
+    azimuth: Array  #: (n,), of the backsight as it was set [rad]
+    circle: Array  #: (n,), reading at the backsight [rad]
+    line: Index  #: (n,), of the file, from 1
 
     def __len__(self) -> int:
         return len(self.station)
@@ -43,36 +37,26 @@ class Setups:
 class RawSights:
     """n sights in the order of the file."""
 
-    #: (n,), index of the set-up
-    setup: Index
+    setup: Index  #: (n,), index of the set-up
     #: (n,), names
     target: NDArray[Any]
     code: NDArray[Any]
     #: (n,), as read in their face [rad]
     direction: Array
     zenith: Array
-    #: (n,), along the slope, as in the file [m]
-    distance: Array
-    #: (n,), 1 or 2
-    face: NDArray[np.int8]
-    #: (n,), of the target [m]
-    height: Array
-    #: (n,), prism constant [m]
-    prism: Array
-    #: (n,), atmospheric correction [1e-6]
-    ppm: Array
-    #: (n,), true if the distance contains both corrections
-    applied: NDArray[np.bool_]
+    distance: Array  #: (n,), along the slope, as in the file [m]
+    face: NDArray[np.int8]  #: (n,), 1 or 2
+    height: Array  #: (n,), of the target [m]
+    prism: Array  #: (n,), prism constant [m]
+    ppm: Array  #: (n,), atmospheric correction [1e-6]
+    applied: NDArray[np.bool_]  #: (n,), true if the distance contains both corrections
     #: (n,), of the air
     temperature_c: Array
     pressure_hpa: Array
     humidity_percent: Array
-    #: (n,), number of the set if the file gives it, else 0
-    series: Index
-    #: (n,), why a sight is not used, "" if it is
-    off: NDArray[Any]
-    #: (n,), of the file, from 1
-    line: Index
+    series: Index  #: (n,), number of the set if the file gives it, else 0
+    off: NDArray[Any]  #: (n,), why a sight is not used, "" if it is
+    line: Index  #: (n,), of the file, from 1
 
     def __len__(self) -> int:
         return len(self.target)
@@ -82,16 +66,12 @@ class RawSights:
 class StoredPoints:
     """n coordinates of the file."""
 
-    #: (n,), of the points
-    name: NDArray[Any]
-    #: (n, 3), E, N, U [m], NaN where not given
-    xyz: Array
+    name: NDArray[Any]  #: (n,), of the points
+    xyz: Array  #: (n, 3), E, N, U [m], NaN where not given
     #: (n,), true if they were keyed in or uploaded, False if the instrument computed them
     given: NDArray[np.bool_]
-    #: (n,), codes or descriptions, "" without
-    code: NDArray[Any]
-    #: (n,), of the file, from 1
-    line: Index
+    code: NDArray[Any]  #: (n,), codes or descriptions, "" without
+    line: Index  #: (n,), of the file, from 1
 
     def __len__(self) -> int:
         return len(self.name)
@@ -101,22 +81,17 @@ class StoredPoints:
 class Problem:
     """A record that was left out."""
 
-    #: of the file, from 1
-    line: int
-    #: what is wrong with it
-    what: str
+    line: int  #: of the file, from 1
+    what: str  #: what is wrong with it
 
 
 @dataclass(frozen=True)
 class RawFile:
     """A raw file as it was understood."""
 
-    #: of the file
-    path: Path
-    #: its name in words
-    format: str
-    #: as the file names it
-    instrument: str
+    path: Path  #: of the file
+    format: str  #: its name in words
+    instrument: str  #: as the file names it
     #: the content
     setups: Setups
     shots: RawSights
@@ -124,12 +99,9 @@ class RawFile:
     #: how many records or words there were, by kind
     understood: Mapping[str, int]
     unknown: Mapping[str, int]
-    #: records of known kinds that cannot be right
-    problems: tuple[Problem, ...]
-    #: assumptions, in sentences
-    notes: tuple[str, ...]
-    #: what tells the file from others of the same name; empty takes its name
-    label: str = ""
+    problems: tuple[Problem, ...]  #: records of known kinds that cannot be right
+    notes: tuple[str, ...]  #: assumptions, in sentences
+    label: str = ""  #: what tells the file from others of the same name; empty takes its name
 
     @property
     def name(self) -> str:

@@ -37,8 +37,7 @@ _MIRRORED = "angles count clockwise from backsight to foresight: exchange the tw
 class _Turned:
     """Some angles as one slip."""
 
-    #: what is wrong, as a clause
-    words: str
+    words: str  #: what is wrong, as a clause
     #: the angles (table, item)
     keys: frozenset[Key]
     cure: str

@@ -48,8 +48,7 @@ class Cleared:
 
     #: with the sigmas of these observations so large that they pull at nothing
     adjustment: Adjustment
-    #: the loosened observations (table, item)
-    wild: frozenset[Key]
+    wild: frozenset[Key]  #: the loosened observations (table, item)
     #: weighted sum of squares and redundancy of the rest
     vtpv: float
     dof: int

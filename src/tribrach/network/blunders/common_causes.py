@@ -74,20 +74,13 @@ _UNSEEN = 1e-6
 class CommonCause:
     """A mistake that explains several observations."""
 
-    #: what is wrong
-    words: str
-    #: (k,), what is to be added to it [m]
-    size: Array
-    #: (k,), standard deviation of the size [m]
-    sigma: Array
-    #: T, chi-square of k degrees of freedom
-    statistic: float
-    #: ``v^T P v`` without it
-    rest: float
-    #: causes in words that explain as much
-    alternatives: tuple[str, ...] = ()
-    #: false for a height that nobody gave: it cannot be too low
-    given: bool = True
+    words: str  #: what is wrong
+    size: Array  #: (k,), what is to be added to it [m]
+    sigma: Array  #: (k,), standard deviation of the size [m]
+    statistic: float  #: T, chi-square of k degrees of freedom
+    rest: float  #: ``v^T P v`` without it
+    alternatives: tuple[str, ...] = ()  #: causes in words that explain as much
+    given: bool = True  #: false for a height that nobody gave: it cannot be too low
 
     def sentence(self) -> str:
         """All of it in one sentence."""
@@ -130,19 +123,14 @@ class CommonCause:
 class Pattern:
     """Causes of one sort that many set-ups or targets have a little of, and none for itself."""
 
-    #: what would have to be changed
-    sort: str
-    #: how many causes of the sort there are
-    count: int
-    #: their robust scatter in their own sigmas; 1 is chance
-    scatter: float
+    sort: str  #: what would have to be changed
+    count: int  #: how many causes of the sort there are
+    scatter: float  #: their robust scatter in their own sigmas; 1 is chance
     #: median and largest of their absolute sizes [m]
     middle: float
     largest: float
-    #: how many of those with one size have the more frequent sign
-    same_sign: int
-    #: the clearest of them in words, at most three
-    worst: tuple[str, ...]
+    same_sign: int  #: how many of those with one size have the more frequent sign
+    worst: tuple[str, ...]  #: the clearest of them in words, at most three
 
     def sentence(self) -> str:
         """All of it in one sentence."""
@@ -167,8 +155,7 @@ class Pattern:
 class CommonCauses:
     """What was found."""
 
-    #: mistakes, the clearest first
-    named: tuple[CommonCause, ...] = ()
+    named: tuple[CommonCause, ...] = ()  #: mistakes, the clearest first
     #: what is no mistake of one set-up or target; of several sorts the one that scatters most
     pattern: Pattern | None = None
 
@@ -442,13 +429,11 @@ _Triples = tuple[Index, Index, Array]
 class _Groups:
     """Common causes before their tests: the observations that each is in."""
 
-    #: (k,), cause of each observation, in the order of the tables
-    owner: Index
+    owner: Index  #: (k,), cause of each observation, in the order of the tables
     #: (k,), the observation
     table: Index
     item: Index
-    #: (g,), how many observations of each cause have large test values
-    large: Index
+    large: Index  #: (g,), how many observations of each cause have large test values
     #: makes one of them of its number and its items by table
     cause: Callable[[int, dict[int, Index]], tuple[_Cause, _Triples]]
 

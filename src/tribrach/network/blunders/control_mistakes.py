@@ -74,12 +74,9 @@ _ROUNDS, _LARGE = 4, 5000
 class WrongCoordinate:
     """Given coordinates of one point that contradict everything else."""
 
-    #: one, or several of one point
-    coordinates: tuple[GivenCoordinate, ...]
-    #: (m,), given less adjusted without them [m]
-    error: Array
-    #: (m,), standard deviation of the error, a priori [m]
-    sigma: Array
+    coordinates: tuple[GivenCoordinate, ...]  #: one, or several of one point
+    error: Array  #: (m,), given less adjusted without them [m]
+    sigma: Array  #: (m,), standard deviation of the error, a priori [m]
     #: test against zero and its limit: the size of w for one, chi-square for several
     statistic: float
     limit: float
@@ -174,8 +171,7 @@ class WrongList:
     statistic: float = np.nan
     limit: float = np.nan
     freedom: int = 1
-    #: what explains as much, in words
-    alternatives: tuple[str, ...] = ()
+    alternatives: tuple[str, ...] = ()  #: what explains as much, in words
 
     @property
     def score(self) -> float:

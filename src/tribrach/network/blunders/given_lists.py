@@ -53,13 +53,11 @@ class _Form:
 class _Given:
     """Given coordinates of points: one row for a point in a list."""
 
-    #: (k,), positions
-    position: Index
+    position: Index  #: (k,), positions
     #: (k,), number of the list, and names of the lists
     part: Index
     lists: tuple[str, ...]
-    #: (k, 3), NaN where nothing is given
-    xyz: Array
+    xyz: Array  #: (k, 3), NaN where nothing is given
     #: table (-1 where held), item, row, and the place (row and axis) in ``xyz``, (m, 5)
     places: Index
 

@@ -49,10 +49,8 @@ _MEDIAN = 0.6745
 class Rivals:
     """What would explain a misfit as well as one observation, and what depends on the choice."""
 
-    #: in words, the most correlated first
-    words: tuple[str, ...]
-    #: (table, item) of those that are observations
-    keys: tuple[Key, ...]
+    words: tuple[str, ...]  #: in words, the most correlated first
+    keys: tuple[Key, ...]  #: (table, item) of those that are observations
     #: points and stations that the error moves by more than their sigma, those that it moves most
     #: first
     touched: tuple[str, ...]
@@ -99,8 +97,7 @@ class _Candidate:
     words: str
     key: Key
     rows: Index
-    #: the position that it gives, -1 for what is measured
-    given: int
+    given: int  #: the position that it gives, -1 for what is measured
 
 
 def _candidates(system: WeightedResiduals, suspect: Suspect, rho: Array) -> list[_Candidate]:

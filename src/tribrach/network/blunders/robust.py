@@ -56,16 +56,12 @@ def weight_function(method: Method, vbar: Array) -> Array:
 class RobustResult:
     """The reweighted solution."""
 
-    #: with the last weights
-    adjustment: Adjustment
-    #: (n,), factor on the weight of each row
-    weights: Array
+    adjustment: Adjustment  #: with the last weights
+    weights: Array  #: (n,), factor on the weight of each row
     #: (n,), residual over its own standard deviation under the given weights and the robust scale
     standardised: Array
-    #: reweighted adjustments
-    iterations: int
-    #: what limits a robust estimate of this network, in sentences
-    warnings: tuple[str, ...]
+    iterations: int  #: reweighted adjustments
+    warnings: tuple[str, ...]  #: what limits a robust estimate of this network, in sentences
 
     @property
     def suspects(self) -> dict[tuple[int, int], float]:

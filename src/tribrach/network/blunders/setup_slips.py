@@ -41,10 +41,8 @@ class _Without:
     """A network in which the sights of one set-up pull at nothing."""
 
     network: Network
-    #: of the set-up
-    keys: frozenset[Key]
-    #: the same, and sights of others to points that nothing else places
-    loose: frozenset[Key]
+    keys: frozenset[Key]  #: of the set-up
+    loose: frozenset[Key]  #: the same, and sights of others to points that nothing else places
 
 
 def wrong_setup(network: Network, before: float, search: SlipSearch) -> Slip | None:

@@ -33,22 +33,15 @@ FEW = 12
 class Slip:
     """One slip that explains a misfit."""
 
-    #: what is wrong, as a clause
-    words: str
-    #: what is done to undo it, as a clause that continues "sigma0 falls ..."
-    undone: str
-    #: variance factor as it is, infinite if the network could not be adjusted
-    before: float
-    #: variance factor with the slip undone
-    after: float
-    #: what to do
-    cure: str
-    #: what sort of slip it is
-    kind: str = ""
+    words: str  #: what is wrong, as a clause
+    undone: str  #: what is done to undo it, as a clause that continues "sigma0 falls ..."
+    before: float  #: variance factor as it is, infinite if the network could not be adjusted
+    after: float  #: variance factor with the slip undone
+    cure: str  #: what to do
+    kind: str = ""  #: what sort of slip it is
     #: the observations (table, item) that it is in; empty where it is in names or given values
     keys: frozenset[Key] = frozenset()
-    #: the points whose given coordinates it is in
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()  #: the points whose given coordinates it is in
     #: the network with the slip undone, where it is in given values
     corrected: Network | None = None
 
@@ -81,17 +74,14 @@ def explains(vtpv: float, dof: int, before: float) -> float | None:
 class SlipSearch:
     """Adjusts within a budget, which every part of a search has anew."""
 
-    #: adjusts a network
-    adjuster: Callable[[Network], Adjustment] | None = None
-    #: adjustments so far
-    runs: int = 0
+    adjuster: Callable[[Network], Adjustment] | None = None  #: adjusts a network
+    runs: int = 0  #: adjustments so far
     #: of how many pairs of names the search came to an end before it had tried all, 0 if not
     given_up: int = 0
     #: iterations of a small network in the present part of the search, and how many may be done
     spent: float = 0.0
     allowed: float = _WORK
-    #: adjustments when the present part of the search began
-    earlier: int = 0
+    earlier: int = 0  #: adjustments when the present part of the search began
 
     @property
     def over(self) -> bool:

@@ -52,23 +52,17 @@ APART = 0.1
 class SnoopingStep:
     """One decision about one observation."""
 
-    #: in words
-    observation: str
+    observation: str  #: in words
     #: its test value and the limit
     statistic: float
     critical: float
-    #: estimated error in ``unit``, 0 if it has no single size
-    gross_error: float
-    #: ``m`` or ``rad``
-    unit: str
-    #: what was done, in words
-    action: str
-    #: observations in words that could as well be the wrong one
-    alternatives: tuple[str, ...] = ()
+    gross_error: float  #: estimated error in ``unit``, 0 if it has no single size
+    unit: str  #: ``m`` or ``rad``
+    action: str  #: what was done, in words
+    alternatives: tuple[str, ...] = ()  #: observations in words that could as well be the wrong one
     #: points and stations that an error in one of all these moves by more than their sigma
     touched: tuple[str, ...] = ()
-    #: it takes part, since others explain as much
-    undecided: bool = False
+    undecided: bool = False  #: it takes part, since others explain as much
 
     def sentence(self) -> str:
         """The step in words."""
@@ -100,10 +94,8 @@ class SnoopingStep:
 class SnoopingLog:
     """All decisions of a search."""
 
-    #: in the order in which they were taken
-    steps: tuple[SnoopingStep, ...]
-    #: (table, item) of the observations that stayed off
-    removed: tuple[Key, ...]
+    steps: tuple[SnoopingStep, ...]  #: in the order in which they were taken
+    removed: tuple[Key, ...]  #: (table, item) of the observations that stayed off
 
     def sentences(self) -> list[str]:
         """The steps in words."""

@@ -23,19 +23,14 @@ Key = tuple[int, int]
 class Suspect:
     """A rejected observation."""
 
-    #: table and number of the observation
-    key: Key
-    #: row of its largest test value
-    row: int
+    key: Key  #: table and number of the observation
+    row: int  #: row of its largest test value
     #: size of w for single values, T for blocks, and its limit
     statistic: float
     critical: float
-    #: logarithm of its significance
-    log_p: float
-    #: estimated error in ``unit``, 0 where it has no single size
-    gross_error: float
-    #: ``m``, ``rad`` or ``1``
-    unit: str
+    log_p: float  #: logarithm of its significance
+    gross_error: float  #: estimated error in ``unit``, 0 where it has no single size
+    unit: str  #: ``m``, ``rad`` or ``1``
     #: degrees of freedom: 1 for single values; whether it is a block
     freedom: int = 1
     block: bool = False

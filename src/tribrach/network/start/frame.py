@@ -25,38 +25,22 @@ Kind = Literal["world", "oriented", "levelled", "rigid"]
 class Frame:
     """Places and orientations as far as they are known; NaN where they are not."""
 
-    #: what the frame knows beforehand
-    kind: Kind
-    #: all ties of the network
-    ties: Ties
-    #: how verticals run over the site
-    site: Site
-    #: (n, 2), E, N of the nodes [m]
-    plan: Array
-    #: (n,), heights of the nodes above the site [m]
-    up: Array
-    #: (S, 3, 3), rotations world from scanner
-    turn: Array
-    #: (K,), orientations of sets [rad]
-    orientation: Array
-    #: (L, 3), unit normals of planes
-    normal: Array
-    #: (L,), offsets of planes [m]
-    offset: Array
-    #: (K,), sets that may be placed in this frame
-    open_set: Mask
-    #: (S,), poses that may be placed in this frame
-    open_pose: Mask
-    #: true if heights count from an arbitrary zero
-    floating: bool = False
-    #: true if lengths are true
-    scaled: bool = True
-    #: false if it may be a mirror image
-    handed: bool = True
-    #: true if weak figures are taken
-    relaxed: bool = False
-    #: true if one of two equally good places may be chosen
-    guess: bool = False
+    kind: Kind  #: what the frame knows beforehand
+    ties: Ties  #: all ties of the network
+    site: Site  #: how verticals run over the site
+    plan: Array  #: (n, 2), E, N of the nodes [m]
+    up: Array  #: (n,), heights of the nodes above the site [m]
+    turn: Array  #: (S, 3, 3), rotations world from scanner
+    orientation: Array  #: (K,), orientations of sets [rad]
+    normal: Array  #: (L, 3), unit normals of planes
+    offset: Array  #: (L,), offsets of planes [m]
+    open_set: Mask  #: (K,), sets that may be placed in this frame
+    open_pose: Mask  #: (S,), poses that may be placed in this frame
+    floating: bool = False  #: true if heights count from an arbitrary zero
+    scaled: bool = True  #: true if lengths are true
+    handed: bool = True  #: false if it may be a mirror image
+    relaxed: bool = False  #: true if weak figures are taken
+    guess: bool = False  #: true if one of two equally good places may be chosen
 
     def __post_init__(self) -> None:
         ties = self.ties

@@ -124,8 +124,7 @@ class Contradiction:
     #: points whose coordinates contradict the sights, and those that agree with each other
     off: tuple[str, ...]
     kept: tuple[str, ...]
-    #: points that agree in plan, with heights that do not
-    heights: tuple[str, ...]
+    heights: tuple[str, ...]  #: points that agree in plan, with heights that do not
     #: two of the points, and how far apart they are given and are [m]
     pair: tuple[str, str]
     given: float

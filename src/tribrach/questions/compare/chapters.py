@@ -180,8 +180,7 @@ def _rgb(colour: str) -> Array:
 class ComparedClouds(CloudComparison):
     """A comparison of two clouds, a against the reference b."""
 
-    #: what moved, where it was asked for
-    motions: ToldMotions | None = None
+    motions: ToldMotions | None = None  #: what moved, where it was asked for
 
 
 FORM = Form("compare", ComparedClouds, 1)

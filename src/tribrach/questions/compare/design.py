@@ -102,24 +102,18 @@ class AsDesigned(Result, also=("sentences",)):
 
     cloud: str
     design: str
-    #: points farther from the model are of something else
-    limit: Number
-    #: edge of the places that are judged
-    place: Number
-    #: largest probability of a wrong verdict on an element
-    risk: Number
+    limit: Number  #: points farther from the model are of something else
+    place: Number  #: edge of the places that are judged
+    risk: Number  #: largest probability of a wrong verdict on an element
     #: where the sigma of what all points share comes from; null where it is not known
     pose: Literal["poses.json", "stated"] | None
     #: points, those farther than the limit from the model, and those beside its edges
     points: int
     far: int
     beside: int
-    #: elements by verdict
-    verdicts: dict[str, int]
-    #: the worst first
-    elements: ElementTable
-    #: what was left out or assumed of the model
-    notes: tuple[str, ...]
+    verdicts: dict[str, int]  #: elements by verdict
+    elements: ElementTable  #: the worst first
+    notes: tuple[str, ...]  #: what was left out or assumed of the model
 
     @property
     def sentences(self) -> list[str]:

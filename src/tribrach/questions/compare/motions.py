@@ -72,16 +72,13 @@ class MovedPart(Result):
     #: of a site, or a number
     name: str
     verdict: Verdict
-    #: that it was compared on, about [m^2]
-    area: float
+    area: float  #: that it was compared on, about [m^2]
     #: against the control of both clouds; null with too few distances
     motion: PartMotion | None = None
     #: null without a stable area, or where the distances do not show it
     against_stable: PartMotion | None = None
-    #: of the statistic of the motion
-    limit: float | None = None
-    #: shift outwards that would have been found with 80 % [m]
-    detectable: Number | None = None
+    limit: float | None = None  #: of the statistic of the motion
+    detectable: Number | None = None  #: shift outwards that would have been found with 80 % [m]
 
     @property
     def differs(self) -> bool:
@@ -96,12 +93,9 @@ class StableArea(Result, also=("agrees",)):
     #: their number, and their share of the surface in patches
     patches: int
     share: float
-    #: about [m^2]
-    area: float
-    #: against the control of both clouds: what the registration is wrong by
-    motion: PartMotion
-    #: of its statistic
-    limit: float
+    area: float  #: about [m^2]
+    motion: PartMotion  #: against the control of both clouds: what the registration is wrong by
+    limit: float  #: of its statistic
     #: error of the registration along its mean normal that would have been found with 80 % [m]
     detectable: Number
 
@@ -121,12 +115,9 @@ class ComparedPlaces:
     #: later less earlier along the normal (m,) [m]; sigmas of points and both stations
     distance: Array
     sigma: Array
-    #: in the stable area?
-    stable: Mask
-    #: number of the part from 1, in the order of the parts; 0 where it is in none
-    part: Index
-    #: number of the core point among those of all sites one after the other
-    core: Index
+    stable: Mask  #: in the stable area?
+    part: Index  #: number of the part from 1, in the order of the parts; 0 where it is in none
+    core: Index  #: number of the core point among those of all sites one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,32 +126,24 @@ class CloudMotions(Result, without=("places",)):
 
     #: sites in their order; of parts that were found the largest first
     parts: tuple[MovedPart, ...]
-    #: are the parts sites that were given, or were they found?
-    sites: bool
-    #: null where no more than half of the surface agrees in one motion
-    stable: StableArea | None
-    #: of the surface
-    patches: int
-    #: share of the surface in patches that is neither stable nor in a part
-    loose: float
+    sites: bool  #: are the parts sites that were given, or were they found?
+    stable: StableArea | None  #: null where no more than half of the surface agrees in one motion
+    patches: int  #: of the surface
+    loose: float  #: share of the surface in patches that is neither stable nor in a part
     #: variance factor of the points, one at least
     factor: float
     compared: ComparedSurface
     not_compared: tuple[Reason, ...]
-    #: the distances, with the stable area and the parts that they are in
-    places: ComparedPlaces
-    #: given values that both registrations rest on
-    given_alike: tuple[str, ...] = ()
-    #: are both clouds of one run?
-    one_result: bool = False
+    places: ComparedPlaces  #: the distances, with the stable area and the parts that they are in
+    given_alike: tuple[str, ...] = ()  #: given values that both registrations rest on
+    one_result: bool = False  #: are both clouds of one run?
 
 
 @dataclass
 class MotionCollector:
     """Keeps the distances of a comparison, and says what moved when it is done."""
 
-    #: the stations of the earlier cloud B and of the later one A
-    pair: StationPair
+    pair: StationPair  #: the stations of the earlier cloud B and of the later one A
     #: number and distances of each site
     found: list[tuple[int, M3C2EP]] = field(default_factory=list)
 

@@ -56,10 +56,8 @@ class Gap(Result):
     #: middle and extents along the axes [m]
     middle: tuple[float, float, float]
     extent: tuple[float, float, float]
-    #: their number
-    cells: int
-    #: of the surface in them [m^2]
-    area: float = math.nan
+    cells: int  #: their number
+    area: float = math.nan  #: of the surface in them [m^2]
 
 
 @dataclass(frozen=True)
@@ -68,8 +66,7 @@ class Gaps(Result):
 
     no_station: tuple[Gap, ...]
     one_station: tuple[Gap, ...]
-    #: with a larger sigma than required
-    sigma_not_reached: tuple[Gap, ...]
+    sigma_not_reached: tuple[Gap, ...]  #: with a larger sigma than required
 
 
 @dataclass(frozen=True)
@@ -80,22 +77,14 @@ class Completeness(
 ):
     """Cells of the surface and what the stations know of them."""
 
-    #: side of a cell [m]
-    cell: float
-    #: is the surface that of a model, or of all clouds?
-    modelled: bool
-    #: middles of the cells (n, 3) [m]
-    centres: Array
-    #: number of stations that see each (n,)
-    seen: NDArray[np.int64]
-    #: of the best station in each (n,) [m], NaN where none is known
-    sigmas: Array
-    #: of the surface in each (n,) [m^2]
-    areas: Array
-    #: share of each that one station, two and three see at least (n, 3)
-    covered: Array
-    #: the sigma that was asked for [m]
-    required_sigma: float | None
+    cell: float  #: side of a cell [m]
+    modelled: bool  #: is the surface that of a model, or of all clouds?
+    centres: Array  #: middles of the cells (n, 3) [m]
+    seen: NDArray[np.int64]  #: number of stations that see each (n,)
+    sigmas: Array  #: of the best station in each (n,) [m], NaN where none is known
+    areas: Array  #: of the surface in each (n,) [m^2]
+    covered: Array  #: share of each that one station, two and three see at least (n, 3)
+    required_sigma: float | None  #: the sigma that was asked for [m]
     #: share of the area that each sees
     stations: dict[str, float]
     gaps: Gaps
@@ -220,12 +209,9 @@ def assess_completeness(
 class _Patches:
     """Cells in a row across the surface, which are one patch of it."""
 
-    #: the axis that the surface is most square to, of each cell (n,)
-    axis: Index
-    #: the patch of each cell (n,)
-    number: Index
-    #: share of each cell in the area of its patch (n,) [m^2]
-    areas: Array
+    axis: Index  #: the axis that the surface is most square to, of each cell (n,)
+    number: Index  #: the patch of each cell (n,)
+    areas: Array  #: share of each cell in the area of its patch (n,) [m^2]
 
     @classmethod
     def of(cls, cells: Index, size: float) -> _Patches:
@@ -369,10 +355,8 @@ def _triple(x: Array) -> tuple[float, float, float]:
 class PatchGrid:
     """Cubic cells around an origin."""
 
-    #: corner of the cell (0, 0, 0) (3,) [m]
-    origin: Array
-    #: side of a cell [m]
-    size: float
+    origin: Array  #: corner of the cell (0, 0, 0) (3,) [m]
+    size: float  #: side of a cell [m]
 
     @classmethod
     def around(cls, xyz: Array, size: float) -> PatchGrid:

@@ -48,12 +48,9 @@ class PlaceChange(Result, also=("moved",)):
 
     name: str
     what: Literal["point", "station"]
-    #: second minus first along E, N, U [m]
-    shift: tuple[Number, Number, Number]
-    #: of the shift [m]
-    length: float
-    #: of a station [rad]
-    turn: Number
+    shift: tuple[Number, Number, Number]  #: second minus first along E, N, U [m]
+    length: float  #: of the shift [m]
+    turn: Number  #: of a station [rad]
     #: root of the sum of the variances of the coordinates, first and second [m]
     sigma: tuple[Number, Number]
     #: the same of the shift, at most where the covariance of both is not known; null where no

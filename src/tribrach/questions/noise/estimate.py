@@ -60,8 +60,7 @@ _LEAST, _LEAST_ANGLE = 1e-5, 0.01 * SEC
 class ScanPatches(Result):
     """What one scan gave."""
 
-    #: file and scan
-    source: str
+    source: str  #: file and scan
     #: planar patches and points on them
     patches: int
     points: int
@@ -69,26 +68,19 @@ class ScanPatches(Result):
     windows: int
     curved: int
     uneven: int
-    #: true if the scan has its grid of rows and columns
-    gridded: bool
-    #: step of its coordinates [m], 0 if they are fine
-    step: Number
-    #: what its intensities are, in words
-    unit: str
-    #: why it gave nothing, "" if it gave something
-    remark: str = ""
+    gridded: bool  #: true if the scan has its grid of rows and columns
+    step: Number  #: step of its coordinates [m], 0 if they are fine
+    unit: str  #: what its intensities are, in words
+    remark: str = ""  #: why it gave nothing, "" if it gave something
 
 
 @dataclass(frozen=True)
 class NoiseOfWidth:
     """Sigmas of patches of another width."""
 
-    #: that patches grow to [m]
-    width: float
-    #: number of the smooth ones
-    patches: int
-    #: what their laws give for the points of the usual patches, over what those give
-    factor: float
+    width: float  #: that patches grow to [m]
+    patches: int  #: number of the smooth ones
+    factor: float  #: what their laws give for the points of the usual patches, over what those give
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,8 +93,7 @@ class StatedAcross:
     #: laws beside the stated footprint, and beside the stated angles where the scans do not tell
     #: these; None where the footprint is contradicted
     fitted: FittedNoise | None
-    #: true if the scans tell the noise of the angles beside the footprint
-    angle_known: bool
+    angle_known: bool  #: true if the scans tell the noise of the angles beside the footprint
 
     @property
     def contradicted(self) -> bool:
@@ -124,8 +115,7 @@ class IntensityLaw(Result):
     high: Number
     knots: tuple[Number, ...]
     factors: tuple[Number, ...]
-    #: of a, b and c, or of the factors; null where a figure is at its limit
-    covariance: Matrix
+    covariance: Matrix  #: of a, b and c, or of the factors; null where a figure is at its limit
 
 
 @dataclass(frozen=True)
@@ -158,17 +148,14 @@ class NoiseEstimate(
 ):  # fmt: skip
     """The noise of a scanner by its scans."""
 
-    #: what each of them gave
-    scans: tuple[ScanPatches, ...]
-    #: the laws
-    fitted: FittedNoise
+    scans: tuple[ScanPatches, ...]  #: what each of them gave
+    fitted: FittedNoise  #: the laws
     #: what neighbouring points share of the noise; null with too few patches
     neighbours: NeighbourCorrelation | None
     #: noise that a data sheet or a project states, and which; None and "" without
     stated: ScanNoise | None
     stated_by: str
-    #: sigmas of narrower and wider patches, where there are such
-    widths: tuple[NoiseOfWidth, ...]
+    widths: tuple[NoiseOfWidth, ...]  #: sigmas of narrower and wider patches, where there are such
     #: what is stated across the beam against the scans, None where nothing is stated
     across: StatedAcross | None = None
 

@@ -96,8 +96,7 @@ class DesignResult(
     judged_at: tuple[str, ...] = ()
     judged: int = 0
     warnings: tuple[str, ...] = ()
-    #: where the plan is about one
-    lever_arm: LeverArmForecast | None = None
+    lever_arm: LeverArmForecast | None = None  #: where the plan is about one
 
     @property
     def detectable(self) -> float:

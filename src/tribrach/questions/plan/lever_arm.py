@@ -49,10 +49,8 @@ class LeverArmForecast(Result, keys={"after": "plan", "gaps": "horizon_without_t
     """Covariances (3, 3) of a lever arm [m^2]."""
 
     name: str
-    #: as it is known
-    prior: Matrix
-    #: with the targets of the plan; null where stations were proposed
-    before: Matrix | None
+    prior: Matrix  #: as it is known
+    before: Matrix | None  #: with the targets of the plan; null where stations were proposed
     #: with the proposed ones as well
     after: Matrix
     gaps: HorizonGaps

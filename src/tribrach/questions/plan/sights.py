@@ -20,18 +20,14 @@ class PlannedSight(Result, keys={"start": "from", "end": "to"}):
 
     start: str
     end: str
-    #: what is observed, in words
-    kinds: str
+    kinds: str  #: what is observed, in words
     #: between the positions [m, rad]
     length: float
     azimuth: float
     zenith: float
-    #: how many are observed
-    values: int
-    #: the smallest of them, null where nothing controls one
-    redundancy: float | None
-    #: the largest displacement [m] by an undetected error in one of them
-    undetected: float | None
+    values: int  #: how many are observed
+    redundancy: float | None  #: the smallest of them, null where nothing controls one
+    undetected: float | None  #: the largest displacement [m] by an undetected error in one of them
 
 
 def sights_of(adjustment: Adjustment) -> tuple[PlannedSight, ...]:

@@ -29,12 +29,9 @@ class ReferenceFile:
     """A file that scans are placed on, and what is said of it."""
 
     path: Path
-    #: what pieces of 10 m are wrong by, each for itself [m]
-    sigma: float = 0.0
-    #: what all of it is wrong by along each axis [m]
-    shared: float = 0.0
-    #: of a model, where the user says so
-    unit: LengthUnit | None = None
+    sigma: float = 0.0  #: what pieces of 10 m are wrong by, each for itself [m]
+    shared: float = 0.0  #: what all of it is wrong by along each axis [m]
+    unit: LengthUnit | None = None  #: of a model, where the user says so
 
 
 @dataclass(frozen=True)
@@ -43,18 +40,12 @@ class UsedReference(Result, null=("crs",)):
 
     name: str
     file: str
-    #: true for surfaces, false for points
-    model: bool
-    #: points, or triangles, near the scans
-    count: int
-    #: what pieces of 10 m are wrong by, each for itself [m]
-    sigma: Number
-    #: what all of it is wrong by along each axis [m]
-    shared: Number
-    #: its reference system as WKT, null where its file does not say
-    crs: str
-    #: what was left out or assumed of it
-    sentences: tuple[str, ...]
+    model: bool  #: true for surfaces, false for points
+    count: int  #: points, or triangles, near the scans
+    sigma: Number  #: what pieces of 10 m are wrong by, each for itself [m]
+    shared: Number  #: what all of it is wrong by along each axis [m]
+    crs: str  #: its reference system as WKT, null where its file does not say
+    sentences: tuple[str, ...]  #: what was left out or assumed of it
 
 
 @dataclass(frozen=True)

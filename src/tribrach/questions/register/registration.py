@@ -63,8 +63,7 @@ _HELD_TURN = 0.5
 class PlacedOutput:
     """What a registration leaves in a folder."""
 
-    #: the folder
-    folder: Path
+    folder: Path  #: the folder
     #: how clouds are written, None for copies of E57 files alone
     clouds: CloudSection | None = None
     #: of single points, for the sigmas in clouds; None if it is not known
@@ -97,10 +96,8 @@ class RegisteredScan(Result):
 
     scan: str
     file: str
-    #: without beams that came back from nothing
-    points: int
-    #: beams that came back from nothing, left out
-    no_return: int
+    points: int  #: without beams that came back from nothing
+    no_return: int  #: beams that came back from nothing, left out
 
 
 @dataclass(frozen=True)
@@ -154,14 +151,10 @@ class RegisteredFiles(
 ):  # fmt: skip
     """Scans by the names that they have in the registration, and the registration."""
 
-    #: scans by name
-    files: dict[str, Scan]
-    #: their numbers of points
-    points: dict[str, int]
-    #: pairs, loops and groups
-    registration: CloudRegistration
-    #: approximate poses that were used
-    known: ApproximatePoses = NO_POSES
+    files: dict[str, Scan]  #: scans by name
+    points: dict[str, int]  #: their numbers of points
+    registration: CloudRegistration  #: pairs, loops and groups
+    known: ApproximatePoses = NO_POSES  #: approximate poses that were used
     #: some places (n, 3) of standing surfaces in the frame of each scan [m]
     walls: Mapping[str, Array] = field(default_factory=dict)
     #: what the scans were placed on; left out without any

@@ -28,20 +28,15 @@ Run = Callable[[Project, Path, Progress], object]
 class Seal(Result):
     """A sealed job."""
 
-    #: name of the file
-    file: str
+    file: str  #: name of the file
     #: digest of the list that is signed: it stands for all of the seal
     digest: str
     inputs: tuple[str, ...]
     results: tuple[str, ...]
-    #: inputs that are named by their digest and are not inside
-    by_reference: tuple[str, ...]
-    #: size of the file [bytes]
-    size: int
-    #: did a run of the sealed inputs alone give the sealed results?
-    reproduced: bool
-    #: name of the certificate; "" if it is not signed
-    certificate: str
+    by_reference: tuple[str, ...]  #: inputs that are named by their digest and are not inside
+    size: int  #: size of the file [bytes]
+    reproduced: bool  #: did a run of the sealed inputs alone give the sealed results?
+    certificate: str  #: name of the certificate; "" if it is not signed
 
 
 FORM = Form("seal", Seal, 1, sentences=list[str])

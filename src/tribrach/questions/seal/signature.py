@@ -22,27 +22,21 @@ _INSTALL = 'install it: pip install "tribrach[seal]"'
 class Signing:
     """Who signs."""
 
-    #: the certificate: a .p12 or .pfx with its key, or a PEM file
-    certificate: Path
+    certificate: Path  #: the certificate: a .p12 or .pfx with its key, or a PEM file
     #: key of a PEM certificate
     key: Path | None = None
     passphrase: bytes | None = None
-    #: address of a server of time stamps (RFC 3161)
-    time_server: str | None = None
+    time_server: str | None = None  #: address of a server of time stamps (RFC 3161)
 
 
 @dataclass(frozen=True)
 class Signature(Result):
     """What a signature says."""
 
-    #: name in the certificate
-    signer: str
-    #: is it of these lists, unchanged?
-    valid: bool
-    #: does the certificate come from an authority that was given?
-    trusted: bool
-    #: of a time stamp, as ISO 8601; "" without one
-    time: str = ""
+    signer: str  #: name in the certificate
+    valid: bool  #: is it of these lists, unchanged?
+    trusted: bool  #: does the certificate come from an authority that was given?
+    time: str = ""  #: of a time stamp, as ISO 8601; "" without one
 
 
 def _needed() -> None:

@@ -40,8 +40,7 @@ class DifferentFigure(Result):
     now: str
     #: difference over the sigma of the coordinate; null where none is known
     sigmas: Number = math.nan
-    #: is it a verdict, such as that of a test?
-    verdict: bool = False
+    verdict: bool = False  #: is it a verdict, such as that of a test?
 
 
 @dataclass(frozen=True)
@@ -50,18 +49,15 @@ class Verification(Result):
 
     file: str
     title: str
-    #: files that are not what the seal says
-    files: tuple[DifferentFile, ...]
-    #: None if it is not signed
-    signature: Signature | None
+    files: tuple[DifferentFile, ...]  #: files that are not what the seal says
+    signature: Signature | None  #: None if it is not signed
     #: was the job run again? why not, if it was not
     run_again: bool
     why_not: str
     #: results that come out otherwise, and what differs in the figures
     reproduced: tuple[DifferentFile, ...]
     figures: tuple[DifferentFigure, ...]
-    #: versions that are others here, then and now, by name
-    versions: dict[str, tuple[str, str]]
+    versions: dict[str, tuple[str, str]]  #: versions that are others here, then and now, by name
 
     @property
     def whole(self) -> bool:

@@ -48,8 +48,7 @@ _REFRACTION = "refraction of the cycle"
 class SeriesSettings(Result):
     """How cycles are adjusted and compared [m, rad, s, 1]."""
 
-    #: points that are taken as stable until a test says otherwise
-    references: tuple[str, ...]
+    references: tuple[str, ...]  #: points that are taken as stable until a test says otherwise
     #: of one sight
     sigma_direction: float = 1.0 * SEC
     sigma_zenith: float = 1.0 * SEC
@@ -62,17 +61,13 @@ class SeriesSettings(Result):
     #: coefficient of refraction, and how far it is off in a cycle
     refraction: float = 0.13
     sigma_refraction: float = 0.1
-    #: that ends a cycle
-    pause: float = 1800.0
-    #: cycles that the others are compared with
-    baseline: int = 6
-    #: of the tests
-    confidence: float = 0.99
+    pause: float = 1800.0  #: that ends a cycle
+    baseline: int = 6  #: cycles that the others are compared with
+    confidence: float = 0.99  #: of the tests
     #: sigmas are as they are stated; else they are multiplied by what most references scatter more,
     #: if that is more, and each reference has the wander that it was seen to have
     as_stated: bool = False
-    #: a scale common to all distances of a cycle is taken out
-    scale: bool = False
+    scale: bool = False  #: a scale common to all distances of a cycle is taken out
 
 
 @dataclass(frozen=True)
@@ -91,19 +86,16 @@ class PointAt(Result):
 class Cycle(Result, also=("time",)):
     """A cycle of a series."""
 
-    #: digest of its readings
-    key: str
+    key: str  #: digest of its readings
     #: when it began [s since 1970]
     start: float
     sights: int
-    #: why it could not be adjusted or compared; empty if it was
-    reason: str = ""
+    reason: str = ""  #: why it could not be adjusted or compared; empty if it was
     #: of the reference points, with the sigmas that are used
     test: Number = math.nan
     dof: int = 0
     limit: Number = math.nan
-    #: reference points that moved
-    moved: tuple[str, ...] = ()
+    moved: tuple[str, ...] = ()  #: reference points that moved
     #: false where the references do not agree and no group of them explains it
     resolved: bool = True
     points: dict[str, PointAt] = field(default_factory=dict)
@@ -124,15 +116,12 @@ class PointSeries:
     """One point through time."""
 
     name: str
-    #: of its cycles (n)
-    keys: tuple[str, ...]
-    #: since 1970 (n,)
-    days: Array
+    keys: tuple[str, ...]  #: of its cycles (n)
+    days: Array  #: since 1970 (n,)
     #: displacements in E, N, U (n, 3) [m] and their standard deviations
     values: Array
     sigma: Array
-    #: along the axes with values enough
-    fits: tuple[SeriesFit, ...]
+    fits: tuple[SeriesFit, ...]  #: along the axes with values enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,18 +129,15 @@ class Series(Result, also=("kind", "series"), without=("reused",)):
     """All cycles in the order of time."""
 
     settings: SeriesSettings
-    #: as an epoch file
-    baseline: EpochDocument
+    baseline: EpochDocument  #: as an epoch file
     #: what variances are multiplied by, from the scatter that most reference points share
     factor: float
-    #: also those that could not be solved
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[Cycle, ...]  #: also those that could not be solved
     #: covariance in E, N, U of what a reference point does within a day [m^2], where it does
     wander: dict[str, Matrix] = field(default_factory=dict)
     #: in how many cycles of the baseline each point is
     seen: dict[str, int] = field(default_factory=dict)
-    #: cycles that an earlier call solved
-    reused: int = 0
+    reused: int = 0  #: cycles that an earlier call solved
 
     @property
     def kind(self) -> Literal["series"]:

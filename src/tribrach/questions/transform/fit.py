@@ -74,8 +74,7 @@ class FittedTransformation(Result, also=("kind",), without=("outcome", "alone"))
     """A transformation by common points."""
 
     outcome: Outcome
-    #: names that only A and only B have
-    alone: tuple[tuple[str, ...], tuple[str, ...]]
+    alone: tuple[tuple[str, ...], tuple[str, ...]]  #: names that only A and only B have
     #: number of its parameters
     model: int
     dimension: int

@@ -31,24 +31,18 @@ class CurvatureGates:
     #: surfels that are looked at about each one, and how far away they may be [sizes]
     neighbours: int = 24
     reach_sizes: float = 2.5
-    #: their sizes differ by no more than this factor
-    like_sizes: float = 2.5
+    like_sizes: float = 2.5  #: their sizes differ by no more than this factor
     #: normals of one surface turn by less than this over the reach [cosine] ...
     alike_cosine: float = 0.3
     #: ... and the chord to a neighbour is square to the mean of both normals, to this [sizes]
     chord_sizes: float = 0.25
-    #: fewer surfels do not tell six parameters
-    fewest: int = 8
-    #: chance that a plane is called round (F-test)
-    level: float = 1e-4
-    #: error of single surfels that no scatter tells [m]
-    surface_m: float = 3e-4
-    #: passes with the strongest curvature along the first axis
-    passes: int = 3
+    fewest: int = 8  #: fewer surfels do not tell six parameters
+    level: float = 1e-4  #: chance that a plane is called round (F-test)
+    surface_m: float = 3e-4  #: error of single surfels that no scatter tells [m]
+    passes: int = 3  #: passes with the strongest curvature along the first axis
     #: the surface explains its neighbours up to this many times their variance
     most_variance: float = 25.0
-    #: half of the neighbours of a plane lie in it, up to this many sigmas
-    flat_sigmas: float = 3.0
+    flat_sigmas: float = 3.0  #: half of the neighbours of a plane lie in it, up to this many sigmas
     #: they tell that it is flat if they lie to both sides of any line, on the average so far
     #: [sizes]
     across_sizes: float = 0.3

@@ -36,33 +36,26 @@ class FineAlignmentGates:
     gates_m: tuple[float, ...] = (0.2, 0.05, 0.015)
     #: the last gate is never below this many sigmas of the residuals; a gate is so many sigmas
     gate_sigmas: float = 4.5
-    #: steps at one gate, at most
-    most_steps: int = 20
-    #: smaller steps end a gate [m at the mean lever]
-    settled_m: float = 2e-6
+    most_steps: int = 20  #: steps at one gate, at most
+    settled_m: float = 2e-6  #: smaller steps end a gate [m at the mean lever]
     #: surfels of either scan that are looked up before the last gate: bounds the time
     some_surfels: int = 15_000
     #: matches are looked up again when surfels have moved by this share of their size ...
     moved_sizes: float = 0.05
-    #: ... or the gate has shrunk to less than this share
-    gate_shrinks: float = 0.5
+    gate_shrinks: float = 0.5  #: ... or the gate has shrunk to less than this share
     #: the turn moves the surfel at this quantile of the distances of a scan
     reach_quantile: float = 0.8
-    #: normals of matches differ by less than this [cosine]
-    alike_cosine: float = 0.8
-    #: a match is no further along the surface than this many sizes
-    reach_sizes: float = 1.0
+    alike_cosine: float = 0.8  #: normals of matches differ by less than this [cosine]
+    reach_sizes: float = 1.0  #: a match is no further along the surface than this many sizes
     #: error of single surfels that no scatter tells (waves of surfaces, shares of beams) [m]
     surface_m: float = 5e-4
-    #: share of their roughness that does not average out
-    rough_share: float = 0.1
+    rough_share: float = 0.1  #: share of their roughness that does not average out
     #: directions with less than this share of the largest eigenvalue are not moved
     held_share: float = 1e-4
     #: surfels of unknown form take no part where forms matter if the others hold every direction
     #: by at least this share of what holds it
     known_share: float = 0.1
-    #: fewer matches make no step
-    fewest_matches: int = 10
+    fewest_matches: int = 10  #: fewer matches make no step
 
 
 FINE = FineAlignmentGates()
@@ -72,10 +65,8 @@ FINE = FineAlignmentGates()
 class Indexed:
     """Surfels with their search tree."""
 
-    #: the surfels
-    surfels: Surfels
-    #: tree of their means
-    tree: KDTree
+    surfels: Surfels  #: the surfels
+    tree: KDTree  #: tree of their means
 
     @classmethod
     def of(cls, surfels: Surfels) -> Indexed:
@@ -87,20 +78,13 @@ class Indexed:
 class Matches:
     """Matched surfels of two scans a and b, both ways, in the frame of a."""
 
-    #: (n,), numbers of the surfels of a
-    first: Index
-    #: (n,), numbers of the surfels of b
-    second: Index
-    #: (n,), true where the plane is that of a
-    forward: NDArray[np.bool_]
-    #: (n, 3), means that are compared with the planes [m]
-    point: Array
-    #: (n, 3), unit normals of the planes
-    normal: Array
-    #: (n,), distances of the points from the planes [m]
-    residual: Array
-    #: (n,), sigmas of the residuals [m]
-    sigma: Array
+    first: Index  #: (n,), numbers of the surfels of a
+    second: Index  #: (n,), numbers of the surfels of b
+    forward: NDArray[np.bool_]  #: (n,), true where the plane is that of a
+    point: Array  #: (n, 3), means that are compared with the planes [m]
+    normal: Array  #: (n, 3), unit normals of the planes
+    residual: Array  #: (n,), distances of the points from the planes [m]
+    sigma: Array  #: (n,), sigmas of the residuals [m]
 
     def __len__(self) -> int:
         return len(self.residual)
@@ -115,14 +99,10 @@ class Matches:
 class FineAlignment:
     """An alignment of scan b with scan a."""
 
-    #: pose of b in a
-    pose: Pose
-    #: matches within the last gate
-    matches: Matches
-    #: the last gate [m]
-    gate: float
-    #: true if the iteration settled
-    settled: bool
+    pose: Pose  #: pose of b in a
+    matches: Matches  #: matches within the last gate
+    gate: float  #: the last gate [m]
+    settled: bool  #: true if the iteration settled
 
     @property
     def rms(self) -> float:

@@ -47,8 +47,7 @@ class CloudEdge:
     #: names of the stations
     first: str
     second: str
-    #: pose of the second station in the first
-    pose: Pose
+    pose: Pose  #: pose of the second station in the first
     #: (6, 6), its covariance in the order of :class:`~tribrach.observations.poses.RelativePoses`
     #: [m], [rad]
     covariance: Array
@@ -103,14 +102,10 @@ class StationLoop(Result, without=("edges",), also=("closes",)):
 class Consistency:
     """Edges after the test of the loops."""
 
-    #: edges that are used
-    used: tuple[CloudEdge, ...]
-    #: edges that are left out
-    dropped: tuple[CloudEdge, ...]
-    #: all loops of the given edges
-    loops: tuple[StationLoop, ...]
-    #: what was left out and why
-    sentences: tuple[str, ...]
+    used: tuple[CloudEdge, ...]  #: edges that are used
+    dropped: tuple[CloudEdge, ...]  #: edges that are left out
+    loops: tuple[StationLoop, ...]  #: all loops of the given edges
+    sentences: tuple[str, ...]  #: what was left out and why
 
 
 def consistent(edges: Sequence[CloudEdge]) -> Consistency:

@@ -22,14 +22,10 @@ from tribrach.registration.clouds.prepared import PreparedScan
 class LikenessGates:
     """How coarse the plans are that are laid on each other (by hand: test_proposals)."""
 
-    #: cells of a plan along an edge
-    cells: int = 96
-    #: their least size [m]
-    least_cell_m: float = 0.4
-    #: headings that are tried around the circle
-    headings: int = 72
-    #: normals of walls lie below this sine of the slope
-    wall_sine: float = 0.5
+    cells: int = 96  #: cells of a plan along an edge
+    least_cell_m: float = 0.4  #: their least size [m]
+    headings: int = 72  #: headings that are tried around the circle
+    wall_sine: float = 0.5  #: normals of walls lie below this sine of the slope
     #: a plan reaches out to this share of its edge, so that shifted plans do not wrap around
     reach_share: float = 0.25
 
@@ -46,10 +42,8 @@ class Walls:
     #: (n, 3), their places [m] and unit normals, in the frame of their station
     center: Array
     normal: Array
-    #: (n,), their areas [m^2]
-    area: Array
-    #: how far the station sees [m]
-    radius: float
+    area: Array  #: (n,), their areas [m^2]
+    radius: float  #: how far the station sees [m]
 
     @classmethod
     def of(cls, scan: PreparedScan) -> Walls:

@@ -46,8 +46,7 @@ class OpenDirectionGates:
     steps: int = 8
     settled_m: float = 5e-6
     rounds: int = 3
-    #: probability that a straight way is called bent
-    alpha: float = 0.001
+    alpha: float = 0.001  #: probability that a straight way is called bent
 
 
 GATES = OpenDirectionGates()

@@ -67,13 +67,11 @@ class CloudPairGates:
     first_steps: int = 3
     second_gates_sizes: tuple[float, ...] = (1.0, 0.5)
     second_steps: int = 8
-    #: surfels that the first look takes
-    first_surfels: int = 2500
+    first_surfels: int = 2500  #: surfels that the first look takes
     #: poses nearer than this are one: shift [sizes], turn [rad]
     same_sizes: float = 1.5
     same_turn_rad: float = float(np.radians(3.0))
-    #: ... after the second look, as a share of that shift
-    same_again: float = 0.3
+    same_again: float = 0.3  #: ... after the second look, as a share of that shift
     #: candidates that are looked at a second time, and the share of the best score that they need
     second_looks: int = 6
     best_share: float = 0.4
@@ -82,18 +80,14 @@ class CloudPairGates:
     #: how many of them are kept, and how many sizes these are apart
     slid_kept: int = 3
     slid_apart: int = 3
-    #: what is open is a shift if it has this share of shift or more
-    slide_share: float = 0.9
-    #: fewer matches tell of no open direction and hold no pose
-    fewest_matches: int = 50
-    #: agreement along normals in the search [sizes]
-    agrees_sizes: float = 0.4
+    slide_share: float = 0.9  #: what is open is a shift if it has this share of shift or more
+    fewest_matches: int = 50  #: fewer matches tell of no open direction and hold no pose
+    agrees_sizes: float = 0.4  #: agreement along normals in the search [sizes]
 
     #: a pair overlaps if either scan is seen by the other with this share and this area [m^2]
     least_overlap: float = 0.12
     least_area_m2: float = 4.0
-    #: of what is judged at least so much agrees
-    least_consistency: float = 0.25
+    least_consistency: float = 0.25  #: of what is judged at least so much agrees
     #: shares of the agreeing area, and of that of it which is no floor, that may be seen through:
     #: things that were moved between the scans
     moved_share: float = 0.01
@@ -151,12 +145,9 @@ class Origin(Enum):
 class Candidate:
     """A pose of scan b in scan a with its verdict."""
 
-    #: pose of b in a
-    pose: Pose
-    #: what agrees and what contradicts it
-    verdict: Verdict
-    #: what proposed it
-    origin: Origin
+    pose: Pose  #: pose of b in a
+    verdict: Verdict  #: what agrees and what contradicts it
+    origin: Origin  #: what proposed it
 
 
 def judged(
@@ -358,14 +349,10 @@ def _candidate(
 class PairFit:
     """A candidate fitted with all surfels."""
 
-    #: the alignment
-    alignment: FineAlignment
-    #: its covariance
-    precision: RelativeCovariance
-    #: what agrees and what contradicts it
-    verdict: Verdict
-    #: what proposed it
-    origin: Origin
+    alignment: FineAlignment  #: the alignment
+    precision: RelativeCovariance  #: its covariance
+    verdict: Verdict  #: what agrees and what contradicts it
+    origin: Origin  #: what proposed it
 
     @property
     def pose(self) -> Pose:
@@ -399,12 +386,9 @@ class CloudPair(
     #: names of the scans
     a: str
     b: str
-    #: the pose with its covariance, None if none may be taken
-    fit: PairFit | None
-    #: other places that fit as well
-    rivals: tuple[PairFit, ...]
-    #: what is weak, or why there is no pose
-    sentences: tuple[str, ...]
+    fit: PairFit | None  #: the pose with its covariance, None if none may be taken
+    rivals: tuple[PairFit, ...]  #: other places that fit as well
+    sentences: tuple[str, ...]  #: what is weak, or why there is no pose
 
     first = part("a", str, "One scan.")
     second = part("b", str, "The other.")

@@ -31,17 +31,14 @@ class PreparedScanGates:
 
     #: rows of the finest image of ranges, twice as many columns: half a degree
     view_rows: int = 360
-    #: ... and of the coarsest
-    least_rows: int = 45
-    #: points in a seen pixel, on the average, that let no gaps appear
-    pixel_points: float = 6.0
+    least_rows: int = 45  #: ... and of the coarsest
+    pixel_points: float = 6.0  #: points in a seen pixel, on the average, that let no gaps appear
     #: edges of the cubes: fine ones for the last tenths, coarse ones for the search [m]
     fine_m: float = 0.1
     coarse_m: float = 0.4
     #: no scan is coarser than this share of its radius: rooms and models have small cubes
     coarse_radii: float = 0.04
-    #: the radius of a scan holds this share of its surface
-    radius_quantile: float = 0.9
+    radius_quantile: float = 0.9  #: the radius of a scan holds this share of its surface
     #: surfels that are kept at most: for the fit, for the choice between places, for the search
     most_fine: int = 100_000
     most_some: int = 15_000
@@ -49,10 +46,8 @@ class PreparedScanGates:
     #: times that fine cubes are merged, once more in a scan with fewer surfels than the second
     fine_merges: int = 3
     sparse_surfels: int = 3000
-    #: times that coarse cubes are merged
-    coarse_merges: int = 2
-    #: fewer surfels are no scan to register
-    fewest_surfels: int = 50
+    coarse_merges: int = 2  #: times that coarse cubes are merged
+    fewest_surfels: int = 50  #: fewer surfels are no scan to register
 
 
 GATES = PreparedScanGates()
@@ -162,18 +157,12 @@ ASKEW = Pose(exp(np.array([0.37, 0.53, 0.29])), np.zeros(3))
 class PreparedScan:
     """Surfels and view of a scan, in the scanner frame."""
 
-    #: name of the scan
-    name: str
-    #: number of its points
-    points: int
-    #: surfels for the fit
-    fine: Indexed
-    #: some of these, for the choice between places
-    some: Indexed
-    #: surfels for the search
-    coarse: Indexed
-    #: how far the scanner saw in every direction
-    view: RangeView
+    name: str  #: name of the scan
+    points: int  #: number of its points
+    fine: Indexed  #: surfels for the fit
+    some: Indexed  #: some of these, for the choice between places
+    coarse: Indexed  #: surfels for the search
+    view: RangeView  #: how far the scanner saw in every direction
 
     @property
     def radius(self) -> float:
@@ -187,8 +176,7 @@ class PreparedScan:
 class SurfacesOfScan:
     """What a prepared scan is made of besides its search trees, which are quickly made."""
 
-    #: number of points of the scan
-    points: int
+    points: int  #: number of points of the scan
     #: for the fit and for the search
     fine: Surfels
     coarse: Surfels

@@ -30,14 +30,10 @@ from tribrach.registration.clouds.graph import CloudEdge, StationLoop, consisten
 class ProposalGates:
     """How many pairs are tried (by hand: test_proposals)."""
 
-    #: with so few scans all pairs are tried
-    all_pairs: int = 6
-    #: neighbours of every scan that are tried in any case
-    neighbours: int = 2
-    #: stations of a loop that controls its pairs well, at most
-    short_loop: int = 4
-    #: pairs that are tried for a loop over one pair
-    loop_tries: int = 4
+    all_pairs: int = 6  #: with so few scans all pairs are tried
+    neighbours: int = 2  #: neighbours of every scan that are tried in any case
+    short_loop: int = 4  #: stations of a loop that controls its pairs well, at most
+    loop_tries: int = 4  #: pairs that are tried for a loop over one pair
     #: ... and share of the lesser of two scans that both see by their places, at least
     loop_common: float = 0.1
     #: weight of pairs whose approximate poses are beyond each other's reach
@@ -150,20 +146,13 @@ def _pair(i: int, j: int) -> Pair:
 class _Work:
     """Pairs that were tried, and what came of them."""
 
-    #: of the scans
-    names: list[str]
-    #: (n, n), of each pair
-    promise: Array
-    #: reach of the scans by name [m]
-    radii: Mapping[str, float]
-    #: registers a pair
-    attempt: Attempt
-    #: told of it
-    progress: Progress
-    #: numbers of the scans, the lesser first
-    tried: set[Pair] = field(default_factory=set)
-    #: pairs that have a pose
-    edges: dict[Pair, CloudEdge] = field(default_factory=dict)
+    names: list[str]  #: of the scans
+    promise: Array  #: (n, n), of each pair
+    radii: Mapping[str, float]  #: reach of the scans by name [m]
+    attempt: Attempt  #: registers a pair
+    progress: Progress  #: told of it
+    tried: set[Pair] = field(default_factory=set)  #: numbers of the scans, the lesser first
+    edges: dict[Pair, CloudEdge] = field(default_factory=dict)  #: pairs that have a pose
     #: those of them that leave a direction open: they connect nothing for good
     weak: set[Pair] = field(default_factory=set)
     looked: Counter[Pair] = field(default_factory=Counter)

@@ -46,16 +46,14 @@ class ReferenceGates:
     #: samples of a model to a cube, along an edge, and cubes at most
     samples: float = 3.0
     cubes: int = 400_000
-    #: edge of the pieces that are wrong each for itself [m]
-    piece_m: float = 10.0
+    piece_m: float = 10.0  #: edge of the pieces that are wrong each for itself [m]
     #: surfaces of the scan that are nearer to the reference are compared with it [m]
     beside_m: float = 0.5
     #: what scans among each other say of their places to the reference: at least [m], [rad]
     chained: tuple[float, float] = (0.05, float(np.radians(0.2)))
     #: an offset is tested where others tell it by this share of its variance at least
     told_share: float = 1e-3
-    #: probability that a good reference is said not to fit
-    alpha: float = 0.001
+    alpha: float = 0.001  #: probability that a good reference is said not to fit
 
 
 GATES = ReferenceGates()
@@ -65,14 +63,10 @@ GATES = ReferenceGates()
 class ScanReference:
     """A reference that is ready to be matched."""
 
-    #: its surfels, about :attr:`origin`
-    scan: PreparedScan
-    #: (3,), where the origin of the surfels lies in the coordinates of its file [m]
-    origin: Array
-    #: what pieces of it are wrong by, each for itself [m]
-    sigma: float = 0.0
-    #: what all of it is wrong by along each axis [m]; 0 holds it
-    shared: float = 0.0
+    scan: PreparedScan  #: its surfels, about :attr:`origin`
+    origin: Array  #: (3,), where the origin of the surfels lies in the coordinates of its file [m]
+    sigma: float = 0.0  #: what pieces of it are wrong by, each for itself [m]
+    shared: float = 0.0  #: what all of it is wrong by along each axis [m]; 0 holds it
 
     @property
     def name(self) -> str:
@@ -97,14 +91,11 @@ class ScanReference:
 class ReferenceOffset(Result):
     """What the network says of the place of a reference."""
 
-    #: name of the reference
-    name: str
-    #: prior sigma of its offset along each axis [m]
-    prior: Number
+    name: str  #: name of the reference
+    prior: Number  #: prior sigma of its offset along each axis [m]
     #: the offset along x, y and z, from its file to the result [m]
     offset: tuple[Number, Number, Number]
-    #: their sigmas [m]
-    sigma: tuple[Number, Number, Number]
+    sigma: tuple[Number, Number, Number]  #: their sigmas [m]
     #: squared offset over its expectation, its degrees of freedom and its limit; null where
     #: nothing but the prior tells the offset
     statistic: Number | None
@@ -143,8 +134,7 @@ class PlacedOn(Result):
 
     reference: str
     scan: str
-    #: area of the scan within half a metre of the reference [m^2]
-    area: Number
+    area: Number  #: area of the scan within half a metre of the reference [m^2]
     #: shares of it that agree, and that were left out by the test
     agrees: Number
     left_out: Number

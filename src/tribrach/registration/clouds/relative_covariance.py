@@ -45,8 +45,7 @@ class CloudCovarianceGates:
     floor: tuple[float, float] = (1e-3, 10 * SEC)
     #: edges of the cubes over which residuals are summed [m]
     edges_m: tuple[float, ...] = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
-    #: a variance needs so many cubes
-    fewest_cubes: int = 40
+    fewest_cubes: int = 40  #: a variance needs so many cubes
     #: both directions compare the same points: observations count half at most
     least_shared: float = 2.0
     #: the correlation length is the first edge that reaches this share of the largest factor
@@ -59,8 +58,7 @@ class CloudCovarianceGates:
     #: ... or if less surface than that of a least overlap holds it, of both scans together [m^2]:
     #: the few pieces at the edges of doors and windows do not tell one door from the next
     holding_m2: float = 4.0
-    #: a piece of surface holds a direction by this cosine or more
-    holding_cosine: float = 0.3
+    holding_cosine: float = 0.3  #: a piece of surface holds a direction by this cosine or more
     #: least slope of the loss against its weight: residuals of poor fits fill the whole gate
     least_slope: float = 0.05
     #: edge of the cubes that count as places of their own [m], at most this many levers: models
@@ -71,8 +69,7 @@ class CloudCovarianceGates:
     #: least edge of the pieces of a sweep [m], and how many there are at most: bounds the time
     least_piece_m: float = 1.0
     most_pieces: int = 10_000
-    #: in words: a direction moves what has this part of it or more
-    told_part: float = 0.1
+    told_part: float = 0.1  #: in words: a direction moves what has this part of it or more
 
 
 GATES = CloudCovarianceGates()
@@ -85,25 +82,17 @@ class RelativeCovariance:
     #: (6, 6), of the translation in a [m] and of a rotation vector applied on the right, in b
     #: [rad] (the order of :class:`~tribrach.observations.poses.RelativePoses`)
     covariance: Array
-    #: (3,), middle of the overlap in the frame of a [m]
-    middle: Array
+    middle: Array  #: (3,), middle of the overlap in the frame of a [m]
     #: (6, 6), covariance of the shift of the middle [m] and the turn about it [rad], frame of a,
     #: floor included
     local: Array
-    #: number of matches of both directions
-    observations: int
-    #: number of them that count as independent
-    effective: float
-    #: size of what neighbours share [m]
-    correlation_length: float
-    #: sigma of unit weight [m]
-    sigma: float
-    #: (6, k), directions that nothing holds: shift [m], turn times ``lever`` [m]
-    unheld: Array
-    #: length that turns are multiplied by [m]
-    lever: float
-    #: smallest number of places that hold a direction
-    places: float
+    observations: int  #: number of matches of both directions
+    effective: float  #: number of them that count as independent
+    correlation_length: float  #: size of what neighbours share [m]
+    sigma: float  #: sigma of unit weight [m]
+    unheld: Array  #: (6, k), directions that nothing holds: shift [m], turn times ``lever`` [m]
+    lever: float  #: length that turns are multiplied by [m]
+    places: float  #: smallest number of places that hold a direction
     #: by what factor parts of the sweep fit worse than the rest of the covariance allows; it is in
     #: the covariance
     sweep: SweepTest = SweepTest()

@@ -27,14 +27,10 @@ class PlanSearchGates:
     Chosen by hand with test_pair, benchmarks/registration.
     """
 
-    #: cells of the plan along an edge
-    cells: int = 256
-    #: their least size [m]
-    least_cell_m: float = 0.4
-    #: part of the surfels that the plan reaches out to
-    within_quantile: float = 0.97
-    #: fewer walls, or fewer surfaces that look up, propose nothing
-    fewest_surfels: int = 20
+    cells: int = 256  #: cells of the plan along an edge
+    least_cell_m: float = 0.4  #: their least size [m]
+    within_quantile: float = 0.97  #: part of the surfels that the plan reaches out to
+    fewest_surfels: int = 20  #: fewer walls, or fewer surfaces that look up, propose nothing
     #: places kept per heading and in all
     per_heading: int = 3
     most_places: int = 16
@@ -57,12 +53,9 @@ class PlanSearchGates:
     #: floors lean by so much, no more and no less [rad]
     least_tilt_rad: float = float(np.radians(3.0))
     most_tilt_rad: float = float(np.radians(60.0))
-    #: normals of a floor are alike within this [rad]
-    alike_rad: float = float(np.radians(4.0))
-    #: surfaces that are tried as floor, about
-    floor_seeds: int = 300
-    #: width of the classes of differences of height [m]
-    height_class_m: float = 0.15
+    alike_rad: float = float(np.radians(4.0))  #: normals of a floor are alike within this [rad]
+    floor_seeds: int = 300  #: surfaces that are tried as floor, about
+    height_class_m: float = 0.15  #: width of the classes of differences of height [m]
     #: heights that are kept of a place, and the share of the weight of the first that each needs
     heights: int = 2
     second_height_share: float = 0.5
@@ -71,15 +64,11 @@ class PlanSearchGates:
     own_places: int = 16
     own_heights: int = 4
     own_height_share: float = 0.03
-    #: level surfaces that are compared, about: bounds the time
-    most_level: int = 20_000
-    #: levels of a cell of the plan that are compared
-    levels: int = 4
+    most_level: int = 20_000  #: level surfaces that are compared, about: bounds the time
+    levels: int = 4  #: levels of a cell of the plan that are compared
 
-    #: size of the cubes of kiss-matcher [sizes of the surfels]
-    kiss_voxel_sizes: float = 1.5
-    #: fewer surfels are not matched by it
-    kiss_fewest: int = 50
+    kiss_voxel_sizes: float = 1.5  #: size of the cubes of kiss-matcher [sizes of the surfels]
+    kiss_fewest: int = 50  #: fewer surfels are not matched by it
     #: its rotations are none if their rows depart from orthonormal by more
     kiss_skewed: float = 1e-3
 

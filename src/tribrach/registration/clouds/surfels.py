@@ -26,14 +26,11 @@ class SurfelGates:
     Chosen by hand with test_surfels, benchmarks/registration.
     """
 
-    #: points that make a plane
-    fewest_points: int = 6
-    #: times that cubes with too few points are merged
-    merges: int = 3
+    fewest_points: int = 6  #: points that make a plane
+    merges: int = 3  #: times that cubes with too few points are merged
     #: thickness over the lesser width of points that are still a plane
     most_thickness_widths: float = 0.2
-    #: lesser over greater width of points that are no line
-    least_width_ratio: float = 0.12
+    least_width_ratio: float = 0.12  #: lesser over greater width of points that are no line
 
 
 GATES = SurfelGates()
@@ -72,12 +69,9 @@ class CubeSums:
     nothing is lost far away. Cubes merge into cubes of twice the size exactly.
     """
 
-    #: edge of the cubes [m]
-    size: float
-    #: (m,), keys that hold the three lattice numbers of each cube
-    keys: Index
-    #: (m, 10), count and moments about the middle of each cube
-    moments: Array
+    size: float  #: edge of the cubes [m]
+    keys: Index  #: (m,), keys that hold the three lattice numbers of each cube
+    moments: Array  #: (m, 10), count and moments about the middle of each cube
 
     def __len__(self) -> int:
         return len(self.keys)
@@ -231,32 +225,22 @@ def _merged(keys, moments, size):  # type: ignore[no-untyped-def]
 class Surfels:
     """Pieces of surface."""
 
-    #: (n, 3), means of the points [m]
-    center: Array
-    #: (n, 3), unit normals
-    normal: Array
-    #: (n,), numbers of points
-    count: Array
-    #: (n,), standard deviations of the points along the normal [m]
-    thickness: Array
-    #: (n, 2), standard deviations along the surface, the lesser first [m]
-    width: Array
-    #: (n,), edges of the cubes [m]
-    size: Array
-    #: (n, 3, 3), covariances of the points in the cubes [m^2]
-    spread: Array
-    #: (n,), what they are pieces of: ``FLAT``, ``ROUND`` or ``UNKNOWN``
-    form: NDArray[np.int8]
+    center: Array  #: (n, 3), means of the points [m]
+    normal: Array  #: (n, 3), unit normals
+    count: Array  #: (n,), numbers of points
+    thickness: Array  #: (n,), standard deviations of the points along the normal [m]
+    width: Array  #: (n, 2), standard deviations along the surface, the lesser first [m]
+    size: Array  #: (n,), edges of the cubes [m]
+    spread: Array  #: (n, 3, 3), covariances of the points in the cubes [m^2]
+    form: NDArray[np.int8]  #: (n,), what they are pieces of: ``FLAT``, ``ROUND`` or ``UNKNOWN``
     #: (n, 3), unit gradients ``g`` of the surfaces ``g . x + x^T Q x / 2 = const`` at the means:
     #: of round bodies without the lean of their planes
     #: (:mod:`~tribrach.registration.clouds.curvature`), the normals of others.
     gradient: Array
     #: (n, 3, 3), second derivatives ``Q`` of these surfaces, zero where they are not round [1/m]
     bend: Array
-    #: how many surfels each one stands for, where they were thinned
-    stands_for: float = 1.0
-    #: true if it is not known which side of them a scanner can see
-    two_sided: bool = False
+    stands_for: float = 1.0  #: how many surfels each one stands for, where they were thinned
+    two_sided: bool = False  #: true if it is not known which side of them a scanner can see
 
     def __len__(self) -> int:
         return len(self.center)

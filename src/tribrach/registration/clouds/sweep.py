@@ -30,13 +30,11 @@ class SweepGates:
 
     #: sectors about either scanner, each also turned by half of one
     sectors: tuple[int, ...] = (2, 3, 4, 6, 8)
-    #: zones along the axes of either scanner
-    zones: tuple[int, ...] = (2, 2, 4)
+    zones: tuple[int, ...] = (2, 2, 4)  #: zones along the axes of either scanner
     #: draws of signs, and the share of them that may make as much where a scanner stood still
     draws: int = 999
     level: float = 0.01
-    #: fewer pieces tell nothing
-    fewest_pieces: int = 20
+    fewest_pieces: int = 20  #: fewer pieces tell nothing
 
 
 GATES = SweepGates()
@@ -51,8 +49,7 @@ class SweepTest:
     factor: float = 1.0
     #: variance of the worst parts over all directions together, in the same unit
     ratio: float = 1.0
-    #: what chance makes of the ratio
-    limit: float = 1.0
+    limit: float = 1.0  #: what chance makes of the ratio
 
 
 def sweep_test(scores: Array, normal: Array, places: tuple[Array, Array]) -> SweepTest:

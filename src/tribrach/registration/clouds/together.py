@@ -64,17 +64,13 @@ class DifferenceGates:
     Chosen by hand with test_covariance.
     """
 
-    #: differences beyond this are other surfaces [m]
-    gate_m: float = 0.1
+    gate_m: float = 0.1  #: differences beyond this are other surfaces [m]
     #: surfels with so many points, no rougher than this many times the median, are flat places
     flat_points: int = 12
     flat_roughness: float = 2.5
-    #: differences beyond this many robust sigmas are edges
-    edge_sigmas: float = 6.0
-    #: fewer places tell nothing
-    fewest_places: int = 30
-    #: pairs that were not registered and are said to be, at most
-    most_refusals: int = 10
+    edge_sigmas: float = 6.0  #: differences beyond this many robust sigmas are edges
+    fewest_places: int = 30  #: fewer places tell nothing
+    most_refusals: int = 10  #: pairs that were not registered and are said to be, at most
 
 
 GATES = DifferenceGates()
@@ -84,14 +80,10 @@ GATES = DifferenceGates()
 class Differences:
     """Differences of two placed clouds on flat places of their overlap, as root mean squares."""
 
-    #: number of places
-    places: int
-    #: observed differences [m]
-    observed: float
-    #: predicted part from noise [m]
-    noise: float
-    #: predicted part from the uncertainty of the relative pose [m]
-    registration: float
+    places: int  #: number of places
+    observed: float  #: observed differences [m]
+    noise: float  #: predicted part from noise [m]
+    registration: float  #: predicted part from the uncertainty of the relative pose [m]
 
     @property
     def predicted(self) -> float:
@@ -153,15 +145,12 @@ def _flat(s: Surfels) -> NDArray[np.bool_]:
 class CloudGroup:
     """Stations that pairs of clouds connect, in the frame of the first one or of a reference."""
 
-    #: poses by name of station
-    poses: Mapping[str, Pose]
+    poses: Mapping[str, Pose]  #: poses by name of station
     #: covariances (6, 6) by name: translation [m] and left rotation increments [rad], zero for the
     #: first
     covariances: Mapping[str, Array]
-    #: the adjusted network, None for a single station
-    adjustment: Adjustment | None
-    #: each pair compared with the network
-    edges: Sequence[Edge]
+    adjustment: Adjustment | None  #: the adjusted network, None for a single station
+    edges: Sequence[Edge]  #: each pair compared with the network
     #: differences of the placed clouds, by pairs of names
     differences: Mapping[tuple[str, str], Differences]
 
@@ -175,20 +164,14 @@ class CloudGroup:
 class CloudRegistration:
     """The result of registering all scans by their clouds."""
 
-    #: the pairs that were tried
-    pairs: Sequence[CloudPair]
-    #: test of the loops
-    consistency: Consistency
+    pairs: Sequence[CloudPair]  #: the pairs that were tried
+    consistency: Consistency  #: test of the loops
     #: connected stations, those on a reference first, else the largest group
     groups: Sequence[CloudGroup]
-    #: what was left out or is weak
-    sentences: tuple[str, ...]
-    #: names of references, which stand among the stations
-    references: tuple[str, ...] = ()
-    #: what the network says of their places
-    offsets: tuple[ReferenceOffset, ...] = ()
-    #: scans on references
-    placed_on: tuple[PlacedOn, ...] = ()
+    sentences: tuple[str, ...]  #: what was left out or is weak
+    references: tuple[str, ...] = ()  #: names of references, which stand among the stations
+    offsets: tuple[ReferenceOffset, ...] = ()  #: what the network says of their places
+    placed_on: tuple[PlacedOn, ...] = ()  #: scans on references
 
 
 def register_clouds(

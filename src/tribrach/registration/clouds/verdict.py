@@ -23,10 +23,8 @@ class VerdictGates:
     #: what may lie nearer without being seen through [m], and per metre of range
     margin_m: float = 0.12
     margin_per_metre: float = 0.01
-    #: agreeing normals [cosine]
-    alike_cosine: float = 0.85
-    #: normals steeper than this cosine are those of floors
-    floor_cosine: float = 0.7
+    alike_cosine: float = 0.85  #: agreeing normals [cosine]
+    floor_cosine: float = 0.7  #: normals steeper than this cosine are those of floors
     #: weights of what is seen through and of what is missed against what agrees
     through_weight: float = 50.0
     missed_weight: float = 0.1
@@ -41,18 +39,12 @@ GATES = VerdictGates()
 class Verdict:
     """Areas that agree with a relative pose or contradict it, of both directions together."""
 
-    #: area that agrees [m^2]
-    agree: float
-    #: part of it that is no floor and no ceiling, which agree anywhere [m^2]
-    standing: float
-    #: area that is seen through [m^2]
-    through: float
-    #: area where the other scan has something else [m^2]
-    missed: float
-    #: share of a seen in b, and of b in a
-    overlap: tuple[float, float]
-    #: number of surfels that are seen through
-    pieces: float
+    agree: float  #: area that agrees [m^2]
+    standing: float  #: part of it that is no floor and no ceiling, which agree anywhere [m^2]
+    through: float  #: area that is seen through [m^2]
+    missed: float  #: area where the other scan has something else [m^2]
+    overlap: tuple[float, float]  #: share of a seen in b, and of b in a
+    pieces: float  #: number of surfels that are seen through
 
     @property
     def surely_through(self) -> float:

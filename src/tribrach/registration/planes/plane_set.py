@@ -25,14 +25,11 @@ from tribrach.targets.planes import Plane
 class SamePlaneGates:
     """When planes of two scans of one station are one surface (by hand: test_plane_poses)."""
 
-    #: their normals differ by less than this [rad] ...
-    turn_rad: float = float(np.radians(1.0))
-    #: ... and their offsets, where they overlap, by less than this [m]
-    offset_m: float = 0.01
+    turn_rad: float = float(np.radians(1.0))  #: their normals differ by less than this [rad] ...
+    offset_m: float = 0.01  #: ... and their offsets, where they overlap, by less than this [m]
     #: cells of two patches are the same place within this many widths of the wider ones
     cell_widths: float = 1.5
-    #: ... and this share of the cells of one lies on the other
-    overlap_share: float = 0.5
+    overlap_share: float = 0.5  #: ... and this share of the cells of one lies on the other
 
 
 GATES = SamePlaneGates()
@@ -42,22 +39,17 @@ GATES = SamePlaneGates()
 class PlaneSet:
     """The k planes of a station."""
 
-    #: (k, 3), unit normals towards the scanner
-    normal: Array
-    #: (k, 3), centres [m]
-    center: Array
+    normal: Array  #: (k, 3), unit normals towards the scanner
+    center: Array  #: (k, 3), centres [m]
     #: (k, 3, 3), covariances of the tilts along the tangent basis of the normal
     #: (:func:`~tribrach.observations.unknowns.plane_basis`) [rad] and of the offset at the centre
     #: [m]
     covariance: Array
-    #: (k,), areas [m^2]
-    area: Array
+    area: Array  #: (k,), areas [m^2]
     #: for each plane the places (s, 3) that it covers, one for every cell [m]
     samples: tuple[Array, ...]
-    #: (k,), widths of the cells [m]
-    spacing: Array
-    #: names of the scans
-    scans: tuple[str, ...]
+    spacing: Array  #: (k,), widths of the cells [m]
+    scans: tuple[str, ...]  #: names of the scans
 
     @classmethod
     def of(cls, planes: Sequence[Plane]) -> PlaneSet:

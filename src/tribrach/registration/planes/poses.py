@@ -35,16 +35,14 @@ class PlanePairGates:
     turn_rad: float = float(np.radians(1.0))
     #: turns that differ by less than this are one [rad]
     turns_apart_rad: float = float(np.radians(2.0))
-    #: steps of headings that are proposed, over ``turn_rad``
-    heading_step: float = 0.25
+    heading_step: float = 0.25  #: steps of headings that are proposed, over ``turn_rad``
     #: proposals of turns that are followed: of levelled stations, of others
     levelled_turns: int = 24
     free_turns: int = 40
     #: largest planes whose pairs propose a turn in space, and proposals that are weighed
     turning_planes: int = 24
     weighed_turns: int = 4000
-    #: planes whose normals are flatter than this sine propose no heading
-    wall_sine: float = 0.3
+    wall_sine: float = 0.3  #: planes whose normals are flatter than this sine propose no heading
     #: planes nearer to parallel than this propose no turn [rad]
     crossing_rad: float = float(np.radians(20.0))
     #: areas beyond this count no more [m^2]: one facade does not outweigh all else
@@ -86,20 +84,17 @@ class PlanePairGates:
     same_rad: float = 0.03
     #: a pose is possible with at most this share of points in empty space ...
     most_conflict: float = 0.12
-    #: ... and this overlap in one direction at least
-    least_overlap: float = 0.08
+    least_overlap: float = 0.08  #: ... and this overlap in one direction at least
     #: a rival has at most so many times the points in empty space of the best pose, or more by
     #: this share of the points that agree there ...
     rival_times: float = 2.5
     rival_more: float = 0.012
-    #: ... and at least this share of its agreement
-    rival_agrees: float = 0.6
+    rival_agrees: float = 0.6  #: ... and at least this share of its agreement
     #: of two poses with like conflict the one that agrees more is the best, by this weight
     agreement_weight: float = 0.05
     #: a station lies on itself with at most this share of points in empty space
     own_conflict: float = 0.06
-    #: motions that lay a station on itself, at most
-    own_most: int = 4
+    own_most: int = 4  #: motions that lay a station on itself, at most
 
 
 GATES = PlanePairGates()
@@ -331,18 +326,12 @@ def _shift_support(
 class PlanePose:
     """A possible relative pose of two stations."""
 
-    #: first from second
-    pose: Pose
-    #: (p, 2), numbers of the common planes
-    pairs: Index
-    #: root mean square of their offsets [m]
-    rms: float
-    #: how points of either station stand in the view of the other
-    seen: Agreement
-    #: the lesser share of points that the other station sees
-    overlap: float
-    #: the larger one
-    most_overlap: float
+    pose: Pose  #: first from second
+    pairs: Index  #: (p, 2), numbers of the common planes
+    rms: float  #: root mean square of their offsets [m]
+    seen: Agreement  #: how points of either station stand in the view of the other
+    overlap: float  #: the lesser share of points that the other station sees
+    most_overlap: float  #: the larger one
     #: (f, 3), directions of the first frame along which the common planes hold nothing, so that
     #: the shift is that of the search
     open: Array
@@ -355,10 +344,8 @@ class PairPoses:
     #: names of the stations
     first: str
     second: str
-    #: possible poses, best first; more than one where nothing decides
-    poses: tuple[PlanePose, ...]
-    #: (f, 3), directions that the planes leave open, if that is the obstacle
-    open: Array
+    poses: tuple[PlanePose, ...]  #: possible poses, best first; more than one where nothing decides
+    open: Array  #: (f, 3), directions that the planes leave open, if that is the obstacle
     #: name of the station in whose frame they are, empty if there is no such obstacle
     lacking: str = ""
 

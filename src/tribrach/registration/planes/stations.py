@@ -51,8 +51,7 @@ class StationJoinGates:
 
     #: a pair that no loop confirms has at most this share of points in empty space ...
     most_conflict: float = 0.03
-    #: ... and at least so many common planes
-    fewest_planes: int = 4
+    fewest_planes: int = 4  #: ... and at least so many common planes
     #: poses from targets may be wrong by this [m], [rad]
     known_m: float = 0.3
     known_rad: float = float(np.radians(1.0))
@@ -79,12 +78,9 @@ class PlaneRegistration:
 
     #: poses of the stations of each group in the frame of the group, largest first
     groups: tuple[Mapping[str, Pose], ...]
-    #: possible poses of every pair
-    pairs: tuple[PairPoses, ...]
-    #: joints that were not used
-    sentences: tuple[str, ...]
-    #: why a station that is alone was not joined
-    obstacles: Mapping[str, str]
+    pairs: tuple[PairPoses, ...]  #: possible poses of every pair
+    sentences: tuple[str, ...]  #: joints that were not used
+    obstacles: Mapping[str, str]  #: why a station that is alone was not joined
 
 
 def register_by_planes(

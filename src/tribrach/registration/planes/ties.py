@@ -33,8 +33,7 @@ class PlaneTieGates:
     #: planes that are one agree within these [rad], [m] even where the covariances are small ...
     turn_rad: float = 1e-3
     offset_m: float = 0.004
-    #: ... and within so many sigmas ...
-    sigmas: float = 4.0
+    sigmas: float = 4.0  #: ... and within so many sigmas ...
     #: ... but never beyond these [rad], [m]
     most_turn_rad: float = 0.0175
     most_offset_m: float = 0.02
@@ -47,18 +46,13 @@ GATES = PlaneTieGates()
 class PlaneTies:
     """Surfaces that several stations see."""
 
-    #: names of the stations of the patches
-    station: tuple[str, ...]
-    #: (n,), numbers of the patches among the planes of their station
-    number: Index
-    #: (n,), numbers of their surfaces, from 0
-    surface: Index
+    station: tuple[str, ...]  #: names of the stations of the patches
+    number: Index  #: (n,), numbers of the patches among the planes of their station
+    surface: Index  #: (n,), numbers of their surfaces, from 0
     #: (s, 3), normals of the surfaces in the frame of the poses, from the largest patch
     normal: Array
-    #: (s,), offsets of the surfaces in that frame [m]
-    offset: Array
-    #: (s,), how many stations see each surface
-    members: Index
+    offset: Array  #: (s,), offsets of the surfaces in that frame [m]
+    members: Index  #: (s,), how many stations see each surface
     #: by two stations, the numbers (p, 2) of their common planes
     pairs: Mapping[tuple[str, str], Index]
 

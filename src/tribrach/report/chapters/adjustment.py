@@ -190,12 +190,9 @@ _BY_KIND = "look for blunders first, then at the kinds whose ratio of sigma0 is 
 class Marked:
     """Observations that take part although their tests are beyond the limits, the worst first."""
 
-    #: each once, in words
-    names: tuple[str, ...]
-    #: how many tests that are, and how many would be by chance
-    counted: str
-    #: true if they are more than chance
-    act: bool
+    names: tuple[str, ...]  #: each once, in words
+    counted: str  #: how many tests that are, and how many would be by chance
+    act: bool  #: true if they are more than chance
 
 
 def marked(head: Head) -> Marked:

@@ -41,10 +41,8 @@ class AbsolutePart(Result):
 
     shift: Vector
     turn: Vector
-    #: one place, root mean square of all
-    place: Vector
-    #: what the positions of a session have in common
-    common: dict[str, CommonShift]
+    place: Vector  #: one place, root mean square of all
+    common: dict[str, CommonShift]  #: what the positions of a session have in common
 
 
 @dataclass(frozen=True)

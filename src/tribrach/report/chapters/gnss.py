@@ -54,8 +54,7 @@ _TITLE = "GNSS baselines"
 class NamedLoop(BaselineLoop, keys={"names": "points"}):
     """A loop of baselines and its closure along E, N, U [m]."""
 
-    #: in the order in which they are walked
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()  #: in the order in which they are walked
 
 
 @dataclass(frozen=True)

@@ -113,8 +113,7 @@ class WrittenCloud(Result):
     name: str
     file: str
     points: int
-    #: root mean square along the axes of its frame [m]
-    sigma: Triple | None
+    sigma: Triple | None  #: root mean square along the axes of its frame [m]
     #: of the three-dimensional sigma [m]
     median: float | None
     p95: float | None
@@ -122,10 +121,8 @@ class WrittenCloud(Result):
     #: sigma [m], azimuth and elevation [rad] of the direction in which the cloud as a whole is
     #: known least; None for merged clouds
     weakest: Triple | None
-    #: of stored coordinates [m]; None for copies of a source
-    step: float | None
-    #: share of the points within each tolerance class
-    shares: dict[str, float]
+    step: float | None  #: of stored coordinates [m]; None for copies of a source
+    shares: dict[str, float]  #: share of the points within each tolerance class
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -40,12 +40,10 @@ class BoardGates:
     Chosen by hand with test_checkerboards, benchmarks/target_search.
     """
 
-    #: points looked at lie within this many sides of the start
-    reach_sides: float = 0.95
+    reach_sides: float = 0.95  #: points looked at lie within this many sides of the start
     #: the first plane is that of what lies within this many sides of the start
     first_plane_sides: float = 0.5
-    #: least blur of the edges [m]
-    least_blur_m: float = 1e-4
+    least_blur_m: float = 1e-4  #: least blur of the edges [m]
     #: sigma of the normal beam that blurs an edge as a footprint does, over its diameter
     blur_footprints: float = 0.25
     #: steps of the first round and of the second
@@ -61,41 +59,32 @@ class BoardGates:
     #: sine of the flattest beam that the error of the plane is carried along
     flattest_sine: float = 0.1
 
-    #: edges are at right angles within this [rad] ...
-    square_rad: float = float(np.radians(5.0))
+    square_rad: float = float(np.radians(5.0))  #: edges are at right angles within this [rad] ...
     #: ... or within what one row of points turns them, over the root of the number of points
     square_rows: float = 1.4
-    #: what the first plane may add to that [rad]
-    first_square_rad: float = float(np.radians(10.0))
-    #: least contrast over noise
-    least_contrast: float = 4.0
-    #: least share of the variance of light that the pattern explains
-    explained_share: float = 0.72
+    first_square_rad: float = float(np.radians(10.0))  #: what the first plane may add to that [rad]
+    least_contrast: float = 4.0  #: least contrast over noise
+    explained_share: float = 0.72  #: least share of the variance of light that the pattern explains
     #: the emptiest quadrant holds this share of the mean and so many points
     quadrant_share: float = 0.4
     quadrant_points: int = 6
-    #: more of a pattern than this beyond the board is too much
-    onward_share: float = 0.6
+    onward_share: float = 0.6  #: more of a pattern than this beyond the board is too much
     #: what goes on lies beyond the rim, and within the outer bound [half sides]
     rim_halves: float = 1.15
     outer_halves: float = 1.9
     #: larger quadrants are looked for beyond this, tiles beside a side within this [half sides]
     larger_halves: float = 1.5
     beside_halves: float = 0.95
-    #: fewer points tell of no pattern beyond the board
-    onward_points: int = 20
+    onward_points: int = 20  #: fewer points tell of no pattern beyond the board
 
     #: points that tell where an edge is, about: more say no more than its profile allows
     telling_points: int = 400
     #: edges are looked for within so many distances of points and sigmas of blur
     shift_pitches: float = 1.5
     shift_sigmas: float = 2.0
-    #: turns of an edge that are looked at, over its shifts at the rim
-    turn_shifts: float = 1.5
-    #: rounds of refining both edges
-    refining_rounds: int = 2
-    #: an edge with fewer points stays as it was fitted
-    edge_points: int = 4
+    turn_shifts: float = 1.5  #: turns of an edge that are looked at, over its shifts at the rim
+    refining_rounds: int = 2  #: rounds of refining both edges
+    edge_points: int = 4  #: an edge with fewer points stays as it was fitted
     #: plain print begins this many sigmas of blur from an edge, but not beyond this share of half
     #: the side; the other edge stays clear by some more
     plain_sigmas: float = 3.0
@@ -339,30 +328,18 @@ def _levels(flat: Array, light: Array, p: Array, clear: float) -> tuple[Array, A
 class CheckerboardFit:
     """A measured checkerboard."""
 
-    #: (3,), centre in the scanner frame [m]
-    center: Array
-    #: (3, 3), its covariance, floor included [m^2]
-    covariance: Array
-    #: plane of the board
-    plane: BoardPlane
-    #: (2, 2), covariance of the centre in the plane [m^2]
-    flat: Array
-    #: root mean square of the range residuals [m]
-    rms: float
-    #: black to white over the noise
-    contrast: float
-    #: share of the variance of intensity that the pattern explains
-    explained: float
-    #: angle between beam and normal of the board [rad]
-    incidence: float
-    #: turn of the edges in the plane [rad]
-    turn: float
-    #: deviation of the edges from a right angle [rad]
-    skew: float
-    #: sigma of the blurred edges [m]
-    blur: float
-    #: number of points used
-    points: int
+    center: Array  #: (3,), centre in the scanner frame [m]
+    covariance: Array  #: (3, 3), its covariance, floor included [m^2]
+    plane: BoardPlane  #: plane of the board
+    flat: Array  #: (2, 2), covariance of the centre in the plane [m^2]
+    rms: float  #: root mean square of the range residuals [m]
+    contrast: float  #: black to white over the noise
+    explained: float  #: share of the variance of intensity that the pattern explains
+    incidence: float  #: angle between beam and normal of the board [rad]
+    turn: float  #: turn of the edges in the plane [rad]
+    skew: float  #: deviation of the edges from a right angle [rad]
+    blur: float  #: sigma of the blurred edges [m]
+    points: int  #: number of points used
 
 
 def fit_checkerboard(

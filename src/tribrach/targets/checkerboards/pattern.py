@@ -27,28 +27,23 @@ class PatternGates:
     Chosen by hand with test_checkerboards.
     """
 
-    #: fewest points within the board
-    fewest_points: int = 40
-    #: points that the first guess is made with, about
-    guess_points: int = 1500
+    fewest_points: int = 40  #: fewest points within the board
+    guess_points: int = 1500  #: points that the first guess is made with, about
     #: turns of the first guess in a right angle, and its shifts over the side
     guess_turns: int = 12
     guess_shift_sides: float = 0.36
     guess_shifts: int = 9
-    #: least correlation of light and pattern that is followed
-    guess_correlation: float = 0.25
+    guess_correlation: float = 0.25  #: least correlation of light and pattern that is followed
     #: the guess compares what lies within this share of the side, at least so many points
     guess_inside_sides: float = 0.45
     guess_fewest: int = 12
     #: what lies within this share of half the side is the board: a little inside of its rim
     inside_halves: float = 0.94
-    #: the blur is predicted to this, sigma of its logarithm
-    blur_log_sigma: float = 0.5
+    blur_log_sigma: float = 0.5  #: the blur is predicted to this, sigma of its logarithm
     #: edges are expected at right angles, sigma [rad]: where points lie far apart an edge turns
     #: freely between two of them, and light that says otherwise is stronger than this
     square_sigma_rad: float = float(np.radians(2.0))
-    #: residuals of light beyond this many sigmas take no part ...
-    trim_sigmas: float = 3.5
+    trim_sigmas: float = 3.5  #: residuals of light beyond this many sigmas take no part ...
     #: ... but while the blur narrows only those beyond this share of the half swing
     stray_swing: float = 0.8
     #: blur of the first steps over half the side, from wide to narrow: a far start finds its way
@@ -81,12 +76,9 @@ _GUESS_FEWEST = GATES.guess_fewest
 class BoardPattern:
     """A fitted pattern of four quadrants."""
 
-    #: (7,), parameters x0, y0 [m], t1, t2 [rad], I0, dI, ln s
-    p: Array
-    #: (7, 7), their covariance
-    covariance: Array
-    #: (n,), points used
-    use: NDArray[np.bool_]
+    p: Array  #: (7,), parameters x0, y0 [m], t1, t2 [rad], I0, dI, ln s
+    covariance: Array  #: (7, 7), their covariance
+    use: NDArray[np.bool_]  #: (n,), points used
     #: (2,), noise of the intensities on the colour of ``I0 - dI`` and on that of ``I0 + dI``
     noise: Array
 

@@ -38,22 +38,18 @@ class SaddleGates:
 
     #: radii of the two circles over the side of the board
     circle_sides: tuple[float, float] = (0.22, 0.36)
-    #: samples along a circle
-    circle_samples: int = 16
-    #: smaller circles cannot be judged
-    least_circle_px: float = 1.3
+    circle_samples: int = 16  #: samples along a circle
+    least_circle_px: float = 1.3  #: smaller circles cannot be judged
     #: nearer pixels are not looked at: the housing of the scanner and its legs
     nearest_m: float = 0.3
-    #: the slope of the surface is taken over this part of the side
-    slope_sides: float = 0.5
+    slope_sides: float = 0.5  #: the slope of the surface is taken over this part of the side
     #: least strength of the second harmonic over the amplitude; 2/pi for an ideal board
     least_strength: float = 0.30
     #: from one pixel that is looked at to the next, over the side; where that is every second
     #: pixel this larger share has to allow it
     stride_sides: float = 0.06
     second_stride_sides: float = 0.11
-    #: least half swing of light over its mean along both circles ...
-    least_change: float = 0.08
+    least_change: float = 0.08  #: least half swing of light over its mean along both circles ...
     #: ... and in a few places of the inner one: these exclude most of a scan
     plain_change: float = 0.05
     #: mean distance of a circle from the surface, over the side: print is flat
@@ -66,16 +62,14 @@ class SaddleGates:
     steepest_tangent_squared: float = float(np.tan(np.radians(70.0)) ** 2)
     #: candidates of one side that are followed up, the strongest first: bounds the time
     most_candidates: int = 400
-    #: candidates nearer than this are one [sides]
-    apart_sides: float = 0.5
+    apart_sides: float = 0.5  #: candidates nearer than this are one [sides]
     #: candidates nearer than this to a board are that board [its sides]
     same_start_sides: float = 0.4
     #: fits nearer than this are one board, the one that explains more light [larger sides]
     same_board_sides: float = 0.5
     #: refusals nearer than this to a board are not listed [half its side]
     refused_beside_halves: float = 2.5
-    #: a board on fewer points says so
-    few_points: int = 100
+    few_points: int = 100  #: a board on fewer points says so
 
 
 GATES = SaddleGates()

@@ -29,26 +29,21 @@ _EACH = 50_000
 class CircleEdgeGates:
     """How the edge of a disc is fitted and how its centre follows from it (by hand: test_discs)."""
 
-    #: points up to this many radii from the centre take part
-    patch_radii: float = 1.5
+    patch_radii: float = 1.5  #: points up to this many radii from the centre take part
     #: blur of the first steps over the radius, from wide to narrow: a far start finds its way
     first_blurs_radii: tuple[float, ...] = (
         0.5, 0.4, 0.3, 0.24, 0.2, 0.16, 0.12, 0.1, 0.08, 0.06, 0.05, 0.04,
     )  # fmt: skip
-    #: steps at most, those of the first blurs included
-    most_steps: int = 40
-    #: steps after the first blurs before a small move may end the fit
-    settling_steps: int = 6
-    #: a smaller move of the centre ends the fit, over the radius
-    settled_radii: float = 1e-6
+    most_steps: int = 40  #: steps at most, those of the first blurs included
+    settling_steps: int = 6  #: steps after the first blurs before a small move may end the fit
+    settled_radii: float = 1e-6  #: a smaller move of the centre ends the fit, over the radius
     #: largest move in a step: of centre and radius over the radius, of the logarithm of the blur
     centre_step_radii: float = 0.25
     radius_step_radii: float = 0.1
     blur_step_log: float = 0.5
     #: a fitted radius below this share of the given one went astray
     least_radius_share: float = 0.2
-    #: fewest points of a step
-    fewest_points: int = 8
+    fewest_points: int = 8  #: fewest points of a step
     #: a blur below this share of the distance of points has no slope that least squares could find
     least_blur_pitches: float = 0.35
     #: where points are farther apart than this many blurs few of them see a slope
@@ -59,8 +54,7 @@ class CircleEdgeGates:
     misfit_share: float = 0.03
     #: ... and grows by this where the blur had to be taken wider than the true one
     widened_misfit_share: float = 0.35
-    #: residuals of light beyond this many sigmas take no part ...
-    trim_sigmas: float = 4.0
+    trim_sigmas: float = 4.0  #: residuals of light beyond this many sigmas take no part ...
     #: ... but in the first steps only those beyond this share of the gain
     first_trim_gain: float = 0.8
     #: noise of light is not believed to be below this share of the gain
@@ -72,8 +66,7 @@ class CircleEdgeGates:
     plain_radii: float = 0.3
     #: multiples of the predicted jitter that are tried
     jitter_multiples: tuple[float, ...] = tuple(np.exp(np.linspace(-3.0, 1.0, 13)).tolist())
-    #: how well the jitter is predicted, sigma of its logarithm
-    jitter_log_sigma: float = 0.7
+    jitter_log_sigma: float = 0.7  #: how well the jitter is predicted, sigma of its logarithm
     #: points tell of the jitter where it moves their light by this share of the noise or more
     jitter_telling_noise: float = 0.3
     #: the wave around the edge that exceeds this many of its sigmas by most is its departure
@@ -81,8 +74,7 @@ class CircleEdgeGates:
     #: nodes of the grid of the posterior in each direction, and most rounds of closing in
     grid_nodes: int = 15
     grid_rounds: int = 6
-    #: the grid reaches out to this many sigmas
-    grid_reach_sigmas: float = 4.0
+    grid_reach_sigmas: float = 4.0  #: the grid reaches out to this many sigmas
     #: closing in ends when the grid shrinks to no less than this share
     grid_shrinks_share: float = 0.6
     #: the first grid: sigmas of the fit, distances of points, at most this many radii
@@ -99,8 +91,7 @@ class CircleEdgeGates:
     telling_points: int = 600
     #: light of plain print is taken from so many points of either colour, or from the fit
     plain_points: int = 6
-    #: least noise of light in the posterior, over half the gain
-    posterior_noise: float = 0.005
+    posterior_noise: float = 0.005  #: least noise of light in the posterior, over half the gain
 
 
 GATES = CircleEdgeGates()
@@ -110,21 +101,15 @@ GATES = CircleEdgeGates()
 class DiscShape:
     """What is known of a disc and its points before the fit."""
 
-    #: radius [m]
-    radius: float
-    #: its sigma [m]
-    radius_sigma: float
+    radius: float  #: radius [m]
+    radius_sigma: float  #: its sigma [m]
     #: (2,), direction in the plane along which the beam falls off; its length is the tangent of
     #: the incidence angle
     slope: Array
-    #: sigma of the edge seen straight [m]
-    blur: float
-    #: sigma of the logarithm of the predicted blur
-    blur_share: float
-    #: sigma of a point's place [m]
-    jitter: float
-    #: distance between points [m]
-    pitch: float
+    blur: float  #: sigma of the edge seen straight [m]
+    blur_share: float  #: sigma of the logarithm of the predicted blur
+    jitter: float  #: sigma of a point's place [m]
+    pitch: float  #: distance between points [m]
 
     @property
     def coarse(self) -> bool:
@@ -157,16 +142,11 @@ class DiscShape:
 class EdgeFit:
     """The edge of a disc, fitted by least squares."""
 
-    #: (6,), centre x, y [m], level outside, gain, ln s, radius R [m]
-    p: Array
-    #: (6, 6), covariance of the parameters
-    covariance: Array
-    #: (2,), noise of the intensities outside and inside
-    noise: Array
-    #: sigma of a point's place [m]
-    jitter: float
-    #: (n,), points used
-    use: NDArray[np.bool_]
+    p: Array  #: (6,), centre x, y [m], level outside, gain, ln s, radius R [m]
+    covariance: Array  #: (6, 6), covariance of the parameters
+    noise: Array  #: (2,), noise of the intensities outside and inside
+    jitter: float  #: sigma of a point's place [m]
+    use: NDArray[np.bool_]  #: (n,), points used
 
 
 def light_of(flat: Array, p: Array, slope: Array) -> tuple[Array, Array]:

@@ -33,13 +33,11 @@ class DiscGates:
     Chosen by hand with test_discs, benchmarks/target_search.
     """
 
-    #: points looked at lie within this many radii of the start
-    reach_radii: float = 1.8
+    reach_radii: float = 1.8  #: points looked at lie within this many radii of the start
     #: fewest points around a disc, and on it
     fewest_points: int = 16
     fewest_on_disc: int = 8
-    #: fewest points inside and around that tell the light of a start
-    fewest_for_light: int = 3
+    fewest_for_light: int = 3  #: fewest points inside and around that tell the light of a start
     #: the start takes what lies within this as disc, what lies between the others as ground
     start_inside_radii: float = 0.6
     start_ground_radii: tuple[float, float] = (1.15, 1.6)
@@ -53,8 +51,7 @@ class DiscGates:
     #: points are on the plane within this many of its rms, at least within this share of the radius
     on_plane_sigmas: float = 5.0
     on_plane_radii: float = 0.03
-    #: least share of the points around that is on the plane
-    on_plane_share: float = 0.5
+    on_plane_share: float = 0.5  #: least share of the points around that is on the plane
     #: largest rms of the plane: over the radius, or over the known noise of ranges
     most_rms_radii: float = 0.06
     most_rms_sigmas: float = 4.0
@@ -65,13 +62,10 @@ class DiscGates:
     brushing_footprints: float = 0.6
     #: largest bend of the print over its radius, or in sigmas (``radius_sigmas``)
     bend_radii: float = 0.02
-    #: the bend is estimated from points within this many radii
-    bend_reach_radii: float = 1.3
-    #: fewer points tell no bend
-    bend_points: int = 12
+    bend_reach_radii: float = 1.3  #: the bend is estimated from points within this many radii
+    bend_points: int = 12  #: fewer points tell no bend
 
-    #: sigma of the angles of a point where nobody states it [rad]
-    usual_angle_rad: float = 2e-5
+    usual_angle_rad: float = 2e-5  #: sigma of the angles of a point where nobody states it [rad]
     #: blur of the edge where the beam is unknown, over the distance of points
     unknown_blur_pitches: float = 0.3
     #: how well the blur is predicted with a known beam and without, sigma of its logarithm
@@ -84,11 +78,9 @@ class DiscGates:
     least_jitter_blurs: float = 0.02
     #: sigma of the radius in the fit that leaves it free, over the radius
     free_radius_share: float = 0.2
-    #: a print's radius is known to this share of it
-    known_radius_share: float = 0.005
+    known_radius_share: float = 0.005  #: a print's radius is known to this share of it
 
-    #: least contrast over noise
-    least_contrast: float = 5.0
+    least_contrast: float = 5.0  #: least contrast over noise
     #: least share of the variance of light that the disc explains ...
     explained_share: float = 0.75
     #: ... and where points are nearer than ``close_pitch_radii`` and light has little noise
@@ -104,8 +96,7 @@ class DiscGates:
     sectors: int = 24
     few_sectors: int = 8
     many_points: int = 240
-    #: the edge is judged by points beyond this many radii
-    ring_radii: float = 0.5
+    ring_radii: float = 0.5  #: the edge is judged by points beyond this many radii
     #: a sector is seen with this share of the points of the fullest
     sector_points_share: float = 0.2
     #: a sector tells of the edge if the variance of the disc's share in it is above this
@@ -125,14 +116,10 @@ class DiscGates:
     #: print and ground that differ by more in range [m]: print that throws the beam back
     retro_m: float = 5e-3
 
-    #: residuals of the distance beyond this many sigmas take no part
-    trim_sigmas: float = 3.5
-    #: rounds of trimming at most
-    trim_rounds: int = 6
-    #: a predicted sigma of ranges counts as much as so many points
-    foretold_points: int = 6
-    #: least sigma of a range [m]
-    least_sigma_m: float = 1e-6
+    trim_sigmas: float = 3.5  #: residuals of the distance beyond this many sigmas take no part
+    trim_rounds: int = 6  #: rounds of trimming at most
+    foretold_points: int = 6  #: a predicted sigma of ranges counts as much as so many points
+    least_sigma_m: float = 1e-6  #: least sigma of a range [m]
     #: cells along a side of the patch for the test of independence, points that one must hold, and
     #: cells that the test needs
     cells: int = 7
@@ -250,38 +237,22 @@ def _excess(x: Array, left: Array) -> float:
 class DiscFit:
     """A measured disc."""
 
-    #: (3,), centre in the scanner frame [m]
-    center: Array
-    #: (3, 3), its covariance, floor included [m^2]
-    covariance: Array
-    #: plane of the print
-    plane: BoardPlane
-    #: (2, 2), covariance of the centre in the plane [m^2]
-    flat: Array
-    #: sigma of the centre along the beam [m]
-    distance_sigma: float
-    #: root mean square of the range residuals [m]
-    rms: float
-    #: intensity of the disc minus that of the ground
-    gain: float
-    #: size of the gain over the noise
-    contrast: float
-    #: share of the variance of intensity that the disc explains
-    explained: float
-    #: radius as seen [m]
-    radius: float
-    #: sigma of the edge as seen [m]
-    blur: float
-    #: share of the edge that was seen
-    coverage: float
-    #: range of the disc minus that of the ground [m]
-    split: float
-    #: angle between beam and normal of the print [rad]
-    incidence: float
-    #: number of points on and around the disc
-    points: int
-    #: number of points that determined the centre
-    inliers: int
+    center: Array  #: (3,), centre in the scanner frame [m]
+    covariance: Array  #: (3, 3), its covariance, floor included [m^2]
+    plane: BoardPlane  #: plane of the print
+    flat: Array  #: (2, 2), covariance of the centre in the plane [m^2]
+    distance_sigma: float  #: sigma of the centre along the beam [m]
+    rms: float  #: root mean square of the range residuals [m]
+    gain: float  #: intensity of the disc minus that of the ground
+    contrast: float  #: size of the gain over the noise
+    explained: float  #: share of the variance of intensity that the disc explains
+    radius: float  #: radius as seen [m]
+    blur: float  #: sigma of the edge as seen [m]
+    coverage: float  #: share of the edge that was seen
+    split: float  #: range of the disc minus that of the ground [m]
+    incidence: float  #: angle between beam and normal of the print [rad]
+    points: int  #: number of points on and around the disc
+    inliers: int  #: number of points that determined the centre
 
     @property
     def retro(self) -> bool:

@@ -66,10 +66,8 @@ class SpotGates:
     same_disc_radii: float = 0.7
     #: refusals nearer than this to a disc are not listed [its radii]
     refused_beside_radii: float = 1.6
-    #: a disc on fewer points says so
-    few_points: int = 100
-    #: a disc whose edge is seen on less of the circle says so
-    part_seen_share: float = 0.9
+    few_points: int = 100  #: a disc on fewer points says so
+    part_seen_share: float = 0.9  #: a disc whose edge is seen on less of the circle says so
 
 
 GATES = SpotGates()

@@ -35,8 +35,7 @@ class EdgePosteriorGates:
     #: nodes of the grid in each direction, and most rounds of closing in
     grid_nodes: int = 17
     grid_rounds: int = 8
-    #: the grid reaches out to this many sigmas
-    grid_reach_sigmas: float = 4.0
+    grid_reach_sigmas: float = 4.0  #: the grid reaches out to this many sigmas
     #: closing in ends when the grid shrinks to no less than this share
     grid_shrinks_share: float = 0.6
     #: print is as even as this, sigma over half the swing: plain print is not taken for an edge
@@ -51,12 +50,9 @@ class EdgePosteriorGates:
     #: likelihoods are tabulated in these shares of the error of a place, out to so many of it
     table_step_sigmas: float = 0.4
     table_reach_sigmas: float = 4.0
-    #: a colour on fewer points gets the noise of the other
-    colour_points: int = 6
-    #: how well the blur is predicted, sigma of its logarithm
-    blur_log_sigma: float = 0.3
-    #: blurs that are tried, in these sigmas
-    blur_sigmas: tuple[float, ...] = (-1.2, 0.0, 1.2)
+    colour_points: int = 6  #: a colour on fewer points gets the noise of the other
+    blur_log_sigma: float = 0.3  #: how well the blur is predicted, sigma of its logarithm
+    blur_sigmas: tuple[float, ...] = (-1.2, 0.0, 1.2)  #: blurs that are tried, in these sigmas
     #: beams are between a Gaussian and a uniform disc of the same variance; what both differ by at
     #: the same level of light, in sigmas of the footprint, is half of that difference, common to a
     #: row (computed from both profiles)
@@ -89,12 +85,9 @@ class EdgePoints:
     across: Array
     #: (n,), intensity scaled to -1 on the negative side of the edge and 1 on the positive side
     level: Array
-    #: (n, 2), noise of the level on plain print, of level -1 and of level 1
-    noise: Array
-    #: sigma of the footprint across the edge [m]
-    blur: float
-    #: sigma of a point's place across the edge [m]
-    jitter: float
+    noise: Array  #: (n, 2), noise of the level on plain print, of level -1 and of level 1
+    blur: float  #: sigma of the footprint across the edge [m]
+    jitter: float  #: sigma of a point's place across the edge [m]
 
 
 def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, Array]:
@@ -169,8 +162,7 @@ class LightOfDistance:
     #: (n, m), log-likelihoods at distances from ``-(m - 1)/2`` to ``(m - 1)/2`` steps, alike
     #: beyond
     log: Array
-    #: from one distance to the next, over the blur
-    step: float
+    step: float  #: from one distance to the next, over the blur
 
     @classmethod
     def of(cls, level: Array, noise: Array, jitter: float) -> LightOfDistance:

@@ -23,24 +23,15 @@ from tribrach.statistics import robust_sigma
 class PrintPlaneGates:
     """How the plane of a print is fitted (by hand: test_checkerboards)."""
 
-    #: residuals beyond this many sigmas take no part
-    trim_sigmas: float = 3.0
-    #: fewest points of a plane
-    fewest_points: int = 12
-    #: rounds of trimming at most
-    rounds: int = 10
-    #: a smaller move of the plane ends the rounds [m]
-    settled_m: float = 1e-7
-    #: beams are not flatter to the plane than this sine
-    flattest_sine: float = 0.1
-    #: a colour with fewer points gets no offset of its own
-    colour_points: int = 3
-    #: a colour with fewer points gets the noise of the other
-    noise_points: int = 4
-    #: least sigma of a range [m]
-    least_sigma_m: float = 1e-5
-    #: largest condition number of the scaled normal matrix
-    condition: float = 1e10
+    trim_sigmas: float = 3.0  #: residuals beyond this many sigmas take no part
+    fewest_points: int = 12  #: fewest points of a plane
+    rounds: int = 10  #: rounds of trimming at most
+    settled_m: float = 1e-7  #: a smaller move of the plane ends the rounds [m]
+    flattest_sine: float = 0.1  #: beams are not flatter to the plane than this sine
+    colour_points: int = 3  #: a colour with fewer points gets no offset of its own
+    noise_points: int = 4  #: a colour with fewer points gets the noise of the other
+    least_sigma_m: float = 1e-5  #: least sigma of a range [m]
+    condition: float = 1e10  #: largest condition number of the scaled normal matrix
     #: the first plane leaves out this share of the points, the farthest ones, in so many rounds
     first_strays_share: float = 0.2
     first_rounds: int = 4
@@ -53,23 +44,16 @@ GATES = PrintPlaneGates()
 class BoardPlane:
     """Plane ``normal . x = offset`` of the scanner frame, with axes in it."""
 
-    #: (3,), unit normal towards the scanner
-    normal: Array
-    #: offset of the plane [m]
-    offset: float
-    #: (2, 3), unit vectors across and up in the plane
-    axes: Array
-    #: (3,), origin of the coordinates in the plane [m]
-    origin: Array
-    #: (n,), points that lie on it
-    use: NDArray[np.bool_]
+    normal: Array  #: (3,), unit normal towards the scanner
+    offset: float  #: offset of the plane [m]
+    axes: Array  #: (2, 3), unit vectors across and up in the plane
+    origin: Array  #: (3,), origin of the coordinates in the plane [m]
+    use: NDArray[np.bool_]  #: (n,), points that lie on it
     #: (3, 3), covariance of the plane's shift along the normal at the origin [m] and of its slopes
     #: along both axes
     cofactor: Array
-    #: root mean square of the residuals along the beam [m]
-    rms: float
-    #: white minus black along the beam [m]
-    split: float
+    rms: float  #: root mean square of the residuals along the beam [m]
+    split: float  #: white minus black along the beam [m]
 
     def project(self, xyz: Array) -> Array:
         """Carry points (n, 3) along their beams into the plane (n, 2)."""

@@ -35,8 +35,7 @@ class PrintFit(Protocol):
 class Refused:
     """Why points are no target."""
 
-    #: one sentence without the full stop
-    reason: str
+    reason: str  #: one sentence without the full stop
     #: true if nothing like a target is there, which is not worth a line in the report
     texture: bool = False
 
@@ -48,8 +47,7 @@ class PrintCandidate:
     #: indices of the pixel
     row: int
     column: int
-    #: true if its refusal is worth a line even if it looks like texture
-    notable: bool = False
+    notable: bool = False  #: true if its refusal is worth a line even if it looks like texture
 
 
 Fit = TypeVar("Fit", bound=PrintFit)
@@ -87,14 +85,12 @@ class BestFits(Generic[Fit]):
 class PrintSearch(Generic[Fit]):
     """What a kind of printed target brings to the search."""
 
-    #: kind of the detections
-    kind: Kind
+    kind: Kind  #: kind of the detections
     #: returns the candidates for a size [m], the strongest first
     candidates: Callable[[float], Iterable[PrintCandidate]]
     #: fits the points with numbers (k,) around a place (3,) [m] to a target of a size [m]
     fit: Callable[[NDArray[np.int32], Array, float], Fit | Refused]
-    #: half the window of points around a candidate, over the size
-    reach_sizes: float
+    reach_sizes: float  #: half the window of points around a candidate, over the size
     #: A candidate nearer to a fit than this many of its sizes is the same target
     same_start_sizes: float
     #: true if ``same_start_sizes`` only counts for fits of the size that is searched

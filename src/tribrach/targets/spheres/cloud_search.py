@@ -26,27 +26,19 @@ from tribrach.targets.spheres.votes import apart, gather
 class CloudSphereGates:
     """Which fits are spheres in a cloud without lines of sight (by hand: test_sphere_cloud)."""
 
-    #: one point per voxel of this many radii votes
-    voxel_radii: float = 0.125
-    #: a normal comes from this many neighbours
-    neighbours: int = 12
-    #: share of the votes of a half sphere that makes a candidate
-    votes_share: float = 0.12
+    voxel_radii: float = 0.125  #: one point per voxel of this many radii votes
+    neighbours: int = 12  #: a normal comes from this many neighbours
+    votes_share: float = 0.12  #: share of the votes of a half sphere that makes a candidate
     #: candidates at most, nearer to each other than this they are one [radii]
     most_candidates: int = 300
     apart_radii: float = 0.5
     #: points looked at lie within this many radii of the candidate, along every axis
     reach_radii: float = 1.5
-    #: form of good spheres [m], added to the noise in tests
-    form_m: float = 3e-4
-    #: largest ratio of residuals to noise
-    fit_ratio: float = 2.5
-    #: points lie inside the sphere if they do by this many sigmas
-    inside_sigmas: float = 3.0
-    #: largest number of points inside the sphere over those on it
-    inside_share: float = 0.15
-    #: least share of the directions around the centre that is seen
-    cover_share: float = 0.2
+    form_m: float = 3e-4  #: form of good spheres [m], added to the noise in tests
+    fit_ratio: float = 2.5  #: largest ratio of residuals to noise
+    inside_sigmas: float = 3.0  #: points lie inside the sphere if they do by this many sigmas
+    inside_share: float = 0.15  #: largest number of points inside the sphere over those on it
+    cover_share: float = 0.2  #: least share of the directions around the centre that is seen
     #: directions are counted in cells of about so many points, in rings within these bounds
     cover_points: int = 16
     cover_rings: tuple[int, int] = (3, 12)

@@ -34,8 +34,7 @@ class SphereFitGates:
     floor_m: float = 0.0
     #: residuals beyond this many robust standard deviations are trimmed ...
     trim_sigmas: float = 3.0
-    #: ... but none within this many sigmas of a single point
-    kept_sigmas: float = 0.3
+    kept_sigmas: float = 0.3  #: ... but none within this many sigmas of a single point
     #: residuals that take part at first, in the first steps and later, over the radius
     first_gate_radii: float = 0.5
     gate_radii: float = 1.0
@@ -43,15 +42,12 @@ class SphereFitGates:
     #: steps at most; the set of points is held after the second number, so that the fit settles
     most_steps: int = 60
     held_after: int = 40
-    #: fewer points end the fit
-    solvable_points: int = 6
+    solvable_points: int = 6  #: fewer points end the fit
     #: a longer step means that the fit runs away, longer moves than the second are cut [radii]
     lost_radii: float = 10.0
     most_move_radii: float = 0.5
-    #: a shorter step ends the fit [m]
-    settled_m: float = 1e-7
-    #: least determinant of the scaled normal matrix
-    determinant: float = 1e-12
+    settled_m: float = 1e-7  #: a shorter step ends the fit [m]
+    determinant: float = 1e-12  #: least determinant of the scaled normal matrix
     #: how well the stated noise is known: standard deviation of the logarithm of the variance of
     #: ranges (0.5 is a quarter of the sigma, what data sheets are good for) and of that across the
     #: surface, which holds footprint, angles and how the instrument takes oblique surfaces
@@ -59,8 +55,7 @@ class SphereFitGates:
     prior_across: float = 1.0
     #: root mean square of ellipsoidal departures over the sigma of the radius (method section 6.5)
     form_share: float = 0.5
-    #: rounds of fit and noise
-    noise_rounds: int = 3
+    noise_rounds: int = 3  #: rounds of fit and noise
 
 
 GATES = SphereFitGates()
@@ -84,39 +79,26 @@ _DETERMINANT = GATES.determinant
 class SphereFit:
     """A fitted sphere and how well the points determine it."""
 
-    #: (3,), centre in the scanner frame [m]
-    center: Array
-    #: (3, 3), its covariance, floor included [m^2]
-    covariance: Array
-    #: (3, 3), its covariance without the floor [m^2]
-    formal: Array
+    center: Array  #: (3,), centre in the scanner frame [m]
+    covariance: Array  #: (3, 3), its covariance, floor included [m^2]
+    formal: Array  #: (3, 3), its covariance without the floor [m^2]
     #: (3, 3), what of it comes from the noise of points, without the tolerance of the radius [m^2]
     random: Array
-    #: (3, 3), what a radius of sigma one and a form of half of that make of it
-    by_form: Array
+    by_form: Array  #: (3, 3), what a radius of sigma one and a form of half of that make of it
     #: what is known of neighbours multiplies its variances with; 1 for independent points
     alike: float
-    #: radius [m]
-    radius: float
-    #: sigma of the radius, 0 for a given radius [m]
-    sigma_radius: float
-    #: root mean square of the residuals along the line of sight [m]
-    rms: float
-    #: standard deviation of unit weight against the stated noise
-    s0: float
+    radius: float  #: radius [m]
+    sigma_radius: float  #: sigma of the radius, 0 for a given radius [m]
+    rms: float  #: root mean square of the residuals along the line of sight [m]
+    s0: float  #: standard deviation of unit weight against the stated noise
     #: sigma of a range straight on the surface, and what is added across it times the tangent of
     #: the incidence angle, as estimated from the residuals [m]
     noise: tuple[float, float]
-    #: (n,), points within the mask of incidence
-    masked: Mask
-    #: (n,), those of them that were not trimmed
-    inliers: Mask
-    #: (n,), angles of incidence [rad], NaN beside the sphere
-    incidence: Array
-    #: (n,), residuals [m], NaN beside the sphere
-    residuals: Array
-    #: what was odd about the fit
-    sentences: tuple[str, ...] = ()
+    masked: Mask  #: (n,), points within the mask of incidence
+    inliers: Mask  #: (n,), those of them that were not trimmed
+    incidence: Array  #: (n,), angles of incidence [rad], NaN beside the sphere
+    residuals: Array  #: (n,), residuals [m], NaN beside the sphere
+    sentences: tuple[str, ...] = ()  #: what was odd about the fit
 
 
 def fit_sphere(

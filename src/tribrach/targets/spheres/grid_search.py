@@ -49,14 +49,11 @@ class SphereGates:
     #: runs of what is partly hidden, and its least width and height, as multiples of the diameter
     hidden_diameters: tuple[float, float] = (0.08, 1.6)
     hidden_size: float = 0.1
-    #: least share of its runs that end at something nearer
-    hidden_share: float = 0.25
-    #: sigma of points that a first fit to their distances takes [m]
-    hidden_sigma_m: float = 2e-3
+    hidden_share: float = 0.25  #: least share of its runs that end at something nearer
+    hidden_sigma_m: float = 2e-3  #: sigma of points that a first fit to their distances takes [m]
     #: things that are partly hidden and looked at, at most: bounds the time
     most_hidden: int = 2000
-    #: holes up to this many pixels are filled
-    filled_px: int = 2
+    filled_px: int = 2  #: holes up to this many pixels are filled
     #: jump of range [m] that parts a thing from its background, at most this and at most R
     jump_m: float = 0.05
 
@@ -65,24 +62,19 @@ class SphereGates:
     window_rounds: int = 3
     window_settled_radii: float = 0.05
     lost_radii: float = 4.0
-    #: no window is wider than this [rad]
-    widest_rad: float = 0.6
+    widest_rad: float = 0.6  #: no window is wider than this [rad]
 
     #: residuals are those of the stated noise within this many sigmas of what it is known by
     #: (SphereFitGates.prior_range): a probability of 1e-4
     noise_sigmas: float = 3.72
-    #: nor are they more than this share of the radius
-    most_rms_share: float = 0.1
-    #: points are off the surface beyond this [sigmas]
-    front_sigmas: float = 3.0
+    most_rms_share: float = 0.1  #: nor are they more than this share of the radius
+    front_sigmas: float = 3.0  #: points are off the surface beyond this [sigmas]
     #: least share of the points behind the outline that lies on the sphere
     inlier_share: float = 0.7
-    #: most points inside the ball, over those on it and in it
-    inside_share: float = 0.1
+    inside_share: float = 0.1  #: most points inside the ball, over those on it and in it
     #: least share of the pixels that should see the sphere, are not hidden and do
     open_share: float = 0.4
-    #: least share of all pixels that look at it
-    cover_share: float = 0.03
+    cover_share: float = 0.03  #: least share of all pixels that look at it
     #: things of another size that are listed at most, those most like a sphere first
     most_listed: int = 50
 
@@ -107,8 +99,7 @@ class SphereSizedParts:
     #: (n,), sizes in multiples of the diameter
     width: Array
     height: Array
-    #: (n,), true where width and height are those of the sphere
-    fits: NDArray[np.bool_]
+    fits: NDArray[np.bool_]  #: (n,), true where width and height are those of the sphere
 
 
 def find_components(image: RangeImage, radius: float) -> SphereSizedParts:

@@ -30,8 +30,7 @@ class ShapeGates:
     named.
     """
 
-    #: probability of refusing a sphere by each of the tests
-    false_alarm: float = 1e-4
+    false_alarm: float = 1e-4  #: probability of refusing a sphere by each of the tests
     #: the radius is known at least to this share, at the level of one in a hundred: flat and bent
     #: things that are seen in small pieces are no spheres
     radius_share: float = 0.1
@@ -53,10 +52,8 @@ class ShapeGates:
     patchy_sigmas: float = 1.645
     #: forms that the points tell worse than this share of the best are left out
     weakest_form: float = 1e-9
-    #: neighbours up to this distance [pixels] are compared
-    most_lag: int = 6
-    #: pairs of neighbours that tell something
-    fewest_pairs: int = 20
+    most_lag: int = 6  #: neighbours up to this distance [pixels] are compared
+    fewest_pairs: int = 20  #: pairs of neighbours that tell something
     #: likeness of nearest neighbours that counts, in its standard deviations if there were none
     like_sigmas: float = 3.0
     #: where the scanner's own neighbours are known to be alike, what the surface adds is told
@@ -78,17 +75,13 @@ class Shape:
     #: it [m]
     form: float
     sigma_form: float
-    #: of so much form if the body is a sphere
-    probability: float
+    probability: float  #: of so much form if the body is a sphere
     #: sigma of what the radius may be wrong by if the body is a ball of another one, by the odds
     #: that its points leave [m]
     other_radius: float
-    #: what likeness of neighbours multiplies the variances of means with
-    like: float
-    #: why the body is none of the wanted spheres; empty if nothing says so
-    reason: str
-    #: what its points do not tell; empty if they tell enough
-    sentence: str
+    like: float  #: what likeness of neighbours multiplies the variances of means with
+    reason: str  #: why the body is none of the wanted spheres; empty if nothing says so
+    sentence: str  #: what its points do not tell; empty if they tell enough
 
 
 def shape_of(

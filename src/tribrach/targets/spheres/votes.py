@@ -24,13 +24,11 @@ class VoteGates:
     Chosen by hand with test_sphere_search.
     """
 
-    #: neighbours are looked up at this many radii
-    reach_radii: float = 0.45
+    reach_radii: float = 0.45  #: neighbours are looked up at this many radii
     #: height of the middle above the chord, as multiples of a sphere's: at least, at most
     least_height: float = 0.5
     most_height: float = 1.7
-    #: what noise adds at the upper end, in sigmas of the height
-    above_sigmas: float = 2.0
+    above_sigmas: float = 2.0  #: what noise adds at the upper end, in sigmas of the height
     #: what the noise of a plane must not reach at the lower end, in sigmas of the height
     plane_sigmas: float = 2.0
     #: the quick test along the beam is wider: heights seen from the side, by these factors
@@ -41,8 +39,7 @@ class VoteGates:
     #: edge of a voxel in radii, but not below this [m]
     voxel_radii: float = 0.25
     least_voxel_m: float = 0.008
-    #: a voxel with fewer votes is no peak
-    peak_votes: int = 2
+    peak_votes: int = 2  #: a voxel with fewer votes is no peak
     #: a candidate has so many votes, and this share of what a free sphere would get
     least_votes: int = 5
     votes_share: float = 0.2

@@ -474,12 +474,9 @@ def assemble(
 class Comp3dFacts(Fact):
     """What a Comp3D project says besides its observations."""
 
-    #: projection of the given coordinates
-    grid: ProjectedGrid
-    #: coefficient of refraction
-    refraction: float
-    #: kind of the simulation, "" for measured values
-    simulation: str
+    grid: ProjectedGrid  #: projection of the given coordinates
+    refraction: float  #: coefficient of refraction
+    simulation: str  #: kind of the simulation, "" for measured values
 
 
 @dataclass

@@ -34,8 +34,7 @@ class Weight:
 
     #: table, observation and row of each axis (0 E, 1 N, 2 h)
     places: Mapping[int, tuple[TableKey, int, int]]
-    #: standard deviations of the coordinate file by axis [m]
-    sigmas: tuple[float, float, float]
+    sigmas: tuple[float, float, float]  #: standard deviations of the coordinate file by axis [m]
     #: (3, 3), east, north, up in W as rows where all three are one observation in the axes of W
     axes: Array | None
 

@@ -35,21 +35,15 @@ _CODES: dict[int, tuple[str, str]] = {
 class Comp3dPoint:
     """A point of a coordinate file."""
 
-    #: of the point
-    name: str
-    #: grid coordinates and height [m]
-    enh: tuple[float, float, float]
-    #: as written, NaN if not given
-    sigmas: tuple[float, float, float]
+    name: str  #: of the point
+    enh: tuple[float, float, float]  #: grid coordinates and height [m]
+    sigmas: tuple[float, float, float]  #: as written, NaN if not given
     #: which of E, N, h exist and which are constrained
     used: tuple[bool, bool, bool]
     constrained: tuple[bool, bool, bool]
-    #: eta, xi [arc seconds] or None
-    deflection: tuple[float, float] | None
-    #: carries no inner constraints
-    far: bool
-    #: of the file
-    line: TextLine
+    deflection: tuple[float, float] | None  #: eta, xi [arc seconds] or None
+    far: bool  #: carries no inner constraints
+    line: TextLine  #: of the file
 
     @property
     def held(self) -> tuple[bool, ...]:
@@ -68,10 +62,8 @@ class Comp3dPoint:
 class Comp3dPoints:
     """All points of a project."""
 
-    #: by name
-    records: dict[str, Comp3dPoint]
-    #: lines that leave points out, by name
-    left_out: dict[str, TextLine]
+    records: dict[str, Comp3dPoint]  #: by name
+    left_out: dict[str, TextLine]  #: lines that leave points out, by name
 
 
 def read_points(path: Path, shown: str, problems: Problems) -> Comp3dPoints:

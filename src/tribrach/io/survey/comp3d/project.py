@@ -31,25 +31,17 @@ _UNITS = {0: 1.0, 1: GON, 2: pi / 180}
 class Comp3dProject:
     """The entries of a project besides points and observations."""
 
-    #: of the project
-    name: str
-    #: of its files
-    folder: Path
+    name: str  #: of the project
+    folder: Path  #: of its files
     #: names of the files
     points: str
     observations: str
-    #: none where only the coordinates can tell where the project is
-    grid: ProjectedGrid | None
-    #: radians of the files' angular unit
-    unit: float
-    #: coefficient of refraction
-    refraction: float
-    #: the project uses inner constraints
-    inner_constraints: bool
-    #: "" or the kind of simulation, for which measured values do not count
-    simulation: str
-    #: name of the file with covariances of weighted coordinates, "" for none
-    covariance: str = ""
+    grid: ProjectedGrid | None  #: none where only the coordinates can tell where the project is
+    unit: float  #: radians of the files' angular unit
+    refraction: float  #: coefficient of refraction
+    inner_constraints: bool  #: the project uses inner constraints
+    simulation: str  #: "" or the kind of simulation, for which measured values do not count
+    covariance: str = ""  #: name of the file with covariances of weighted coordinates, "" for none
 
 
 def read_project(paths: Sequence[Path]) -> Comp3dProject:

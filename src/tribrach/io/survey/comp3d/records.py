@@ -22,21 +22,16 @@ class SightRecord:
     #: names of the points
     start: str
     end: str
-    #: in metres or radians
-    value: float
-    #: part of the sigma that does not depend on the distance [m, rad]
-    own: float
+    value: float  #: in metres or radians
+    own: float  #: part of the sigma that does not depend on the distance [m, rad]
     #: part that does: times the distance [m] for lengths, divided by it for angles
     by_distance: float
     #: in metres
     height_instrument: float
     height_target: float
-    #: name of the orientation unknown
-    circle: str
-    #: why it is switched off, "" if it is not
-    off: str
-    #: of the file
-    line: TextLine
+    circle: str  #: name of the orientation unknown
+    off: str  #: why it is switched off, "" if it is not
+    line: TextLine  #: of the file
 
     @property
     def angular(self) -> bool:
@@ -60,68 +55,51 @@ class SightRecord:
 class FrameEntry:
     """One target of a subframe or baseline file."""
 
-    #: its name
-    target: str
+    target: str  #: its name
     #: x y z [m]; or horizontal angle, elevation [rad] and distance [m]; or ECEF components [m]
     values: tuple[float, float, float]
     #: sigmas as for :class:`SightRecord`, one for each value
     own: tuple[float, float, float]
     by_distance: tuple[float, float, float]
-    #: of the target [m]
-    height: float
-    #: A reason for each value, "" if it is not switched off
-    off: tuple[str, str, str]
-    #: upper half xx xy xz yy yz zz [m^2] of a baseline
-    covariance: tuple[float, ...]
-    #: of the file
-    line: TextLine
+    height: float  #: of the target [m]
+    off: tuple[str, str, str]  #: A reason for each value, "" if it is not switched off
+    covariance: tuple[float, ...]  #: upper half xx xy xz yy yz zz [m^2] of a baseline
+    line: TextLine  #: of the file
 
 
 @dataclass(frozen=True)
 class FrameRecord:
     """A subframe or a set of baselines."""
 
-    #: 11 Cartesian and 12 polar subframe, 19 baselines
-    code: int
-    #: name of the point
-    origin: str
-    #: its axis is vertical
-    levelled: bool
-    #: of the antenna at the origin [m], baselines only
-    height: float
-    #: its targets
-    entries: tuple[FrameEntry, ...]
-    #: of the file
-    line: TextLine
+    code: int  #: 11 Cartesian and 12 polar subframe, 19 baselines
+    origin: str  #: name of the point
+    levelled: bool  #: its axis is vertical
+    height: float  #: of the antenna at the origin [m], baselines only
+    entries: tuple[FrameEntry, ...]  #: its targets
+    line: TextLine  #: of the file
 
 
 @dataclass(frozen=True)
 class CircleRecord:
     """A target in one position of the turning body."""
 
-    #: its name
-    target: str
-    #: name of the target in this position
-    point: str
+    target: str  #: its name
+    point: str  #: name of the target in this position
     #: in metres, negative if switched off
     sigma_radius: float
     sigma_plane: float
-    #: of the file
-    line: TextLine
+    line: TextLine  #: of the file
 
 
 @dataclass(frozen=True)
 class AxisRecord:
     """A rotation axis."""
 
-    #: name of a point on it
-    origin: str
-    #: its targets
-    circles: tuple[CircleRecord, ...]
+    origin: str  #: name of a point on it
+    circles: tuple[CircleRecord, ...]  #: its targets
     #: points whose foot on the axis is the origin, with their lines
     feet: tuple[tuple[str, TextLine], ...]
-    #: of the file
-    line: TextLine
+    line: TextLine  #: of the file
 
 
 @dataclass(frozen=True)
@@ -131,24 +109,18 @@ class PairRecord:
     #: names of the points
     start: str
     end: str
-    #: in metres, negative if switched off
-    sigma: float
-    #: of the file
-    line: TextLine
+    sigma: float  #: in metres, negative if switched off
+    line: TextLine  #: of the file
 
 
 @dataclass(frozen=True)
 class EqualRecord:
     """Pairs with one common height difference or distance."""
 
-    #: 21 height difference, 22 distance
-    code: int
-    #: of the common value
-    name: str
-    #: the pairs
-    pairs: tuple[PairRecord, ...]
-    #: of the file
-    line: TextLine
+    code: int  #: 21 height difference, 22 distance
+    name: str  #: of the common value
+    pairs: tuple[PairRecord, ...]  #: the pairs
+    line: TextLine  #: of the file
 
 
 @dataclass

@@ -142,12 +142,9 @@ def _meet(rays: list[tuple[Array, Array]]) -> Array | None:
 class AxisStart:
     """Approximate values of a rotation axis."""
 
-    #: (3,), A point on it
-    origin: Array
-    #: index of its main axis
-    main: int
-    #: along the two other axes
-    slopes: tuple[float, float]
+    origin: Array  #: (3,), A point on it
+    main: int  #: index of its main axis
+    slopes: tuple[float, float]  #: along the two other axes
     #: place on the axis and radius by target [m]
     along: dict[str, float]
     radius: dict[str, float]

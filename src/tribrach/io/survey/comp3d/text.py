@@ -25,12 +25,9 @@ MAX_DEPTH = 5
 class Problems:
     """How lines that cannot be used are handled: as errors, or left out with a warning."""
 
-    #: the folder that all files must lie in
-    root: Path
-    #: leave them out
-    tolerant: bool = False
-    #: sentences about those that were left out
-    warnings: list[str] = field(default_factory=list)
+    root: Path  #: the folder that all files must lie in
+    tolerant: bool = False  #: leave them out
+    warnings: list[str] = field(default_factory=list)  #: sentences about those that were left out
     #: gathers those that are refused
     refused: RefusalCollector = field(default_factory=RefusalCollector)
 
@@ -46,16 +43,11 @@ class Problems:
 class TextLine:
     """One line with data."""
 
-    #: path as named by the project
-    file: str
-    #: of the line, from 1
-    number: int
-    #: words of the line, without the comment
-    fields: tuple[str, ...]
-    #: where files named on the line are looked for
-    folder: Path
-    #: the folder that they must lie in
-    root: Path
+    file: str  #: path as named by the project
+    number: int  #: of the line, from 1
+    fields: tuple[str, ...]  #: words of the line, without the comment
+    folder: Path  #: where files named on the line are looked for
+    root: Path  #: the folder that they must lie in
 
     @property
     def source(self) -> str:

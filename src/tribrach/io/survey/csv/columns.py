@@ -114,15 +114,12 @@ _COMMON = ("use", "reason", "group", "comment")
 class TableLayout:
     """A kind of table."""
 
-    #: in words
-    name: str
-    #: columns that it must have; they tell it from other tables
-    needs: tuple[str, ...]
+    name: str  #: in words
+    needs: tuple[str, ...]  #: columns that it must have; they tell it from other tables
     #: columns that it may have
     words: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
-    #: other names of its columns
-    aliases: dict[str, str] = field(default_factory=dict, hash=False)
+    aliases: dict[str, str] = field(default_factory=dict, hash=False)  #: other names of its columns
 
     def knows(self, column: str) -> bool:
         """True if tables of this kind may have the column (by its quantity)."""

@@ -90,8 +90,7 @@ class Heads:
 
     #: our names of the columns with their units, "" for one that is left out
     names: tuple[str, ...]
-    #: sentences about them without the stop
-    remarks: tuple[str, ...]
+    remarks: tuple[str, ...]  #: sentences about them without the stop
 
 
 def letters(text: str) -> str:

@@ -29,14 +29,11 @@ _AXES = {"e": 0, "n": 1, "u": 2, "x": 0, "y": 1, "z": 2}
 class CoordinateCovariance:
     """Covariances between coordinates of points."""
 
-    #: the file
-    path: Path
-    #: of its header
-    line: int
+    path: Path  #: the file
+    line: int  #: of its header
     #: point and axis (0 east, 1 north, 2 up) of each row and column
     keys: tuple[tuple[str, int], ...]
-    #: (k, k), in square metres
-    matrix: Array
+    matrix: Array  #: (k, k), in square metres
 
     def sigmas(self) -> dict[tuple[str, int], float]:
         """Standard deviations [m] by point and axis."""

@@ -30,27 +30,22 @@ USES = {"": Use.ACTIVE, "on": Use.ACTIVE, "check": Use.CHECK, "off": Use.OFF}
 class Context:
     """What the project says about a file."""
 
-    #: of the instrument
-    precision: Precision = field(default_factory=Precision)
-    #: the work frame
-    frame: WorkFrame = field(default_factory=WorkFrame)
-    #: of points without a role of their own
-    role: str | None = None
+    precision: Precision = field(default_factory=Precision)  #: of the instrument
+    frame: WorkFrame = field(default_factory=WorkFrame)  #: the work frame
+    role: str | None = None  #: of points without a role of their own
     #: name of the antenna's lever arm by scanner station
     lever_arms: Mapping[str, str] = field(default_factory=dict)
     #: the way of the file's coordinates to the frame and epoch of the job
     carry: Passage | None = None
     #: the same for geocentric and geographic coordinates of files that name no frame
     geocentric: Passage | None = None
-    #: what tells the file from others of the same name
-    label: str = ""
+    label: str = ""  #: what tells the file from others of the same name
     #: covariances between the coordinates of a file of points
     matrix: CoordinateCovariance | None = None
     #: sigma of easting and northing, and of the height, of points whose file gives none [m]
     sigma_plan: float | None = None
     sigma_up: float | None = None
-    #: where these come from
-    sigma_source: str = ""
+    sigma_source: str = ""  #: where these come from
 
 
 class Reader(ABC):

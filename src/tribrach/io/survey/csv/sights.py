@@ -66,8 +66,7 @@ class SightReader(_Sighted):
 
     #: errors of centring that sights have in common, by what was measured
     occupied: dict[str, Occupied]
-    #: the column of zenith angles with unknown changes of refraction
-    bent: dict[str, Any]
+    bent: dict[str, Any]  #: the column of zenith angles with unknown changes of refraction
 
     def read(self) -> None:
         """All values of the file; a cell that is empty was not measured."""

@@ -75,10 +75,8 @@ IGNORED = "ignored in the file"
 class RecordPlace:
     """Place of a record, for sources and error messages."""
 
-    #: name of the file
-    file: str
-    #: from 1, None if not known
-    line: int | None = None
+    file: str  #: name of the file
+    line: int | None = None  #: from 1, None if not known
 
     def __str__(self) -> str:
         return self.file if self.line is None else f"{self.file}:{self.line}"
@@ -100,18 +98,12 @@ class RecordPlace:
 class StationRecord:
     """A station."""
 
-    #: of the station
-    name: str
-    #: three letters such as ``CCF``
-    constraints: str
-    #: of the coordinates: XYZ, LLH, LLh or UTM
-    type: str
-    #: three texts as in the file
-    values: tuple[str, str, str]
-    #: of a projection
-    zone: str
-    #: of the record
-    place: RecordPlace
+    name: str  #: of the station
+    constraints: str  #: three letters such as ``CCF``
+    type: str  #: of the coordinates: XYZ, LLH, LLh or UTM
+    values: tuple[str, str, str]  #: three texts as in the file
+    zone: str  #: of a projection
+    place: RecordPlace  #: of the record
 
 
 @dataclass(frozen=True)
@@ -121,35 +113,25 @@ class Entry:
     #: names of the stations
     first: str
     second: str
-    #: three texts as in the file
-    values: tuple[str, str, str]
-    #: XX, XY, XZ, YY, YZ, ZZ
-    variance: tuple[float, ...]
-    #: 3x3 covariances with each of the entries that follow
-    blocks: Sequence[Array]
-    #: it carries the ignore flag
-    ignored: bool
-    #: of the record
-    place: RecordPlace
+    values: tuple[str, str, str]  #: three texts as in the file
+    variance: tuple[float, ...]  #: XX, XY, XZ, YY, YZ, ZZ
+    blocks: Sequence[Array]  #: 3x3 covariances with each of the entries that follow
+    ignored: bool  #: it carries the ignore flag
+    place: RecordPlace  #: of the record
 
 
 @dataclass(frozen=True)
 class GnssCluster:
     """A GNSS measurement."""
 
-    #: G (baseline), X (baselines) or Y (points)
-    type: str
-    #: type of the coordinates
-    coordinates: str
-    #: its baselines or points
-    entries: Sequence[Entry]
-    #: of the covariances: V, P, L and H
-    scales: tuple[float, float, float, float]
+    type: str  #: G (baseline), X (baselines) or Y (points)
+    coordinates: str  #: type of the coordinates
+    entries: Sequence[Entry]  #: its baselines or points
+    scales: tuple[float, float, float, float]  #: of the covariances: V, P, L and H
     #: of the coordinates
     frame: str
     epoch: str
-    #: of the record
-    place: RecordPlace
+    place: RecordPlace  #: of the record
 
     def covariance(self) -> Array:
         """Covariance (3n, 3n) as given, before scaling."""
@@ -174,30 +156,24 @@ class GnssCluster:
 class TerrestrialRecord:
     """A terrestrial measurement."""
 
-    #: letter of the measurement type
-    type: str
-    #: of the stations
-    names: tuple[str, ...]
+    type: str  #: letter of the measurement type
+    names: tuple[str, ...]  #: of the stations
     #: in metres or radians
     value: float
     sigma: float
     #: in metres
     height_instrument: float
     height_target: float
-    #: it carries the ignore flag
-    ignored: bool
-    #: of the record
-    place: RecordPlace
-    #: name of the set of directions
-    set_name: str = ""
+    ignored: bool  #: it carries the ignore flag
+    place: RecordPlace  #: of the record
+    set_name: str = ""  #: name of the set of directions
 
 
 @dataclass
 class Records:
     """All records of one file."""
 
-    #: its name
-    file: str
+    file: str  #: its name
     #: defaults of the file
     frame: str
     epoch: str
@@ -207,8 +183,7 @@ class Records:
     sights: list[TerrestrialRecord] = field(default_factory=list)
     #: geoid height [m] and deflections xi, eta [rad] by the name of the station
     geoid: dict[str, tuple[float, float, float]] = field(default_factory=dict)
-    #: sentences
-    warnings: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)  #: sentences
 
     def refuse(self, kind: str, ignored: bool, place: RecordPlace) -> None:
         """Warn of a measurement of an unread type if it is ignored, else refuse it."""

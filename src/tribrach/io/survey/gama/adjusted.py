@@ -33,18 +33,15 @@ class AdjustedCoordinates:
     axis: NDArray[np.int64]
     values: Array
     sources: list[str]
-    #: (k, k), of all of them [m^2], scaled as the file says
-    covariance: Array
+    covariance: Array  #: (k, k), of all of them [m^2], scaled as the file says
     #: points that are held with their coordinates (3,) [m], NaN where not given
     fixed: dict[str, Array]
     #: redundancy, and the a-posteriori variance factor over the a-priori one; 0 and NaN where the
     #: file does not say it
     dof: int
     factor: float
-    #: ``apriori`` or ``aposteriori``, what the covariance is scaled by
-    used: str
-    #: of the matrix
-    element: Element
+    used: str  #: ``apriori`` or ``aposteriori``, what the covariance is scaled by
+    element: Element  #: of the matrix
 
 
 def read_adjusted(root: Element) -> Survey:

@@ -40,8 +40,7 @@ def _order(letters: str) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
 class Axes:
     """Horizontal axes of a file."""
 
-    #: where its ``x`` and ``y`` point
-    letters: str = "ne"
+    letters: str = "ne"  #: where its ``x`` and ``y`` point
 
     def matrix(self) -> NDArray[np.float64]:
         """The matrix (3, 3) with E, N, U = matrix @ (x, y, z) of the file; it is orthogonal."""

@@ -113,8 +113,7 @@ def observation_sigma(element: Element, section: Element) -> float:
 class GamaCluster:
     """Observations of one ``<obs>`` or list, which share a covariance matrix if there is one."""
 
-    #: the ``<obs>`` or list
-    element: Element
+    element: Element  #: the ``<obs>`` or list
     #: of each value: that of its observation among the rows, and which of its values it is
     number: list[int] = field(default_factory=list)
     row: list[int] = field(default_factory=list)

@@ -38,12 +38,9 @@ _ROLES = ("", "xy", "XY", "z", "Z", "xyz", "XYZ", "xyZ", "XYz")
 class GamaPoint:
     """A point as the file has it."""
 
-    #: where it is defined
-    element: Element
-    #: of the point
-    name: str
-    #: (3,), coordinates in the file's axes [m], NaN where not given
-    xyz: NDArray[np.float64]
+    element: Element  #: where it is defined
+    name: str  #: of the point
+    xyz: NDArray[np.float64]  #: (3,), coordinates in the file's axes [m], NaN where not given
     #: letters of the coordinates
     fixed: str
     adjusted: str
@@ -200,12 +197,10 @@ def read(path: Path, label: str = "") -> Survey:
 class GamaFacts(Fact):
     """What a file of GNU Gama says about its results."""
 
-    #: axes of the file, for results in its own x and y
-    axes: Axes
+    axes: Axes  #: axes of the file, for results in its own x and y
     #: ``apriori`` or ``aposteriori``: the sigma0 that covariances are scaled with
     sigma_act: str = "aposteriori"
-    #: confidence level of its intervals
-    confidence: float = 0.95
+    confidence: float = 0.95  #: confidence level of its intervals
 
 
 class _Reader:

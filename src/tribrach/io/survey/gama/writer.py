@@ -66,20 +66,16 @@ _PLANE = "its plumb lines are not parallel, and those of gama-local are"
 class _Entry:
     """An element of a cluster."""
 
-    #: name of the list that it stands in
-    list: str
+    list: str  #: name of the list that it stands in
     #: of the element; ``start`` is its station, "" for lists that have none
     tag: str
     attributes: dict[str, str]
-    #: its values in the network, in the order of the file
-    places: tuple[Place, ...]
+    places: tuple[Place, ...]  #: its values in the network, in the order of the file
     #: file units of one metre or radian, for each value
     scale: tuple[float, ...]
     start: str = ""
-    #: orientation unknown, -1 for none
-    circle: int = -1
-    #: its list must have a covariance matrix
-    matrix: bool = False
+    circle: int = -1  #: orientation unknown, -1 for none
+    matrix: bool = False  #: its list must have a covariance matrix
 
 
 def write(network: Network) -> Exported:

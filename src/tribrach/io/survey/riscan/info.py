@@ -33,8 +33,7 @@ class DescribedPosition(
     """A scan position of a project of RiSCAN PRO [m]."""
 
     position: ScanPosition
-    #: names of control points
-    control: frozenset[str]
+    control: frozenset[str]  #: names of control points
 
     name = part("position.name", str, "Of the position.")
     registered = part("position.registered", bool, "The program had determined the SOP.")
@@ -91,10 +90,8 @@ class ProjectDescription(
     """A project of RiSCAN PRO [m]."""
 
     path: Path
-    #: its records; reflectors have the names of what they are linked to
-    project: RiscanProject
-    #: what reading it says, one sentence each
-    warnings: tuple[str, ...]
+    project: RiscanProject  #: its records; reflectors have the names of what they are linked to
+    warnings: tuple[str, ...]  #: what reading it says, one sentence each
 
     name = part("project.name", str, "Of the project.")
     crs = part("project.crs", str, "Reference system.")

@@ -59,12 +59,9 @@ _ALPHA = 0.001
 class GridScale:
     """Scale of control against measured distances."""
 
-    #: control over measurement, less one
-    scale: float
-    #: its standard deviation
-    sigma: float
-    #: the misfits that remain with the scale are not larger than their sigmas allow
-    explains: bool
+    scale: float  #: control over measurement, less one
+    sigma: float  #: its standard deviation
+    explains: bool  #: the misfits that remain with the scale are not larger than their sigmas allow
 
     @property
     def test_value(self) -> float:
@@ -305,8 +302,7 @@ class Frames:
 class RiscanFacts(Fact):
     """What a RiSCAN PRO project says besides its observations."""
 
-    #: its name
-    project: str
+    project: str  #: its name
     #: conditions of the atmosphere by scan position, as the project writes them
     conditions: Mapping[str, Mapping[str, str]]
 

@@ -23,22 +23,14 @@ from tribrach.units import too_large
 class TiePoint:
     """A target in one frame."""
 
-    #: of the target
-    name: str
-    #: (3,), coordinates [m]
-    vector: Array
-    #: (3,), along the beam and twice across it [m]
-    accuracy: Array | None
-    #: (3,), direction of the first accuracy
-    direction: Array | None
-    #: as given with control [m]
-    height: float
-    #: false if it is switched off
-    active: bool
-    #: ``file:line``
-    source: str
-    #: path of the tie point that this one is the same as, "" without one
-    link: str = ""
+    name: str  #: of the target
+    vector: Array  #: (3,), coordinates [m]
+    accuracy: Array | None  #: (3,), along the beam and twice across it [m]
+    direction: Array | None  #: (3,), direction of the first accuracy
+    height: float  #: as given with control [m]
+    active: bool  #: false if it is switched off
+    source: str  #: ``file:line``
+    link: str = ""  #: path of the tie point that this one is the same as, "" without one
 
     def error(self, what: str) -> InputError:
         """The error of this tie point."""
@@ -49,53 +41,37 @@ class TiePoint:
 class Position:
     """The position of the scanner's own GNSS receiver."""
 
-    #: (3,), coordinates [m]
-    vector: Array
-    #: as stated [m]
-    accuracy: float
-    #: code of the coordinate system
-    system: str
-    #: false if it is switched off
-    enabled: bool
-    #: ``file:line``
-    source: str
+    vector: Array  #: (3,), coordinates [m]
+    accuracy: float  #: as stated [m]
+    system: str  #: code of the coordinate system
+    enabled: bool  #: false if it is switched off
+    source: str  #: ``file:line``
 
 
 @dataclass(frozen=True)
 class ScanPosition:
     """A station of the scanner."""
 
-    #: of the station
-    name: str
-    #: (4, 4), SOCS to PRCS
-    sop: Array | None
-    #: the program had determined the SOP
-    registered: bool
-    #: in SOCS
-    targets: tuple[TiePoint, ...]
-    #: of the GNSS receiver
-    position: Position | None
-    #: of the atmosphere, as text
-    conditions: dict[str, str]
-    #: ``file:line``
-    source: str
+    name: str  #: of the station
+    sop: Array | None  #: (4, 4), SOCS to PRCS
+    registered: bool  #: the program had determined the SOP
+    targets: tuple[TiePoint, ...]  #: in SOCS
+    position: Position | None  #: of the GNSS receiver
+    conditions: dict[str, str]  #: of the atmosphere, as text
+    source: str  #: ``file:line``
 
 
 @dataclass(frozen=True)
 class RiscanProject:
     """A project."""
 
-    #: of the project
-    name: str
-    #: (4, 4), PRCS to GLCS
-    pop: Array | None
-    #: scan positions
-    stations: tuple[ScanPosition, ...]
+    name: str  #: of the project
+    pop: Array | None  #: (4, 4), PRCS to GLCS
+    stations: tuple[ScanPosition, ...]  #: scan positions
     #: tie points in these frames
     prcs: tuple[TiePoint, ...]
     glcs: tuple[TiePoint, ...]
-    #: name of the project's coordinate system, "" if it has none
-    crs: str = ""
+    crs: str = ""  #: name of the project's coordinate system, "" if it has none
 
 
 def parse(path: Path) -> RiscanProject:

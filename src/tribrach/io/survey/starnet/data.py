@@ -62,8 +62,7 @@ class _Set:
     at: str
     name: str
     line: DataLine
-    #: first reading of each target
-    read: dict[str, float] = field(default_factory=dict)
+    read: dict[str, float] = field(default_factory=dict)  #: first reading of each target
 
 
 @dataclass
@@ -74,8 +73,7 @@ class _Traverse:
     back: str = ""
     bearing: float | None = None
     legs: list[tuple[str, DataLine, tuple[str, ...]]] = field(default_factory=list)
-    #: the first line names the occupied point, the others the next one
-    ahead: bool = False
+    ahead: bool = False  #: the first line names the occupied point, the others the next one
 
 
 class DataReader:

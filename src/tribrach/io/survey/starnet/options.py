@@ -85,16 +85,12 @@ _ON_GRID = {"BEARINGS": True, "AZIMUTHS": True, "DISTANCES": False, "ANGLES": Fa
 class InlineOptions:
     """The state that options change."""
 
-    #: of the project, which an option without words goes back to
-    settings: StarnetSettings
+    settings: StarnetSettings  #: of the project, which an option without words goes back to
     #: instruments by name in capitals, with those that the data define
     library: dict[str, StandardErrors] = field(default_factory=dict)
-    #: ``2D``, ``3D`` or ``LEV``: what is adjusted
-    kind: str = "3D"
-    #: lines are written for a job in plan
-    plane: bool = False
-    #: lines are passed over
-    off: bool = False
+    kind: str = "3D"  #: ``2D``, ``3D`` or ``LEV``: what is adjusted
+    plane: bool = False  #: lines are written for a job in plan
+    off: bool = False  #: lines are passed over
     #: nothing follows
     ended: bool = False
     unit: float = 1.0

@@ -41,20 +41,15 @@ class Quantity(Enum):
 class Given:
     """Coordinates of a point."""
 
-    #: of the point
-    name: str
+    name: str  #: of the point
     #: [m], or longitude and latitude [rad]; None where not given
     east: float | None
     north: float | None
     height: float | None
-    #: of east, north, height
-    sigmas: tuple[Sigma, Sigma, Sigma]
-    #: east and north are longitude and latitude
-    geographic: bool
-    #: the height is over the ellipsoid
-    ellipsoidal: bool
-    #: ``file:line``
-    source: str
+    sigmas: tuple[Sigma, Sigma, Sigma]  #: of east, north, height
+    geographic: bool  #: east and north are longitude and latitude
+    ellipsoidal: bool  #: the height is over the ellipsoid
+    source: str  #: ``file:line``
 
 
 class Sight(NamedTuple):
@@ -86,14 +81,10 @@ class Level:
     #: its ends
     at: str
     to: str
-    #: [m], None if it is only planned
-    value: float | None
-    #: standard error
-    sigma: Sigma
-    #: standard error by length or turns [m]
-    default: float
-    #: ``file:line``
-    source: str
+    value: float | None  #: [m], None if it is only planned
+    sigma: Sigma  #: standard error
+    default: float  #: standard error by length or turns [m]
+    source: str  #: ``file:line``
 
 
 @dataclass
@@ -103,20 +94,13 @@ class Vector:
     #: its ends
     at: str
     to: str
-    #: geocentric [m], None if it is only planned
-    delta: tuple[float, float, float] | None
-    #: both are variances and covariances
-    covariances: bool
-    #: on standard errors in plan and height
-    factor: tuple[float, float]
-    #: in plan and height [m]
-    centring: tuple[float, float]
-    #: standard error: constant [m] and [m/m]
-    default: tuple[float, float]
-    #: of the antennas [m]
-    heights: tuple[float, float]
-    #: ``file:line``
-    source: str
+    delta: tuple[float, float, float] | None  #: geocentric [m], None if it is only planned
+    covariances: bool  #: both are variances and covariances
+    factor: tuple[float, float]  #: on standard errors in plan and height
+    centring: tuple[float, float]  #: in plan and height [m]
+    default: tuple[float, float]  #: standard error: constant [m] and [m/m]
+    heights: tuple[float, float]  #: of the antennas [m]
+    source: str  #: ``file:line``
     #: standard errors (or variances) of X, Y, Z as written, empty if not given
     deviations: tuple[float, ...] = ()
     #: correlations (or covariances) XY, XZ, YZ as written, empty if not given
@@ -127,22 +111,17 @@ class Vector:
 class SideShot:
     """A point that is computed from the adjusted network and takes no part in it."""
 
-    #: of the point
-    name: str
-    #: numbers of its observations in the records
-    sights: tuple[Sight, ...]
-    #: ``file:line``
-    source: str
+    name: str  #: of the point
+    sights: tuple[Sight, ...]  #: numbers of its observations in the records
+    source: str  #: ``file:line``
 
 
 @dataclass
 class StarnetRecords:
     """Everything that the data files of one job say."""
 
-    #: ``2D``, ``3D`` or ``LEV``
-    kind: str
-    #: coordinates
-    given: list[Given] = field(default_factory=list)
+    kind: str  #: ``2D``, ``3D`` or ``LEV``
+    given: list[Given] = field(default_factory=list)  #: coordinates
     #: observations
     sights: list[Sight] = field(default_factory=list)
     levels: list[Level] = field(default_factory=list)
@@ -150,9 +129,6 @@ class StarnetRecords:
     shots: list[SideShot] = field(default_factory=list)
     #: standard errors of the default instrument were used although nothing gives them
     assumed: set[str] = field(default_factory=set)
-    #: points and their descriptions
-    codes: list[tuple[str, str]] = field(default_factory=list)
-    #: where zenith angles of face two stand
-    face_two: list[str] = field(default_factory=list)
-    #: what has no effect
-    warnings: list[str] = field(default_factory=list)
+    codes: list[tuple[str, str]] = field(default_factory=list)  #: points and their descriptions
+    face_two: list[str] = field(default_factory=list)  #: where zenith angles of face two stand
+    warnings: list[str] = field(default_factory=list)  #: what has no effect

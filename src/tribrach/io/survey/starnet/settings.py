@@ -53,47 +53,32 @@ class StandardErrors:
 class StarnetSettings:
     """What a project says about all of its data."""
 
-    #: file that they are from, empty if none says them
-    source: str = ""
-    #: ``2D``, ``3D`` or ``LEV``
-    kind: str = "3D"
-    #: unit of lengths [m]
-    unit: float = 1.0
-    #: angles are gon and not degrees
-    gon: bool = False
-    #: coordinates are written east, north
-    east_first: bool = False
-    #: angles are written from-at-to, not at-from-to
-    from_at_to: bool = False
+    source: str = ""  #: file that they are from, empty if none says them
+    kind: str = "3D"  #: ``2D``, ``3D`` or ``LEV``
+    unit: float = 1.0  #: unit of lengths [m]
+    gon: bool = False  #: angles are gon and not degrees
+    east_first: bool = False  #: coordinates are written east, north
+    from_at_to: bool = False  #: angles are written from-at-to, not at-from-to
     #: horizontal distances and height differences, not slope distances and zenith angles
     delta: bool = False
-    #: name of the grid of a grid job, None of a local one
-    grid: str | None = None
-    #: the same for PROJ, None if the name is not known
-    crs: str | None = None
-    #: of all points of a job in plan [m]
-    elevation: float = 0.0
-    #: length in a local system over length on the ground
-    scale: float = 1.0
-    #: geoid height of all points [m]
-    geoid: float = 0.0
+    grid: str | None = None  #: name of the grid of a grid job, None of a local one
+    crs: str | None = None  #: the same for PROJ, None if the name is not known
+    elevation: float = 0.0  #: of all points of a job in plan [m]
+    scale: float = 1.0  #: length in a local system over length on the ground
+    geoid: float = 0.0  #: geoid height of all points [m]
     #: north and east component of the deflection of the vertical [rad]
     deflection: tuple[float, float] = (0.0, 0.0)
     #: coefficient k of the method, twice what STAR*NET writes
     refraction: float = 0.07 * REFRACTION_PER_UNIT
-    #: of the Earth, for local jobs [m]
-    radius: float = 6372000.0
-    #: standard errors where no instrument is named
-    default: StandardErrors = StandardErrors()
+    radius: float = 6372000.0  #: of the Earth, for local jobs [m]
+    default: StandardErrors = StandardErrors()  #: standard errors where no instrument is named
     #: others by name, in capitals
     instruments: Mapping[str, StandardErrors] = field(default_factory=dict)
     #: of a height difference levelled over a metre [m], or over one turn
     levelling: float = 0.0015 / math.sqrt(1000)
     by_turns: bool = False
-    #: constant and ppm of distances are added in squares
-    propagated: bool = False
-    #: sign of longitudes
-    west_positive: bool = True
+    propagated: bool = False  #: constant and ppm of distances are added in squares
+    west_positive: bool = True  #: sign of longitudes
     #: on standard errors of vectors in plan and height; of centring in plan and height [m]
     gnss_factor: tuple[float, float] = (1.0, 1.0)
     gnss_centring: tuple[float, float] = (0.0, 0.0)
@@ -102,14 +87,10 @@ class StarnetSettings:
     #: standard errors of what is fixed [m] and [rad]
     fixed_length: float = 1e-7
     fixed_angle: float = 1.0001e-3 * SEC
-    #: of ellipses
-    confidence: float = 0.95
-    #: data files that are used, as named
-    files: tuple[str, ...] = ()
-    #: what the project asks for and is not done
-    refusals: tuple[str, ...] = ()
-    #: what has no effect
-    warnings: tuple[str, ...] = ()
+    confidence: float = 0.95  #: of ellipses
+    files: tuple[str, ...] = ()  #: data files that are used, as named
+    refusals: tuple[str, ...] = ()  #: what the project asks for and is not done
+    warnings: tuple[str, ...] = ()  #: what has no effect
 
 
 def read_settings(path: Path) -> StarnetSettings:

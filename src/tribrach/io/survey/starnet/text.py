@@ -43,20 +43,13 @@ _QUADRANT = re.compile(r"([NS])(.+)([EW])$", re.IGNORECASE)
 class DataLine:
     """One line with data."""
 
-    #: as named in messages
-    file: str
-    #: as named in sources of observations
-    label: str
-    #: of the line, from 1
-    number: int
-    #: data type in capitals, or an option with its period
-    code: str
-    #: what follows, without comment and description
-    words: tuple[str, ...]
-    #: where files named on the line are looked for
-    folder: Path
-    #: behind an apostrophe
-    description: str = ""
+    file: str  #: as named in messages
+    label: str  #: as named in sources of observations
+    number: int  #: of the line, from 1
+    code: str  #: data type in capitals, or an option with its period
+    words: tuple[str, ...]  #: what follows, without comment and description
+    folder: Path  #: where files named on the line are looked for
+    description: str = ""  #: behind an apostrophe
 
     @property
     def source(self) -> str:
