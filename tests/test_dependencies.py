@@ -10,6 +10,7 @@ from importlib.metadata import PackageNotFoundError, packages_distributions, req
 from pathlib import Path
 
 from packaging.requirements import Requirement
+from packaging.version import Version
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -117,3 +118,24 @@ def test_tested_versions_are_pinned() -> None:
         for text in EXTRAS[extra] if extra else PROJECT["dependencies"]:
             asked = Requirement(text)
             assert asked.specifier.contains(pins[normal(asked.name)], prereleases=True), text
+
+
+#: first versions without the faults that are published of earlier ones
+MENDED = {
+    "cryptography": "46.0.5",
+    "dask": "2026.1",
+    "filelock": "3.20.3",
+    "jinja2": "3.1.6",
+    "lxml": "4.9.1",
+    "pillow": "12.1.1",
+    "starlette": "0.49.1",
+}
+
+
+def test_no_version_with_a_published_fault_is_enough() -> None:
+    lines = [*PROJECT["dependencies"], *(line for lines in EXTRAS.values() for line in lines)]
+    asked = [(normal(one.name), one.specifier) for one in map(Requirement, lines)]
+    assert set(MENDED) <= {name for name, _ in asked}
+    for name, specifier in asked:
+        (least,) = (Version(one.version) for one in specifier if one.operator in (">=", "=="))
+        assert least >= Version(MENDED.get(name, "0")), name
