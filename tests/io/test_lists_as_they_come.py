@@ -18,6 +18,7 @@ from tribrach.io.csv_rows import ListForm
 from tribrach.io.decimals import Exact, decimal_of, plain
 from tribrach.io.point_list import PointList, read_point_list
 from tribrach.io.survey.csv.file import read_table
+from tribrach.io.survey.formats import read
 
 #: point, easting, northing, height of the lists below
 POINTS = [("A1", 4567123.125, 5300456.5, 512.25), ("A2", 4567200.0, 5300400.75, 498.5)]
@@ -268,3 +269,21 @@ def test_any_bytes_give_a_table_or_a_sentence(
     path.write_bytes(b"Nr;E;N\n" + data)
     with suppress(InputError):
         read_table(path)
+
+
+@pytest.mark.parametrize("odd", ["\x0b", "\x0c", "\x85", "\u2028", "\u2029", "\x1e"])
+def test_nothing_but_line_ends_ends_a_line(tmp_path: Path, odd: str) -> None:
+    rows = [f"{name};{e};{n};{u};wall{odd}left" for name, e, n, u in POINTS]
+    head = f"# of the{odd} office\npoint;e_m;n_m;u_m;code"
+    path = written(tmp_path, "\n".join([head, *rows]))
+    assert the_points(read_point_list(path))
+    assert read_table(path).lines == [3, 4]
+
+
+def test_letters_of_dos_break_no_lines(tmp_path: Path) -> None:
+    """The byte of an a with grave in code page 850 is a line end of its own in Unicode."""
+    data = "C A 0 0 0 ! !\n# relev\xe9 \x85 la gare\nC B 10 0 0 ! !\nC C 0 10 0\n"
+    data += "D A-C 10.0 0.002 'l\x85 C\nD B-C 14.142 0.002\n"
+    survey = read(written(tmp_path, data.encode("latin-1"), "a.dat"))
+    (distances,) = survey.network().observations
+    assert [*distances.source] == ["a.dat:5", "a.dat:6"]

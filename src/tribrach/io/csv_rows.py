@@ -20,6 +20,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.decimals import Decimal, decimal_of
+from tribrach.io.opened_files import lines_of
 from tribrach.io.spreadsheet import is_spreadsheet, read_sheet
 from tribrach.io.xml_file import read_bytes
 
@@ -115,7 +116,7 @@ def read_rows(path: Path, form: ListForm = AS_FOUND) -> ListRows:
     text, said = decoded(path, data, form.encoding)
     numbered = [
         (number, row)
-        for number, row in enumerate(text.splitlines(), start=1)
+        for number, row in enumerate(lines_of(text), start=1)
         if row.strip("\x1a \t") and not row.lstrip().startswith("#")
     ]
     if not numbered:

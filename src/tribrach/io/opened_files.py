@@ -6,6 +6,7 @@ of the site before it gives the points. Within :func:`opened_once` these looks s
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -41,3 +42,9 @@ def opened_once(kept: dict[Path, bytes], largest: int = _LARGEST) -> Iterator[No
         yield
     finally:
         _KEPT.reset(token)
+
+
+def lines_of(text: str) -> list[str]:
+    """The lines of a text as editors count them: nothing but line feeds and returns ends one."""
+    lines = re.split(r"\r*\n|\r", text)
+    return lines if lines[-1] else lines[:-1]

@@ -17,6 +17,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from tribrach.errors import InputError, RefusalCollector
+from tribrach.io.opened_files import lines_of
 from tribrach.io.xml_file import MAX_BYTES, read_bytes
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([^\]]+?)\s*\]")
@@ -57,7 +58,7 @@ def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
         place = re.search(r"\(at line (\d+)", what)
         what = what.split(" (at ")[0]
         line = int(place.group(1)) if place else None
-        row = text.splitlines()[line - 1 : line] if line else []
+        row = lines_of(text)[line - 1 : line] if line else []
         raise InputError(
             f"this is not TOML: {what[:1].lower()}{what[1:]}",
             file=path,
@@ -109,7 +110,7 @@ def line_of(text: str, keys: Sequence[str | int]) -> int | None:
     at: list[str] = []
     count: dict[str, int] = {}
     best, depth = None, 0
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         header, key = _HEADER.match(line), _KEY.match(line)
         if header:
             at = _parts(header.group(2))
@@ -141,7 +142,7 @@ def without(text: str, place: Sequence[str | int]) -> str:
     line = line_of(text, place)
     if line is None:
         return text
-    lines = text.splitlines()
+    lines = lines_of(text)
     header = _HEADER.match(lines[line - 1])
     if header is None:
         one = "\n".join(["" if k == line - 1 else row for k, row in enumerate(lines)])

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from tribrach.errors import InputError
 from tribrach.io.gnss.rinex_file import read_rinex
+from tribrach.io.opened_files import lines_of
 
 _CLOCK = rb" ([ \d]\d) ([ \d]\d) ([ \d]\d) ([ \d]\d)((?: {2}| \d|\d\d)\d\.\d{7})"
 #: epoch lines: date and time, flag, number of satellites or lines, and the rest; events other than
@@ -77,7 +78,7 @@ def header_text(path: Path, data: bytes) -> tuple[list[tuple[str, str]], int]:
         raise InputError(
             "the RINEX header has no end", file=path, cure="download or transfer it again"
         )
-    lines = data[: end.start()].decode("latin-1").splitlines()
+    lines = lines_of(data[: end.start()].decode("latin-1"))
     return [(line[60:].strip(), line[:60]) for line in lines if len(line) > 60], end.end()
 
 

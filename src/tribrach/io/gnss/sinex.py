@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.io.gnss.records import GnssRecords
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, lines_of
 from tribrach.units import too_large
 
 #: files above this are refused
@@ -121,7 +121,7 @@ def _lines(path: Path) -> list[str]:
         ) from error
     if not text.startswith("%=SNX"):
         raise InputError("this is no SINEX file: it does not start with %=SNX", file=path)
-    return text.splitlines()
+    return lines_of(text)
 
 
 def _block(path: Path, lines: list[str], name: str) -> Iterator[tuple[int, str]]:

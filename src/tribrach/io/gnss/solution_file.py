@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, lines_of
 from tribrach.units import LARGEST, too_large
 
 Kind = Literal["ecef", "geodetic", "baseline"]
@@ -124,7 +124,7 @@ def read_solution(path: Path) -> Solution:
     text = _text(path)
     kind = _kind(path, text)
     rows, lines = [], []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         if line.strip() and not line.startswith(("%", "+")):
             rows.append(line)
             lines.append(number)
@@ -172,7 +172,7 @@ def _text(path: Path) -> str:
 
 def _kind(path: Path, text: str) -> Kind:
     """The kind of solution that the header announces."""
-    head = "\n".join(line for line in text[:20000].splitlines() if line.startswith("%")).lower()
+    head = "\n".join(line for line in lines_of(text[:20000]) if line.startswith("%")).lower()
     for sign, kind in (("x-ecef", "ecef"), ("e-baseline", "baseline"), ("latitude", "geodetic")):
         if sign in head:
             if kind == "geodetic" and "latitude(d'" in head:
@@ -195,7 +195,7 @@ def _table(path: Path, rows: list[str], lines: NDArray[np.int64]) -> tuple[Array
     clock = re.match(r"\s*\d{4}/\d\d/\d\d\s", joined) is not None
     try:
         if clock:
-            words = [row.split(None, 2) for row in joined.splitlines()]
+            words = [row.split(None, 2) for row in lines_of(joined)]
             stamps = [f"{day.replace('/', '-')}T{hour}" for day, hour, _ in words]
             odd = next((k for k, stamp in enumerate(stamps) if not _STAMP.fullmatch(stamp)), None)
             if odd is not None:
@@ -256,7 +256,7 @@ def _covariances(kind: Kind, table: Array) -> tuple[Array, Array]:
 def _is_static(text: str) -> bool:
     """True if the header says that the receiver did not move."""
     head = text[:20000].lower()
-    mode = [line.partition(":")[2] for line in head.splitlines() if line.startswith("% pos mode")]
+    mode = [line.partition(":")[2] for line in lines_of(head) if line.startswith("% pos mode")]
     return bool(mode) and "static" in mode[0]
 
 

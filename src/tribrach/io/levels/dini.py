@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tribrach.io.levels.readings import LevelBook, LevelFile, StaffReading
+from tribrach.io.opened_files import lines_of
 from tribrach.io.totalstation.text import read_lines
 from tribrach.units import LARGEST, UNITS
 
@@ -40,7 +41,7 @@ class _Record:
 
 def sniff(text: str) -> bool:
     """True if a text is of a DiNi: M5 or REC 500 with staff readings."""
-    rows = text.splitlines()
+    rows = lines_of(text)
     m5 = [row for row in rows if re.match(r"\s*For[ _]M5\|", row)]
     looked = m5 or [row for row in rows if _REC.match(row)]
     if not looked or (not m5 and len(looked) < 0.8 * len([r for r in rows if r.strip()])):

@@ -11,6 +11,7 @@ import math
 from pathlib import Path
 
 from tribrach.io.levels.readings import LevelBook, LevelFile, StaffReading
+from tribrach.io.opened_files import lines_of
 from tribrach.io.totalstation.gsi import parse_words
 from tribrach.io.totalstation.gsi import sniff as begins_as_gsi
 from tribrach.io.totalstation.text import read_lines
@@ -25,7 +26,7 @@ def sniff(text: str) -> bool:
     if not begins_as_gsi(text):
         return False
     found = False
-    for line in text.splitlines():
+    for line in lines_of(text):
         words = {word.index for word in parse_words(line)} if line.strip() else set()
         if words & set(_CIRCLES):
             return False

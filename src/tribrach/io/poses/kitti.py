@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, lines_of
 from tribrach.io.poses.rows import LARGEST, NumberRow, PoseList, rigid
 
 #: name of the file with the place of the scanner in the camera
@@ -59,7 +59,7 @@ def _calibration(path: Path) -> Pose | None:
     """Camera from scanner, None if there is no such file or line."""
     if not path.is_file() or path.stat().st_size > LARGEST:
         return None
-    for number, line in enumerate(contents(path).decode("utf-8", "replace").splitlines(), 1):
+    for number, line in enumerate(lines_of(contents(path).decode("utf-8", "replace")), 1):
         key, _, rest = line.partition(":")
         if key.strip() not in ("Tr", "Tr_velo_to_cam", "Tr_velo_cam"):
             continue

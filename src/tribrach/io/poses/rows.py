@@ -11,7 +11,7 @@ import numpy as np
 
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, lines_of
 
 #: files of poses are small; larger ones are something else [bytes]
 LARGEST = 20_000_000
@@ -56,7 +56,7 @@ def number_rows(path: Path) -> list[NumberRow]:
             f"the file cannot be read ({error.strerror})", file=path, cure="check the path"
         ) from error
     rows = []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         bare = line.strip()
         if not bare or bare.startswith(_COMMENTS):
             continue

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.opened_files import lines_of
 from tribrach.io.scans.text import BLANKS
 from tribrach.io.unpacking import unpacked
 
@@ -119,7 +120,7 @@ def _quoted(line: str, mark: str) -> list[str]:
 
 def heads(text: str) -> tuple[list[str], list[str]]:
     """Lines before the first one that begins like a number or holds three, and the others."""
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in lines_of(text) if line.strip()]
     for k, line in enumerate(lines):
         bare = line.strip()
         if bare.startswith(COMMENTS) or bare.isdigit():

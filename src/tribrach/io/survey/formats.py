@@ -12,7 +12,7 @@ import numpy as np
 from tribrach.errors import InputError, RefusalCollector, UnknownName
 from tribrach.geodesy.site import FlatSite
 from tribrach.geodesy.work_frame import WorkFrame
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, lines_of
 from tribrach.io.survey.comp3d.text import comp3d_lines
 from tribrach.network.facts import EARTH
 from tribrach.network.identity import names_apart
@@ -110,7 +110,7 @@ _SHOWN = 40
 
 def _other_content(path: Path, format: str) -> InputError:
     """The refusal of a file whose suffix is that of a format and whose content is not."""
-    lines = contents(path, 4000).decode("latin-1").splitlines()
+    lines = lines_of(contents(path, 4000).decode("latin-1"))
     number, line = next(
         ((k, x.strip()) for k, x in enumerate(lines, start=1) if x.strip()), (1, "")
     )

@@ -7,12 +7,11 @@ import re
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, lines_of
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import UNITS, check_circle, from_dms, too_large
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)$")
-_BREAK = re.compile(r"\r*\n|\r+")
 #: lines that a transmission leaves in a file, such as <STX>, and what leads to the text of a line
 _MARK = re.compile(r"\W*(?:STX|ETX|SOH|EOT|ACK|NAK|XON|XOFF|CR|LF|SUB)\W*$", re.IGNORECASE)
 #: bytes that text of any instrument may have below the blank: tab, line ends, STX, ETX, EOT, SUB
@@ -24,13 +23,13 @@ def read_lines(path: Path) -> list[str]:
     data = read_bytes(path)
     if data.translate(None, _CONTROL) != data:
         raise InputError("the file is not text", file=path, cure="give the file as it was exported")
-    return _without_marks(_BREAK.split(_decoded(data)))
+    return _without_marks(lines_of(_decoded(data)))
 
 
 def head(path: Path, size: int = 4000) -> str:
     """Beginning of a file as text, to recognise it; "" if it cannot be read."""
     try:
-        lines = _without_marks(_BREAK.split(_decoded(contents(path, size))))
+        lines = _without_marks(lines_of(_decoded(contents(path, size))))
     except OSError:
         return ""
     first = next((k for k, line in enumerate(lines) if line.strip("\x02\x03\x04\x1a \t")), 0)

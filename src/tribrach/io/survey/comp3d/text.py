@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.named_files import named_file
+from tribrach.io.opened_files import lines_of
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import too_large
 
@@ -90,7 +91,7 @@ class TextLine:
 
 def read_lines(path: Path, shown: str, problems: Problems, depth: int = 1) -> Iterator[TextLine]:
     """Lines with data of a file and of all files it includes, in order."""
-    for number, text in enumerate(_text(path, shown).splitlines(), start=1):
+    for number, text in enumerate(lines_of(_text(path, shown)), start=1):
         fields = tuple(text.split("*", 1)[0].split())
         if len("".join(fields)) < 2:
             continue
@@ -114,7 +115,7 @@ _LARGEST_CODE = 30
 
 def comp3d_lines(path: Path) -> bool:
     """True if a file has a line as Comp3D writes it, with a code and a name, or no line at all."""
-    lines = [text.split("*", 1)[0].split() for text in _text(path, path.name).splitlines()]
+    lines = [text.split("*", 1)[0].split() for text in lines_of(_text(path, path.name))]
     data = [fields for fields in lines if fields]
     return not data or any(
         fields[0].startswith("@")

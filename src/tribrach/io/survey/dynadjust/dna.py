@@ -15,6 +15,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import InputError, RefusalCollector
+from tribrach.io.opened_files import lines_of
 from tribrach.io.survey.dynadjust.records import (
     ARCSEC,
     SIGHTS,
@@ -67,7 +68,7 @@ _SIGMA, _INSTRUMENT, _TARGET = _columns((90, 9), (99, 7), (106, 7))
 def parse(path: Path, refused: RefusalCollector) -> Records:
     """Records of one DNA file."""
     try:
-        lines = read_bytes(path).decode("utf-8-sig").splitlines()
+        lines = lines_of(read_bytes(path).decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise InputError(
             "the file is not UTF-8 text", file=path, cure="save it as UTF-8"

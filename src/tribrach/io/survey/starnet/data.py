@@ -17,6 +17,7 @@ import numpy as np
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.named_files import named_file
+from tribrach.io.opened_files import lines_of
 from tribrach.io.survey.starnet.options import InlineOptions
 from tribrach.io.survey.starnet.records import (
     Given,
@@ -115,7 +116,7 @@ class DataReader:
 
     def _lines(self, path: Path, label: str, depth: int) -> Iterator[DataLine]:
         """Lines with data of a file, and of files that it includes."""
-        for number, text in enumerate(text_of(path).splitlines(), start=1):
+        for number, text in enumerate(lines_of(text_of(path)), start=1):
             if self._options.ended:
                 return
             line = data_line(text, path, label, number)

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.opened_files import lines_of
 from tribrach.io.survey.starnet.text import data_line, text_of
 
 #: suffixes of project files
@@ -43,7 +44,7 @@ def _is_point_list(text: str) -> bool:
     Every line is a name that no other line has, and two numbers or more.
     """
     names = []
-    for line in text.splitlines()[:_LINES]:
+    for line in lines_of(text)[:_LINES]:
         words = line.split("#", 1)[0].split()
         if not words:
             continue
@@ -68,7 +69,7 @@ def recognised(path: Path) -> bool:
     if _is_point_list(text):
         return False
     looked = known = numbers = 0
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         words = data_line(line, path, "", number)
         if words is None:
             continue

@@ -19,6 +19,7 @@ from pyproj.exceptions import CRSError
 
 from tribrach.errors import InputError
 from tribrach.geodesy.proj_grids import offline
+from tribrach.io.opened_files import lines_of
 from tribrach.io.survey.starnet.recognition import is_listing
 from tribrach.io.survey.starnet.text import LINEAR_UNITS, text_of
 from tribrach.units import SEC, too_large
@@ -216,7 +217,7 @@ def _sections(
     library: dict[str, _Values] = {}
     files: list[str] = []
     name, current = "", _Values(path)
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         line = line.strip()
         if not line or line.startswith("#"):
             continue
@@ -283,7 +284,7 @@ def _of_listing(text: str, path: Path) -> StarnetSettings:
     options: dict[str, tuple[str, int]] = {}
     instruments: dict[str, dict[str, tuple[str, int]]] = {}
     current = options
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(lines_of(text), start=1):
         if _END.match(line):
             break
         heading = _INSTRUMENT.match(line)
