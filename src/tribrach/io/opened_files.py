@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -48,3 +48,11 @@ def lines_of(text: str) -> list[str]:
     """The lines of a text as editors count them: nothing but line feeds and returns ends one."""
     lines = re.split(r"\r*\n|\r", text)
     return lines if lines[-1] else lines[:-1]
+
+
+def text_of_bytes(data: bytes) -> str:
+    """UTF-8, else as Windows writes it in western Europe, else a letter for each byte."""
+    for encoding in ("utf-8-sig", "cp1252"):
+        with suppress(UnicodeDecodeError):
+            return data.decode(encoding)
+    return data.decode("latin-1")

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.opened_files import lines_of
+from tribrach.io.opened_files import lines_of, text_of_bytes
 from tribrach.io.scans.text import BLANKS
 from tribrach.io.unpacking import unpacked
 
@@ -141,10 +141,7 @@ def text_start(path: Path) -> str:
         raw = file.read(_LOOKED)
     if len(raw) == _LOOKED:
         raw = raw[: raw.rfind(b"\n") + 1] or raw
-    try:
-        return raw.decode("utf-8-sig")
-    except UnicodeDecodeError:  # Windows, which has a letter for nearly every byte
-        return raw.decode("cp1252", errors="replace")
+    return text_of_bytes(raw)
 
 
 def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str], list[str]]:

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.opened_files import contents, lines_of
+from tribrach.io.opened_files import contents, lines_of, text_of_bytes
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import UNITS, check_circle, from_dms, too_large
 
@@ -19,17 +19,17 @@ _CONTROL = bytes(set(range(32)) - {2, 3, 4, 9, 10, 12, 13, 26})
 
 
 def read_lines(path: Path) -> list[str]:
-    """Lines of a text file with any line ends; UTF-8, else Latin-1."""
+    """Lines of a text file with any line ends; UTF-8, else as Windows writes."""
     data = read_bytes(path)
     if data.translate(None, _CONTROL) != data:
         raise InputError("the file is not text", file=path, cure="give the file as it was exported")
-    return _without_marks(lines_of(_decoded(data)))
+    return _without_marks(lines_of(text_of_bytes(data)))
 
 
 def head(path: Path, size: int = 4000) -> str:
     """Beginning of a file as text, to recognise it; "" if it cannot be read."""
     try:
-        lines = _without_marks(lines_of(_decoded(contents(path, size))))
+        lines = _without_marks(lines_of(text_of_bytes(contents(path, size))))
     except OSError:
         return ""
     first = next((k for k, line in enumerate(lines) if line.strip("\x02\x03\x04\x1a \t")), 0)
@@ -39,14 +39,6 @@ def head(path: Path, size: int = 4000) -> str:
 def _without_marks(lines: list[str]) -> list[str]:
     """Lines of a file, those that only mark a transmission empty: they say nothing."""
     return ["" if line and len(line) < 12 and _MARK.match(line) else line for line in lines]
-
-
-def _decoded(data: bytes) -> str:
-    """The text of bytes in UTF-8, else Latin-1."""
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
 
 
 def number(text: str) -> float:

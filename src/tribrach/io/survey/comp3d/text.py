@@ -1,7 +1,7 @@
 """Lines of Comp3D's text files: comments, included files, fields.
 
 Everything from ``*`` on is a comment. ``@name`` alone on a line includes another file of the same
-kind, relative to the file that names it, backslashes allowed. Files are UTF-8 or Latin-1.
+kind, relative to the file that names it, backslashes allowed. Files are UTF-8 or Windows-1252.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.named_files import named_file
-from tribrach.io.opened_files import lines_of
+from tribrach.io.opened_files import lines_of, text_of_bytes
 from tribrach.io.xml_file import read_bytes
 from tribrach.units import too_large
 
@@ -144,8 +144,5 @@ def _text(path: Path, shown: str) -> str:
     except InputError as error:
         raise InputError(error.what, file=shown, cure=error.cure) from error
     if b"\0" in data:
-        raise InputError("not a text file in UTF-8 or Latin-1", file=shown)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+        raise InputError("not a text file ", file=shown)
+    return text_of_bytes(data)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tribrach.errors import InputError
-from tribrach.io.opened_files import contents
+from tribrach.io.opened_files import contents, text_of_bytes
 from tribrach.units import GON, LARGEST, UNITS, circle_passed, from_dms, too_large
 
 #: largest file that is read [bytes]
@@ -79,7 +79,7 @@ def data_line(text: str, path: Path, label: str, number: int) -> DataLine | None
 
 
 def text_of(path: Path) -> str:
-    """The text of a file in UTF-8, or in Latin-1 if it is not UTF-8."""
+    """The text of a file."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise InputError(f"larger than {MAX_BYTES // 1_000_000} MB", file=path)
@@ -87,11 +87,8 @@ def text_of(path: Path) -> str:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}", file=path) from error
     if b"\0" in data:
-        raise InputError("not a text file in UTF-8 or Latin-1", file=path)
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
+        raise InputError("not a text file ", file=path)
+    return text_of_bytes(data)
 
 
 def number_of(word: str, what: str, line: DataLine) -> float:
