@@ -80,6 +80,44 @@ def test_what_takes_no_part_is_listed_with_its_reason(shared_data: Path) -> None
     assert any("the height of ST1 is neither fixed nor adjusted" in sentence for sentence in said)
 
 
+def test_what_is_off_is_listed_where_no_start_is_found(tmp_path: Path) -> None:
+    """A free set-up whose slope distances take no part: they are there, and need no repetition."""
+    (tmp_path / "n.gkf").write_text(
+        '<gama-local><network axes-xy="en" angles="left-handed">'
+        '<points-observations direction-stdev="8" distance-stdev="2" zenith-angle-stdev="10">'
+        '<point id="A" x="0" y="0" fix="xy"/><point id="B" x="150" y="20" fix="xy"/>'
+        '<point id="ST" adj="xy"/><point id="F" adj="xy"/><obs from="ST">'
+        + "".join(
+            f'<direction to="{to}" val="{hz}"/><s-distance to="{to}" val="{far}"/>'
+            f'<z-angle to="{to}" val="{z}"/>'
+            for to, hz, far, z in (
+                ("A", 281.4506, 92.3309, 103.4492),
+                ("B", 386.3380, 113.1769, 101.6877),
+                ("F", 70.7422, 58.5235, 94.5544),
+            )
+        )
+        + "</obs></points-observations></network></gama-local>"
+    )
+    with pytest.raises(AdjustmentError) as caught:
+        adjust(observed_part(read([tmp_path / "n.gkf"])).network())
+    said = caught.value.sentences
+    assert sum("3 slope distances" in sentence for sentence in said) == 2
+    assert any("the height of ST is neither fixed nor adjusted" in sentence for sentence in said)
+    assert not any("would place it" in sentence for sentence in said)
+
+
+def test_slope_distances_without_heights_ask_for_heights() -> None:
+    survey = Survey()
+    for name, (e, n) in {"A": (0, 0), "B": (150, 20)}.items():
+        survey.point(name, (e, n, np.nan), free=(False, False, True), role="fixed")
+    ends = {"start": ["S"] * 3, "end": ["A", "B", "F"]}
+    survey.add(Directions, values=[1.0, 2.5, 4.0], sigma=1e-5, orientation=["S"] * 3, **ends)
+    survey.add(SlopeDistances, values=[92.3, 113.2, 58.5], sigma=0.002, **ends)
+    said = " ".join(refusal(survey))
+    assert "zenith angles" in said
+    assert "coordinates of two points" not in said
+
+
 def test_any_refusal_lists_what_is_off() -> None:
     """Distances switched off by hand, and directions that are too few."""
     survey = plan_control(0)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Index
 from tribrach.answers import Estimate
-from tribrach.errors import AdjustmentError, NotConverged
+from tribrach.errors import AdjustmentError, NoStartValues, NotConverged
 from tribrach.geometry import rotation
 from tribrach.network import defects
 from tribrach.network.alike_names import hints_among
@@ -40,6 +40,7 @@ from tribrach.network.results import (
     TableName,
 )
 from tribrach.network.solved import SolvedSystem
+from tribrach.network.start.missing import left_out
 from tribrach.network.start.placeholders import misplaced, without_dummies, without_placeholders
 from tribrach.network.start.start_values import find_start
 from tribrach.observations.unknowns import State
@@ -251,7 +252,8 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
         return found
     except AdjustmentError as error:
         names = network.start.layout.names
-        error.also(defects.left_out(network))
+        if not isinstance(error, NoStartValues):
+            error.also(left_out(network))
         error.also(hints_among([*names["point"], *names["pose"]], network.warnings))
         raise
 

@@ -11,7 +11,6 @@ to the points is recognised as a similarity motion where it is one.
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,7 +25,7 @@ from tribrach.network.facts import StartOnly, facts_of
 from tribrach.network.linear import SparseFactor
 from tribrach.network.network import Network
 from tribrach.network.weakness import weak_place_of
-from tribrach.observations.base import Observations, Use
+from tribrach.observations.base import Use
 from tribrach.observations.sights import HEIGHT_UNKNOWNS
 from tribrach.observations.unknowns import FAMILIES, WIDTH, Layout, State
 from tribrach.sentences import Sentence, joined
@@ -503,7 +502,9 @@ def _similarity(motion: Array, part: Array) -> tuple[Array, float]:
 def _only_points(assembly: Assembly, points: list[str], body: str) -> str:
     """A null vector that moves nothing but points."""
     if len(points) > 1:
-        return f"nothing holds {body}; tie them to the rest by another observation"
+        upward = body.endswith(f": {GENERATORS[2]}")
+        cure = "give the height of any one of them, or " if upward else ""
+        return f"nothing holds {body}; {cure}tie them to the rest by another observation"
     ties = _ties(assembly, points[0])
     if not ties:
         return f"point {points[0]} is observed by nothing; observe it or leave it out"
@@ -525,27 +526,6 @@ def _ties(assembly: Assembly, name: str, use: Use = Use.ACTIVE) -> list[str]:
         for i, ends in enumerate(o.ends(assembly.layout))
         if name in ends and o.use[i] == use
     ]
-
-
-def left_out(network: Network) -> list[str]:
-    """What takes no part in a network, and why, for whoever reads that it cannot be adjusted."""
-    groups: dict[str, list[tuple[Observations, int]]] = {}
-    for o in network.observations:
-        for i in np.flatnonzero(o.use == Use.OFF):
-            if o.reason[i]:
-                groups.setdefault(str(o.reason[i]), []).append((o, int(i)))
-    return [
-        f"{_counted(found)} {'takes' if len(found) == 1 else 'take'} no part: {reason} "
-        f"({network.describe(*found[0], network.start)}"
-        f"{f' and {len(found) - 1} more' if len(found) > 1 else ''})"
-        for reason, found in groups.items()
-    ]
-
-
-def _counted(found: Sequence[tuple[Observations, int]]) -> str:
-    """Observations by kind: ``4 slope distances and 4 zenith angles``."""
-    counts = Counter(o.facts.title for o, _ in found)
-    return _join([f"{n} {title}{'s' if n > 1 else ''}" for title, n in counts.items()])
 
 
 def unit_columns(matrix: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +16,7 @@ from tribrach.geometry.alignment import kabsch
 from tribrach.network.network import Network
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.space import placed_poses
-from tribrach.observations.base import Use
+from tribrach.observations.base import Observations, Use
 from tribrach.observations.ties import TieTable
 from tribrach.observations.unknowns import Layout, State
 from tribrach.sentences import Sentence
@@ -53,7 +54,28 @@ def missing_ties(network: Network, f: Frame, state: State) -> list[str]:
     for family, name in state.missing():
         if family in ("plane", "scalar") and not sentences:
             sentences.append(f"{name} is tied to no placed station")
-    return sentences
+    return [*sentences, *left_out(network)]
+
+
+def left_out(network: Network) -> list[str]:
+    """What takes no part in a network, and why, for whoever reads that it cannot be adjusted."""
+    groups: dict[str, list[tuple[Observations, int]]] = {}
+    for o in network.observations:
+        for i in np.flatnonzero(o.use == Use.OFF):
+            if o.reason[i]:
+                groups.setdefault(str(o.reason[i]), []).append((o, int(i)))
+    return [
+        f"{_counted([o.facts.title for o, _ in found])} {'takes' if len(found) == 1 else 'take'} "
+        f"no part: {reason} ({network.describe(*found[0], network.start)}"
+        f"{f' and {len(found) - 1} more' if len(found) > 1 else ''})"
+        for reason, found in groups.items()
+    ]
+
+
+def _counted(titles: Sequence[str]) -> str:
+    """Observations by kind: ``4 slope distances and 4 zenith angles``."""
+    counts = Counter(titles)
+    return " and ".join(f"{n} {title}{'s' if n > 1 else ''}" for title, n in counts.items())
 
 
 def _tables(f: Frame) -> list[tuple[str, Index, Index]]:
@@ -150,6 +172,12 @@ def _part(
             rows = (a < len(known)) & (b < len(inside))
             a_, b_ = a[rows], b[rows]
             shared |= set(a_[known[a_] & inside[b_]].tolist())
+    if not known.any() and f.known_plan[members].any() and not f.known_up[members].any():
+        return (
+            f"{shown} hang together, but nothing tells the height of any of them, which slope "
+            "distances need: give heights or zenith angles, or give the distances as horizontal "
+            "ones"
+        )
     if not known.any():
         return (
             f"{shown} hang together, but their observations do not fix a figure to start from: "
@@ -214,6 +242,8 @@ def _place(
     plan = bool(f.known_plan[node])
     what = "the height of " + noun if plan else noun
     cure = _CURES["height" if plan else "plan"]
+    if off := _off(network, node):
+        cure = f"{off} of it are there and take no part: see why below"
     if not phrases:
         return f"{noun} is observed by nothing{_of_no_use(network, f, node)}; {cure}"
     return f"{what} is observed only by {' and '.join(phrases)}; {cure}"
@@ -239,6 +269,18 @@ def _of_no_use(network: Network, f: Frame, node: int) -> str:
     else:
         part = " of its height" if f.known_plan[node] else " in plan" if f.known_up[node] else ""
     return f" that gives start values{part}: {' and '.join(map(_count, counts, counts.values()))}"
+
+
+def _off(network: Network, node: int) -> str:
+    """Kinds of observations of a place that are off; empty without any."""
+    name = network.start.layout.position_name(node)
+    titles = [
+        o.facts.title
+        for o in network.observations
+        for item in np.flatnonzero(o.use == Use.OFF)
+        if name in o.ends(network.start.layout)[int(item)]
+    ]
+    return _counted(titles) if titles else ""
 
 
 def _count(title: str, number: int) -> str:
