@@ -103,10 +103,15 @@ class SnoopingLog:
 
     def undecided(self) -> list[str]:
         """Which observations cannot be told from each other, and what is not to be used."""
-        groups = {
-            frozenset((s.observation, *s.alternatives)): s for s in self.steps[::-1] if s.undecided
-        }
-        return [_undecided(s) for s in self.steps if any(s is first for first in groups.values())]
+        told: list[set[str]] = []
+        out: list[str] = []
+        for step in self.steps:
+            group = {step.observation, *step.alternatives}
+            # a part of a group that was said already is the same doubt
+            if step.undecided and not any(group <= larger for larger in told):
+                told.append(group)
+                out.append(_undecided(step))
+        return out
 
 
 #: observations and points that a sentence names
