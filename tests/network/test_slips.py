@@ -19,10 +19,16 @@ from tribrach.network.blunders.slip_search import Slip
 from tribrach.network.network import Datum, Network
 from tribrach.network.observed_part import observed_part
 from tribrach.network.survey import Survey
-from tribrach.observations.base import Observations
+from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinates
 from tribrach.observations.levelling import HeightDifferences
-from tribrach.observations.sights import Angles, Directions, HorizontalDistances
+from tribrach.observations.sights import (
+    Angles,
+    Directions,
+    HorizontalDistances,
+    SlopeDistances,
+    ZenithAngles,
+)
 from tribrach.units import SEC
 
 #: standard deviations of angles [rad] and distances [m]
@@ -248,6 +254,59 @@ def test_one_wrong_sight_is_no_slip() -> None:
 
         slip = found(edited(clean, kind, edit))
         assert slip is None, slip
+
+
+def optimistic(network: Network, factor: float) -> Network:
+    """The network with sigmas of its angles and distances that are too small."""
+    kinds = (Angles, Directions, HorizontalDistances)
+    return replace(
+        network,
+        observations=tuple(
+            replace(o, covariance=o.covariance / factor**2) if isinstance(o, kinds) else o
+            for o in network.observations
+        ),
+    )
+
+
+def test_exchanged_ends_are_named_though_sigmas_are_far_too_small() -> None:
+    for seed in (0, 1):
+        network, kind, items = ends_exchanged(np.random.default_rng([seed, 991]))
+        slip = found(optimistic(network, 15))
+        assert slip is not None
+        assert (slip.kind, {item for _, item in slip.keys}) == (kind, items)
+
+
+def test_one_wrong_sight_accuses_no_set_up_though_sigmas_are_too_small() -> None:
+    def edit(o: Observations) -> np.ndarray:
+        new = o.values.copy()
+        new[2] += 0.2
+        return new
+
+    clean = plan(np.random.default_rng(5), directions=True)
+    assert found(optimistic(edited(clean, Directions, edit), 15)) is None
+
+
+def test_equal_heights_are_named_though_one_of_them_is_seen_in_plan_alone() -> None:
+    """No zenith angle goes to the backsight: its height can be neither doubted nor kept."""
+    rng = np.random.default_rng(9)
+    places = {f"T{i}": rng.uniform(-50, 50, 3) * (1, 1, 0.2) for i in range(5)}
+    stations = {f"S{k}": rng.uniform(-20, 20, 3) * (1, 1, 0.1) for k in range(3)}
+    clean = free_stations(stations, places, rng=rng).network()
+    back, changed = clean.start.layout.index("point", "T0"), []
+    for o in clean.observations:
+        if isinstance(o, Coordinates):
+            values = o.values.copy()
+            values[:, 2] = 100.0
+            o = replace(o, values=values)
+        elif isinstance(o, (ZenithAngles, SlopeDistances)):
+            use = o.use.copy()
+            use[o.end == back] = Use.OFF
+            o = replace(o, use=use)
+        changed.append(o)
+    slip = found(replace(clean, observations=tuple(changed)))
+    assert slip is not None
+    assert slip.kind == "equal_heights"
+    assert "T0" not in slip.words
 
 
 def test_two_exchanged_angles_are_named_together() -> None:

@@ -15,11 +15,13 @@ from tribrach.network.blunders.robust import with_sigmas
 from tribrach.network.blunders.slip_search import Slip, SlipSearch
 from tribrach.network.network import Network, is_given
 from tribrach.observations.base import Observations, Use
-from tribrach.observations.declaration import End
+from tribrach.observations.declaration import End, ObservedAxes
 from tribrach.sentences import Sentence
 
 #: points from which equal heights are looked at, and how near they are alike [m]
 _LEAST, _SAME = 3, 5e-4
+#: points whose height is kept in turn, where all are alike
+_KEPT = 4
 #: factor on the sigmas of heights that must not pull
 _LOOSE = 1e6
 #: names that a sentence lists
@@ -32,7 +34,8 @@ def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip |
     ``network``: it does not fit; ``before``: its variance factor, infinite if it could not be
     adjusted.
     """
-    heights = _given_heights(network)
+    observed = _observed_upward(network)
+    heights = {n: h for n, h in _given_heights(network).items() if n in observed}
     if len(heights) < _LEAST:
         return None
     values = np.array(list(heights.values()))
@@ -40,10 +43,14 @@ def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip |
     alike = [name for name, height in heights.items() if abs(height - value) < _SAME]
     if len(alike) < _LEAST or len(alike) < len(heights) - 1:
         return None
-    # one of them stays, so that the heights have a datum, unless another given height is there
-    keep = alike[:1] if len(alike) == len(heights) else []
-    without, loosened = without_heights(network, [n for n in alike if n not in keep])
-    after = search.explained(without, before, loosened)
+    # one of them stays, so that the heights have a datum, unless another given height is there; it
+    # has to be one that the rest hangs on
+    after = None
+    for keep in alike[:_KEPT] if len(alike) == len(heights) else [""]:
+        without, loosened = without_heights(network, [n for n in alike if n != keep])
+        after = search.explained(without, before, loosened)
+        if after is not None:
+            break
     if after is None:
         return None
     listed = ", ".join(alike[:_NAMED]) + (
@@ -76,6 +83,16 @@ def _heights_of(o: Observations) -> tuple[Index, Index, int] | None:
         return None
     items = np.flatnonzero(upward[:, rows[0]] & (o.use == Use.ACTIVE))
     return items, np.asarray(getattr(o, at.name))[items], int(rows[0])
+
+
+def _observed_upward(network: Network) -> set[str]:
+    """Names of points that an observation sees which depends on heights."""
+    out: set[str] = set()
+    for o in network.observations:
+        if not is_given(type(o), o.group) and o.facts.axes is not ObservedAxes.PLAN:
+            for names in o.end_names(network.start.layout):
+                out.update(names[o.use == Use.ACTIVE])
+    return out
 
 
 def _given_heights(network: Network) -> dict[str, float]:

@@ -109,7 +109,7 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
     if fitting:
         return None
     search.go_on()
-    if found := wrong_setup(network, before, search):
+    if found := wrong_setup(network, adjustment, before, search):
         return found
     search.go_on()
     return _exchange(network, _suspicious(network, adjustment), before, search, None)
@@ -156,6 +156,9 @@ def _circle(network: Network, clear: Cleared, before: float, search: SlipSearch)
     right = {key for keys in said.values() for key in keys}
     size = [np.full(len(o), 1e4) for o in network.observations]
     rest = frozenset(clear.wild - right)
+    if len(rest) > len(right):
+        # most of what does not fit has another cause, which may be that of all
+        return None
     after = search.factor(loosened(corrected, rest, size).with_start(clear.adjustment.state))
     if after is None:
         return None

@@ -34,6 +34,9 @@ _LOOSE = 1e6
 _FAR_LESS = 1e-3
 #: sights that make a set-up
 _SIGHTS = 3
+#: sights of it that are taken out alone, the most suspicious first, and how much worse than without
+#: the set-up the network may then fit for the sight to be as likely
+_ALONE, _ALIKE = 12, 4.0
 
 
 @dataclass(frozen=True)
@@ -45,11 +48,13 @@ class _Without:
     loose: frozenset[Key]  #: the same, and sights of others to points that nothing else places
 
 
-def wrong_setup(network: Network, before: float, search: SlipSearch) -> Slip | None:
-    """Find the set-up without which a network fits, if it is the only one.
+def wrong_setup(
+    network: Network, adjustment: Adjustment | None, before: float, search: SlipSearch
+) -> Slip | None:
+    """Find the set-up without which a network fits, if it is the only one and no sight will do.
 
-    ``network``: it does not fit; ``before``: its variance factor, infinite if it could not be
-    adjusted.
+    ``network``: it does not fit; ``adjustment``: of the network, None if it could not be adjusted;
+    ``before``: its variance factor, infinite then.
     """
     setups = _setups(network)
     if not 1 < len(setups) <= _MOST:
@@ -76,7 +81,34 @@ def wrong_setup(network: Network, before: float, search: SlipSearch) -> Slip | N
     elif after > _FAR_LESS * min(before, second[0]):
         # sigmas that are too small everywhere hide nothing where all others are far worse
         return None
+    if _one_sight(network, adjustment, tried.keys, after, search):
+        return None
     return _slip(network, position, tried.keys, before, after)
+
+
+def _one_sight(
+    network: Network,
+    adjustment: Adjustment | None,
+    keys: frozenset[Key],
+    after: float,
+    search: SlipSearch,
+) -> bool:
+    """True if the network fits without one sight of a set-up as it does without all of them."""
+    size: dict[Key, float] = {}
+    if adjustment is not None:
+        rows, w = adjustment.rows, np.nan_to_num(np.abs(weigh(adjustment).w))
+        size = {(int(t), int(i)): x for t, i, x in zip(rows.table, rows.item, w, strict=True)}
+    for table, item in sorted(keys, key=lambda key: (-size.get(key, 0.0), key))[:_ALONE]:
+        factors = [np.ones(o.values.shape) for o in network.observations]
+        factors[table][item] = _LOOSE
+        try:
+            trial = search.run(with_sigmas(network, factors))
+        except TribrachError:
+            continue
+        left = trial.dof - network.observations[table].rows
+        if left > 0 and trial.vtpv / left < _ALIKE * max(after, 1.0):
+            return True
+    return False
 
 
 def setup_of(network: Network, clear: Cleared, before: float) -> Slip | None:

@@ -20,6 +20,9 @@ GROSS = 5.0
 LEFT = 0.05
 #: share of it that may be left where sigmas are too small for the global test
 _FAR_LESS = 1e-3
+#: share that explains a misfit where sigmas are too small by far, a thousandth of the residuals,
+#: and the largest factor on sigmas that is taken for that
+_BY_FAR, _TOO_SMALL = 1e-6, 30.0
 #: adjustments after which the search may end, and iterations of each attempt
 _RUNS, _ITERATIONS = 10, 30
 #: iterations of a small network after which it may end (some five seconds), and observations of a
@@ -67,7 +70,10 @@ def explains(vtpv: float, dof: int, before: float) -> float | None:
     after = vtpv / dof
     if fits(vtpv, dof):
         return after if after < LEFT * before else None
-    return after if after < min(GROSS**2, _FAR_LESS * before) else None
+    if after < min(GROSS**2, _FAR_LESS * before):
+        return after
+    by_far = min(_TOO_SMALL**2, _BY_FAR * before)
+    return after if np.isfinite(before) and after < by_far else None
 
 
 @dataclass
