@@ -832,36 +832,14 @@ class DataReader:
                 raise traverse.line.error("the traverse does not end", "end it with TE")
 
 
-#: methods of the reader by data type
+#: methods of the reader by data type; coordinates with an H have a height over the ellipsoid
 CODES = {
-    "C": "_c",
-    "CH": "_c",
-    "P": "_p",
-    "PH": "_p",
-    "E": "_e",
-    "EH": "_e",
-    "A": "_a",
-    "B": "_b",
-    "D": "_d",
-    "V": "_v",
-    "DV": "_dv",
-    "M": "_m",
-    "BM": "_bm",
-    "DB": "_db",
-    "DN": "_dn",
-    "DM": "_dm",
-    "DE": "_de",
-    "TB": "_tb",
-    "T": "_t",
-    "TE": "_te",
-    "L": "_l",
-    "G0": "_g0",
-    "G1": "_g1",
-    "G2": "_g2",
-    "G3": "_g3",
-    "SS": "_ss",
-    "I": "_i",
-}
+    code: f"_{(code[0] if code in ('CH', 'PH', 'EH') else code).lower()}"
+    for code in (
+        "C", "CH", "P", "PH", "E", "EH", "A", "B", "D", "V", "DV", "M", "BM", "DB", "DN", "DM",
+        "DE", "TB", "T", "TE", "L", "G0", "G1", "G2", "G3", "SS", "I",
+    )
+}  # fmt: skip
 
 
 def _is_include(line: DataLine) -> bool:

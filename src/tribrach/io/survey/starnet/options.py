@@ -21,48 +21,16 @@ from tribrach.units import CC, GON, SEC
 
 #: options that change nothing that is computed
 _INDIFFERENT = (
-    "ELLIPSE",
-    "RELATIVE",
-    "PTOLERANCE",
-    "LOSTSTATIONS",
-    "DESC",
-    "TITLE",
-    "PAUSE",
-    "COPYFILE",
+    "ELLIPSE", "RELATIVE", "PTOLERANCE", "LOSTSTATIONS", "DESC", "TITLE", "PAUSE", "COPYFILE",
     "DEBUG",
-)
+)  # fmt: skip
 #: options that are done, the more usual first: the first that a short form fits is meant
 _DONE = (
-    "INSTRUMENT",
-    "UNITS",
-    "ORDER",
-    "DELTA",
-    "DATA",
-    "2D",
-    "3D",
-    "SEPARATOR",
-    "SCALE",
-    "LWEIGHT",
-    "LONGITUDE",
-    "LONSIGN",
-    "GPS",
-    "REFRACTION",
-    "ROTATION",
-    "INCLUDE",
-    "MAPMODE",
-    "MULTIPLIER",
-    "EDM",
-    "ADDCENTERING",
-    "AMODE",
-    "NORMALIZE",
-    "CENTERING",
-    "COORD",
-    "CURVREF",
-    "CRS",
-    "GRID",
-    "MEASURED",
-    "END",
-)
+    "INSTRUMENT", "UNITS", "ORDER", "DELTA", "DATA", "2D", "3D", "SEPARATOR", "SCALE", "LWEIGHT",
+    "LONGITUDE", "LONSIGN", "GPS", "REFRACTION", "ROTATION", "INCLUDE", "MAPMODE", "MULTIPLIER",
+    "EDM", "ADDCENTERING", "AMODE", "NORMALIZE", "CENTERING", "COORD", "CURVREF", "CRS", "GRID",
+    "MEASURED", "END",
+)  # fmt: skip
 _IN_GRID = (
     "the job is one in a grid and would become a local one without it: give the project file of "
     'the job, or write a Tribrach project with kind = "projected" and crs in [site]'
