@@ -287,8 +287,6 @@ def report(
     )
 
 
-def adjust_network(
-    network: Network, settings: AdjustmentSettings, facts: Mapping[str, str] | None = None
-) -> Report:
+def adjust_network(network: Network, settings: AdjustmentSettings) -> Report:
     """Adjust a network as the settings say; the content of its report."""
-    return report(solve(network, settings), settings, facts)
+    return report(solve(network, settings), settings)

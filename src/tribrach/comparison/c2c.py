@@ -366,16 +366,15 @@ def plane_distances(
     points: Array,
     limit: float,
     viewpoint: Array | None = None,
-    neighbours: int = NEIGHBOURS,
 ) -> Array:
     """Compute signed distances from the local planes of a cloud, NaN where there is none.
 
     They are positive towards the viewpoint, or on the side of the normal's largest coordinate.
     """
     out = np.full(len(points), np.nan)
-    if cloud.count < neighbours:
+    if cloud.count < NEIGHBOURS:
         return out
-    near, indices = cloud.local_query(points, k=neighbours)
+    near, indices = cloud.local_query(points, k=NEIGHBOURS)
     rows = np.flatnonzero(near[:, 0] <= limit)
     towards = np.full(3, np.nan) if viewpoint is None else viewpoint - cloud.origin
     found = np.full(len(rows), np.nan)

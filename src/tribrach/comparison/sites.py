@@ -110,11 +110,10 @@ def choose_sites(
     clouds: Sequence[tuple[Array, Array]],
     scanners: Sequence[Array],
     count: int = 16,
-    size: float = _SIZE,
 ) -> list[ComparisonSite]:
     """Propose balls on surfaces that both clouds have, numbered from 1."""
     origin = np.mean([x.mean(axis=0) for x, _ in clouds if len(x)], axis=0)
-    cells = [_cells(*cloud, origin, size) for cloud in clouds]
+    cells = [_cells(*cloud, origin, _SIZE) for cloud in clouds]
     shared = np.intersect1d(cells[0], cells[1])
     order = [np.argsort(cell, kind="stable") for cell in cells]
     sorted_ = [cell[rows] for cell, rows in zip(cells, order, strict=True)]
@@ -139,7 +138,7 @@ def choose_sites(
             figures.append((max(length), incidence))
     chosen = _spread(np.array(figures).reshape(-1, 2), count)
     return [
-        ComparisonSite.ball(f"{number}", (float(x), float(y), float(z)), size / 2)
+        ComparisonSite.ball(f"{number}", (float(x), float(y), float(z)), _SIZE / 2)
         for number, (x, y, z) in enumerate((places[k] for k in chosen), start=1)
     ]
 

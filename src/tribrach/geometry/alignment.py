@@ -178,6 +178,6 @@ def umeyama(local: Array, world: Array, weights: Array | None = None) -> Alignme
     return _single(*_checked(local, world), weights, True)
 
 
-def planar(local: Array, world: Array, weights: Array | None = None) -> Alignment:
+def planar(local: Array, world: Array) -> Alignment:
     """Rotation and shift of plan coordinates (n, 2), n >= 2."""
-    return _single(*_checked(local, world), weights, False)
+    return _single(*_checked(local, world), None, False)

@@ -26,10 +26,10 @@ CORRELATION_TIME = 300.0
 SOURCE = "exponential correlation of phase errors over 300 s (El-Rabbany and Kleusberg 2003)"
 
 
-def sigma_factor(interval: float, epochs: int, correlation: float = CORRELATION_TIME) -> float:
-    """Factor on formal sigmas of a mean of epochs each ``interval``, by correlation time [s]."""
+def sigma_factor(interval: float, epochs: int) -> float:
+    """Factor on formal sigmas of a mean of epochs each ``interval`` [s], with usual correlation."""
     if epochs < 2 or interval <= 0:
         return 1.0
-    q = float(np.exp(-interval / correlation))
+    q = float(np.exp(-interval / CORRELATION_TIME))
     inflation = (1 + q) / (1 - q) - 2 * q * (1 - q**epochs) / (epochs * (1 - q) ** 2)
     return float(np.sqrt(inflation))

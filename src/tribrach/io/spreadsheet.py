@@ -50,15 +50,6 @@ def read_sheet(
     return [list(rows[k - 1]) for k in numbers], numbers, remarks
 
 
-def sheet_names(path: Path, data: bytes) -> list[str]:
-    """Names of the sheets of a file."""
-    book = _opened(path, data, values=True)
-    try:
-        return [str(sheet.title) for sheet in book.worksheets]
-    finally:
-        book.close()
-
-
 def _opened(path: Path, data: bytes, *, values: bool) -> Any:
     """The workbook of a file whose parts have been looked at."""
     _refuse_parts(path, data)

@@ -108,7 +108,7 @@ def baselines_of(adjustment: Adjustment) -> BaselineSet | None:
     )
 
 
-def loops_of(baselines: BaselineSet, alpha: float = 0.05) -> list[BaselineLoop]:
+def loops_of(baselines: BaselineSet) -> list[BaselineLoop]:
     """Minimal loops and further triangles, with their closures."""
     length = np.linalg.norm(baselines.vectors, axis=1)
     basis = minimal_loops(baselines.start, baselines.end, length)
@@ -125,7 +125,6 @@ def loops_of(baselines: BaselineSet, alpha: float = 0.05) -> list[BaselineLoop]:
         baselines.vectors,
         baselines.covariance,
         independent=len(basis),
-        alpha=alpha,
     )
 
 

@@ -23,7 +23,7 @@ from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum, Network
 from tribrach.network.reliability import WeightedResiduals, weigh
 from tribrach.network.significance import noncentrality
-from tribrach.observations.unknowns import Layout, State
+from tribrach.observations.unknowns import Layout
 
 #: by which figure designs are compared, see CRITERIA
 CriterionKind = Literal["sigma", "redundancy", "undetected", "correlation"]
@@ -96,15 +96,15 @@ class Figures(Result):
         return self.of(kind).value
 
 
-def with_predicted_values(network: Network, state: State | None = None) -> Network:
-    """Give every observation the value that follows from the state."""
-    state = network.start if state is None else state
+def with_predicted_values(network: Network) -> Network:
+    """Give every observation the value that follows from the start values."""
+    state = network.start
     observations = tuple(replace(o, values=o.predict(state)) for o in network.observations)
     constraints = tuple(
         replace(c, observations=replace(c.observations, values=c.observations.predict(state)))
         for c in network.constraints
     )
-    return replace(network, start=state, observations=observations, constraints=constraints)
+    return replace(network, observations=observations, constraints=constraints)
 
 
 def with_parameters(network: Network) -> Network:

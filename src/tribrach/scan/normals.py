@@ -32,11 +32,9 @@ def normals(
     return out
 
 
-def incidence_cosines(
-    xyz: Array, neighbours: int = NEIGHBOURS, rows: NDArray[np.int64] | None = None
-) -> Array:
+def incidence_cosines(xyz: Array, rows: NDArray[np.int64] | None = None) -> Array:
     """Estimate cosines of incidence angles: at least 0.1, and 1 where no normal is known."""
-    normal = normals(xyz, neighbours, rows)
+    normal = normals(xyz, NEIGHBOURS, rows)
     at = xyz if rows is None else xyz[rows]
     length = np.linalg.norm(at, axis=1)
     cosine = np.abs(np.einsum("ni,ni->n", at, normal)) / np.maximum(length, 1e-9)

@@ -49,9 +49,7 @@ def trusted(fit: TransformationFit) -> bool:
     return fit.vtpv <= float(chi2.ppf(0.95, fit.dof))
 
 
-def point_tests(
-    fit: TransformationFit, alpha0: float = ALPHA0, *, prior: bool | None = None
-) -> PointTests:
+def point_tests(fit: TransformationFit, alpha0: float = ALPHA0) -> PointTests:
     """Test every used point."""
     d, m = fit.points.dimension, len(fit.force)
     own = fit.weight - fit.solved @ fit.cofactor @ fit.solved.transpose(0, 2, 1)
@@ -67,8 +65,7 @@ def point_tests(
     left = np.maximum(fit.vtpv - square, 0.0)
     statistic, limit = np.full(m, np.nan), np.full(m, np.nan)
     known = rows > 0
-    by_prior = fit.points.weighted if prior is None else prior
-    if by_prior:
+    if fit.points.weighted:
         statistic[known] = square[known]
         limit[known] = chi2.ppf(1 - alpha0, rows[known])
     else:
@@ -139,13 +136,13 @@ class Snooped:
     removed: tuple[str, ...]  #: names of the points that stayed off
 
 
-def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:
+def snoop_points(fit: TransformationFit) -> Snooped:
     """Switch worst points off one by one; those that fit come back, redundancy stays one."""
     steps: list[str] = []
     removed: list[int] = []
     while True:
-        tests = point_tests(fit, alpha0)
-        ahead = 0 if tests.suspicious.any() else _hidden(fit, alpha0)
+        tests = point_tests(fit)
+        ahead = 0 if tests.suspicious.any() else _hidden(fit)
         if not tests.suspicious.any() and not ahead:
             break
         # without sigmas several wrong points hide each other in a large sigma0
@@ -154,8 +151,8 @@ def snoop_points(fit: TransformationFit, alpha0: float = ALPHA0) -> Snooped:
             break
         fit = trial
         for _ in range(ahead - 1):
-            fit = _one_less(fit, point_tests(fit, alpha0), steps, removed, hidden=True) or fit
-    fit, kept = _recalled(fit, removed, steps, alpha0)
+            fit = _one_less(fit, point_tests(fit), steps, removed, hidden=True) or fit
+    fit, kept = _recalled(fit, removed, steps)
     return Snooped(fit, tuple(steps), tuple(fit.points.names[k] for k in kept))
 
 
@@ -188,7 +185,7 @@ def _one_less(
     return trial
 
 
-def _hidden(fit: TransformationFit, alpha0: float) -> int:
+def _hidden(fit: TransformationFit) -> int:
     """How many points must go before all of them are seen to be wrong; 0 if none are.
 
     Only for fits of few points without sigmas (among many, some cannot hide each other), at most a
@@ -199,9 +196,9 @@ def _hidden(fit: TransformationFit, alpha0: float) -> int:
         return 0
     gone: list[int] = []
     most = min(count // 4, _DEEPEST)
-    level = 1 - alpha0 / max(count, 1) / 10
+    level = 1 - ALPHA0 / max(count, 1) / 10
     for _ in range(most):
-        trial = _one_less(fit, point_tests(fit, alpha0), [], gone, hidden=True)
+        trial = _one_less(fit, point_tests(fit), [], gone, hidden=True)
         if trial is None or trial.dof < 2 * trial.points.dimension:
             return 0
         fit = trial
@@ -250,13 +247,13 @@ def _alternatives(
 
 
 def _recalled(
-    fit: TransformationFit, removed: list[int], steps: list[str], alpha0: float
+    fit: TransformationFit, removed: list[int], steps: list[str]
 ) -> tuple[TransformationFit, list[int]]:
     """Removed points that agree with the final fit take part again."""
     kept: list[int] = []
     for k in removed:
         result = compare_points(fit, np.array([k]))
-        if result.statistic[0] > result.limit(1 - alpha0)[0]:
+        if result.statistic[0] > result.limit(1 - ALPHA0)[0]:
             kept.append(k)
             continue
         used, reasons = fit.points.used.copy(), list(fit.points.reasons)

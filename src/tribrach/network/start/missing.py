@@ -116,8 +116,8 @@ def _components(lost: Index, tables: Sequence[tuple[str, Index, Index]], n: int)
     return [lost[label == i] for i in range(count)]
 
 
-def _noun(layout: Layout, node: int, *, pose: bool | None = None) -> str:
-    is_pose = node >= layout.count("point") if pose is None else pose
+def _noun(layout: Layout, node: int) -> str:
+    is_pose = node >= layout.count("point")
     return f"{'station' if is_pose else 'point'} {layout.position_name(node)}"
 
 

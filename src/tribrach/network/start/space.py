@@ -90,9 +90,7 @@ def _reach(f: Frame, numbers: Index) -> Array:
     return np.sqrt(square / np.maximum(np.bincount(s.pose, minlength=size), 1))[numbers]
 
 
-def robust_rigid(
-    group: Index, size: int, local: Array, world: Array, *, mirror: bool = False
-) -> tuple[Groups, Array]:
+def robust_rigid(group: Index, size: int, local: Array, world: Array) -> tuple[Groups, Array]:
     """Align groups of pairs of points rigidly, the majority deciding.
 
     Weights ``1 / (|v| + median |v|)`` let the majority decide (iteratively, as for a sum of
@@ -101,7 +99,7 @@ def robust_rigid(
     ``group`` (n,): number of the group of each pair; ``local``, ``world`` (n, 3): the pairs [m].
     Returns (size,): median of its residuals [m].
     """
-    fit = group_rigid(group, size, local, world, mirror=mirror)
+    fit = group_rigid(group, size, local, world)
     medians = np.zeros(size)
     for _ in range(5):
         v = np.linalg.norm(fit.residuals(group, local, world), axis=1)
@@ -110,7 +108,7 @@ def robust_rigid(
         if not (v > 4 * medians[group] + 1e-6).any():
             break
         weights = 1 / (v + medians[group] + 1e-9)
-        fit = group_rigid(group, size, local, world, weights, mirror=mirror)
+        fit = group_rigid(group, size, local, world, weights)
     return fit, medians
 
 

@@ -309,19 +309,15 @@ class Surfels:
         return replace(some, stands_for=self.stands_for * len(self) / most)
 
 
-def surfels_of(
-    cells: CubeSums, merges: int = GATES.merges, viewpoint: Array | None = None
-) -> Surfels:
-    """Make surfels of the cubes of a scan.
+def surfels_of(cells: CubeSums, merges: int = GATES.merges) -> Surfels:
+    """Make surfels of the cubes of a scan, with normals towards the origin.
 
-    Normals look towards the viewpoint, the origin if None; ``merges`` is how often cubes that are
-    no plane are joined into cubes of twice the size.
+    ``merges`` is how often cubes that are no plane are joined into cubes of twice the size.
     """
     parts = []
-    eye = np.zeros(3) if viewpoint is None else viewpoint
     for level in range(merges + 1):
         enough = np.flatnonzero(cells.moments[:, 0] >= GATES.fewest_points)
-        columns, flat = _planes(cells.subset(enough), eye)
+        columns, flat = _planes(cells.subset(enough))
         parts.append([column[flat] for column in columns])
         if level < merges:
             rest = np.ones(len(cells), dtype=bool)
@@ -334,13 +330,13 @@ def surfels_of(
     return Surfels(center, normal, count, thickness, width, size, spread, form, normal, bend)
 
 
-def _planes(cells: CubeSums, eye: Array) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
+def _planes(cells: CubeSums) -> tuple[tuple[Array, ...], NDArray[np.bool_]]:
     """Columns of the surfels of cubes with enough points, and which of them are flat."""
     table = np.empty((len(cells), 18))
     in_threads(_fitted, len(cells), cells.moments, table)
     center = cells.middles + table[:, :3]
     normal = table[:, 3:6]
-    away = np.einsum("ni,ni->n", normal, eye - center) < 0
+    away = np.einsum("ni,ni->n", normal, center) > 0
     normal = np.where(away[:, None], -normal, normal)
     thickness, width = table[:, 6], table[:, 7:9]
     flat = (thickness < GATES.most_thickness_widths * width[:, 0]) & (

@@ -53,9 +53,9 @@ GATES = CloudSphereGates()
 
 
 def find_spheres_in_cloud(
-    xyz: Array, radii: Sequence[float], *, sigma: float | None = None, scan: str = ""
+    xyz: Array, radii: Sequence[float], *, scan: str = ""
 ) -> tuple[list[Detection], list[Rejected]]:
-    """Find spheres in a cloud without scanner; ``sigma`` [m] along the normal or None."""
+    """Find spheres of given radii [m] in a cloud whose scanner is unknown."""
     if not all(r > 0 for r in radii):
         raise InputError("the radius of a sphere must be positive")
     points = xyz[np.isfinite(xyz).all(axis=1)]
@@ -68,7 +68,7 @@ def find_spheres_in_cloud(
     for radius in radii:
         thin = _thinned(points, GATES.voxel_radii * radius)
         normal, thickness = _normals(thin)
-        noise = float(np.median(thickness)) if sigma is None else sigma
+        noise = float(np.median(thickness))
         for start in _candidates(thin, normal, radius):
             if lies_on(start, spheres):
                 continue
