@@ -571,7 +571,8 @@ class HorizontalDistances(_Lengths):
 
     def _length(self, u: Array) -> tuple[Array, Array]:
         flat = np.hypot(u[:, 0], u[:, 1])
-        return self.reduction * flat, (self.reduction / flat)[:, None] * (u * [1.0, 1.0, 0.0])
+        level = np.column_stack([u[:, :2], np.zeros(len(u))])
+        return self.reduction * flat, (self.reduction / flat)[:, None] * level
 
     def start_ties(self, rows: Index, ties: TieCollector) -> None:
         """Horizontal lengths."""
