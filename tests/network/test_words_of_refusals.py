@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tribrach.errors import AdjustmentError
+from tribrach.errors import AdjustmentError, InputError
 from tribrach.io.survey.formats import read
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import StartOnly, facts_of
@@ -104,6 +104,16 @@ def test_what_is_off_is_listed_where_no_start_is_found(tmp_path: Path) -> None:
     assert sum("3 slope distances" in sentence for sentence in said) == 2
     assert any("the height of ST is neither fixed nor adjusted" in sentence for sentence in said)
     assert not any("would place it" in sentence for sentence in said)
+
+
+def test_points_that_no_file_defines_are_named(tmp_path: Path) -> None:
+    (tmp_path / "n.gkf").write_text(
+        "<gama-local><network><points-observations angle-stdev='5'><obs from='P'>"
+        "<angle bs='A' fs='B' val='33.3342'/></obs></points-observations></network></gama-local>"
+    )
+    with pytest.raises(InputError, match="does not define") as caught:
+        read([tmp_path / "n.gkf"])
+    assert "<point" in str(caught.value)
 
 
 def test_slope_distances_without_heights_ask_for_heights() -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.errors import RefusalCollector
+from tribrach.errors import InputError, RefusalCollector
 from tribrach.io import xml_file
 from tribrach.io.survey.gama.adjusted import read_adjusted
 from tribrach.io.survey.gama.axes import AXES, HANDS, Axes
@@ -228,6 +228,13 @@ class _Reader:
         for section in sections:
             self.observations.section(section)
         self.observations.finish(network.refused, network.path)
+        if self.observations.undefined and not self.survey.tables():
+            raise InputError(
+                "all that is observed is of points that the file does not define "
+                f"({', '.join(list(self.observations.undefined)[:_NAMED])})",
+                file=network.path,
+                cure='define each of them, as <point id="P" adj="xy"/>',
+            )
         self._say_undefined()
         self._say_off()
         if turned := self.observations.face_two:
