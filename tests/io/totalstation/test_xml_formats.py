@@ -68,6 +68,13 @@ def test_landxml(tmp_path, version, system, length, angle, metre, turn):
     np.testing.assert_allclose(raw.points.xyz[0], np.array([400, 300, 5]) * metre)
 
 
+def test_control_of_landxml_is_told_not_to_be_held(tmp_path):
+    assert not land(tmp_path).notes
+    text = LAND.replace('<CgPoint name="B">', '<CgPoint name="B" role="control">')
+    (note,) = land(tmp_path, text=text).notes
+    assert "calls B control" in note
+
+
 def test_landxml_with_units_that_do_not_exist(tmp_path):
     with pytest.raises(InputError, match="units furlong and grads are unknown"):
         land(tmp_path, length="furlong")

@@ -29,6 +29,8 @@ _LENGTHS = {
 _ANGLES = {
     "radians": "rad", "grads": "gon", "decimal degrees": "deg", "decimal dd.mm.ss": "dms",
 }  # fmt: skip
+#: names that a sentence lists
+_NAMED = 8
 _OBSERVATIONS = ("RawObservation", "ReducedObservation")
 _READ = (
     *_OBSERVATIONS, "InstrumentSetup", "ObservationGroup", "CgPoints", "SurveyHeader",
@@ -85,8 +87,17 @@ class _Reader:
 
     def points(self, element: etree._Element) -> None:
         """Coordinates of the file."""
+        named = list[str]()
         for point in (e for e in element.iter() if _tag(e) == "CgPoint" and (e.text or "").strip()):
             self._guarded(point, lambda p=point: self._coordinates(p, p.get("name") or "", True))
+            if "control" in (point.get("role") or "").lower():
+                named.append(point.get("name") or "")
+        if named:
+            more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+            self.recorder.note(
+                f"the file calls {', '.join(named[:_NAMED])}{more} control and gives no sigma: a "
+                "role alone holds no point; state control in a project or a list with a column role"
+            )
 
     def survey(self, survey: etree._Element) -> None:
         """All set-ups and sights of a survey."""
