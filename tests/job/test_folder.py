@@ -41,7 +41,7 @@ def test_files_are_known_by_content_and_not_by_name(tmp_path: Path) -> None:
         (tmp_path / "out" / name).write_text("x")
     found = known(tmp_path)
     assert found["raw.txt"].words == "Leica GSI"
-    assert found["levels.txt"].words == "3 rows of sights"
+    assert found["levels.txt"].words == "3 rows of height differences"
     assert found["punkte.dat"].words == "3 points with coordinates, without sigmas"
     assert found["cloud.asc"].kind == found["scan.pts"].kind == "scans"
     assert found["list.pts"].kind == "points"

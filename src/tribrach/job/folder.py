@@ -22,7 +22,7 @@ from tribrach.io.gnss.observation_file import header_text
 from tribrach.io.levels import files as levels
 from tribrach.io.opened_files import contents
 from tribrach.io.scans.formats import read_scans
-from tribrach.io.survey.csv.columns import COORDINATES
+from tribrach.io.survey.csv.columns import COORDINATES, SIGHT_KINDS
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.headings import AxesQuestion, HeadQuestion
 from tribrach.io.survey.formats import SUFFIXES, format_of
@@ -324,7 +324,9 @@ def _of_table(path: Path, axes: Axes | None, why: str = "as asked for") -> Folde
     rows = f"{len(table)} row{'s' * (len(table) > 1)}"
     remarks = (*remarks, *table.remarks)
     if table.layout is not COORDINATES:
-        words = f"{rows} of {table.layout.name}"
+        measured = [k.facts.title for n, (k, _) in SIGHT_KINDS.items() if table.has(n)]
+        what = f"{measured[0]}s" if len(measured) == 1 else table.layout.name
+        words = f"{rows} of {what}"
         return FolderFile(path, "survey", "csv", words, table=table, remarks=remarks)
     sigmas = "with sigmas" if _has_sigmas(table) else "without sigmas"
     words = f"{len(table)} point{'s' * (len(table) > 1)} with coordinates, {sigmas}"
