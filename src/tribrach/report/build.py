@@ -12,7 +12,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
-from tribrach.network.facts import AssumedSigmas, ListReading, Reference
+from tribrach.network.facts import AssumedSigmas, ListReading, Reference, facts_of
 from tribrach.network.observation_rows import observation_rows
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
@@ -63,6 +63,10 @@ def build(
         settings=settings,
         datum=datum_statement(adjustment),
         sigma_origin=sigma_origin(adjustment, posterior, components),
+        readings=tuple(
+            f"{fact.file}: {joined('; ', fact.sentences)}."
+            for fact in facts_of(adjustment.network.facts, ListReading)
+        ),
         summary=summary(adjustment, quality, posterior),
         control=control(adjustment, settings),
         points=points(adjustment, settings, covariances, uncertainty),

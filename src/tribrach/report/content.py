@@ -361,6 +361,8 @@ class Head:
     settings: ReportSettings
     datum: DatumStatement
     sigma_origin: str
+    #: how lists were read that do not say everything themselves
+    readings: tuple[str, ...]
     summary: Summary
     control: tuple[Control, ...]
     points: tuple[Point, ...]

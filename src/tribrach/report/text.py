@@ -52,6 +52,7 @@ def brief(content: Report) -> str:
         *(chapter.sentences if (chapter := content.chapter("adjustment")) else ()),
         content.datum.sentence,
         content.sigma_origin,
+        *content.readings,
         *(_moved(one.comparison) for one in content.job.epochs),
     ]
     grid = ["", _grid(worst)] if worst.rows else []

@@ -13,6 +13,11 @@ from tribrach.errors import InputError, Refusals
 from tribrach.io.survey.csv.file import read_table
 from tribrach.io.survey.csv.headings import letters
 from tribrach.io.survey.formats import read_files
+from tribrach.network.adjustment import adjust
+from tribrach.network.observed_part import observed_part
+from tribrach.network.quality import assess
+from tribrach.report.build import build
+from tribrach.report.text import brief
 
 #: of levelling lines, sights and angles: from, to, height difference, length; direction, zenith,
 #: slope distance; at, angle
@@ -89,6 +94,26 @@ def test_heads_of_nine_languages(tmp_path: Path, language: str, separator: str) 
     np.testing.assert_allclose(found.number("angle"), [np.pi / 2])
     # what a head means is told
     assert "are taken as follows" in " ".join(found.remarks)
+
+
+def test_heads_of_angles_by_their_sights(tmp_path: Path) -> None:
+    head = ("Stn", "Backsight Point", "Foresight Point", "Angle (dms)", "Std (sec)")
+    found = table(tmp_path, head, "P;A;B;30-15-15;2\n")
+    assert [found.words[key] for key in ("at", "from", "to")] == [["P"], ["A"], ["B"]]
+    np.testing.assert_allclose(np.degrees(found.number("angle")), [30 + 15 / 60 + 15 / 3600])
+    np.testing.assert_allclose(found.number("sigma"), [2 * np.pi / 648000])
+
+
+def test_how_a_table_was_read_is_said_with_its_result(tmp_path: Path) -> None:
+    (tmp_path / "lev.csv").write_text(
+        "Von;Nach;Höhenunterschied [m];Länge [km];s [mm]\nA;B;1,2345;0,8;1\nB;A;-1,2341;0,8;1\n"
+    )
+    (tmp_path / "list.csv").write_text("point,height_m,role\nA,100,fixed\n")
+    solved = adjust(observed_part(read_files(sorted(tmp_path.glob("*.csv")))).network())
+    report = build(solved, assess(solved))
+    (said,) = report.readings
+    assert said.startswith("lev.csv: heads are taken as follows")
+    assert "lev.csv: heads are taken" in " ".join(brief(report).split())
 
 
 @given(st.permutations(range(4)), st.sampled_from(sorted(LANGUAGES)))

@@ -21,18 +21,21 @@ from tribrach.io.survey.csv.headings import BRACKETS, Heads, letters
 #: French, Spanish, Italian, Portuguese, Dutch, Czech, Polish
 _WORDS: dict[str, str] = {
     "from": "from frompoint frompt frompointid frompointname fromid fromstation fromstn frommark "
-    "pointfrom start startpoint startpunkt backsight bs von vonpunkt anfangspunkt ausgangspunkt "
+    "pointfrom start startpoint startpunkt backsight bs backsightpoint backsightstation "
+    "von vonpunkt anfangspunkt ausgangspunkt "
     "ruckblick rueckblick anschlusspunkt de depuis depoint dupoint pointdedepart origine desde "
     "depunto desdepunto puntoinicial origen da dapunto puntodipartenza deponto pontoinicial van "
     "vanpunt beginpunt od odbodu zbodu zpunktu odpunktu punktpoczatkowy",
     "to": "to topoint topt topointid topointname toid tostation tostn tomark pointto end endpoint "
-    "foresight fs nach nachpunkt endpunkt zielpunkt ziel vorblick a au aupoint vers pointvise "
+    "foresight fs foresightpoint foresightstation target targetpoint targetid "
+    "nach nachpunkt endpunkt zielpunkt ziel vorblick a au aupoint vers pointvise "
     "hasta apunto hastapunto puntofinal puntovisado alpunto puntodiarrivo para aponto aoponto "
     "pontofinal pontovisado naar naarpunt eindpunt do nabod kbodu dobodu cilovybod dopunktu "
     "punktkoncowy cel",
     "at": "at atpoint atpt atid atstation vertex scheitel scheitelpunkt sommet vertice hoekpunt "
     "vrchol wierzcholek",
-    "station": "station stationname setup standpunkt instrumentenstandpunkt estacion stazione "
+    "station": "station stationname stn stnname setup setuppoint "
+    "standpunkt instrumentenstandpunkt estacion stazione "
     "estacao standplaats stanovisko stanowisko occupiedpoint",
     "set": "set setid setno satz satznummer serie series round rounds",
     "height_difference": "heightdifference heightdiff elevationdifference elevationdiff elevdiff "
