@@ -187,8 +187,12 @@ def scanned(
     seed: int = 1,
     farthest: float = 60.0,
     tilt: float = 0.0,
+    zero: float = 0.0,
 ) -> tuple[list[PreparedScan], list[Pose]]:
-    """Scans from places (x, y, heading), 1.7 m above the ground, and their true poses."""
+    """Scans from places (x, y, heading), 1.7 m above the ground, and their true poses.
+
+    ``zero`` is by how much all ranges are too long [m].
+    """
     rng = np.random.default_rng(seed)
     scans, poses = [], []
     for number, (x, y, heading) in enumerate(places):
@@ -198,7 +202,8 @@ def scanned(
         else:
             pose = levelled(place, heading, 10 * SEC, rng)
         xyz = points_of(scene, pose, points, 100 * seed + number, farthest)
-        scans.append(prepare(f"S{number + 1}", [xyz]))
+        longer = xyz * (1 + zero / np.linalg.norm(xyz, axis=1))[:, None]
+        scans.append(prepare(f"S{number + 1}", [longer]))
         poses.append(pose)
     return scans, poses
 

@@ -89,10 +89,28 @@ class Matches:
     def __len__(self) -> int:
         return len(self.residual)
 
+    @property
+    def about(self) -> tuple[Array, float]:
+        """Middle (3,) and lever: what turns are about, and multiplied by [m]."""
+        middle = self.point.mean(axis=0)
+        return middle, float(np.sqrt(((self.point - middle) ** 2).sum(axis=1).mean()))
+
+    def design(self, about: tuple[Array, float]) -> Array:
+        """What a shift of a middle and a turn about it [m] do to the residuals (n, 6)."""
+        arm = (self.point - about[0]) / about[1]
+        return np.concatenate([self.normal, np.cross(arm, self.normal)], axis=1)
+
     def subset(self, chosen: NDArray[np.bool_]) -> Matches:
         """Some of the matches."""
         columns = (self.first, self.second, self.forward, self.point, self.normal)
         return Matches(*(c[chosen] for c in (*columns, self.residual, self.sigma)))  # type: ignore[arg-type]
+
+
+def displaced(pose: Pose, by: Array, about: tuple[Array, float]) -> Pose:
+    """A pose after a shift of the middle and a turn about it (6,) [m]."""
+    middle, lever = about
+    turn = exp(by[3:] / lever)
+    return Pose(turn @ pose.rotation, turn @ (pose.translation - middle) + middle + by[:3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,8 +299,7 @@ def _hold(m: Matches, some: NDArray[np.bool_]) -> bool:
     """True if some of the matches (n,) hold what all of them do, by a share of it."""
     if some.sum() < FINE.fewest_matches:
         return False
-    middle = m.point.mean(axis=0)
-    lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
+    middle, lever = m.about
     whole, part = (
         _normal(m.point, m.normal, m.residual, weight.astype(float), middle, lever)[0]
         for weight in (np.ones(len(m)), some)
@@ -340,6 +357,10 @@ def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
             square += off[k] * off[k]
             out[n, k] = p[k] if forward[n] else s[0][i, k]
         tilt = s[3][i] if forward[n] else t[3][j]
+        if (s[4][i] if forward[n] else t[4][j]) != ROUND:
+            # both ends of a chord of a round body lie on a line across the mean of their normals
+            residual = _across_mean(r, s[1][i], t[1][j], off, normal)
+            tilt = 0.5 * np.hypot(s[3][i], t[3][j])
         beside = max(square - residual * residual, 0.0)
         if forward[n] and s[4][i] == ROUND:
             _turned(r, t[6][j], spread)
@@ -353,6 +374,24 @@ def _compared(s, t, pairs, pose):  # type: ignore[no-untyped-def]
         # the weaker axis of the plane counts by half: the point lies anywhere around its middle
         out[n, 7] = np.sqrt(s[2][i] ** 2 + t[2][j] ** 2 + 0.5 * beside * tilt**2)
     return out
+
+
+@njit(cache=True, nogil=True)
+def _across_mean(r, one, two, off, normal):  # type: ignore[no-untyped-def]
+    """Distance along the mean of two normals, the second in b; the normal becomes that mean."""
+    cosine, square, residual = 0.0, 0.0, 0.0
+    for k in range(3):
+        normal[k] = r[k, 0] * two[0] + r[k, 1] * two[1] + r[k, 2] * two[2]
+        cosine += one[k] * normal[k]
+    sign = 1.0 if cosine >= 0 else -1.0
+    for k in range(3):
+        normal[k] = one[k] + sign * normal[k]
+        square += normal[k] * normal[k]
+    length = max(np.sqrt(square), 1e-12)
+    for k in range(3):
+        normal[k] /= length
+        residual += normal[k] * off[k]
+    return residual
 
 
 @njit(cache=True, nogil=True)
@@ -404,9 +443,7 @@ def _step(pairs: _Pairs, pose: Pose, gate: float) -> tuple[Pose, float, float]:
     held = values > FINE.held_share * values[-1]
     part = vectors[:, held]
     step = part @ ((part.T @ right) / values[held])
-    turn = exp(step[3:] / lever)
-    moved = Pose(turn @ pose.rotation, turn @ (pose.translation - middle) + middle + step[:3])
-    return moved, float(np.linalg.norm(step)), spread
+    return displaced(pose, step, (middle, lever)), float(np.linalg.norm(step)), spread
 
 
 @njit(cache=True, nogil=True)

@@ -18,8 +18,15 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
-from tribrach.geometry.rotation import exp, log, skew
-from tribrach.registration.clouds.fine import FINE, FineAlignment, Indexed, Matches, matched
+from tribrach.geometry.rotation import log, skew
+from tribrach.registration.clouds.fine import (
+    FINE,
+    FineAlignment,
+    Indexed,
+    Matches,
+    displaced,
+    matched,
+)
 from tribrach.registration.clouds.relative_covariance import (
     RelativeCovariance,
     across,
@@ -104,7 +111,7 @@ def fit_held(
             loose += np.outer(bend, bend)
     u, _ = np.linalg.qr(np.stack(ways, axis=1))
     fit = _fitted(*all_of, base.pose, u, about, alignment.gate)
-    middle, lever = _about(fit.matches)
+    middle, lever = fit.matches.about
     out = relative_covariance(*all_of, fit, floor, unheld=_carried(u, about, (middle, lever)))
     scale = np.diag(np.repeat([1.0, 1 / about[1]], 3))
     move = _to_middle(about[0], middle) @ scale
@@ -127,7 +134,7 @@ def _moved(
     for levers in GATES.moved_levers:
         far = about[1] * min(levers, GATES.most_turn_rad / max(turn, 1e-9))
         ends = [
-            _fitted(*scans, _displaced(base.pose, side * far * one, about), u, about, gate)
+            _fitted(*scans, displaced(base.pose, side * far * one, about), u, about, gate)
             for side in (1.0, -1.0)
         ]
         if min(len(e.matches) for e in ends) >= GATES.matches_share * len(base.matches):
@@ -150,12 +157,12 @@ def _fitted(
             m = _indifferent(a, b, matched(a, b, pose, limit), u, about)
             if len(m) < FINE.fewest_matches:
                 return FineAlignment(pose, m, gate, False)
-            design = _design(m, about) @ held
+            design = m.design(about) @ held
             weight = (1 - (m.residual / limit) ** 2) ** 2
             weight = weight / (m.sigma**2 + (limit / FINE.gate_sigmas) ** 2)
             normal = (design * weight[:, None]).T @ design
             step = -held @ np.linalg.lstsq(normal, design.T @ (weight * m.residual), rcond=None)[0]
-            pose = _displaced(pose, step, about)
+            pose = displaced(pose, step, about)
             settled = bool(np.linalg.norm(step) < GATES.settled_m)
             if settled:
                 break
@@ -171,27 +178,8 @@ def _indifferent(
     tilt = np.where(m.forward, a.surfels.sigma_normal[m.first], b.surfels.sigma_normal[m.second])
     far = np.linalg.norm(m.point - about[0], axis=1) / about[1]
     noise = GATES.normal_sigmas * tilt * np.hypot(1.0, far)
-    along = np.linalg.norm(_design(m, about) @ u, axis=1)
+    along = np.linalg.norm(m.design(about) @ u, axis=1)
     return m.subset(along < np.hypot(GATES.holds, noise))
-
-
-def _design(m: Matches, about: tuple[Array, float]) -> Array:
-    """What a shift of the middle and a turn about it [m] do to the residuals (n, 6)."""
-    arm = (m.point - about[0]) / about[1]
-    return np.concatenate([m.normal, np.cross(arm, m.normal)], axis=1)
-
-
-def _about(m: Matches) -> tuple[Array, float]:
-    """Middle and lever of matches."""
-    middle = m.point.mean(axis=0)
-    return middle, float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
-
-
-def _displaced(pose: Pose, by: Array, about: tuple[Array, float]) -> Pose:
-    """A pose after a shift of the middle and a turn about it (6,) [m]."""
-    middle, lever = about
-    turn = exp(by[3:] / lever)
-    return Pose(turn @ pose.rotation, turn @ (pose.translation - middle) + middle + by[:3])
 
 
 def _off(one: Pose, two: Pose, about: tuple[Array, float]) -> Array:
@@ -219,7 +207,7 @@ def _local(
     scans: Sequence[Indexed], fit: FineAlignment, u: Array, about: tuple[Array, float]
 ) -> Array:
     """Covariance (6, 6) across open directions, of shifts of the middle and turns about it [m]."""
-    own = _about(fit.matches)
+    own = fit.matches.about
     found = relative_covariance(
         scans[0], scans[1], fit, (0.0, 0.0), sweep=False, unheld=_carried(u, about, own)
     )

@@ -33,6 +33,7 @@ from tribrach.registration.clouds.relative_covariance import (
     RelativeCovariance,
     relative_covariance,
 )
+from tribrach.registration.clouds.shared_errors import with_shared_errors
 from tribrach.registration.clouds.starts import (
     kiss_poses,
     levelled_pose,
@@ -548,6 +549,7 @@ def _with_all(
     precision = relative_covariance(*scans, alignment, floor)
     if precision.unheld.shape[1]:
         alignment, precision = fit_held(scans, (a.some, b.some), alignment, precision, floor)
+    alignment, precision = with_shared_errors(scans, alignment, precision, floor)
     return replace(fit, alignment=alignment, precision=precision)
 
 

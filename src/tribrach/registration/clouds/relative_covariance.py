@@ -22,7 +22,7 @@ Metres and radians.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.linalg import eigh
@@ -70,6 +70,8 @@ class CloudCovarianceGates:
     least_piece_m: float = 1.0
     most_pieces: int = 10_000
     told_part: float = 0.1  #: in words: a direction moves what has this part of it or more
+    #: a depth is told from so many of its sigmas on: one clean pair in a thousand
+    told_sigmas: float = 3.3
 
 
 GATES = CloudCovarianceGates()
@@ -93,9 +95,18 @@ class RelativeCovariance:
     unheld: Array  #: (6, k), directions that nothing holds: shift [m], turn times ``lever`` [m]
     lever: float  #: length that turns are multiplied by [m]
     places: float  #: smallest number of places that hold a direction
+    #: sigmas (e,) of fitted shared errors, in those of their priors
+    shared: Array = field(default_factory=lambda: np.zeros(0))
+    #: by how much ranges are too long after the fit, and its sigma [m]
+    depth: tuple[float, float] = (0.0, np.inf)
     #: by what factor parts of the sweep fit worse than the rest of the covariance allows; it is in
     #: the covariance
     sweep: SweepTest = SweepTest()
+
+    @property
+    def factor(self) -> float:
+        """How many observations count as one."""
+        return self.observations / self.effective
 
     @property
     def rank(self) -> int:
@@ -116,6 +127,19 @@ class RelativeCovariance:
             )
             for d in self.unheld.T
         ]
+        if abs(self.depth[0]) > GATES.told_sigmas * self.depth[1]:
+            out.append(
+                Sentence(
+                    "{a} and {b} agree better with ranges that are {d:mm1~} ± {s:mm1} "
+                    + ("shorter" if self.depth[0] > 0 else "longer")
+                    + ": the scanner has a zero error, or its beams enter the surface; the pose "
+                    "takes it into account, the points do not",
+                    a=a,
+                    b=b,
+                    d=abs(self.depth[0]),
+                    s=self.depth[1],
+                )
+            )
         if self.sweep.factor > 1:
             factor, ratio, limit = self.sweep.factor, self.sweep.ratio, self.sweep.limit
             out.append(
@@ -143,17 +167,20 @@ def relative_covariance(
     *,
     sweep: bool = True,
     unheld: Array | None = None,
+    shared: Array | None = None,
+    least: float = 1.0,
 ) -> RelativeCovariance:
     """Covariance of an alignment with at least ten matches.
 
     ``floor`` is added to shifts of the middle and turns about it, [m] and [rad]. ``unheld`` (6, k)
     are orthonormal directions known to be open, about the middle of the matches, turns times their
     lever; None if the matches tell. ``sweep`` tests whether parts of the sweeps fit alike.
+    ``shared`` (n, e) are what one sigma of fitted shared errors does to the residuals; so many
+    matches count as one at ``least``.
     """
     m = alignment.matches
-    middle = m.point.mean(axis=0)
-    lever = float(np.sqrt(((m.point - middle) ** 2).sum(axis=1).mean()))
-    design = np.concatenate([m.normal, np.cross((m.point - middle) / lever, m.normal)], axis=1)
+    middle, lever = m.about
+    design = m.design((middle, lever))
     u = (m.residual / alignment.gate) ** 2
     alone = 1 / (m.sigma**2 + (alignment.gate / FINE.gate_sigmas) ** 2)
     weight = (1 - u) ** 2 * alone
@@ -170,8 +197,13 @@ def relative_covariance(
     if sweep and scores.any():
         test = _sweep(design @ half, slope, scores, edge, m, alignment.pose)
         factor *= test.factor
-    single = scores.T @ scores
-    local = factor * half @ single @ half.T + lever**2 * unheld @ unheld.T
+    spread, sigmas = factor * half @ (scores.T @ scores) @ half.T, np.zeros(0)
+    if shared is not None:
+        factor = max(factor, least)
+        both = _with_prior(design @ held, shared, weight * m.residual, slope, factor)
+        count = held.shape[1]
+        spread, sigmas = held @ both[:count, :count] @ held.T, np.sqrt(np.diag(both)[count:])
+    local = spread + lever**2 * unheld @ unheld.T
     scale = np.repeat([1.0, 1 / lever], 3)
     local = local * np.outer(scale, scale)
     local = local + np.diag(np.repeat(np.square(floor), 3))
@@ -186,8 +218,22 @@ def relative_covariance(
         unheld=unheld,
         lever=lever,
         places=places,
+        shared=sigmas,
         sweep=test,
     )
+
+
+def _with_prior(design: Array, shared: Array, pull: Array, slope: Array, factor: float) -> Array:
+    """Covariance of what is fitted, behind it of shared errors with priors of one sigma.
+
+    ``factor`` matches count as one; weighted residuals and weights (n,).
+    """
+    count = design.shape[1]
+    design = np.concatenate([design, shared], axis=1)
+    prior = np.diag(np.repeat([0.0, 1.0], [count, shared.shape[1]]))
+    inverse = np.linalg.inv((design * slope[:, None]).T @ design + factor * prior)
+    scores = design * pull[:, None]
+    return np.asarray(inverse @ (factor * scores.T @ scores + factor**2 * prior) @ inverse)
 
 
 def _unheld(

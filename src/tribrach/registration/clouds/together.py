@@ -104,9 +104,9 @@ def differences(
     ``covariance`` has left increments in a, of the translation [m] and of the turn about the
     scanner of b [rad]. Differences beyond ``gate`` [m] belong to other surfaces.
 
-    On flat places that both stations see, the mean of one cloud lies off the plane of the other by
-    noise and by the uncertainty of the relative pose:
-    ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_plane^2 + a C a^T`` with ``a = [n ; (X - X_0) x n]`` (method
+    On flat places that both stations see, the means of the clouds differ along the mean of their
+    normals by noise and by the uncertainty of the relative pose:
+    ``s^2 = s_1^2/n_1 + s_2^2/n_2 + s_normal^2 + a C a^T`` with ``a = [n ; (X - X_0) x n]`` (method
     section 9.5). Its RMS over the overlap is predicted and observed.
     """
     matches = matched(a.fine, b.fine, pose, gate)
@@ -122,8 +122,10 @@ def differences(
     i, j = matches.first, matches.second
     q = matches.point - s.center[i]
     along = np.maximum((q**2).sum(axis=1) - matches.residual**2, 0.0)
-    plane = s.sigma_offset[i] ** 2 * (1 + 0.5 * along * (1 / s.width[i] ** 2).sum(axis=1))
-    noise = plane + t.sigma_offset[j] ** 2
+    noise = sum(
+        one.sigma_offset[k] ** 2 * (1 + 0.125 * along * (1 / one.width[k] ** 2).sum(axis=1))
+        for one, k in ((s, i), (t, j))
+    )
     rows = along_normals(matches.point, matches.normal, pose.translation)
     registered = np.einsum("ni,ij,nj->n", rows, covariance, rows)
     return Differences(
