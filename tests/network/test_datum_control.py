@@ -33,7 +33,7 @@ def test_control_that_the_observations_check_is_not_spoken_of(role: str) -> None
 
 def test_two_points_check_their_distance_only() -> None:
     (sentence,) = unchecked_control(adjust(kept("fixed", "P0", "P3", heights=("P0", "P3"))))
-    assert "the control points P0 and P3 are all that carries the plan" in sentence
+    assert "only P0 and P3 fix the horizontal datum" in sentence
     assert "only the distance between them is checked" in sentence
     assert "give a third control point" in sentence
     three = kept("fixed", "P0", "P3", "P5", heights=("P0", "P3"))
@@ -72,7 +72,7 @@ def test_weighted_control_without_redundancy_is_named_too() -> None:
     tables = list(good.observations)
     tables[table] = replace(o, use=use)
     (sentence,) = unchecked_control(adjust(replace(good, observations=tuple(tables))))
-    assert "P0 and P1 are all that carries the plan" in sentence
+    assert "only P0 and P1 fix the horizontal datum" in sentence
 
 
 def test_free_networks_have_no_control_to_check() -> None:
@@ -81,6 +81,6 @@ def test_free_networks_have_no_control_to_check() -> None:
 
 def test_the_report_has_it_on_top() -> None:
     content = adjust_network(kept("fixed", "P0", "P3", heights=("P0",)), AdjustmentSettings())
-    assert any("are all that carries the plan" in text for text in content.warnings)
+    assert any("fix the horizontal datum" in text for text in content.warnings)
     assert any("the given height of P0 is checked by nothing" in text.lower().replace("p0", "P0")
                for text in content.warnings)  # fmt: skip

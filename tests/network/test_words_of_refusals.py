@@ -196,7 +196,7 @@ def test_parts_of_a_levelling_net_say_what_joins_them() -> None:
     survey.add(HeightDifferences, values=[0.5, 0.5, 1.0] * 2, sigma=0.001,
                start=[a for a, _ in lines], end=[b for _, b in lines])  # fmt: skip
     (said,) = refusal(survey)
-    assert said.startswith("C, D, E hang together")
+    assert said.startswith("C, D, E are connected")
     assert "the height of one of them" in said
 
 

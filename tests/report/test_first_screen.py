@@ -200,7 +200,7 @@ def test_it_is_said_why_sites_are_too_far_apart_together_and_none_by_itself() ->
 
 def test_a_registration_names_what_its_pairs_leave_open(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = front(PAGES["questions.register"](harmless))
-    assert "3 of 4 scans hang together; 1 of 1 loop closes" in whole[1]
+    assert "3 of 4 scans are connected; 1 of 1 loop closes" in whole[1]
     assert "no pair holds" not in whole[1]
     assert "Hollow:" not in PAGES["questions.register"](harmless)
     assert "is known least, σ 3.5" in whole[2]  # of 2 mm along each axis

@@ -75,7 +75,7 @@ def baseline(cycles: Sequence[Epoch], label: str, align_by: Sequence[str] = ()) 
     value, vector = np.linalg.eigh(pinned / np.outer(size, size))
     if value[0] <= 1e-11 * value[-1]:
         raise AdjustmentError(
-            "the cycles of the baseline do not hang together",
+            "the cycles of the baseline are not connected",
             ["take more of them, or cycles with more common points"],
         )
     inverse = (vector / value) @ vector.T / np.outer(size, size)

@@ -668,8 +668,8 @@ class _Composer:
         levelled = self.wishes.levelled
         if self.stations and levelled is None:
             self.out.assumed.append(
-                "nobody says whether the compensator of the scanner was on: no station is taken as "
-                "levelled; say --levelled if it was, which holds the tilt of every station"
+                "compensator unknown: stations are not treated as levelled; add --levelled if it "
+                "was on"
             )
         line = "levelled = true" if levelled else "# levelled = true   # if its compensator was on"
         for station in dict.fromkeys(self.stations.values()):

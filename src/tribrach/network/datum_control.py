@@ -39,9 +39,9 @@ def unchecked_control(adjustment: Adjustment) -> list[str]:
         elif noun.startswith("plan") and len(points) == 2 and given.rank(chosen) == 1:
             tail = _CHECKED if checks else "give a third control point, or a check point"
             out.append(
-                f"the control points {' and '.join(points)} are all that carries the plan: only "
-                "the distance between them is checked, and an error across it, or one that both "
-                f"share, turns or shifts everything without showing in any residual; {tail}"
+                f"only {' and '.join(points)} fix the horizontal datum: the adjustment checks the "
+                "distance between them and nothing else. An error across it, or the same error of "
+                f"both, turns or shifts all points and shows in no residual; {tail}"
             )
     return out
 

@@ -424,8 +424,8 @@ def _still(c: Comparison) -> Iterator[Finding]:
         sizes = np.array([d.detectable for d in still])
         yield Finding.of(
             "still",
-            "{n} points show no displacement: {low:mm1~} to {high:mm1} would have been needed to "
-            "see one with {power:%g}.",
+            "{n} points show no displacement. Smallest detectable displacement (power "
+            "{power:%g}): {low:mm1~} to {high:mm1}, depending on point and direction.",
             n=len(still),
             low=sizes.min(),
             high=sizes.max(),
@@ -439,20 +439,20 @@ def _still(c: Comparison) -> Iterator[Finding]:
         test = f"in the test of {left}" if together else "(test {d.statistic:1}, limit {d.limit:1})"
         yield Finding.of(
             "not_moved",
-            f"{{d.name}} shows no displacement {test}: {_needed(d)} would have been needed to see "
-            "one with {power:%g}.",
+            f"{{d.name}} shows no displacement {test}. {_detectable(d)}.",
             d=d,
             power=c.settings.power,
         )
 
 
-def _needed(d: Displacement) -> str:
+def _detectable(d: Displacement) -> str:
     """The template of what would have been seen."""
     if not np.isfinite(d.detectable):
-        return "more than this network can tell"
+        return "In some direction this network detects none"
+    least = "Smallest detectable displacement (power {power:%g}): "
     if written(d.easiest, "mm1") == written(d.detectable, "mm1"):
-        return "{d.detectable:mm1}"
-    return "{d.easiest:mm1~} to {d.detectable:mm1}, by its direction,"
+        return least + "{d.detectable:mm1}"
+    return least + "{d.easiest:mm1~} to {d.detectable:mm1}, depending on direction"
 
 
 def _common(c: Comparison) -> Iterator[Finding]:

@@ -180,7 +180,7 @@ def _part(
         )
     if not known.any():
         return (
-            f"{shown} hang together, but their observations do not fix a figure to start from: "
+            f"{shown} are connected, but their observations do not fix a figure to start from: "
             f"{_figure(members, layout, tables)}"
         )
     if not shared:
@@ -188,7 +188,7 @@ def _part(
         if f.known_plan[members].all():
             cure = "give the height of one of them"
         return (
-            f"{shown} hang together, but no observation ties them to the rest of the network: "
+            f"{shown} are connected, but no observation ties them to the rest of the network: "
             f"observe common points or {cure}"
         )
     ties = ", ".join(layout.position_name(i) for i in sorted(shared)[:4])
@@ -198,14 +198,14 @@ def _part(
     if len(shared) < need:
         count = f"only {len(shared)} place{'s' if len(shared) != 1 else ''} ({ties})"
         needed = "2 common points" if in_plan else "3 common points (2 if the set-ups are levelled)"
-        return f"{shown} hang together, but share {count} with the rest: {needed} are needed"
+        return f"{shown} are connected, but share {count} with the rest: {needed} are needed"
     near = [
         layout.position_name(node)
         for node in members.tolist()
         if node < len(known) and _touches(tables, node, shared)
     ]
     return (
-        f"{shown} hang together and share {len(shared)} places ({ties}) with the rest, but no "
+        f"{shown} are connected and share {len(shared)} places ({ties}) with the rest, but no "
         "figure of theirs can be put together from nothing: give a rough coordinate of one of "
         f"them, first of {' or '.join(near[:3])}"
     )

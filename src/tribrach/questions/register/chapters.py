@@ -121,7 +121,7 @@ def _front(registration: CloudRegistration) -> FrontPage:
     elif bases:
         words = ["no scan was placed on a reference"]
     else:
-        words = [f"{all_of_them} hang together"]
+        words = [f"{all_of_them} {'is' if largest == 1 else 'are'} connected"]
     unfit = [offset.name for offset in registration.offsets if offset.fits is False]
     if unfit:
         words.append(f"{some_of(unfit, _IN_VERDICT)} does not fit the rest")
