@@ -51,3 +51,25 @@ def test_the_newest_changes_are_those_of_this_version() -> None:
     heading = re.search(r"^## (.*)$", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
     assert heading is not None
     assert heading[1].split()[0] == __version__
+
+
+def test_the_conda_recipe_asks_for_what_the_project_asks_for() -> None:
+    recipe = read("conda/recipe.yaml")
+    (default,) = re.findall(r'default="(.+?)"', recipe["context"]["version"])
+    assert default == __version__
+    asked = {
+        line.split(" ", 1)[0]: line.split(" ", 1)[1:] for line in recipe["requirements"]["run"]
+    }
+    assert asked.pop("python") == [PROJECT["requires-python"]]
+    # the reader of LAZ is an extra of laspy there
+    assert asked.pop("lazrs-python") == []
+    names = {"qdldl": "qdldl-python"}
+    wanted = {}
+    for line in PROJECT["dependencies"]:
+        name, bound = re.fullmatch(r"([\w-]+)(?:\[\w+\])?(>=[\d.]+)(?:;.*)?", line).groups()
+        wanted[names.get(name, name)] = [bound]
+    del wanted["pyrtklib"]
+    assert asked == wanted
+    (entry,) = recipe["build"]["python"]["entry_points"]
+    assert entry == f"tribrach = {PROJECT['scripts']['tribrach']}"
+    assert recipe["about"]["summary"] == PROJECT["description"]

@@ -438,10 +438,7 @@ class TestMissingTies:
         total_station(survey, truth, "A", ["B", "C"])
         total_station(survey, truth, "P", ["Q", "R", "T"])
         text = self.sentences(survey)
-        assert (
-            "P, Q, R, T are connected, but no observation ties them to the rest"
-            in text
-        )
+        assert "P, Q, R, T are connected, but no observation ties them to the rest" in text
 
     def test_swapped_columns_of_the_control(self) -> None:
         truth = Truth.random(8, list("ABCDE"))
