@@ -55,8 +55,8 @@ _DRAWN, _STANDING = 1500, 0.5
 
 #: a reference is read so many radii of a scan and sigmas of the approximate poses around these
 _SEEN, _AROUND = 2.0, 5.0
-#: a turn with a larger sigma is held by nothing [rad]
-_HELD_TURN = 0.5
+#: a turn with a larger sigma is held by nothing: a covariance is that of small angles [rad]
+_HELD_TURN = 0.2
 
 
 @dataclass(frozen=True)
