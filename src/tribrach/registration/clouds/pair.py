@@ -172,7 +172,9 @@ def judged(
             continue
         looked.append(_candidate(a, b, moved, origin, size))
     looked.sort(key=lambda c: -c.verdict.score)
-    least = GATES.best_share * looked[0].verdict.score if looked else 0.0
+    best = looked[0].verdict.score if looked else 0.0
+    # where more is looked through than agrees, the best is looked at all the same
+    least = min(best, GATES.best_share * best)
     good = [c for c in looked[: GATES.second_looks] if c.verdict.score >= least]
     # what the user gave is looked at in any case, and so is one frame
     certain = (Origin.GIVEN, Origin.FRAME)
