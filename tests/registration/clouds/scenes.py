@@ -20,8 +20,8 @@ GROVE_PLACES = ((-4.0, 0.0, 0.4), (4.0, 0.0, -2.1))
 _V = (np.radians(35.0), np.radians(135.0))
 
 
-def yard() -> Scene:
-    """Houses of different sizes around a yard, some things in it."""
+def yard(*more: Primitive) -> Scene:
+    """Houses of different sizes around a yard, some things in it, and more."""
     return Scene.of(
         [
             ground((0, 0, 0), 200),
@@ -32,6 +32,7 @@ def yard() -> Scene:
             box((6, 4, 0.6), (2.0, 1.0, 1.2), 0.4, 0.4),
             box((-6, -4, 1.0), (1.2, 2.0, 2.0), 0.4, 1.0),
             cylinder((1, -6, 2), 0.2, 4, 0.4),
+            *more,
         ]
     )
 

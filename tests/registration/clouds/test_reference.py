@@ -28,6 +28,7 @@ from tribrach.registration.clouds.together import (
     _refusals,
     register_clouds,
 )
+from tribrach.simulate.scene import box
 
 #: what all of the airborne cloud is wrong by [m]
 SHARED = 0.03
@@ -99,9 +100,9 @@ def model() -> Mesh:
     ]
     out = []
     for name, center, size, heading in parts:
-        box = trimesh.creation.box(size)
-        box.apply_transform(trimesh.transformations.rotation_matrix(heading, (0, 0, 1)))
-        out.append((name, np.asarray(box.triangles) + center + ORIGIN))
+        body = trimesh.creation.box(size)
+        body.apply_transform(trimesh.transformations.rotation_matrix(heading, (0, 0, 1)))
+        out.append((name, np.asarray(body.triangles) + center + ORIGIN))
     return Mesh.of(out)
 
 
@@ -111,7 +112,8 @@ def test_a_model_places_a_scan_that_sees_more_than_it_has(inverted: bool) -> Non
     if inverted:
         mesh = Mesh(mesh.triangles[:, ::-1], mesh.element, mesh.names)
     reference = reference_of_mesh("town", mesh, sigma=0.02)
-    scans, poses = scanned(yard(), PLACES[:1], points=80_000)
+    stage = box((1, 5, 0.15), (4, 3, 0.3), 0.5)
+    scans, poses = scanned(yard(stage), PLACES[:1], points=80_000)
     true = Pose(poses[0].rotation, poses[0].translation + ORIGIN)
     prior = {"S1": near(true, np.random.default_rng(5))}
     found = register_clouds(scans, prior, references=[reference])
@@ -123,7 +125,7 @@ def test_a_model_places_a_scan_that_sees_more_than_it_has(inverted: bool) -> Non
     sigma = np.sqrt(np.diag(found.groups[0].covariances["S1"])[:3])
     assert (sigma > 0.005).all()
     (on,) = found.placed_on
-    # boxes and a pole that the model does not have are left out
+    # the top of a stage that the model does not have is left out
     assert 0.0 < on.left_out < 0.2
 
 
