@@ -256,6 +256,28 @@ def test_one_wrong_sight_is_no_slip() -> None:
         assert slip is None, slip
 
 
+def test_names_exchanged_in_directions_alone_are_named() -> None:
+    """A field book with two directions in the wrong rows, and the distances in the right ones."""
+    clean = plan(np.random.default_rng(7), directions=True)
+    o = next(o for o in clean.observations if isinstance(o, Directions))
+    measured = next(o for o in clean.observations if isinstance(o, HorizontalDistances))
+    station = int(measured.start[0])
+    items = np.flatnonzero(o.start == station)
+    near = items[np.isin(o.end[items], measured.end[measured.start == station])]
+    first, second = int(near[0]), int(items[items != near[0]][0])
+
+    def edit(o: Observations) -> np.ndarray:
+        new = o.values.copy()
+        new[[first, second]] = new[[second, first]]
+        return new
+
+    slip = found(edited(clean, Directions, edit))
+    assert slip is not None
+    name = clean.start.layout.position_name
+    assert f"in the directions at {name(station)}" in slip.words
+    assert {name(int(o.end[k])) for k in (first, second)} <= set(slip.words.split())
+
+
 def optimistic(network: Network, factor: float) -> Network:
     """The network with sigmas of its angles and distances that are too small."""
     kinds = (Angles, Directions, HorizontalDistances)

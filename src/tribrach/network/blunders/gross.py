@@ -262,6 +262,8 @@ class _Pair:
     setup: int
     first: int
     second: int
+    #: in the directions of the set-up alone, not in what else was measured with them
+    alone: bool = False
 
 
 def _exchange(
@@ -293,6 +295,7 @@ def _in_words(network: Network, after: float, pairs: list[_Pair], before: float)
     """An exchange of names in words; where several set-ups explain it, all of them."""
     name = network.start.layout.position_name
     where = [f"at {name(p.setup)}" if p.setup >= 0 else "in the given coordinates" for p in pairs]
+    where = [f"in the directions {w}" if p.alone else w for w, p in zip(where, pairs, strict=True)]
     pair = pairs[0]
     return Slip(
         f"The names {name(pair.first)} and {name(pair.second)} are exchanged {' or '.join(where)}",
@@ -325,6 +328,7 @@ def _pointed_at(network: Network, clear: Cleared) -> Iterator[_Pair]:
     points = network.start.layout.count("point")
     bad: dict[int, set[int]] = {}
     seen: dict[int, set[int]] = {}
+    beside: dict[int, set[int]] = {}
     for table, o in enumerate(network.observations):
         wild = np.array(sorted(i for t, i in clear.wild if t == table), dtype=np.int64)
         if (places := _places(o)) is not None:
@@ -333,6 +337,8 @@ def _pointed_at(network: Network, clear: Cleared) -> Iterator[_Pair]:
             continue
         for k in np.flatnonzero(o.use == Use.ACTIVE):
             seen.setdefault(int(ends[0][k]), set()).add(int(ends[1][k]))
+            if o.facts.start is not StartTie.RAY:
+                beside.setdefault(int(ends[0][k]), set()).add(int(ends[1][k]))
         for k in wild:
             bad.setdefault(int(ends[0][k]), set()).add(int(ends[1][k]))
     names = [
@@ -348,6 +354,12 @@ def _pointed_at(network: Network, clear: Cleared) -> Iterator[_Pair]:
         if p in targets and q in targets
     ]
     yield from (_Pair(*name) for name in dict.fromkeys([*names, *also]))
+    # where distances belong to them, the names may be exchanged in the directions alone
+    yield from (
+        _Pair(setup, p, q, alone=True)
+        for setup, p, q in dict.fromkeys(names)
+        if {p, q} & beside.get(setup, set())
+    )
 
 
 def _suspicious(network: Network, adjustment: Adjustment | None) -> list[_Pair]:
@@ -387,6 +399,8 @@ def _exchanged(network: Network, pair: _Pair) -> Network:
             places = _places(o)
             if places is not None:
                 o = replace(o, **_other(places[1], places[0], pair, np.ones(len(o), dtype=bool)))
+        elif pair.alone and o.facts.start is not StartTie.RAY:
+            pass
         elif (ends := _ends(o, points)) is not None:
             o = replace(o, **_other(ends[2], ends[1], pair, ends[0] == pair.setup))
         changed.append(o)
