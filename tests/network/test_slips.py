@@ -278,6 +278,23 @@ def test_names_exchanged_in_directions_alone_are_named() -> None:
     assert {name(int(o.end[k])) for k in (first, second)} <= set(slip.words.split())
 
 
+@pytest.mark.parametrize("directions", [True, False])
+def test_the_unit_of_all_angles_is_named(directions: bool) -> None:
+    """Degrees read as gon, and 12.3045 for 12 degrees 30 minutes 45 seconds."""
+
+    def packed(o: Observations) -> np.ndarray:
+        seconds = np.rint(np.degrees(o.values % (2 * np.pi)) * 3600)
+        whole, rest = seconds // 3600, seconds % 3600
+        return np.radians(whole + rest // 60 / 100 + rest % 60 / 10000)
+
+    kind = Directions if directions else Angles
+    clean = plan(np.random.default_rng(11), directions=directions)
+    for edit in (lambda o: 0.9 * o.values, packed):
+        slip = found(edited(clean, kind, edit))
+        assert slip is not None
+        assert slip.kind == "angle_unit"
+
+
 def optimistic(network: Network, factor: float) -> Network:
     """The network with sigmas of its angles and distances that are too small."""
     kinds = (Angles, Directions, HorizontalDistances)

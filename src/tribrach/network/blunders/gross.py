@@ -11,6 +11,7 @@ explanation passes as well. Looked at are
 * given coordinates that are all in another unit, or whose axes are exchanged or reversed;
 * circle readings off by 100, 200 or 300 gon, zenith angles of the other face or counted from the
   horizon, height differences with their ends exchanged;
+* angles in another unit, and degrees, minutes and seconds taken for decimals of a degree;
 * distances in feet that are taken for metres, and the reverse;
 * names of two targets exchanged at a set-up, or of two given points exchanged;
 * a whole set-up that contradicts everything else.
@@ -21,7 +22,7 @@ Each part of the search ends after ten adjustments or two seconds, whichever is 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
@@ -60,6 +61,8 @@ _FOOT = 0.3048
 #: names or readings that a sentence lists
 _NAMED = 6
 _RIGHT = np.pi / 2
+#: no circle reading is larger [rad]
+_ROUND = 2 * np.pi + 1e-6
 
 
 def explain(
@@ -86,6 +89,9 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
     if found := turned_angles(network, adjustment, before, search):
         return found
     if found := equal_heights(network, before, search):
+        return found
+    search.go_on()
+    if found := _angle_unit(network, before, search):
         return found
     search.go_on()
     if found := given_lists(network, before, search):
@@ -250,6 +256,44 @@ def _feet(network: Network, before: float, search: SlipSearch) -> Slip | None:
                 "give the unit in the file",
             )
     return None
+
+
+def _angle_unit(network: Network, before: float, search: SlipSearch) -> Slip | None:
+    """All circle readings in another unit of angle, if one explains the misfit."""
+    circle = [o.rows == 1 and _is_reading(o) and len(o) > 0 for o in network.observations]
+    if not any(circle):
+        return None
+    ways: tuple[tuple[str, Callable[[Array], Array]], ...] = (
+        ("the angles are in degrees and were taken for gon", lambda v: v / 0.9),
+        ("the angles are in gon and were taken for degrees", lambda v: v * 0.9),
+        ("the angles are degrees, minutes and seconds and were taken for decimals", _unpacked),
+    )
+    good: list[tuple[str, float]] = []
+    for words, read in ways:
+        observations = tuple(
+            replace(o, values=read(o.values)) if c else o
+            for o, c in zip(network.observations, circle, strict=True)
+        )
+        turned = [o.values for o, c in zip(observations, circle, strict=True) if c]
+        if any(not np.isfinite(v).all() or v.max() > _ROUND for v in turned):
+            continue
+        after = search.explained(replace(network, observations=observations), before)
+        if after is not None:
+            good.append((words, after))
+    if len(good) != 1:
+        return None
+    words, after = good[0]
+    cure = "give the unit of the angles in the file"
+    return Slip(words, "read so,", before, after, cure, "angle_unit")
+
+
+def _unpacked(values: Array) -> Array:
+    """Angles [rad] of which the decimals of the degrees are minutes and seconds; NaN if not."""
+    total = np.rint(np.degrees(values) * 1e8)
+    degrees, rest = np.divmod(total, 1e8)
+    minutes, seconds = np.divmod(rest, 1e6)
+    read: Array = np.radians(degrees + minutes / 60 + seconds / 1e4 / 3600)
+    return np.where((minutes < 60) & (seconds < 60e4), read, np.nan)
 
 
 # names
