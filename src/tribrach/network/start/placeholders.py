@@ -341,8 +341,9 @@ def _agreeing(
         factor = (v[second] - v[first]) / (u[second] - u[first])
         stretch = np.abs(factor)
         factor = factor if not scaled else factor / stretch
-    middle = (u[first] + u[second]) / 2, (v[first] + v[second]) / 2
-    left = np.abs(v - (middle[1][:, None] + factor[:, None] * (u - middle[0][:, None])))
+        middle = (u[first] + u[second]) / 2, (v[first] + v[second]) / 2
+        # two places that coincide give no factor, and nothing that is near
+        left = np.abs(v - (middle[1][:, None] + factor[:, None] * (u - middle[0][:, None])))
     inside = np.nan_to_num(left, nan=np.inf) <= limits
     count = inside.sum(axis=1)
     most = int(count.max(initial=0))
