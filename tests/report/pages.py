@@ -258,7 +258,8 @@ def _registration(name: Naming) -> str:
     pairs.append(CloudPair(stations[0], stations[3], None, (), (refused,)))
     found = CloudRegistration(pairs, consistency, [group, alone], (name(11), refused))
     scans: Any = {
-        s: SimpleNamespace(path=Path(s.replace("/", "|")), no_return=None) for s in stations
+        s: SimpleNamespace(path=Path(s.replace("/", "|")), no_return=None, remarks=[])
+        for s in stations
     }
     return register_answer(RegisteredFiles(scans, dict.fromkeys(stations, 9), found)).page()
 
