@@ -37,6 +37,7 @@ from tribrach.registration.clouds.proposals import Choice
 from tribrach.registration.clouds.reference import PlacedOn, ReferenceOffset
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.together import (
+    HELD_TURN,
     CloudGroup,
     CloudRegistration,
     register_clouds,
@@ -55,8 +56,6 @@ _DRAWN, _STANDING = 1500, 0.5
 
 #: a reference is read so many radii of a scan and sigmas of the approximate poses around these
 _SEEN, _AROUND = 2.0, 5.0
-#: a turn with a larger sigma is held by nothing: a covariance is that of small angles [rad]
-_HELD_TURN = 0.2
 
 
 @dataclass(frozen=True)
@@ -285,7 +284,7 @@ def _refuse_unheld(registration: CloudRegistration) -> None:
         for group in joined
         for name in group.stations[1:]
     ]
-    if turns and min(turns) > _HELD_TURN:
+    if turns and min(turns) > HELD_TURN:
         raise InputError(
             "what these scans have in common does not hold how they are turned: "
             + "; ".join(registration.sentences[:3]),

@@ -53,6 +53,11 @@ class CloudEdge:
     covariance: Array
 
     @property
+    def turn_sigma(self) -> float:
+        """Of the turn, about all axes together [rad]."""
+        return float(np.sqrt(np.trace(self.covariance[3:, 3:])))
+
+    @property
     def ends(self) -> frozenset[str]:
         """Names of both stations."""
         return frozenset((self.first, self.second))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from tribrach._types import Array, Progress
 from tribrach.comparison.station_pair import StationPair, along_normals
+from tribrach.errors import NotConverged
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.survey import Survey
@@ -74,6 +75,8 @@ class DifferenceGates:
 
 
 GATES = DifferenceGates()
+#: a turn with a larger sigma is held by nothing: a covariance is that of small angles [rad]
+HELD_TURN = 0.2
 
 
 @dataclass(frozen=True)
@@ -264,10 +267,23 @@ def settled(
     by_name = {one.name: one for one in (*(r.scan for r in references), *scans)}
     frames = {reference.name: reference.observe for reference in references}
     tried = [(p.a, p.b) for p in pairs]
-    hung = [
-        _group(by_name, group, consistency.used, tried, progress, frames)
-        for group in groups(list(by_name), consistency.used)
-    ]
+    used, loose = consistency.used, tuple[CloudEdge, ...]()
+
+    def placed() -> list[CloudGroup]:
+        return [
+            _group(by_name, group, used, tried, progress, frames)
+            for group in groups(list(by_name), used)
+        ]
+
+    try:
+        hung = placed()
+    except NotConverged:
+        # a turn that is open by more than a small angle has no linear equation
+        loose = tuple(e for e in used if e.turn_sigma > HELD_TURN)
+        if not loose:
+            raise
+        used = tuple(e for e in used if e.turn_sigma <= HELD_TURN)
+        hung = placed()
     # scans in the frame of a reference go first
     hung.sort(key=lambda group: not (frames.keys() & group.poses.keys() and group.adjustment))
     offsets = [
@@ -283,6 +299,11 @@ def settled(
     sentences = [s for p in pairs if p.fit for s in p.sentences]
     sentences += _refusals(pairs, hung, frames)
     sentences += consistency.sentences
+    sentences += [
+        f"{e.first} and {e.second} are not joined: what they have in common does not hold how they "
+        "are turned"
+        for e in loose
+    ]
     for group in hung:
         sentences += [
             Sentence(
