@@ -67,11 +67,11 @@ def test_the_example_of_two_faces():
         *readings([A, A], [1, 2], np.array([123.4567, 323.4633]) * GON,
                  np.array([88.1234, 311.8806]) * GON)
     )  # fmt: skip
-    cells = found.cells
-    np.testing.assert_allclose(cells.zenith / GON, [88.1214], atol=1e-9)
-    np.testing.assert_allclose(cells.direction / GON, [123.46], atol=1e-9)
-    np.testing.assert_allclose(cells.half_zenith / GON, [0.0020], atol=1e-9)
-    np.testing.assert_allclose(cells.half_direction / GON, [-0.0033], atol=1e-9)
+    circle, level, _ = found.cells
+    np.testing.assert_allclose(level.value / GON, [88.1214], atol=1e-9)
+    np.testing.assert_allclose(circle.value / GON, [123.46], atol=1e-9)
+    np.testing.assert_allclose(found.axes.half_zenith / GON, [0.0020], atol=1e-9)
+    np.testing.assert_allclose(found.axes.half_direction / GON, [-0.0033], atol=1e-9)
     assert found.directions.readings.tolist() == [2]
 
 
@@ -85,11 +85,12 @@ def test_the_mean_of_faces_has_no_axis_errors(h, v, c, i):
     off = c / np.sin(v)
     direction = np.array([h + off, h - off + np.pi]) % (2 * np.pi)
     zenith = np.array([v + i, 2 * np.pi - v + i])
-    found = reduce(*readings([A, A], [1, 2], direction, zenith)).cells
-    assert np.cos(found.direction[0] - h) == pytest.approx(1.0, abs=1e-12)
-    assert found.zenith[0] == pytest.approx(v, abs=1e-12)
-    assert found.half_direction[0] == pytest.approx(off, abs=1e-12)
-    assert found.half_zenith[0] == pytest.approx(i, abs=1e-12)
+    found = reduce(*readings([A, A], [1, 2], direction, zenith))
+    circle, level, _ = found.cells
+    assert np.cos(circle.value[0] - h) == pytest.approx(1.0, abs=1e-12)
+    assert level.value[0] == pytest.approx(v, abs=1e-12)
+    assert found.axes.half_direction[0] == pytest.approx(off, abs=1e-12)
+    assert found.axes.half_zenith[0] == pytest.approx(i, abs=1e-12)
 
 
 def test_fold_and_half_difference():
@@ -136,10 +137,9 @@ def test_a_misread_face_is_out_of_line():
     found, direction, _ = simulate(rng, 2, 6, c=5 * SEC, noise=1 * SEC)
     found[3][3] += 0.1 * GON
     reduced = reduce(*found)
-    cells = reduced.cells
-    far = np.flatnonzero(cells.far_direction)
-    assert [(cells.set[i], cells.target[i]) for i in far] == [(0, 3)]
-    assert not cells.far_zenith.any()
+    cells, level, _ = reduced.cells
+    assert [(cells.circle[i], cells.target[i]) for i in np.flatnonzero(cells.far)] == [(0, 3)]
+    assert not level.far.any()
     assert reduced.axes.collimation == pytest.approx(5 * SEC, abs=2 * SEC)
     # the other set of the target stands in for it
     means = reduced.directions
@@ -154,7 +154,7 @@ def test_a_misread_face_is_out_of_line():
 def test_faces_to_different_targets_are_not_averaged_in():
     """With one pair only, half a degree is the limit."""
     found = reduce(*readings([A, A], [1, 2], [1.0, 1.2 + np.pi], [1.5, 2 * np.pi - 1.5]))
-    assert found.cells.far_direction.tolist() == [True]
+    assert found.cells[0].far.tolist() == [True]
     assert found.directions.far.tolist() == [True]
 
 

@@ -28,7 +28,7 @@ all three.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -221,6 +221,9 @@ class AxisErrors:
     #: of a reading in one face, from the scatter of the differences
     sigma_direction: float
     sigma_zenith: float
+    #: (n,), half differences of the faces, NaN where only one was read
+    half_direction: Array
+    half_zenith: Array
     #: (n,), of half differences
     residual_direction: Array
     residual_zenith: Array
@@ -277,6 +280,8 @@ def axis_errors(half_direction: Array, half_zenith: Array, zenith: Array) -> Axi
         # a half difference has half the variance of a reading
         sigma_direction=float(np.sqrt(2) * s_direction),
         sigma_zenith=float(np.sqrt(2) * s_zenith),
+        half_direction=half_direction,
+        half_zenith=half_zenith,
         residual_direction=residual_direction,
         residual_zenith=residual_zenith,
         far_direction=far_direction,
@@ -314,31 +319,6 @@ def _fit(design: Array, values: Array, use: NDArray[np.bool_]) -> tuple[Array, A
 
 
 @dataclass(frozen=True)
-class TargetMeans:
-    """n means of a target in one set of one set-up."""
-
-    #: (n,), indices
-    setup: Index
-    set: Index
-    target: Index
-    #: (n,), means of the faces, or the value of the one face that was read [rad]
-    direction: Array
-    zenith: Array
-    distance: Array  #: (n,), mean [m]
-    #: (n,), half differences of the faces [rad], NaN where only one was read
-    half_direction: Array
-    half_zenith: Array
-    #: (n,), how many readings
-    directions: Index
-    zeniths: Index
-    distances: Index
-    first: Index  #: (n,), index of the first reading
-    #: (n,), true where the faces are too far apart
-    far_direction: NDArray[np.bool_]
-    far_zenith: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
 class Closures:
     """n closed horizons."""
 
@@ -365,24 +345,29 @@ class SetupReduction:
 
 @dataclass(frozen=True)
 class Means:
-    """n values for the network."""
+    """n means of the readings of a target."""
 
     #: (n,), indices
     setup: Index
     target: Index
-    #: (n,), round within the set-up, counted from 0: directions of one round share an orientation
+    #: (n,), set, or round within the set-up: directions of one round share an orientation
     circle: Index
-    value: Array  #: (n,), [rad or m]
+    value: Array  #: (n,), [rad or m], NaN where it was not read
     readings: Index  #: (n,), how many readings it is the mean of
     first: Index  #: (n,), index of the first of them
     far: NDArray[np.bool_]  #: (n,), true if the faces of all its readings were too far apart
+
+
+#: directions, zenith angles and distances of the same n targets in the same sets; means of the
+#: faces, or the value of the one face that was read
+Cells = tuple[Means, Means, Means]
 
 
 @dataclass(frozen=True)
 class Reduction:
     """All results of the readings of a file."""
 
-    cells: TargetMeans  #: means of faces for each target of each set
+    cells: Cells  #: for each target of each set
     axes: AxisErrors  #: axis errors of the instrument
     closures: Closures  #: closed horizons
     setups: tuple[SetupReduction, ...]  #: adjusted rounds, one for each set-up
@@ -415,23 +400,23 @@ def reduce(
     folded, zenith = fold(direction, zenith, face)
     keys = np.stack([setup, number, target], axis=1)
     cells, axes = _cells(keys, face, folded, zenith, distance)
-    setups, circles = [], np.zeros(len(cells.setup), dtype=np.int64)
-    direction = cells.direction.copy()
-    for rows in _by_setup(cells.setup):
+    circle, level, length = cells
+    setups, circles = [], np.zeros_like(circle.setup)
+    turned = circle.value.copy()
+    for rows in _by_setup(circle.setup):
         setups.append(_rounds(cells, rows))
-        circles[rows] = _circles(cells, rows)
+        circles[rows] = _circles(circle, rows)
         for same in _by_setup(circles[rows]):
-            _turn_to_first(direction, cells, rows[same])
+            _turn_to_first(turned, circle, rows[same])
     whole = circles * 0
-    near = np.zeros_like(cells.far_zenith)
     return Reduction(
         cells,
         axes,
         _closures(keys, face, closing, folded),
         tuple(setups),
-        _means(cells, circles, direction, cells.directions, cells.far_direction, turn=True),
-        _means(cells, whole, cells.zenith, cells.zeniths, cells.far_zenith),
-        _means(cells, whole, cells.distance, cells.distances, near),
+        _means(replace(circle, circle=circles, value=turned), turn=True),
+        _means(replace(level, circle=whole)),
+        _means(replace(length, circle=whole)),
     )
 
 
@@ -462,7 +447,7 @@ def _mean(
 
 def _cells(
     keys: Index, face: NDArray[np.int8], folded: Array, zenith: Array, distance: Array
-) -> tuple[TargetMeans, AxisErrors]:
+) -> tuple[Cells, AxisErrors]:
     """Means of faces for each set-up, set and target, which ``keys`` (n, 3) has."""
     unique, first, cell = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     cell = cell.ravel()
@@ -482,44 +467,33 @@ def _cells(
         np.where(np.isfinite(up[0::2]), up[0::2], up[1::2]),
     )  # fmt: skip
     axes = axis_errors(half_direction, half_zenith, np.where(np.isnan(level), np.pi / 2, level))
-    return TargetMeans(
-        unique[:, 0],
-        unique[:, 1],
-        unique[:, 2],
-        direction,
-        level,
-        distance,
-        half_direction,
-        half_zenith,
-        n_direction[0::2] + n_direction[1::2],
-        n_zenith[0::2] + n_zenith[1::2],
-        n_distance,
-        first,
-        axes.far_direction,
-        axes.far_zenith,
+
+    def means(value: Array, readings: Index, far: NDArray[np.bool_]) -> Means:
+        return Means(unique[:, 0], unique[:, 2], unique[:, 1], value, readings, first, far)
+
+    return (
+        means(direction, n_direction[0::2] + n_direction[1::2], axes.far_direction),
+        means(level, n_zenith[0::2] + n_zenith[1::2], axes.far_zenith),
+        means(distance, n_distance, np.zeros(size, dtype=bool)),
     ), axes
 
 
-def _rounds(cells: TargetMeans, rows: Index) -> SetupReduction:
+def _rounds(cells: Cells, rows: Index) -> SetupReduction:
     """Rounds of one set-up."""
-    targets, column = np.unique(cells.target[rows], return_inverse=True)
-    sets, row = np.unique(cells.set[rows], return_inverse=True)
+    targets, column = np.unique(cells[0].target[rows], return_inverse=True)
+    sets, row = np.unique(cells[0].circle[rows], return_inverse=True)
     if len(sets) * len(targets) > MOST_CELLS:
         raise InputError(
             f"a set-up has {len(sets)} sets of {len(targets)} targets, too many for one table",
             cure="split the file at the time of the set-up, or name the sets",
         )
     tables = []
-    for values, far in (
-        (cells.direction, cells.far_direction),
-        (cells.zenith, cells.far_zenith),
-        (cells.distance, np.zeros_like(cells.far_zenith)),
-    ):
+    for means in cells:
         table = np.full((len(sets), len(targets)), np.nan)
-        table[row, column] = np.where(far[rows], np.nan, values[rows])
+        table[row, column] = np.where(means.far[rows], np.nan, means.value[rows])
         tables.append(table)
     return SetupReduction(
-        int(cells.setup[rows[0]]),
+        int(cells[0].setup[rows[0]]),
         targets,
         sets,
         adjust_rounds(tables[0]),
@@ -528,12 +502,12 @@ def _rounds(cells: TargetMeans, rows: Index) -> SetupReduction:
     )
 
 
-def _circles(cells: TargetMeans, rows: Index) -> Index:
+def _circles(cells: Means, rows: Index) -> Index:
     """Round (k,) of the cells of one set-up: sets of the same targets, equally often read."""
     members: dict[int, list[tuple[int, int]]] = {}
-    for i in rows[np.isfinite(cells.direction[rows]) & ~cells.far_direction[rows]]:
-        read_cell = (int(cells.target[i]), int(cells.directions[i]))
-        members.setdefault(int(cells.set[i]), []).append(read_cell)
+    for i in rows[np.isfinite(cells.value[rows]) & ~cells.far[rows]]:
+        read_cell = (int(cells.target[i]), int(cells.readings[i]))
+        members.setdefault(int(cells.circle[i]), []).append(read_cell)
     # a set without a target of those before it goes on with the orientation of the last one
     joined, place, seen = [], dict[int, int](), set[int]()
     for number, read in sorted(members.items()):
@@ -546,23 +520,23 @@ def _circles(cells: TargetMeans, rows: Index) -> Index:
     rounds: dict[tuple[tuple[int, int], ...], int] = {}
     circle = [rounds.setdefault(tuple(sorted(read)), len(rounds)) for read in joined]
     # cells that are far off stand aside where another set has their target
-    out = np.array([circle[place[n]] if (n := int(k)) in place else 0 for k in cells.set[rows]],
+    out = np.array([circle[place[n]] if (n := int(k)) in place else 0 for k in cells.circle[rows]],
                    dtype=np.int64)  # fmt: skip
-    far = cells.far_direction[rows]
+    far = cells.far[rows]
     elsewhere = dict(zip(cells.target[rows][~far].tolist(), out[~far].tolist(), strict=True))
     for i in np.flatnonzero(far):
         out[i] = elsewhere.get(int(cells.target[rows[i]]), int(out[i]))
     return out
 
 
-def _turn_to_first(direction: Array, cells: TargetMeans, rows: Index) -> None:
+def _turn_to_first(direction: Array, cells: Means, rows: Index) -> None:
     """Turn the sets of one round, in place, into the orientation of its first set."""
-    use = rows[np.isfinite(direction[rows]) & ~cells.far_direction[rows]]
+    use = rows[np.isfinite(direction[rows]) & ~cells.far[rows]]
     if not len(use):
         return
     targets, column = np.unique(cells.target[use], return_inverse=True)
     reading = np.zeros(len(use), dtype=np.int64)
-    order = np.lexsort((cells.set[use], column))
+    order = np.lexsort((cells.circle[use], column))
     starts = np.flatnonzero(np.r_[True, np.diff(column[order]) > 0])
     reading[order] = np.arange(len(use)) - np.repeat(starts, np.diff(np.r_[starts, len(use)]))
     # each target was read equally often: the k-th readings belong to one set
@@ -573,27 +547,19 @@ def _turn_to_first(direction: Array, cells: TargetMeans, rows: Index) -> None:
     direction[use] = (direction[use] - turn[reading]) % (2 * np.pi)
 
 
-def _means(
-    cells: TargetMeans,
-    circle: Index,
-    values: Array,
-    counts: Index,
-    far: NDArray[np.bool_],
-    *,
-    turn: bool = False,
-) -> Means:
+def _means(of: Means, *, turn: bool = False) -> Means:
     """Means over sets; faces too far apart take part only where there is nothing else."""
-    known = np.flatnonzero(np.isfinite(values))
-    keys = np.stack([cells.setup[known], circle[known], cells.target[known]], axis=1)
+    known = np.flatnonzero(np.isfinite(of.value))
+    keys = np.stack([of.setup[known], of.circle[known], of.target[known]], axis=1)
     unique, group = np.unique(keys, axis=0, return_inverse=True)
     group = group.ravel()
     size = len(unique)
-    good = np.bincount(group[~far[known]], minlength=size) > 0
-    use = known[~far[known] | ~good[group]]
-    group = group[~far[known] | ~good[group]]
-    mean, readings = _mean(values[use], group, size, turn=turn, weight=counts[use])
+    far = of.far[known]
+    good = np.bincount(group[~far], minlength=size) > 0
+    use, group = known[~far | ~good[group]], group[~far | ~good[group]]
+    mean, readings = _mean(of.value[use], group, size, turn=turn, weight=of.readings[use])
     first = np.full(size, np.iinfo(np.int64).max)
-    np.minimum.at(first, group, cells.first[use])
+    np.minimum.at(first, group, of.first[use])
     mean = mean % (2 * np.pi) if turn else mean
     return Means(unique[:, 0], unique[:, 2], unique[:, 1], mean, readings, first, ~good)
 

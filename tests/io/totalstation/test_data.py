@@ -110,7 +110,7 @@ def test_rounds_of_a_real_network(shared_data):
     assert found.axes.pairs == 700
     assert found.axes.collimation / SEC == pytest.approx(-2.0, abs=0.1)
     assert found.axes.index / SEC == pytest.approx(0.4, abs=0.1)
-    assert not found.cells.far_direction.any()
+    assert not found.cells[0].far.any()
     assert {len(setup.sets) for setup in found.setups} == {7}
     dof = np.array([setup.rounds.dof for setup in found.setups])
     pooled = np.sqrt(np.average([s.rounds.sigma**2 for s in found.setups], weights=dof))

@@ -83,8 +83,8 @@ def reduction_words(reduced: ReducedFile) -> list[str]:
     words = _some(_faces(reduced), reduced.raw.name)
     words += _some(_closures(reduced), reduced.raw.name)
     words += _some(_residuals(reduced), reduced.raw.name)
-    cells, axes = reduced.reduction.cells, reduced.reduction.axes
-    single = np.isfinite(cells.zenith) & np.isnan(cells.half_zenith)
+    axes = reduced.reduction.axes
+    single = np.isfinite(reduced.reduction.cells[1].value) & np.isnan(axes.half_zenith)
     significant = abs(axes.index) > 3 * axes.sigma_index
     if axes.pairs and single.any() and significant:
         words.append(
@@ -110,15 +110,15 @@ def hanging_words(names: list[str]) -> str:
 
 
 def _faces(reduced: ReducedFile) -> list[str]:
-    cells, axes = reduced.reduction.cells, reduced.reduction.axes
+    circle, level, _ = reduced.reduction.cells
+    axes = reduced.reduction.axes
     out: list[str] = []
-    for what, far, half in (
-        ("directions", cells.far_direction, cells.half_direction),
-        ("zenith angles", cells.far_zenith, cells.half_zenith),
+    for what, cells, half, usual in (
+        ("directions", circle, axes.half_direction, axes.collimation),
+        ("zenith angles", level, axes.half_zenith, axes.index),
     ):
-        usual = axes.collimation if what == "directions" else axes.index
         usual = 0.0 if np.isnan(usual) else usual
-        for i in np.flatnonzero(far):
+        for i in np.flatnonzero(cells.far):
             off = (2 * (half[i] - usual)) / SEC
             out.append(
                 Sentence(

@@ -170,14 +170,15 @@ def _rounds(file: ReducedFile) -> list[Round]:
 
 def _sets(file: ReducedFile) -> list[SetRow]:
     """Rows where faces were paired or sets repeated."""
-    cells = file.reduction.cells
+    cells, level, _ = file.reduction.cells
+    axes = file.reduction.axes
     rows = []
     for setup in file.reduction.setups:
         for i in np.flatnonzero(cells.setup == setup.setup):
-            s = int(np.searchsorted(setup.sets, cells.set[i]))
+            s = int(np.searchsorted(setup.sets, cells.circle[i]))
             t = int(np.searchsorted(setup.targets, cells.target[i]))
             repeated = len(setup.sets) > 1 and setup.zeniths.dof + setup.rounds.dof > 0
-            if not repeated and np.isnan(cells.half_direction[i]):
+            if not repeated and np.isnan(axes.half_direction[i]):
                 continue
             parts = (setup.rounds, setup.zeniths, setup.distances)
             direction, zenith, distance = (p.residual[s, t] if p.dof else np.nan for p in parts)
@@ -185,13 +186,13 @@ def _sets(file: ReducedFile) -> list[SetRow]:
                 SetRow(
                     station=str(file.station[setup.setup]),
                     target=str(file.target[cells.target[i]]),
-                    set=int(cells.set[i]) + 1,
-                    half_direction=cells.half_direction[i],
-                    half_zenith=cells.half_zenith[i],
+                    set=int(cells.circle[i]) + 1,
+                    half_direction=axes.half_direction[i],
+                    half_zenith=axes.half_zenith[i],
                     direction=direction,
                     zenith=zenith,
                     distance=distance,
-                    far=bool(cells.far_direction[i] or cells.far_zenith[i]),
+                    far=bool(cells.far[i] or level.far[i]),
                     source=file.source(int(cells.first[i])),
                 )
             )
