@@ -1,9 +1,10 @@
 """Writes ``docs/project_keys.md``: every key of a project with type, unit, default and meaning.
 
 All of it comes from the models that read project files: types and defaults from their fields,
-meanings from their docstrings, units from the names of the keys.
+meanings from the comments above them, units from the names of the keys.
 """
 
+import inspect
 import re
 import types
 import typing
@@ -82,21 +83,18 @@ def default(field: Any) -> str:
 
 
 def meanings(model: type[BaseModel]) -> dict[str, str]:
-    """What the docstring says of each key."""
+    """What stands above each key in its class; a key without words has those of the key before."""
     said: dict[str, str] = {}
     for base in reversed(model.__mro__):
-        text = getattr(base, "__doc__", None) or ""
-        _, _, attributes = text.partition("Attributes\n")
-        names: list[str] = []
-        for line in attributes.splitlines()[1:]:
-            if re.match(r"    \w[\w, ]*( :.*)?$", line):
-                names = [n.strip() for n in line.split(":")[0].split(",")]
-                said.update(dict.fromkeys(names, ""))
-            elif line.startswith("        ") and line.strip():
-                for name in names:
-                    said[name] = f"{said[name]} {line.strip()}".strip()
-            elif line.strip():
-                break
+        if not issubclass(base, BaseModel) or base is BaseModel:
+            continue
+        words, fresh = "", True
+        for line in inspect.getsource(base).splitlines():
+            if line.startswith("    #:"):
+                words = "" if fresh else words
+                words, fresh = f"{words} {line.strip(' #:')}".strip(), False
+            elif key := re.match(r"    (\w+): [^#]*(?:#: (.*))?", line):
+                said[key[1]], fresh = key[2] or words, True
     return said
 
 

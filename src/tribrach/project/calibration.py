@@ -22,27 +22,16 @@ COMPONENTS = {
 
 
 class Hold(Section):
-    """A component of a station's orientation that is known, exactly unless it has a sigma.
+    """A component of a station's orientation that is known, exactly unless it has a sigma."""
 
-    Attributes
-    ----------
-    station
-        Name of the station.
-    component
-        Of the position (e, n, u), or a turn about these axes (tilt_e, tilt_n, heading).
-    relative_to
-        Another station, in whose frame the component is meant.
-    value_m, value_deg
-        Its value, zero if not given.
-    sigma_mm, sigma_arcsec
-        Its standard deviation.
-    """
-
-    station: str
+    station: str  #: Name of the station.
+    #: Of the position (e, n, u), or a turn about these axes (tilt_e, tilt_n, heading).
     component: Literal["e", "n", "u", "tilt_e", "tilt_n", "heading"]
-    relative_to: str | None = None
+    relative_to: str | None = None  #: Another station, in whose frame the component is meant.
+    #: Its value, zero if not given.
     value_m: float | None = None
     value_deg: float | None = None
+    #: Its standard deviation.
     sigma_mm: PositiveFloat | None = None
     sigma_arcsec: PositiveFloat | None = None
 
@@ -64,44 +53,25 @@ class Hold(Section):
 
 
 class CalibrationSection(Section):
-    """Calibration parameters as unknowns.
+    """Calibration parameters as unknowns."""
 
-    Attributes
-    ----------
-    instrument
-        Whose, a name or several; the only scanner if not given.
-    model
-        Functions of the scanner's errors.
-    parameters
-        Those of the model that are estimated; all of them if not given.
-    leave_out
-        Parameters of the model that are not estimated.
-    unit_lengths_m
-        Unit lengths of the cyclic range errors of some models.
-    per
-        One set for each instrument, or one for each station.
-    scanner
-        With a back face (panoramic) or without (hybrid).
-    open
-        What is done with unknowns that the observations leave open.
-    hold
-        Conditions of orientation.
-    limit_t
-        From which t on a parameter is significant.
-    near_correlation
-        From which correlation on two parameters are called near.
-    """
-
-    instrument: tuple[str, ...] = ()
+    instrument: tuple[str, ...] = ()  #: Whose, a name or several; the only scanner if not given.
+    #: Functions of the scanner's errors.
     model: Literal["nist", "high-end", "paper", "paper-elevation", "lichti"] = "high-end"
+    #: Those of the model that are estimated; all of them if not given.
     parameters: tuple[str, ...] = ()
-    leave_out: tuple[str, ...] = ()
+    leave_out: tuple[str, ...] = ()  #: Parameters of the model that are not estimated.
+    #: Unit lengths of the cyclic range errors of some models.
     unit_lengths_m: tuple[PositiveFloat, ...] = ()
+    #: One set for each instrument, or one for each station.
     per: Literal["instrument", "station"] = "instrument"
+    #: With a back face (panoramic) or without (hybrid).
     scanner: Literal["panoramic", "hybrid"] = "panoramic"
+    #: What is done with unknowns that the observations leave open.
     open: Literal["refuse", "minimum-norm"] = "refuse"
-    hold: tuple[Hold, ...] = ()
-    limit_t: PositiveFloat = 3.29
+    hold: tuple[Hold, ...] = ()  #: Conditions of orientation.
+    limit_t: PositiveFloat = 3.29  #: From which t on a parameter is significant.
+    #: From which correlation on two parameters are called near.
     near_correlation: NonNegativeFloat = 0.95
 
     @field_validator("near_correlation")

@@ -29,6 +29,7 @@ _LONGEST = 2000
 class _Decision(Section):
     """What every decision has."""
 
+    #: Why, who says so, and when.
     reason: str = Field(min_length=1, max_length=_LONGEST)
     by: str = Field(default="", max_length=_LONGEST)
     # strict: pydantic would take numbers for seconds since 1970
@@ -48,60 +49,28 @@ class _Decision(Section):
 
 
 class ObservationEdit(_Decision):
-    """The use of an observation.
+    """The use of an observation."""
 
-    Attributes
-    ----------
-    observation
-        Its id, or the ``file:line`` where one or several stand.
-    use
-        ``off``, ``check`` or ``active``.
-    reason, by, at
-        Why, who says so, and when.
-    """
-
+    #: Its id, or the ``file:line`` where one or several stand.
     observation: str = Field(min_length=1)
-    use: Literal["off", "check", "active"]
+    use: Literal["off", "check", "active"]  #: ``off``, ``check`` or ``active``.
 
 
 class RoleEdit(_Decision):
-    """What the given coordinates of a point are for.
+    """What the given coordinates of a point are for."""
 
-    Attributes
-    ----------
-    point
-        Its name.
-    role
-        ``control``, ``check`` or ``free``.
-    reason, by, at
-        Why, who says so, and when.
-    """
-
-    point: str = Field(min_length=1)
-    role: PointRole
+    point: str = Field(min_length=1)  #: Its name.
+    role: PointRole  #: ``control``, ``check`` or ``free``.
 
 
 class TargetEdit(_Decision):
-    """What a target is that was found in a scan.
+    """What a target is that was found in a scan."""
 
-    Attributes
-    ----------
-    scan
-        Name of the scan.
-    center
-        Where it was found, x, y, z in the scanner frame [m].
-    name
-        Its name; without one it keeps the name that is found for it.
-    accept
-        False if it is none, or is not to be used.
-    reason, by, at
-        Why, who says so, and when.
-    """
-
-    scan: str = Field(min_length=1)
-    center: tuple[float, float, float]
+    scan: str = Field(min_length=1)  #: Name of the scan.
+    center: tuple[float, float, float]  #: Where it was found, x, y, z in the scanner frame [m].
+    #: Its name; without one it keeps the name that is found for it.
     name: str | None = Field(default=None, min_length=1)
-    accept: bool = True
+    accept: bool = True  #: False if it is none, or is not to be used.
 
     @model_validator(mode="after")
     def _one_thing(self) -> Self:
@@ -113,14 +82,9 @@ class TargetEdit(_Decision):
 
 
 class Edits(Section):
-    """All decisions of a file, in its order.
+    """All decisions of a file, in its order."""
 
-    Attributes
-    ----------
-    edit, role, target
-        Of observations, points and found targets.
-    """
-
+    #: Of observations, points and found targets.
     edit: tuple[ObservationEdit, ...] = ()
     role: tuple[RoleEdit, ...] = ()
     target: tuple[TargetEdit, ...] = ()

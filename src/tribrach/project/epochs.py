@@ -12,43 +12,27 @@ from tribrach.project.sections import Section
 
 
 class EpochSection(Section):
-    """An earlier epoch, and how the project is compared with it.
+    """An earlier epoch, and how the project is compared with it."""
 
-    Attributes
-    ----------
-    against
-        Files of the earlier epoch: project, epoch file, survey files, result of GNU Gama, SINEX, or
-        coordinates with covariance matrix.
-    datum
-        Free, so that control of both epochs is tested like all other points, or control as given.
-    references
-        Points that are taken as stable until a test says otherwise; control of both epochs, or
-        all points, if empty.
-    coordinates
-        Heights, plan or 3D; all that both epochs have if not given.
-    free
-        Further motions of the whole that are taken out, such as scale.
-    power
-        Probability with which a minimal detectable displacement is found.
-    posterior
-        True for variances and tests a posteriori.
-    together
-        True for one confidence of the tests of all points together, instead of each.
-    most_moved
-        Reference points that may have moved; the smaller half if not given.
-    systematic_mm, systematic_up_mm
-        Bounds of what may be systematic in a difference, in E and N, and in U.
-    """
-
+    #: Files of the earlier epoch: project, epoch file, survey files, result of GNU Gama, SINEX, or
+    #: coordinates with covariance matrix.
     against: tuple[str, ...] = Field(min_length=1)
+    #: Free, so that control of both epochs is tested like all other points, or control as given.
     datum: Literal["free", "control"] = "free"
+    #: Points that are taken as stable until a test says otherwise; control of both epochs, or all
+    #: points, if empty.
     references: tuple[str, ...] = ()
+    #: Heights, plan or 3D; all that both epochs have if not given.
     coordinates: Literal["heights", "plan", "3D"] | None = None
-    free: tuple[str, ...] = ()
+    free: tuple[str, ...] = ()  #: Further motions of the whole that are taken out, such as scale.
+    #: Probability with which a minimal detectable displacement is found.
     power: float = Field(default=0.8, gt=0.05, lt=1)
-    posterior: bool = False
+    posterior: bool = False  #: True for variances and tests a posteriori.
+    #: True for one confidence of the tests of all points together, instead of each.
     together: bool = False
+    #: Reference points that may have moved; the smaller half if not given.
     most_moved: int | None = Field(default=None, ge=1, le=1000)
+    #: Bounds of what may be systematic in a difference, in E and N, and in U.
     systematic_mm: NonNegativeFloat = 0.0
     systematic_up_mm: NonNegativeFloat | None = None
 

@@ -14,23 +14,12 @@ Name = Annotated[str, Field(min_length=1)]
 
 
 class Receiver(Section):
-    """A receiver over a point: its observation file, its antenna.
+    """A receiver over a point: its observation file, its antenna."""
 
-    Attributes
-    ----------
-    point
-        Name of the point.
-    file
-        RINEX file of its observations.
-    antenna
-        Model of the antenna, that of the file's header if not given.
-    antenna_height_m
-        Height of its reference point over the mark, that of the file's header if not given.
-    """
-
-    point: Name
-    file: Name
-    antenna: str | None = None
+    point: Name  #: Name of the point.
+    file: Name  #: RINEX file of its observations.
+    antenna: str | None = None  #: Model of the antenna, that of the file's header if not given.
+    #: Height of its reference point over the mark, that of the file's header if not given.
     antenna_height_m: float | None = Field(default=None, ge=-10, lt=100)
 
 
@@ -54,51 +43,24 @@ class GnssSession(Section):
 
 
 class GnssSection(Section):
-    """How baselines are computed, and from what.
+    """How baselines are computed, and from what."""
 
-    Attributes
-    ----------
-    sessions
-        Receivers that observed together.
-    navigation
-        Broadcast orbits of all sessions, and precise ones (SP3).
-    mask_deg
-        Lowest elevation of satellites.
-    frequencies
-        How many are used.
-    systems
-        Letters of the satellite systems.
-    atmosphere
-        False leaves models of troposphere and ionosphere out.
-    ratio
-        From which ratio on ambiguities are fixed.
-    sigma_factor
-        Factor on formal standard deviations.
-    antex
-        File of antenna corrections.
-    engine
-        The program that computes baselines.
-    time_limit_s
-        Longest time for one run of the engine.
-    alternatives
-        Doubtful baselines are computed in other ways too, and the best is taken.
-    pieces
-        Check sigmas by computing pieces of each session.
-    """
-
-    sessions: tuple[GnssSession, ...] = ()
-    navigation: tuple[str, ...] = ()
-    mask_deg: float = Field(default=15.0, ge=0, le=60)
-    frequencies: Literal[1, 2, 3] = 2
+    sessions: tuple[GnssSession, ...] = ()  #: Receivers that observed together.
+    navigation: tuple[str, ...] = ()  #: Broadcast orbits of all sessions, and precise ones (SP3).
+    mask_deg: float = Field(default=15.0, ge=0, le=60)  #: Lowest elevation of satellites.
+    frequencies: Literal[1, 2, 3] = 2  #: How many are used.
+    #: Letters of the satellite systems.
     systems: str = Field(default="GEJC", pattern="^[GRECJSI]+$")
-    atmosphere: bool = True
-    ratio: float = Field(default=3.0, ge=1)
-    sigma_factor: PositiveFloat | None = None
-    antex: str | None = None
+    atmosphere: bool = True  #: False leaves models of troposphere and ionosphere out.
+    ratio: float = Field(default=3.0, ge=1)  #: From which ratio on ambiguities are fixed.
+    sigma_factor: PositiveFloat | None = None  #: Factor on formal standard deviations.
+    antex: str | None = None  #: File of antenna corrections.
+    #: The program that computes baselines.
     engine: Literal["auto", "pyrtklib", "rnx2rtkp"] = "auto"
-    time_limit_s: PositiveFloat = 600.0
+    time_limit_s: PositiveFloat = 600.0  #: Longest time for one run of the engine.
+    #: Doubtful baselines are computed in other ways too, and the best is taken.
     alternatives: bool = True
-    pieces: bool = True
+    pieces: bool = True  #: Check sigmas by computing pieces of each session.
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

@@ -47,131 +47,87 @@ _LAW = (
 
 
 class Instrument(Section):
-    """Standard deviations of an instrument as it is set up, used where a file gives none.
+    """Standard deviations of an instrument as it is set up, used where a file gives none."""
 
-    Attributes
-    ----------
-    sheet
-        A model whose data sheet gives all figures that are not given here.
-    file
-        An instrument file (:mod:`tribrach.project.instrument_file`); it goes before the sheet.
-    serial
-        Serial number.
-    calibration
-        A calibration file, whose parameters correct what the scanner measures.
-    direction_arcsec, zenith_arcsec
-        Of one reading in one face.
-    direction_both_faces_arcsec, zenith_both_faces_arcsec
-        Of the mean of both faces, as data sheets by ISO 17123-3 or DIN 18723 state it.
-    distance_mm, distance_ppm
-        Of a distance, added linearly.
-    centring_mm, height_mm
-        Of either end of a sight.
-    centring_per
-        What shares one error of centring and height: ``setup`` (tripods: each set-up, and each
-        target seen from it), ``mark`` (forced centring) or ``sight``.
-    levelling_mm_per_sqrt_km
-        Of height differences.
-    range_mm, range_ppm, scan_angle_arcsec
-        Of a single point of a scanner: the noise that is new with every point.
-    range_law_a_mm, range_law_b, range_law_c_mm
-        Noise of ranges by the intensity I, ``a I^b + c``, instead of range_mm and range_ppm for
-        points with an intensity.
-    range_law_from, range_law_to
-        Intensities, in the unit of the scans, from which this law was estimated.
-    range_law_at, range_law_times
-        Growing intensities and factors on this law there, linear in the logarithm of the intensity.
-    range_incidence
-        With ``incidence = true`` range_mm and range_ppm are divided by this power of the cosine of
-        the incidence.
-    range_scale_common_ppm
-        Of the scale of a scanner's ranges, one for all its points and stations.
-    range_zero_common_mm
-        Of the zero of a scanner's ranges, one for all its points and stations.
-    refraction_sigma
-        Of the coefficient of refraction: for each station of a scanner (default none), for each
-        set-up of a total station with sights longer than 150 m (default 0.1).
-    wavelength_um
-        Of a scanner's light [micrometres].
-    reference_temperature_c, reference_pressure_hpa, reference_humidity_percent
-        The air that a scanner computes its ranges for.
-    scan_angle_accuracy_arcsec
-        Of both angles of a scanner as makers state it: noise, and a systematic part that
-        neighbouring points share.
-    beam_exit_mm, beam_divergence_mrad
-        Diameter of the beam at the exit and full angle, which give its footprint.
-    beam_shape
-        How it widens: as a beam with its ``waist`` at the exit, or as a ``cone``.
-    shared_share, shared_angle_mrad
-        Share of the range variance that neighbouring points have in common (default: all where
-        beams overlap), and over which angle (0: width of the beam).
-    target_floor_mm
-        Added to target centres.
-    levelling_arcsec
-        Of the compensator.
-    magnification
-        Of the telescope.
-    gnss_plan_mm, gnss_up_mm
-        Of GNSS positions.
-    gnss_common_share
-        Share of their variance that one session has in common.
-    rod_mm, bubble_arcmin, eccentricity_mm
-        Of targets on rods.
-    refraction
-        Coefficient of refraction.
-    source
-        Where these figures come from.
-    """
-
-    sheet: str | None = None
+    sheet: str | None = None  #: A model whose data sheet gives all figures that are not given here.
+    #: An instrument file (:mod:`tribrach.project.instrument_file`); it goes before the sheet.
     file: str | None = None
-    serial: str = ""
+    serial: str = ""  #: Serial number.
+    #: A calibration file, whose parameters correct what the scanner measures.
     calibration: str | None = None
+    #: Of one reading in one face.
     direction_arcsec: PositiveFloat | None = None
     zenith_arcsec: PositiveFloat | None = None
+    #: Of the mean of both faces, as data sheets by ISO 17123-3 or DIN 18723 state it.
     direction_both_faces_arcsec: PositiveFloat | None = None
     zenith_both_faces_arcsec: PositiveFloat | None = None
+    #: Of a distance, added linearly.
     distance_mm: PositiveFloat | None = None
     distance_ppm: NonNegativeFloat = 0.0
-    centring_mm: NonNegativeFloat = 0.0
+    centring_mm: NonNegativeFloat = 0.0  #: Of either end of a sight.
+    #: What shares one error of centring and height: ``setup`` (tripods: each set-up, and each
+    #: target seen from it), ``mark`` (forced centring) or ``sight``.
     centring_per: CentringPer = "setup"
-    height_mm: NonNegativeFloat = 0.0
-    levelling_mm_per_sqrt_km: PositiveFloat | None = None
+    height_mm: NonNegativeFloat = 0.0  #: Of either end of a sight.
+    levelling_mm_per_sqrt_km: PositiveFloat | None = None  #: Of height differences.
+    #: Of a single point of a scanner: the noise that is new with every point.
     range_mm: PositiveFloat | None = None
     range_ppm: NonNegativeFloat = 0.0
+    #: Of the scale of a scanner's ranges, one for all its points and stations.
     range_scale_common_ppm: NonNegativeFloat = 0.0
+    #: Of the zero of a scanner's ranges, one for all its points and stations.
     range_zero_common_mm: NonNegativeFloat = 0.0
+    #: Of the coefficient of refraction: for each station of a scanner (default none), for each
+    #: set-up of a total station with sights longer than 150 m (default 0.1).
     refraction_sigma: NonNegativeFloat | None = None
+    #: Of a scanner's light [micrometres].
     wavelength_um: float = Field(default=0.658, ge=0.4, le=1.7)
+    #: The air that a scanner computes its ranges for.
     reference_temperature_c: float = 12.0
     reference_pressure_hpa: PositiveFloat = 1013.25
     reference_humidity_percent: float = Field(default=60.0, ge=0, le=100)
+    #: Of a single point of a scanner: the noise that is new with every point.
     scan_angle_arcsec: PositiveFloat | None = None
+    #: Of both angles of a scanner as makers state it: noise, and a systematic part that
+    #: neighbouring points share.
     scan_angle_accuracy_arcsec: PositiveFloat | None = None
+    #: Noise of ranges by the intensity I, ``a I^b + c``, instead of range_mm and range_ppm for
+    #: points with an intensity.
     range_law_a_mm: NonNegativeFloat | None = None
     range_law_b: float | None = None
     range_law_c_mm: NonNegativeFloat | None = None
+    #: Intensities, in the unit of the scans, from which this law was estimated.
     range_law_from: PositiveFloat | None = None
     range_law_to: PositiveFloat | None = None
+    #: Growing intensities and factors on this law there, linear in the logarithm of the intensity.
     range_law_at: tuple[PositiveFloat, ...] = ()
     range_law_times: tuple[PositiveFloat, ...] = ()
+    #: With ``incidence = true`` range_mm and range_ppm are divided by this power of the cosine of
+    #: the incidence.
     range_incidence: float = Field(default=1.0, ge=0, le=2)
+    #: Diameter of the beam at the exit and full angle, which give its footprint.
     beam_exit_mm: NonNegativeFloat = 0.0
     beam_divergence_mrad: NonNegativeFloat = 0.0
+    #: How it widens: as a beam with its ``waist`` at the exit, or as a ``cone``.
     beam_shape: Literal["waist", "cone"] = "waist"
+    #: Share of the range variance that neighbouring points have in common (default: all where beams
+    #: overlap), and over which angle (0: width of the beam).
     shared_share: float | None = Field(default=None, ge=0, le=1)
     shared_angle_mrad: NonNegativeFloat = 0.0
-    target_floor_mm: NonNegativeFloat = 0.0
-    levelling_arcsec: PositiveFloat | None = None
-    magnification: PositiveFloat | None = None
+    target_floor_mm: NonNegativeFloat = 0.0  #: Added to target centres.
+    levelling_arcsec: PositiveFloat | None = None  #: Of the compensator.
+    magnification: PositiveFloat | None = None  #: Of the telescope.
+    #: Of GNSS positions.
     gnss_plan_mm: PositiveFloat | None = None
     gnss_up_mm: PositiveFloat | None = None
+    #: Share of their variance that one session has in common.
     gnss_common_share: float = Field(default=0.5, ge=0, lt=1)
+    #: Of targets on rods.
     rod_mm: PositiveFloat | None = None
     bubble_arcmin: NonNegativeFloat | None = None
     eccentricity_mm: NonNegativeFloat = 0.0
-    refraction: float = 0.13
-    source: str = ""
+    refraction: float = 0.13  #: Coefficient of refraction.
+    source: str = ""  #: Where these figures come from.
     #: keys that stand in the section itself
     _typed: frozenset[str] = PrivateAttr(default=frozenset())
     #: figures of the instrument file, None before it is read

@@ -47,51 +47,36 @@ class Project(Section):
     Files are relative to the folder of the project. What the project names is read wherever it
     is; results are only written inside the folder, unless the caller names another.
     :func:`~tribrach.job.opened.open_job` reads the files.
-
-    Attributes
-    ----------
-    title, facts
-        Title and further lines of the head of the report.
-    confidence
-        Probability of ellipses, intervals and ellipsoids.
-    truth
-        Truth file of a simulated project, for comparison in the report.
-    edits
-        File of decisions by hand (:mod:`tribrach.project.edits`).
-    site, datum, instruments, points, observations, scans
-        What is given and measured.
-    targets, registration, cloud, comparison
-        What is done with scans.
-    epochs
-        Earlier epochs that the project is compared with.
-    stations, lever_arms, scale_bars, heights, telescopes
-        How scanners were set up, what they carry, known lengths, unknown heights over marks, axes
-        of telescopes.
-    calibration, plan, gnss, adjustment, output
-        What is estimated, planned, computed and written.
     """
 
-    title: str = "Untitled project"
+    title: str = "Untitled project"  #: Title and further lines of the head of the report.
+    #: Probability of ellipses, intervals and ellipsoids.
     confidence: float = Field(default=0.95, gt=0.5, lt=1)
+    #: Title and further lines of the head of the report.
     facts: dict[str, str] = Field(default_factory=dict)
-    truth: str | None = None
-    edits: str = "edits.toml"
+    truth: str | None = None  #: Truth file of a simulated project, for comparison in the report.
+    edits: str = "edits.toml"  #: File of decisions by hand (:mod:`tribrach.project.edits`).
+    #: What is given and measured.
     site: SiteSection = SiteSection()
     datum: DatumSection = DatumSection()
     instruments: dict[str, Instrument] = Field(default_factory=dict)
     points: tuple[PointFile, ...] = ()
     observations: tuple[ObservationFile, ...] = ()
     scans: tuple[ScanFile, ...] = ()
+    #: What is done with scans.
     targets: TargetSection = TargetSection()
     registration: RegistrationSection = RegistrationSection()
     cloud: CloudSection = CloudSection()
     comparison: tuple[ComparisonSection, ...] = ()
-    epochs: tuple[EpochSection, ...] = ()
+    epochs: tuple[EpochSection, ...] = ()  #: Earlier epochs that the project is compared with.
+    #: How scanners were set up, what they carry, known lengths, unknown heights over marks, axes of
+    #: telescopes.
     stations: dict[str, StationSection] = Field(default_factory=dict)
     lever_arms: dict[str, LeverArm] = Field(default_factory=dict)
     scale_bars: tuple[ScaleBar, ...] = ()
     heights: tuple[HeightSection, ...] = ()
     telescopes: dict[str, TelescopeSection] = Field(default_factory=dict)
+    #: What is estimated, planned, computed and written.
     calibration: CalibrationSection | None = None
     plan: PlanSection | None = None
     gnss: GnssSection = GnssSection()

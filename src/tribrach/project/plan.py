@@ -19,27 +19,16 @@ class SceneBody(Section):
     """Something that hides targets or carries them.
 
     A box may be a building, or a room seen from inside.
-
-    Attributes
-    ----------
-    kind
-        Box, rectangle, standing cylinder or sphere.
-    center_m
-        Its centre in the work frame.
-    size_m
-        Width, depth and height of a box, width and height of a rectangle, diameter and
-        height of a cylinder, diameter of a sphere.
-    heading_deg
-        Turns a box counter-clockwise.
-    normal
-        Of a rectangle.
     """
 
+    #: Box, rectangle, standing cylinder or sphere.
     kind: Literal["box", "rectangle", "cylinder", "sphere"]
-    center_m: tuple[float, float, float]
+    center_m: tuple[float, float, float]  #: Its centre in the work frame.
+    #: Width, depth and height of a box, width and height of a rectangle, diameter and height of a
+    #: cylinder, diameter of a sphere.
     size_m: tuple[PositiveFloat, ...]
-    heading_deg: float = 0.0
-    normal: tuple[float, float, float] | None = None
+    heading_deg: float = 0.0  #: Turns a box counter-clockwise.
+    normal: tuple[float, float, float] | None = None  #: Of a rectangle.
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -66,30 +55,18 @@ class SceneBody(Section):
 
 
 class LeverArmPlan(Section):
-    """The calibration of a lever arm: which one, and where its targets may stand.
+    """The calibration of a lever arm: which one, and where its targets may stand."""
 
-    Attributes
-    ----------
-    name
-        Name of the lever arm.
-    gnss
-        Instrument that measures every target and the antenna.
-    targets
-        So many are laid out around the scanner where the project has no points.
-    window_deg
-        Part of the horizon around north where they stand.
-    nearest_m, farthest_m
-        Level distance of these and of proposed places from the scanner.
-    lowest_m, highest_m
-        Their height over the scanner.
-    """
-
-    name: str
-    gnss: str
+    name: str  #: Name of the lever arm.
+    gnss: str  #: Instrument that measures every target and the antenna.
+    #: So many are laid out around the scanner where the project has no points.
     targets: int = Field(default=11, ge=1, le=500)
+    #: Part of the horizon around north where they stand.
     window_deg: float = Field(default=360.0, gt=0, le=360)
+    #: Level distance of these and of proposed places from the scanner.
     nearest_m: PositiveFloat = 5.0
     farthest_m: PositiveFloat = 15.0
+    #: Their height over the scanner.
     lowest_m: float = -1.5
     highest_m: float = 2.5
 
@@ -104,78 +81,48 @@ class LeverArmPlan(Section):
 
 
 class PlanSection(Section):
-    """A network before it is measured.
+    """A network before it is measured."""
 
-    Attributes
-    ----------
-    stations
-        File of coordinates of planned scanner stations.
-    targets
-        Points that they scan, all points of the project if empty.
-    observations
-        Files of planned sights.
-    instrument
-        Of planned stations and observations that name none.
-    faces, sets
-        Of every planned scan.
-    target_points
-        Independent points of one scan on a target; its centre has their mean noise and the whole
-        systematic part of the angles.
-    levelling_arcsec
-        Compensator of planned stations that are not levelled otherwise.
-    longest_m, steepest_deg
-        Limits of scanned targets.
-    scene
-        What hides targets.
-    target_places, station_places
-        Files of coordinates where targets and stations could be.
-    spacing_m
-        Places on the surfaces of the scene instead of a file.
-    add_targets, add_stations, move_targets
-        How many are to be proposed.
-    drop
-        True to name what can be spared.
-    keep
-        Points and stations that stay.
-    criterion, points
-        What is judged, and where.
-    new_points
-        Points that are to be determined newly, which the criterion is then about.
-    lever_arm
-        The lever arm that the plan is about, instead of points.
-    sigma_mm, redundancy, undetected_mm, correlation
-        What is required of the criterion.
-    displacement_mm
-        Instead of ``sigma_mm``: a displacement between two such epochs to be found with 80 %.
-    """
-
-    stations: str | None = None
-    targets: tuple[str, ...] = ()
-    observations: tuple[str, ...] = ()
-    instrument: str | None = None
+    stations: str | None = None  #: File of coordinates of planned scanner stations.
+    targets: tuple[str, ...] = ()  #: Points that they scan, all points of the project if empty.
+    observations: tuple[str, ...] = ()  #: Files of planned sights.
+    instrument: str | None = None  #: Of planned stations and observations that name none.
+    #: Of every planned scan.
     faces: Literal[1, 2] = 1
     sets: PositiveInt = 1
+    #: Independent points of one scan on a target; its centre has their mean noise and the whole
+    #: systematic part of the angles.
     target_points: PositiveInt = 1
+    #: Compensator of planned stations that are not levelled otherwise.
     levelling_arcsec: PositiveFloat | None = None
+    #: Limits of scanned targets.
     longest_m: PositiveFloat = 100.0
     steepest_deg: PositiveFloat = Field(default=60.0, le=90)
-    scene: tuple[SceneBody, ...] = ()
+    scene: tuple[SceneBody, ...] = ()  #: What hides targets.
+    #: Files of coordinates where targets and stations could be.
     target_places: str | None = None
     station_places: str | None = None
+    #: Places on the surfaces of the scene instead of a file.
     spacing_m: PositiveFloat | None = None
+    #: How many are to be proposed.
     add_targets: int = Field(default=0, ge=0, le=50)
     add_stations: int = Field(default=0, ge=0, le=20)
     move_targets: int = Field(default=0, ge=0, le=50)
-    drop: bool = False
-    keep: tuple[str, ...] = ()
+    drop: bool = False  #: True to name what can be spared.
+    keep: tuple[str, ...] = ()  #: Points and stations that stay.
+    #: What is judged, and where.
     criterion: Literal["sigma", "redundancy", "undetected", "correlation"] = "sigma"
     points: tuple[str, ...] = ()
+    #: Points that are to be determined newly, which the criterion is then about.
     new_points: tuple[str, ...] = ()
+    #: The lever arm that the plan is about, instead of points.
     lever_arm: LeverArmPlan | None = None
+    #: What is required of the criterion.
     sigma_mm: PositiveFloat | None = None
     redundancy: NonNegativeFloat | None = Field(default=None, lt=1)
     undetected_mm: PositiveFloat | None = None
     correlation: PositiveFloat | None = Field(default=None, lt=1)
+    #: Instead of ``sigma_mm``: a displacement between two such epochs to be found with 80 %.
     displacement_mm: PositiveFloat | None = None
 
     @model_validator(mode="after")

@@ -111,24 +111,14 @@ def _asks_for_boolean(model: type[BaseModel], name: str) -> bool:
 
 
 class EpochKeys(BaseModel):
-    """Keys of files whose coordinates may be of another frame or epoch than the project.
+    """Keys of files whose coordinates may be of another frame or epoch than the project."""
 
-    Attributes
-    ----------
-    frame
-        Reference frame of the coordinates, that of the site if not given.
-    epoch
-        Decimal year that they hold for, that of the site if not given.
-    velocity_m_per_year
-        Velocity of the marks in ECEF [m/year].
-    plate
-        Instead of a velocity, their plate in PROJ's motion model.
-    """
-
-    frame: str | None = None
+    frame: str | None = None  #: Reference frame of the coordinates, that of the site if not given.
+    #: Decimal year that they hold for, that of the site if not given.
     epoch: float | None = Field(default=None, gt=1900, lt=2200)
+    #: Velocity of the marks in ECEF [m/year].
     velocity_m_per_year: tuple[float, float, float] | None = None
-    plate: str | None = None
+    plate: str | None = None  #: Instead of a velocity, their plate in PROJ's motion model.
 
     @model_validator(mode="after")
     def _one_motion(self) -> Self:
@@ -169,28 +159,16 @@ class EpochKeys(BaseModel):
 
 
 class ListKeys(BaseModel):
-    """Keys of files that hold lists: how they are written, where the file does not tell.
+    """Keys of files that hold lists: how they are written, where the file does not tell."""
 
-    Attributes
-    ----------
-    columns
-        Our names of columns (``point``, ``easting``, ``sigma_n_mm``) and their heads or numbers
-        (from 1) in the file.
-    decimal
-        What stands before decimals.
-    separator
-        What stands between cells: a character, or semicolon, comma, tab, bar or blank.
-    encoding
-        Name of the encoding, such as ``cp1250``.
-    sheet
-        Name of the sheet of a spreadsheet.
-    """
-
+    #: Our names of columns (``point``, ``easting``, ``sigma_n_mm``) and their heads or numbers
+    #: (from 1) in the file.
     columns: dict[str, str | int] = Field(default_factory=dict)
-    decimal: Literal[".", ","] | None = None
+    decimal: Literal[".", ","] | None = None  #: What stands before decimals.
+    #: What stands between cells: a character, or semicolon, comma, tab, bar or blank.
     separator: str | None = None
-    encoding: str | None = None
-    sheet: str | None = None
+    encoding: str | None = None  #: Name of the encoding, such as ``cp1250``.
+    sheet: str | None = None  #: Name of the sheet of a spreadsheet.
 
     @field_validator("separator")
     @classmethod
@@ -224,52 +202,27 @@ def _or(words: Iterable[str]) -> str:
 
 
 class PointFile(EpochKeys, ListKeys, Section):
-    """A list of coordinates and what they are for, unless its column ``role`` says it.
+    """A list of coordinates and what they are for, unless its column ``role`` says it."""
 
-    Attributes
-    ----------
-    file
-        The file.
-    role
-        What its points are for.
-    sigma_plan_mm, sigma_up_mm
-        Standard deviations, in each of easting and northing, and in height, of points without
-        sigmas in the file.
-    sigma_source
-        Source of these; the report names ``assumed ...``.
-    covariance
-        A CSV file with the covariance matrix of its control coordinates.
-    """
-
-    file: str
+    file: str  #: The file.
+    #: What its points are for.
     role: Literal["control", "fixed", "approximate", "check"] = "control"
+    #: Standard deviations, in each of easting and northing, and in height, of points without sigmas
+    #: in the file.
     sigma_plan_mm: PositiveFloat | None = None
     sigma_up_mm: PositiveFloat | None = None
-    sigma_source: str = ""
+    sigma_source: str = ""  #: Source of these; the report names ``assumed ...``.
+    #: A CSV file with the covariance matrix of its control coordinates.
     covariance: str | None = None
 
 
 class ObservationFile(EpochKeys, ListKeys, Section):
-    """A file of observations, or several that belong together.
+    """A file of observations, or several that belong together."""
 
-    Attributes
-    ----------
-    file, files
-        The file, or the files; one of both is given.
-    format
-        Format where the suffix misleads.
-    instrument
-        Name of the instrument, for files without standard deviations and for calibrations.
-    point, base
-        Marks of a solution of RTKLIB, which has no names.
-    sigma_factor
-        Factor on the formal standard deviations of a GNSS solution.
-    stations
-        Stations of a SINEX file that are wanted, all of them if not given.
-    """
-
+    #: The file, or the files; one of both is given.
     file: str | None = None
     files: tuple[str, ...] = ()
+    #: Format where the suffix misleads.
     format: (
         Literal[
             "csv",
@@ -285,10 +238,14 @@ class ObservationFile(EpochKeys, ListKeys, Section):
         ]
         | None
     ) = None
+    #: Name of the instrument, for files without standard deviations and for calibrations.
     instrument: str | None = None
+    #: Marks of a solution of RTKLIB, which has no names.
     point: str = ""
     base: str = ""
+    #: Factor on the formal standard deviations of a GNSS solution.
     sigma_factor: PositiveFloat | None = None
+    #: Stations of a SINEX file that are wanted, all of them if not given.
     stations: tuple[str, ...] = ()
 
     @model_validator(mode="after")
@@ -304,61 +261,30 @@ class ObservationFile(EpochKeys, ListKeys, Section):
 
 
 class Backsight(Section):
-    """A sight of the scanner's telescope to a mark.
+    """A sight of the scanner's telescope to a mark."""
 
-    Attributes
-    ----------
-    to
-        Name of the mark.
-    horizontal_deg
-        Horizontal angle, counter-clockwise from the x axis of the scanner.
-    height_target_m
-        Height of the target over the mark.
-    pointings
-        Number of pointings that were averaged.
-    sigma_arcsec
-        Of the horizontal angle; default: 60 arcsec over the magnification and the root of the
-        pointings.
-    """
-
-    to: str
+    to: str  #: Name of the mark.
+    #: Horizontal angle, counter-clockwise from the x axis of the scanner.
     horizontal_deg: float = Field(ge=-360, le=360)
-    height_target_m: float = 0.0
-    pointings: int = Field(default=1, ge=1)
+    height_target_m: float = 0.0  #: Height of the target over the mark.
+    pointings: int = Field(default=1, ge=1)  #: Number of pointings that were averaged.
+    #: Of the horizontal angle; default: 60 arcsec over the magnification and the root of the
+    #: pointings.
     sigma_arcsec: PositiveFloat | None = None
 
 
 class StationSection(Section):
-    """A scanner station: how it was set up and what it carries.
+    """A scanner station: how it was set up and what it carries."""
 
-    Attributes
-    ----------
-    levelled
-        True if its compensator kept it upright.
-    levelling_arcsec
-        Standard deviation of the compensator, the instrument's if not given.
-    instrument
-        Name of the instrument.
-    lever_arm
-        Name of the lever arm of the antenna or prism on the scanner.
-    mounted_point
-        Name of the antenna or prism in observations to it.
-    occupies
-        The mark that the scanner stands over.
-    height_m
-        Height of its centre over this mark.
-    backsights
-        Sights of its telescope.
-    """
-
-    levelled: bool = False
+    levelled: bool = False  #: True if its compensator kept it upright.
+    #: Standard deviation of the compensator, the instrument's if not given.
     levelling_arcsec: PositiveFloat | None = None
-    instrument: str | None = None
-    lever_arm: str | None = None
-    mounted_point: str | None = None
-    occupies: str | None = None
-    height_m: float = 0.0
-    backsights: tuple[Backsight, ...] = ()
+    instrument: str | None = None  #: Name of the instrument.
+    lever_arm: str | None = None  #: Name of the lever arm of the antenna or prism on the scanner.
+    mounted_point: str | None = None  #: Name of the antenna or prism in observations to it.
+    occupies: str | None = None  #: The mark that the scanner stands over.
+    height_m: float = 0.0  #: Height of its centre over this mark.
+    backsights: tuple[Backsight, ...] = ()  #: Sights of its telescope.
 
 
 class ScaleBar(Section):
@@ -371,30 +297,17 @@ class ScaleBar(Section):
 
 
 class HeightSection(Section):
-    """A height of instrument or target that is an unknown of all sights made with it.
+    """A height of instrument or target that is an unknown of all sights made with it."""
 
-    Attributes
-    ----------
-    instrument_at, target_at
-        The mark it stands over; one of both is given.
-    seen_from
-        Of a target: only in sights from these marks.
-    sights_to
-        Of an instrument: only in sights to these marks.
-    files
-        Only in sights of these files; of all files if not given.
-    height_m
-        Measured height or start value; default: the height in the files.
-    sigma_mm
-        Standard deviation of the measured height; without it the height is unknown.
-    """
-
+    #: The mark it stands over; one of both is given.
     instrument_at: str | None = None
     target_at: str | None = None
-    seen_from: tuple[str, ...] = ()
-    sights_to: tuple[str, ...] = ()
-    files: tuple[str, ...] = ()
+    seen_from: tuple[str, ...] = ()  #: Of a target: only in sights from these marks.
+    sights_to: tuple[str, ...] = ()  #: Of an instrument: only in sights to these marks.
+    files: tuple[str, ...] = ()  #: Only in sights of these files; of all files if not given.
+    #: Measured height or start value; default: the height in the files.
     height_m: float | None = Field(default=None, gt=-1e4, lt=1e4)
+    #: Standard deviation of the measured height; without it the height is unknown.
     sigma_mm: PositiveFloat | None = None
 
     @model_validator(mode="after")
@@ -413,21 +326,15 @@ class TelescopeSection(Section):
 
     A value with a sigma is observed, with a sigma of zero held, without one it is where to start
     from.
-
-    Attributes
-    ----------
-    offset_m, sigma_offset_mm
-        Of the elevation axis from the azimuth axis, positive ahead.
-    non_orthogonality_arcsec, sigma_non_orthogonality_arcsec
-        Of the axes, positive where the right end of the elevation axis is high.
-    tilt_east_arcsec, tilt_north_arcsec, sigma_tilt_arcsec
-        How the azimuth axis leans.
     """
 
+    #: Of the elevation axis from the azimuth axis, positive ahead.
     offset_m: float | None = Field(default=None, gt=-100, lt=100)
     sigma_offset_mm: NonNegativeFloat | None = None
+    #: Of the axes, positive where the right end of the elevation axis is high.
     non_orthogonality_arcsec: float | None = Field(default=None, ge=-7200, le=7200)
     sigma_non_orthogonality_arcsec: NonNegativeFloat | None = None
+    #: How the azimuth axis leans.
     tilt_east_arcsec: float | None = Field(default=None, ge=-7200, le=7200)
     tilt_north_arcsec: float | None = Field(default=None, ge=-7200, le=7200)
     sigma_tilt_arcsec: NonNegativeFloat | None = None
@@ -447,34 +354,17 @@ class TelescopeSection(Section):
 
 
 class AdjustmentSection(Section):
-    """What is done besides adjusting.
+    """What is done besides adjusting."""
 
-    Attributes
-    ----------
-    snoop
-        Blunders are switched off, one by one.
-    robust
-        Reweighting that points at blunders.
-    vce
-        Variance components are estimated.
-    posterior
-        Covariances are scaled by the a-posteriori variance factor.
-    heights
-        Heights of GNSS marks are weighed by the network, or follow a recipe to compare with
-        it.
-    height_mark
-        The mark whose height the recipe keeps.
-    height_station
-        The levelled scan that gives the recipe all other heights.
-    """
-
-    snoop: bool = False
+    snoop: bool = False  #: Blunders are switched off, one by one.
+    #: Reweighting that points at blunders.
     robust: Literal["none", "huber", "danish", "igg3"] = "none"
-    vce: bool = False
-    posterior: bool = False
+    vce: bool = False  #: Variance components are estimated.
+    posterior: bool = False  #: Covariances are scaled by the a-posteriori variance factor.
+    #: Heights of GNSS marks are weighed by the network, or follow a recipe to compare with it.
     heights: Literal["network", "recipe"] = "network"
-    height_mark: str | None = None
-    height_station: str | None = None
+    height_mark: str | None = None  #: The mark whose height the recipe keeps.
+    height_station: str | None = None  #: The levelled scan that gives the recipe all other heights.
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -484,36 +374,21 @@ class AdjustmentSection(Section):
 
 
 class OutputSection(Section):
-    """Folder of the results inside the project's, and how numbers are written in reports.
+    """Folder of the results inside the project's, and how numbers are written in reports."""
 
-    Attributes
-    ----------
-    folder
-        Folder of the results, inside the project's.
-    angle
-        Unit of angles.
-    decimal
-        Between a whole number and its fraction.
-    thousands
-        Between groups of three digits, in numbers of five digits and more.
-    epoch
-        True to write epoch.json, the coordinates with their joint covariance, for later epochs.
-    deliver
-        Formats of offices that the result is written in besides: dxf, landxml, gpkg, geojson,
-        kml, xlsx, csv, list.
-    drawing_scale
-        Denominator of the scale that texts of a drawing print at, such as 500.
-    list_template
-        Line of a list for each point.
-    """
-
+    #: Folder of the results, inside the project's.
     folder: Annotated[str, Field(min_length=1)] = "out"
-    angle: Literal["gon", "deg"] = "gon"
+    angle: Literal["gon", "deg"] = "gon"  #: Unit of angles.
+    #: True to write epoch.json, the coordinates with their joint covariance, for later epochs.
     epoch: bool = False
+    #: Formats of offices that the result is written in besides: dxf, landxml, gpkg, geojson, kml,
+    #: xlsx, csv, list.
     deliver: tuple[DeliveryFormat, ...] = ()
+    #: Denominator of the scale that texts of a drawing print at, such as 500.
     drawing_scale: PositiveFloat | None = None
-    list_template: Annotated[str, Field(min_length=1)] = TEMPLATE
-    decimal: Literal[".", ","] = "."
+    list_template: Annotated[str, Field(min_length=1)] = TEMPLATE  #: Line of a list for each point.
+    decimal: Literal[".", ","] = "."  #: Between a whole number and its fraction.
+    #: Between groups of three digits, in numbers of five digits and more.
     thousands: Literal["", " ", "'", ".", ","] = ""
 
     @model_validator(mode="after")
@@ -549,17 +424,10 @@ class DatumSection(Section):
     """Control as given, inner constraints over points, or points held at their coordinates.
 
     Also written as one string, ``datum = "free:A,B"``.
-
-    Attributes
-    ----------
-    kind
-        Control, free or fixed.
-    points
-        Names of the points that carry a free or fixed datum.
     """
 
-    kind: Literal["control", "free", "fixed"] = "control"
-    points: tuple[str, ...] = ()
+    kind: Literal["control", "free", "fixed"] = "control"  #: Control, free or fixed.
+    points: tuple[str, ...] = ()  #: Names of the points that carry a free or fixed datum.
 
     @model_validator(mode="before")
     @classmethod
@@ -589,29 +457,20 @@ class LeverArm(Section):
 
     Either components with their standard deviations, or the file of a lever arm that another
     project estimated.
-
-    Attributes
-    ----------
-    file
-        File of a lever arm.
-    x_m, y_m, z_m
-        Its components.
-    sigma_mm
-        Standard deviation of all components; one of 0 is held.
-    sigma_x_mm, sigma_y_mm, sigma_z_mm
-        Standard deviation of one component.
-    mounting_mm
-        How well it goes back to its place, where points are mounted on stations.
     """
 
-    file: str | None = None
+    file: str | None = None  #: File of a lever arm.
+    #: Its components.
     x_m: float | None = None
     y_m: float | None = None
     z_m: float | None = None
+    #: Standard deviation of all components; one of 0 is held.
     sigma_mm: NonNegativeFloat | None = None
+    #: Standard deviation of one component.
     sigma_x_mm: NonNegativeFloat | None = None
     sigma_y_mm: NonNegativeFloat | None = None
     sigma_z_mm: NonNegativeFloat | None = None
+    #: How well it goes back to its place, where points are mounted on stations.
     mounting_mm: NonNegativeFloat = 0.1
 
     @model_validator(mode="after")
@@ -635,58 +494,36 @@ class LeverArm(Section):
 
 
 class ScanFile(Section):
-    """A file of scans.
+    """A file of scans."""
 
-    Attributes
-    ----------
-    file
-        The file.
-    scan
-        Name of one scan in a file with several, all of them if not given.
-    station
-        Where it was taken, the name of the scan if not given.
-    instrument
-        Name of the scanner.
-    origin
-        Says that the scanner is at (0, 0, 0) where the format does not, or where it stood
-        among placed points, x, y, z [m] of the file.
-    names
-        Targets by name, each near x, y, z [m] of the scanner frame.
-    face
-        The face that measured the points, for a calibration: front, back, in ``dome`` the
-        back where H is above 180 degrees, or as the ``order`` of rows and columns tells,
-        which makes two scans of one.
-    no_return
-        Leave out or keep points of beams without return (zeros, repeated places, a shell).
-    unit
-        What the coordinates of the file are counted in, such as mm or ft, where it does not say.
-    columns
-        Columns of a file of text, such as ``number y x z - code``, ``-`` for one to leave out.
-    decimal
-        What stands before decimals in a file of text.
-    temperature_c, pressure_hpa, humidity_percent
-        The air at the scanner: ranges are corrected from the reference air of the instrument.
-    air
-        ``header`` takes what is not given of it from the header of the file (E57).
-    sigma_temperature_c, sigma_pressure_hpa
-        Standard deviations of the air along the beams, a scale that all points share.
-    """
-
-    file: str
-    scan: str | None = None
-    station: str | None = None
-    instrument: str | None = None
+    file: str  #: The file.
+    scan: str | None = None  #: Name of one scan in a file with several, all of them if not given.
+    station: str | None = None  #: Where it was taken, the name of the scan if not given.
+    instrument: str | None = None  #: Name of the scanner.
+    #: Says that the scanner is at (0, 0, 0) where the format does not, or where it stood among
+    #: placed points, x, y, z [m] of the file.
     origin: Literal["scanner"] | tuple[float, float, float] | None = None
+    #: Targets by name, each near x, y, z [m] of the scanner frame.
     names: dict[str, tuple[float, float, float]] = Field(default_factory=dict)
+    #: The face that measured the points, for a calibration: front, back, in ``dome`` the back where
+    #: H is above 180 degrees, or as the ``order`` of rows and columns tells, which makes two scans
+    #: of one.
     face: Literal["front", "back", "dome", "order"] = "front"
+    #: Leave out or keep points of beams without return (zeros, repeated places, a shell).
     no_return: Literal["leave out", "keep"] = "leave out"
+    #: What the coordinates of the file are counted in, such as mm or ft, where it does not say.
     unit: str | None = None
+    #: Columns of a file of text, such as ``number y x z - code``, ``-`` for one to leave out.
     columns: str | None = None
+    #: What stands before decimals in a file of text.
     decimal: Literal["point", "comma"] | None = None
+    #: The air at the scanner: ranges are corrected from the reference air of the instrument.
     temperature_c: float | None = Field(default=None, ge=-60, le=80)
     pressure_hpa: float | None = Field(default=None, ge=300, le=1200)
     humidity_percent: float | None = Field(default=None, ge=0, le=100)
+    #: ``header`` takes what is not given of it from the header of the file (E57).
     air: Literal["header"] | None = None
+    #: Standard deviations of the air along the beams, a scale that all points share.
     sigma_temperature_c: NonNegativeFloat = 1.0
     sigma_pressure_hpa: NonNegativeFloat = 1.0
 
@@ -699,27 +536,19 @@ class ScanFile(Section):
 
 
 class TargetSection(Section):
-    """Which targets to look for in every scan; without a size none of that kind.
+    """Which targets to look for in every scan; without a size none of that kind."""
 
-    Attributes
-    ----------
-    sphere_radius_m, checkerboard_side_m, disc_radius_m
-        Sizes of the targets.
-    floor_mm
-        Standard deviation added to every centre, in each coordinate; default: 0.3 for checkerboards
-        and discs, none for spheres.
-    sphere_tolerance_mm
-        Standard deviation of the radius of a sphere as made (method section 6.5).
-    orientation_mm
-        Standard deviation of a board's centre, in each coordinate, by its viewing angle, at 28
-        points per degree.
-    """
-
+    #: Sizes of the targets.
     sphere_radius_m: tuple[PositiveFloat, ...] = ()
     checkerboard_side_m: tuple[PositiveFloat, ...] = ()
     disc_radius_m: tuple[PositiveFloat, ...] = ()
+    #: Standard deviation added to every centre, in each coordinate; default: 0.3 for checkerboards
+    #: and discs, none for spheres.
     floor_mm: NonNegativeFloat | None = None
+    #: Standard deviation of the radius of a sphere as made (method section 6.5).
     sphere_tolerance_mm: NonNegativeFloat = 0.2
+    #: Standard deviation of a board's centre, in each coordinate, by its viewing angle, at 28
+    #: points per degree.
     orientation_mm: NonNegativeFloat = 0.4
 
     @property
@@ -734,38 +563,24 @@ class TargetSection(Section):
 
 
 class RegistrationSection(Section):
-    """What ties the stations to each other: any of targets, planes and clouds, all in one network.
+    """What ties stations to each other: any of targets, planes and clouds, all in one network."""
 
-    Attributes
-    ----------
-    by
-        What ties them.
-    plane_area_m2
-        Planes of a scan smaller than this are not used.
-    plane_floor_mm
-        Least standard deviation of a plane, for what a fit does not see.
-    cloud_floor_mm, cloud_floor_arcsec
-        The same of shift and turn between two clouds.
-    approximate
-        Poses beside the scans or in their headers are proposals among others for clouds.
-    poses
-        Lists of approximate poses, or folders of files with one each, instead of these.
-    pose_sigma_m, pose_sigma_deg
-        What approximate poses may be wrong by, one relative to another.
-    cloud_pairs
-        Pairs of stations to try by clouds and planes: ``proposed`` (promising ones, and those for
-        loops) or ``all``.
-    """
-
-    by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)
-    plane_area_m2: PositiveFloat = 0.5
+    by: tuple[Literal["targets", "planes", "clouds"], ...] = ("targets",)  #: What ties them.
+    plane_area_m2: PositiveFloat = 0.5  #: Planes of a scan smaller than this are not used.
+    #: Least standard deviation of a plane, for what a fit does not see.
     plane_floor_mm: NonNegativeFloat = 0.3
+    #: The same of shift and turn between two clouds.
     cloud_floor_mm: NonNegativeFloat = 1.0
     cloud_floor_arcsec: NonNegativeFloat = 10.0
+    #: Poses beside the scans or in their headers are proposals among others for clouds.
     approximate: bool = True
+    #: Lists of approximate poses, or folders of files with one each, instead of these.
     poses: tuple[str, ...] = ()
+    #: What approximate poses may be wrong by, one relative to another.
     pose_sigma_m: PositiveFloat = 0.25
     pose_sigma_deg: PositiveFloat = 1.25
+    #: Pairs of stations to try by clouds and planes: ``proposed`` (promising ones, and those for
+    #: loops) or ``all``.
     cloud_pairs: Literal["proposed", "all"] = "proposed"
 
     @field_validator("by")
@@ -777,55 +592,31 @@ class RegistrationSection(Section):
 
 
 class CloudSection(Section):
-    """How clouds leave, or that none are wanted with ``write = false``.
+    """How clouds leave, or that none are wanted with ``write = false``."""
 
-    Attributes
-    ----------
-    write
-        True if clouds are written.
-    format
-        Their format; e57 of an E57 source keeps its points byte for byte and gets new
-        poses.
-    frame
-        ``work``, ``projected`` or ``ecef``, the site's own if not given.
-    merged
-        True for one file of all scans.
-    correlations, incidence
-        True for further fields of every point.
-    epoch
-        Decimal year that the coordinates hold for, that of the site if not given.
-    """
-
-    write: bool = True
+    write: bool = True  #: True if clouds are written.
+    #: Their format; e57 of an E57 source keeps its points byte for byte and gets new poses.
     format: Literal["laz", "las", "copc", "ply", "e57"] = "laz"
+    #: ``work``, ``projected`` or ``ecef``, the site's own if not given.
     frame: Literal["work", "projected", "ecef"] | None = None
-    merged: bool = False
+    merged: bool = False  #: True for one file of all scans.
+    #: True for further fields of every point.
     correlations: bool = False
     incidence: bool = False
+    #: Decimal year that the coordinates hold for, that of the site if not given.
     epoch: float | None = Field(default=None, gt=1900, lt=2200)
 
 
 class ComparisonSection(Section):
-    """Two scans, or the scans of two stations, against each other on test sites.
+    """Two scans, or the scans of two stations, against each other on test sites."""
 
-    Attributes
-    ----------
-    a, b
-        The scans or stations; b is the reference.
-    sites
-        CSV file of balls or boxes in the frame of the clouds, chosen from the scans if not
-        given.
-    limit_mm
-        Longest distance that is compared.
-    method
-        c2c, m3c2 or both.
-    """
-
+    #: The scans or stations; b is the reference.
     a: str
     b: str
+    #: CSV file of balls or boxes in the frame of the clouds, chosen from the scans if not given.
     sites: str | None = None
-    limit_mm: PositiveFloat = 200.0
-    method: Literal["c2c", "m3c2", "both"] = "both"
+    limit_mm: PositiveFloat = 200.0  #: Longest distance that is compared.
+    method: Literal["c2c", "m3c2", "both"] = "both"  #: c2c, m3c2 or both.
 
     @model_validator(mode="after")
     def _two(self) -> Self:

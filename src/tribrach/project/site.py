@@ -31,21 +31,14 @@ def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> 
 
 
 class Deflection(Section):
-    """Deflection of the vertical at the site, for everything that is levelled.
+    """Deflection of the vertical at the site, for everything that is levelled."""
 
-    Attributes
-    ----------
-    xi_arcsec, eta_arcsec
-        Towards north and towards east.
-    grid
-        File of geoid heights whose slope is the deflection, instead of numbers.
-    sigma_arcsec
-        Standard deviation of either component, an error that all stations share.
-    """
-
+    #: Towards north and towards east.
     xi_arcsec: float | None = Field(default=None, ge=-120, le=120)
     eta_arcsec: float | None = Field(default=None, ge=-120, le=120)
+    #: File of geoid heights whose slope is the deflection, instead of numbers.
     grid: str | None = None
+    #: Standard deviation of either component, an error that all stations share.
     sigma_arcsec: NonNegativeFloat = 10.0
 
     @model_validator(mode="after")
@@ -57,49 +50,34 @@ class Deflection(Section):
 
 
 class SiteSection(Section):
-    """Where the work frame is.
+    """Where the work frame is."""
 
-    Attributes
-    ----------
-    kind
-        ``flat``: Cartesian E, N, U (crs only for a warning); ``geodetic``: E, N, U around an origin
-        on GRS80; ``projected``: easting, northing, height of a crs, converted point by point in its
-        datum.
-    curvature_radius_m
-        Radius of the Earth for zenith angles on a flat site.
-    latitude_deg, longitude_deg, height_m
-        Origin of a geodetic site; one with a frame and no origin is centred on its
-        geocentric points.
-    crs
-        Coordinate reference system, such as ``EPSG:5897``.
-    geoid_height_m, geoid_grid
-        Make given heights ellipsoidal, by one number or point by point.
-    geoid_sigma_mm, geoid_sigma_grid
-        Standard deviation of the geoid, a number or a grid; it joins the covariance of control
-        heights.
-    geoid_correlation_km
-        Distance at which errors of the geoid share 1/e of their variance.
-    deflection
-        How the plumb line leans against the normal of the ellipsoid, or the third axis.
-    frame
-        Reference frame of geocentric coordinates, transformed to the datum of a crs.
-    epoch
-        Decimal year that coordinates in a dynamic frame hold for.
-    """
-
+    #: ``flat``: Cartesian E, N, U (crs only for a warning); ``geodetic``: E, N, U around an origin
+    #: on GRS80; ``projected``: easting, northing, height of a crs, converted point by point in its
+    #: datum.
     kind: Literal["flat", "geodetic", "projected"] = "flat"
+    #: Radius of the Earth for zenith angles on a flat site.
     curvature_radius_m: PositiveFloat | None = None
+    #: Origin of a geodetic site; one with a frame and no origin is centred on its geocentric
+    #: points.
     latitude_deg: float | None = Field(default=None, ge=-90, le=90)
     longitude_deg: float | None = Field(default=None, ge=-360, le=360)
     height_m: float = 0.0
-    crs: str | None = None
+    crs: str | None = None  #: Coordinate reference system, such as ``EPSG:5897``.
+    #: Make given heights ellipsoidal, by one number or point by point.
     geoid_height_m: float = 0.0
     geoid_grid: str | None = None
+    #: Standard deviation of the geoid, a number or a grid; it joins the covariance of control
+    #: heights.
     geoid_sigma_mm: NonNegativeFloat = 0.0
     geoid_sigma_grid: str | None = None
+    #: Distance at which errors of the geoid share 1/e of their variance.
     geoid_correlation_km: PositiveFloat = 30.0
+    #: How the plumb line leans against the normal of the ellipsoid, or the third axis.
     deflection: Deflection | None = None
+    #: Reference frame of geocentric coordinates, transformed to the datum of a crs.
     frame: str | None = None
+    #: Decimal year that coordinates in a dynamic frame hold for.
     epoch: float | None = Field(default=None, gt=1900, lt=2200)
 
     @model_validator(mode="before")
