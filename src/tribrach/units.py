@@ -126,17 +126,7 @@ def parse_angle(text: str, unit: str) -> float:
 
 
 def format_angle(value: float, unit: str, digits: int = 4) -> str:
-    """The text of an angle.
-
-    Parameters
-    ----------
-    value
-        The angle [rad].
-    unit
-        A suffix of :data:`UNITS`, or ``dms`` for ``D-MM-SS``.
-    digits
-        After the decimal point.
-    """
+    """An angle in a unit of :data:`UNITS`, or as ``D-MM-SS`` in ``dms``, with decimal digits."""
     if unit != "dms":
         return f"{value / UNITS[unit]:.{digits}f}"
     whole = round(abs(value) / SEC, digits)

@@ -14,15 +14,10 @@ class Interruption:
 
     The first one counts. A second Ctrl-C ends the program even while it cleans up; the other
     signals, which come from other programs and often twice, do not.
-
-    Attributes
-    ----------
-    number : int, optional
-        The signal that came; None if none did.
     """
 
     def __init__(self) -> None:
-        self.number: int | None = None
+        self.number: int | None = None  #: the signal that came
 
     def listen(self) -> None:
         """From now on signals raise; those that the caller wants ignored, as nohup, stay so."""

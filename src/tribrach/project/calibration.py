@@ -92,13 +92,7 @@ class CalibrationSection(Section):
         return self
 
     def columns(self) -> CalibrationModel:
-        """The model with the parameters that are estimated.
-
-        Raises
-        ------
-        InputError
-            Parameters that the model does not have, or none left.
-        """
+        """The model with the parameters that are estimated, each of which it has."""
         model = find_model(self.model, self.parameters, self.unit_lengths_m)
         kept = [p for p in model.parameters if p not in model.select(self.leave_out).parameters]
         if not kept:

@@ -112,13 +112,7 @@ class Edits(Section):
         )
 
     def check(self) -> Self:
-        """Refuse two entries about one thing.
-
-        Raises
-        ------
-        InputError
-            With file, line and number of the second one.
-        """
+        """Refuse two entries about one thing, with the line of the second."""
         for table, keys in (
             ("edit", [edit.observation for edit in self.edit]),
             ("role", [role.point for role in self.role]),
@@ -138,23 +132,7 @@ class Edits(Section):
 
 
 def read_edits(path: Path) -> Edits:
-    """Read a file of decisions.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    Edits
-
-    Raises
-    ------
-    InputError
-        Unreadable, not UTF-8, not TOML, a key that is unknown, missing or wrong, a decision without
-        a reason, two about one thing; with the line.
-    """
+    """Read a file of decisions, each with a reason and no two about one thing."""
     data, text = toml_file.load(path, _LARGEST)
     try:
         edits = Edits.model_validate(data)
@@ -165,20 +143,7 @@ def read_edits(path: Path) -> Edits:
 
 
 def edits_text(edits: Edits, old: str = "") -> str:
-    """Write decisions as such a file; what is written is read as the same.
-
-    Parameters
-    ----------
-    edits
-        The decisions.
-    old
-        Text of the file that it takes the place of: its comments stay.
-
-    Returns
-    -------
-    str
-        TOML.
-    """
+    """Decisions as such a file, read as the same; comments of the text ``old`` stay."""
     head = "# Decisions by hand; run and adjust obey them.\n"
     tables = [
         "\n".join([f"[[{table}]]", *_lines(entry), ""])

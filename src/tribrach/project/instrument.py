@@ -190,21 +190,7 @@ class Instrument(Section):
     def with_file(self, given: Mapping[str, Any], source: str) -> Self:
         """Fill in what an instrument file gives: before the sheet, after what is typed here.
 
-        Parameters
-        ----------
-        given
-            Keys and values of its table, as they stand there.
-        source
-            Where its figures come from.
-
-        Returns
-        -------
-        Instrument
-
-        Raises
-        ------
-        pydantic.ValidationError
-            Figures of file and project that do not go together.
+        ``source``: where its figures come from.
         """
         typed = {key: getattr(self, key) for key in self._typed}
         borrowed = {k: v for k, v in _without(given, typed).items() if k != "source"}
@@ -317,13 +303,7 @@ class Instrument(Section):
         )
 
     def common(self, name: str) -> CommonErrors | None:
-        """What all points of a station have in common, None where nothing is given.
-
-        Parameters
-        ----------
-        name
-            Of the instrument in the project.
-        """
+        """What all points of a station have in common, None where nothing is given."""
         bend = self.refraction_sigma or 0.0
         zero = self.range_zero_common_mm * MM
         if not (self.range_scale_common_ppm or bend or zero):
@@ -344,18 +324,7 @@ def _without(figures: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, 
 
 
 def noise_of(model: str | None) -> ScanNoise | None:
-    """Noise of single points of a model with a data sheet, None without a model.
-
-    Parameters
-    ----------
-    model
-        Name of the scanner.
-
-    Raises
-    ------
-    InputError
-        There is no sheet of this model, or it is none of a scanner.
-    """
+    """Noise of single points of a model with a data sheet, None without a model."""
     if model is None:
         return None
     sheet = find_sheet(model)

@@ -32,26 +32,7 @@ class InstrumentFile(Section):
 
 
 def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
-    """Read the figures of an instrument file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Returns
-    -------
-    dict
-        Keys and values as they stand there.
-    str
-        Where they come from: the file's own words, else its name.
-
-    Raises
-    ------
-    InputError
-        Unreadable, larger than any such file, not UTF-8, not TOML, a key that is unknown, missing,
-        wrong or leads to another file; with the line.
-    """
+    """Keys and values of an instrument file, and its source: the file's own words, or its name."""
     data, text = toml_file.load(path, _LARGEST)
     if not isinstance(data.get("instrument"), dict):
         raise InputError(
@@ -79,27 +60,7 @@ def read_instrument_file(path: Path) -> tuple[dict[str, Any], str]:
 def instrument_file_text(
     figures: Mapping[str, float | str | tuple[float, ...]], source: str, sheet: str | None = None
 ) -> str:
-    """Write the figures of an instrument as such a file.
-
-    Parameters
-    ----------
-    figures
-        Keys and values.
-    source
-        Where they come from.
-    sheet
-        A model whose sheet gives what is not among them.
-
-    Returns
-    -------
-    str
-        TOML, six digits of each figure.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        Figures that no instrument has.
-    """
+    """Figures of an instrument as such a file, six digits each; ``sheet`` has the others."""
     table: dict[str, Any] = {"source": source} | ({"sheet": sheet} if sheet else {})
     for key, value in figures.items():
         if isinstance(value, tuple):

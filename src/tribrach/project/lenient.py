@@ -20,19 +20,7 @@ def load_leniently(path: Path, refused: RefusalCollector) -> Project | None:
     """The part of a project file that is right; what is wrong is noted.
 
     Keys that are wrong are left out, and where that leaves a table without what it needs, the
-    table.
-
-    Parameters
-    ----------
-    path
-        The project file.
-    refused
-        Notes everything that is wrong.
-
-    Returns
-    -------
-    Project or None
-        None where the file is no TOML, or where nothing of it can be used.
+    table. None where the file is no TOML, or where nothing of it can be used.
     """
     try:
         _, text = toml_file.load(path)

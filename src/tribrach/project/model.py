@@ -129,18 +129,7 @@ class Project(Section):
         return project.with_instrument_files()
 
     def with_instrument_files(self) -> Self:
-        """Fill in the figures of instruments that stand in files of their own.
-
-        Returns
-        -------
-        Project
-            The project itself where there is nothing to fill in, as after :meth:`load`.
-
-        Raises
-        ------
-        InputError
-            A file that is none, or figures that do not go together with those of the project.
-        """
+        """Fill in the figures of instruments that stand in files of their own, once."""
         unread = {name: i for name, i in self.instruments.items() if not i.file_is_read}
         if not unread:
             return self
@@ -171,13 +160,7 @@ class Project(Section):
 
     @property
     def results(self) -> Path:
-        """Folder of the results.
-
-        Raises
-        ------
-        InputError
-            It lies outside of the project's folder.
-        """
+        """Folder of the results, inside of the project's."""
         folder = self._folder / self.output.folder
         if not folder.resolve().is_relative_to(self._folder.resolve()):
             raise self.error(
@@ -218,13 +201,7 @@ class Project(Section):
         return self._folder / self.edits
 
     def read_edits(self) -> Edits:
-        """Read what was decided by hand.
-
-        Raises
-        ------
-        InputError
-            A file that is named and not there, or cannot be read; with the line.
-        """
+        """Read what was decided by hand."""
         path = self.edits_file
         if path.exists():
             return read_edits(path)

@@ -149,13 +149,7 @@ class PlanSection(Section):
         return self
 
     def required(self, axes: int = 3) -> float | None:
-        """What is required of the criterion [m, or a number].
-
-        Parameters
-        ----------
-        axes
-            Coordinates of a point of the network, in which a displacement is tested.
-        """
+        """What is required of the criterion [m, or a number], ``axes`` of a displacement."""
         if self.displacement_mm is not None:
             return sigma_for_displacement(self.displacement_mm * 1e-3, axes)
         return {

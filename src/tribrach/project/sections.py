@@ -140,13 +140,7 @@ class EpochKeys(BaseModel):
         return None if self.plate is None else Motion(plate=self.plate)
 
     def realisation(self, job: Realisation | None) -> Realisation | None:
-        """Frame and epoch of the file; what it leaves out is that of the job.
-
-        Raises
-        ------
-        InputError
-            It names a frame or epoch and the job has none.
-        """
+        """Frame and epoch of the file; what it leaves out is that of the job."""
         if self.frame is None and self.epoch is None:
             return job
         if job is None:
@@ -402,13 +396,7 @@ class OutputSection(Section):
 
 
 def parse_datum(words: str) -> Datum:
-    """A datum from ``control``, ``free``, ``free:A,B`` or ``fixed:A,B``.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """A datum from ``control``, ``free``, ``free:A,B`` or ``fixed:A,B``."""
     kind, _, rest = words.partition(":")
     kind, names = kind.strip(), tuple(n.strip() for n in rest.split(",") if n.strip())
     if kind == "control" and not names:

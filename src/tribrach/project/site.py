@@ -12,13 +12,7 @@ from tribrach.project.sections import Section
 
 
 def check_reference(crs: str | None, frame: str | None, epoch: float | None) -> None:
-    """A dynamic reference system has its epoch.
-
-    Raises
-    ------
-    ValueError
-        It has none, or the frame is not known.
-    """
+    """Refuse a dynamic reference system without an epoch, and unknown frames."""
     if epoch is None and crs is not None and crs_is_dynamic(crs):
         raise ValueError(
             f"coordinates in {crs} move with time: add the epoch as a decimal year, such as 2026.9"

@@ -32,15 +32,7 @@ _NUL = re.compile(r"\\u0000|\\U00000000")
 
 
 def load(path: Path, most: int = MAX_BYTES) -> tuple[dict[str, Any], str]:
-    """Tables and text of a TOML file.
-
-    most : its largest size [bytes].
-
-    Raises
-    ------
-    InputError
-        Unreadable, empty, too large, not UTF-8, not TOML, a text with the character NUL.
-    """
+    """Tables and text of a TOML file of at most so many bytes."""
     data = read_bytes(path, most)
     try:
         text = data.decode("utf-8-sig")
@@ -125,20 +117,7 @@ def line_of(text: str, keys: Sequence[str | int]) -> int | None:
 
 
 def without(text: str, place: Sequence[str | int]) -> str:
-    """A project file without a key or a table, all other lines where they were.
-
-    Parameters
-    ----------
-    text
-        The file.
-    place
-        Tables and numbers of entries down to the key.
-
-    Returns
-    -------
-    str
-        With blank lines instead; the same text where the key is not found.
-    """
+    """A project file with blank lines in place of a key or a table, if ``place`` leads to one."""
     line = line_of(text, place)
     if line is None:
         return text

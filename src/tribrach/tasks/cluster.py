@@ -283,17 +283,7 @@ class _Cluster:
 
 
 class _Work:
-    """Calls of one task on their way.
-
-    Parameters
-    ----------
-    client
-        Of the scheduler.
-    task, calls, progress
-        See :meth:`tribrach.tasks.engine.Engine.completed`.
-    where
-        Who works, in words.
-    """
+    """Calls of one task on their way; see :meth:`tribrach.tasks.engine.Engine.completed`."""
 
     def __init__(
         self,

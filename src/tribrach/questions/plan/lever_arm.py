@@ -57,17 +57,7 @@ class LeverArmForecast(Result, keys={"after": "plan", "gaps": "horizon_without_t
 
 
 class PlannedLeverArm:
-    """The section ``[plan.lever_arm]`` of a project.
-
-    Attributes
-    ----------
-    stations : names of those that carry the antenna.
-
-    Raises
-    ------
-    InputError : no such lever arm, no station that carries it, an instrument that says nothing
-        about GNSS.
-    """
+    """The section ``[plan.lever_arm]`` of a project, with the stations that carry the antenna."""
 
     def __init__(self, project: Project, section: LeverArmPlan) -> None:
         self.name, self.section = section.name, section
