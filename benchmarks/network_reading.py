@@ -18,7 +18,7 @@ from benchmarks.figures import Figure, Growth, cost_of, run
 from benchmarks.network_files import write_grid
 from tribrach.io.survey.formats import read_files
 from tribrach.network.network import Network
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 from tribrach.report import json_result
 from tribrach.solution import AdjustmentSettings, adjust_network
 

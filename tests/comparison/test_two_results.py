@@ -13,8 +13,7 @@ from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import exp
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.given_values import common_values, given_rows, through_given, with_given
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.control import Coordinates, Heights
 from tribrach.observations.levelling import HeightDifferences
 

@@ -14,8 +14,7 @@ from tribrach.io.epoch_files import read_epoch
 from tribrach.job.epochs import EpochSettings, compare_epochs, epoch_of, shared_covariance
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.control import Coordinate
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.questions.epochs.from_files import compare_epoch_files, epoch_from_files

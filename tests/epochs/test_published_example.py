@@ -14,8 +14,7 @@ from tribrach.epochs.comparison import Settings, compare
 from tribrach.job.epochs import EpochSettings, compare_epochs, epoch_of
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.levelling import HeightDifferences
 
 LINES = [("10", "11"), ("10", "12"), ("10", "13"), ("11", "12"), ("11", "13"), ("12", "13")]

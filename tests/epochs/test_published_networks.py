@@ -23,8 +23,7 @@ from tribrach.io.epoch_files import read_epoch
 from tribrach.job.epochs import EpochInput, EpochSettings, compare_epochs, epoch_of
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.levelling import HeightDifferences
 
 SHIFTS = ("shift in E", "shift in N", "shift in U")

@@ -27,10 +27,9 @@ from tribrach.io.survey.formats import read
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum, Network, is_given
-from tribrach.network.observed_part import observed_part
 from tribrach.network.reliability import correlations_of_tests, weigh
 from tribrach.network.significance import block_noncentrality, noncentrality
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import End, StartTie
 from tribrach.observations.gnss import GnssBaselines

@@ -11,7 +11,7 @@ from tribrach.errors import AdjustmentError
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import adjust
 from tribrach.network.alike_names import alike_groups, look_alike
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 
 HEAD = "from,to,horizontal_distance_m,sigma_horizontal_distance_mm\n"
 LIST = (

@@ -8,9 +8,9 @@ import pytest
 from tribrach.errors import NoStartValues
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.observed_part import observed_part
 from tribrach.network.quality import assess
 from tribrach.network.separability import confusable
+from tribrach.network.survey import observed_part
 from tribrach.project import parse_datum
 
 LOOP = "from,to,height_difference_m,sigma_mm\nA,B,1.000,1\nB,C,2.000,1\nC,A,-3.003,1\n"

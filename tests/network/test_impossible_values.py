@@ -12,8 +12,7 @@ from tribrach.io.survey.formats import read_files
 from tribrach.io.totalstation.recorder import Recorder
 from tribrach.io.totalstation.text import angle
 from tribrach.network.adjustment import adjust
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.sights import Directions, Distances, SlopeDistances, ZenithAngles
 from tribrach.units import GON
 

@@ -8,7 +8,7 @@ from tests.cli.test_bad_scans import RUN
 from tribrach.cli import app
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import adjust
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 
 SIGHTS = (
     "from,to,horizontal_distance_m,sigma_horizontal_distance_mm\n"

@@ -8,8 +8,8 @@ import pytest
 from tribrach.io.survey.formats import read
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
-from tribrach.network.observed_part import observed_part
 from tribrach.network.side_shots import SideShots, compute
+from tribrach.network.survey import observed_part
 from tribrach.report import json_result, text
 from tribrach.solution import AdjustmentSettings, adjust_network
 

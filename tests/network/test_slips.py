@@ -17,8 +17,7 @@ from tribrach.network.blunders.control_mistakes import wrong_coordinate
 from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.slip_search import Slip
 from tribrach.network.network import Datum, Network
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.base import Observations, Use
 from tribrach.observations.control import Coordinates
 from tribrach.observations.levelling import HeightDifferences

@@ -11,8 +11,7 @@ from tribrach.errors import NoStartValues
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import adjust
 from tribrach.network.network import Datum
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.sights import Angles, Directions
 
 

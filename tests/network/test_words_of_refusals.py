@@ -13,8 +13,7 @@ from tribrach.io.survey.formats import read
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import StartOnly, facts_of
 from tribrach.network.network import Datum
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.base import Use
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles

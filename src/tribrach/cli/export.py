@@ -20,7 +20,7 @@ from tribrach.io.survey.exported import export as exported
 from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
 from tribrach.network.network import Network
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 from tribrach.questions.adjust.command import project_of
 from tribrach.sentences import capital
 from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown

@@ -42,9 +42,8 @@ from tribrach.network.facts import Reference
 from tribrach.network.height_recipe import height_recipe
 from tribrach.network.identity import file_and_line
 from tribrach.network.network import Datum, Network
-from tribrach.network.observed_part import observed_part
 from tribrach.network.shared_heights import SharedHeight, has_shared_heights, share_heights
-from tribrach.network.survey import ObservationTable, Survey, as_column
+from tribrach.network.survey import ObservationTable, Survey, as_column, observed_part
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.scanner import Inclinations

@@ -17,8 +17,7 @@ from tribrach._types import Array
 from tribrach.errors import AdjustmentError
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import Fact
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.control import Coordinate
 
 #: added to variances of marks, whose covariance is singular where parts of them are held [m^2]

@@ -23,7 +23,7 @@ from tribrach.io.survey.formats import read_files
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Network
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 from tribrach.observations.base import Use
 from tribrach.observations.control import Coordinate, Coordinates
 from tribrach.observations.gnss import Antennas, GnssPositions

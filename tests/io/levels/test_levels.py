@@ -16,8 +16,7 @@ from tribrach.io.survey.formats import format_of, read_files
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import facts_of
 from tribrach.network.level_closures import LevelSection, level_closures
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 
 #: set-ups of a line: backsight and foresight with their readings and distances, in the order of
 #: reading

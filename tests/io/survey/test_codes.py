@@ -9,7 +9,7 @@ from tribrach.io.survey.exported import export
 from tribrach.io.survey.formats import read_files
 from tribrach.network.facts import PointCodes, codes_of
 from tribrach.network.network import Network
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 from tribrach.report.json_result import network as result_of
 from tribrach.solution import AdjustmentSettings, adjust_network
 

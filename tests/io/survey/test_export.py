@@ -17,8 +17,7 @@ from tribrach.io.survey.starnet.settings import grid_of, name_of_grid
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import Reference
 from tribrach.network.network import Datum, Network, axes_in_use
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.base import Use
 from tribrach.observations.control import Coordinate, DirectedComponents, Heights
 from tribrach.observations.ellipsoidal import (

@@ -18,7 +18,7 @@ from tribrach.io.survey.gama import observations
 from tribrach.io.survey.gama.reader import GamaFacts
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import facts_of
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 from tribrach.observations.base import Use
 from tribrach.units import CC, GON, SEC
 

@@ -9,7 +9,7 @@ from tests.io.survey.gama_files import FILE_AXES
 from tribrach.errors import InputError
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import adjust
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 
 #: of P and Q in x and y, and one orientation [mm^2, cc^2]
 MATRIX = np.array(

@@ -16,8 +16,7 @@ from tribrach.io.survey.starnet.recognition import DATA_TYPES, recognised
 from tribrach.io.survey.starnet.settings import grid_of, read_settings
 from tribrach.io.survey.starnet.text import angle_of, azimuth_of, data_line
 from tribrach.network.adjustment import Adjustment, adjust
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.units import SEC, format_angle
 
 HERE = Path("job.dat")

@@ -10,9 +10,9 @@ from tribrach.io.survey.formats import format_of, read
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.facts import facts_of
-from tribrach.network.observed_part import observed_part
 from tribrach.network.roles import datum_sentence
 from tribrach.network.side_shots import SideShots, compute
+from tribrach.network.survey import observed_part
 from tribrach.questions.plan.design import plan_project
 
 pytestmark = pytest.mark.data

@@ -11,8 +11,8 @@ from tribrach.errors import InputError
 from tribrach.io.survey.formats import read
 from tribrach.io.survey.starnet.options import _REFUSED
 from tribrach.network.adjustment import adjust
-from tribrach.network.observed_part import observed_part
 from tribrach.network.roles import datum_sentence, held_axes, point_roles
+from tribrach.network.survey import observed_part
 
 PLAN = "C A 0 0 10 ! ! !\nC B 100 0 10 ! ! !\nC H 50 80 12 * * !\nC P 40 60 11\n"
 SIGHTS = "".join(

@@ -19,8 +19,7 @@ from tribrach.job.steps import ScanWork, refuse_lost
 from tribrach.network.adjustment import Adjustment, Options
 from tribrach.network.adjustment import adjust as adjust_alone
 from tribrach.network.network import Datum, Network
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.project import Project, parse_datum
 from tribrach.questions.epochs.from_files import against_earlier
 from tribrach.report.content import Report

@@ -14,7 +14,7 @@ import typer
 
 from tribrach._types import Progress
 from tribrach.io.survey.formats import read_files
-from tribrach.network.observed_part import observed_part
+from tribrach.network.survey import observed_part
 from tribrach.report.network_answer import NetworkAnswer
 from tribrach.shell.command import WRITTEN, command
 from tribrach.shell.settings import Adjusting

@@ -25,8 +25,8 @@ from tribrach.job.epochs import (
 from tribrach.job.opened import open_job
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.network import Datum, Network
-from tribrach.network.observed_part import observed_part
 from tribrach.network.roles import datum_sentence
+from tribrach.network.survey import observed_part
 from tribrach.project import Project
 from tribrach.project.sections import OutputSection
 from tribrach.solution import AdjustmentSettings, solve

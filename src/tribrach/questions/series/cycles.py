@@ -29,8 +29,7 @@ from tribrach.job.epochs import epoch_of
 from tribrach.network.adjustment import adjust
 from tribrach.network.facts import EARTH
 from tribrach.network.network import Datum
-from tribrach.network.observed_part import observed_part
-from tribrach.network.survey import Survey
+from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.base import Observations
 from tribrach.observations.control import ScalarPriors
 from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
