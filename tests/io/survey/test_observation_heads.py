@@ -14,8 +14,8 @@ from tribrach.io.survey.csv.file import read_table
 from tribrach.io.survey.csv.headings import letters
 from tribrach.io.survey.formats import read_files
 from tribrach.network.adjustment import adjust
-from tribrach.network.observed_part import observed_part
 from tribrach.network.quality import assess
+from tribrach.network.survey import observed_part
 from tribrach.report.build import build
 from tribrach.report.text import brief
 
