@@ -16,7 +16,7 @@ from tests.registration.clouds.scenes import corridor, doors, scanned, windows
 from tribrach._types import Array
 from tribrach.geometry.pose import Pose
 from tribrach.geometry.rotation import log
-from tribrach.registration.clouds import open_directions
+from tribrach.registration.clouds import open_directions, pair
 from tribrach.registration.clouds.pair import CloudPair, PairFit, register_pair
 from tribrach.registration.clouds.prepared import PreparedScan
 from tribrach.simulate.scene import Scene
@@ -143,3 +143,19 @@ def test_what_is_held_is_right_wherever_the_scans_came_to_rest(name: str, known:
             assert got.slid < 1.0 or not known or name == "corridor"
     # neighbours are taken to halve the number of observations at least, which may be too cautious
     assert freedom == 0 or chi2.ppf(0.005, freedom) / 2 < total < chi2.ppf(0.995, freedom)
+
+
+def test_the_next_bay_is_among_the_places_that_are_tried() -> None:
+    """A pose that is wrong by one window of a facade has the right one among its rivals."""
+    scans, poses = scanned(windows(3.0), ((-2.0, 0.0, 0.3), (6.0, 1.0, 2.0)), points=100_000)
+    true = poses[0].inverse @ poses[1]
+    bay = poses[0].rotation.T @ np.array([3.0, 0.0, 0.0])
+    wrong = Pose(true.rotation, true.translation + bay)
+    size = pair._size(*scans)
+    fit = pair._fitted(
+        *scans, pair._candidate(*scans, wrong, pair.Origin.GIVEN, size), (1e-3, 5e-5)
+    )
+    assert fit is not None
+    assert np.linalg.norm(fit.pose.translation - true.translation) > 2.0
+    places = [place.pose.translation for place in pair._bays(*scans, fit)]
+    assert min(np.linalg.norm(place - true.translation) for place in places) < 0.3

@@ -14,6 +14,7 @@ from enum import Enum
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from tribrach._types import Array, Mask
 from tribrach.answers import Matrix, Number, Result, part
@@ -93,6 +94,16 @@ class CloudPairGates:
     #: things that were moved between the scans
     moved_share: float = 0.01
     moved_standing_share: float = 0.02
+    #: bays are sought where the upright surfaces hold a direction by less than this share, within
+    #: this reach and by steps that the windows of a facade do not miss
+    bay_upright: float = 0.5
+    bay_share: float = 0.2
+    bay_reach_m: float = 9.0
+    bay_step_m: float = 0.1
+    bay_apart_m: float = 0.8
+    #: so many places at most, by so many surfels
+    bays: int = 6
+    bay_surfels: int = 3000
     #: rivals agree in this share of the area of the best, or in the lesser one if they are clearly
     #: less seen through than it
     rival_share: float = 0.7
@@ -211,6 +222,38 @@ def _slid(
             break
         out.append(_candidate(a, b, places[best], c.origin, size))
         scores[max(best - GATES.slid_apart, 0) : best + GATES.slid_apart + 1] = -np.inf
+    return out
+
+
+def _bays(a: PreparedScan, b: PreparedScan, best: PairFit) -> list[Candidate]:
+    """Other places along the walls that nearly all of a pair's common surface stands along.
+
+    A facade has the same window every few metres. What differs at its ends tells the bays of one
+    scan apart, and need not be in what two scans have in common.
+    """
+    normal = best.alignment.matches.normal
+    level = normal[np.abs(normal[:, 2]) < GATES.bay_upright, :2]
+    if len(level) < GATES.fewest_matches:
+        return []
+    share, ways = np.linalg.eigh(level.T @ level)
+    if share[0] > GATES.bay_share * share.sum():
+        return []
+    along, seen = np.append(ways[:, 0], 0.0), (a.view, b.view)
+    few = [Indexed.of(one.some.surfels.thinned(GATES.bay_surfels)) for one in (a, b)]
+    tolerance = max(GATES.agrees_m, GATES.agrees_sigmas * best.alignment.rms)
+    count = round(GATES.bay_reach_m / GATES.bay_step_m)
+    steps = GATES.bay_step_m * np.arange(-count, count + 1)
+    pose = best.pose
+    places = [Pose(pose.rotation, pose.translation + s * along) for s in steps]
+    verdicts = [judge(few[0], few[1], seen, place, tolerance) for place in places]
+    scores = np.array([v.score for v in verdicts])
+    around = maximum_filter1d(scores, 2 * round(GATES.bay_apart_m / GATES.bay_step_m) + 1)
+    top = np.flatnonzero((scores == around) & (np.abs(steps) >= GATES.bay_apart_m))
+    top = top[scores[top] > GATES.clean_rival_share * scores[count]]
+    out = [
+        Candidate(places[k], verdicts[k], Origin.SYMMETRY)
+        for k in top[np.argsort(-scores[top])][: GATES.bays]
+    ]
     return out
 
 
@@ -460,6 +503,12 @@ def register_pair(
     best = fits[0] if prior is None else _nearest(fits, prior)
     if not _consistent(best.verdict):
         return CloudPair(a.name, b.name, None, (), (_contradicted(a.name, b.name, best),))
+    for c in _bays(a, b, best):
+        fit = _fitted(a, b, c, floor)
+        # the right bay is held as well as the wrong one
+        held = fit is not None and fit.precision.rank >= best.precision.rank
+        if fit is not None and held and not any(_alike(f, fit.pose) for f in fits):
+            fits.append(fit)
     rivals = _rivals(best, [f for f in fits if f is not best])
     rivals += [
         f
