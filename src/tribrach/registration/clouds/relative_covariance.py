@@ -70,7 +70,7 @@ class CloudCovarianceGates:
     least_piece_m: float = 1.0
     most_pieces: int = 10_000
     told_part: float = 0.1  #: in words: a direction moves what has this part of it or more
-    #: a depth is told from so many of its sigmas on: one clean pair in a thousand
+    #: a depth is told from so many of its sigmas on: 0.1 % of a normal quantity
     told_sigmas: float = 3.3
 
 
@@ -132,8 +132,9 @@ class RelativeCovariance:
                 Sentence(
                     "{a} and {b} agree better with ranges that are {d:mm1~} ± {s:mm1} "
                     + ("shorter" if self.depth[0] > 0 else "longer")
-                    + ": the scanner has a zero error, or its beams enter the surface; the pose "
-                    "takes it into account, the points do not",
+                    + ": a zero error of the scanner, a surface that its beams enter, or a scanner "
+                    "that moved; the pose takes it into account, the points do not; calibrate the "
+                    "scanner if other pairs tell the same",
                     a=a,
                     b=b,
                     d=abs(self.depth[0]),
