@@ -29,7 +29,7 @@ def test_proposed_pairs_and_their_plans_are_remembered(
     scans = []
     for k, (x, y, heading) in enumerate(((-4.0, 3.0, 0.3), (5.0, -2.0, 2.5), (2.0, 8.0, -1.4))):
         pose = levelled((x, y, 1.6), heading, 5e-5, rng)
-        np.savetxt(tmp_path / f"S{k}.xyz", points_of(yard(), pose, 20_000, k), fmt="%.4f")
+        np.savetxt(tmp_path / f"S{k}.xyz", points_of(yard(), pose, 30_000, k), fmt="%.4f")
         (scan,) = read_scans(tmp_path / f"S{k}.xyz")
         scans.append(StationScan(f"S{k}", f"S{k}", scan, None, True, {}))
     state = Remembered(tmp_path / "out")
