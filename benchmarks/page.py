@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -27,7 +28,7 @@ _IDLE = 0.1
 def write_page(
     file: Path, where: Machine, measured: Mapping[str, Measured], names: Iterable[str]
 ) -> None:
-    """Write the page.
+    """Write the page, and its tables to the folder ``measured`` beside it.
 
     Parameters
     ----------
@@ -45,10 +46,10 @@ def write_page(
     figures = [figure for figure in every if isinstance(figure, Figure)]
     growths = [growth for growth in every if isinstance(growth, Growth)]
     parts = [HEAD, _machine(where, runs)]
-    parts += ["\n## Ratios\n\n", _table(_HEADS, by_size(map(_row, figures)))]
+    parts += ["\n## Ratios\n\n", table(file, "ratios", _HEADS, by_size(map(_row, figures)))]
     if growths:
         heads = ("what", "sizes", "seconds", "grows with")
-        parts += ["\n## Growth\n\n", _table(heads, [_growth(g) for g in growths])]
+        parts += ["\n## Growth\n\n", table(file, "growth", heads, [_growth(g) for g in growths])]
     missing = sorted({f.peer for f in figures if f.theirs is None})
     if missing:
         parts.append(f"\nNot installed when this was measured: {', '.join(missing)}.\n")
@@ -150,6 +151,10 @@ def _growth(growth: Growth) -> tuple[str, ...]:
     )
 
 
-def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [heads, ["---"] * len(heads), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+def table(page: Path, name: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Write a table as CSV; returns the line by which ``docs/tables.py`` puts it into the page."""
+    folder = page.parent / "measured"
+    folder.mkdir(exist_ok=True)
+    with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as out:
+        csv.writer(out, lineterminator="\n").writerows([heads, *rows])
+    return f"{{table: measured measured/{name}.csv}}\n"

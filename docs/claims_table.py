@@ -1,7 +1,4 @@
-"""Writes the tables of ``docs/trust.md``: ``python docs/claims_table.py``.
-
-They come from the register of claims, ``docs/claims.yaml``; ``tests/test_claims.py`` checks both.
-"""
+"""Tables of ``docs/trust.md`` from the register of claims, ``docs/claims.yaml``."""
 
 from __future__ import annotations
 
@@ -10,10 +7,7 @@ from typing import Any
 
 import yaml
 
-DOCS = Path(__file__).resolve().parent
-REGISTER, PAGE = DOCS / "claims.yaml", DOCS / "trust.md"
-#: what stands between these lines of the page is written by this program
-BEGIN, END = "<!-- written by claims_table.py -->", "<!-- end of what is written -->"
+REGISTER = Path(__file__).resolve().parent / "claims.yaml"
 
 
 def register() -> dict[str, Any]:
@@ -44,14 +38,3 @@ def tables() -> str:
         words = evidence_words(claim["evidence"])
         lines.append(f"| **{claim['id']}**: {claim['approved']} | {claim['level']} | {words} |")
     return "\n".join(lines)
-
-
-def page(text: str) -> str:
-    """The page with new tables."""
-    before, rest = text.split(BEGIN)
-    after = rest.split(END)[1]
-    return f"{before}{BEGIN}\n\n{tables()}\n\n{END}{after}"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Writes ``docs/project_keys.md``: every key of a project with type, unit, default and meaning.
+"""Tables of ``docs/project_keys.md``: every key with type, unit, default and meaning.
 
 All of it comes from the models that read project files: types and defaults from their fields,
 meanings from the comments above them, units from the names of the keys.
@@ -8,7 +8,6 @@ import inspect
 import re
 import types
 import typing
-from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from pydantic import BaseModel
@@ -16,13 +15,6 @@ from pydantic_core import PydanticUndefined
 
 from tribrach.project import Project
 
-PAGE = Path(__file__).parent / "project_keys.md"
-HEAD = """# Every key of a project
-
-Made from the models that read project files (`python docs/project_keys.py`).
-[Project file](project.md) says what they are for, with examples. A key that is not listed is
-refused with its line. `required` has no default. Sections in double brackets can be repeated.
-"""
 #: units by the ends of keys, the longest first
 UNITS = {
     "_mm_per_sqrt_km": "mm per √km", "_arcsec": "″", "_arcmin": "′", "_mrad": "mrad", "_ppm": "ppm",
@@ -163,11 +155,6 @@ def together(cells: tuple[str, ...]) -> str:
     return cells[0] if alike else ", ".join(cells)
 
 
-def page() -> str:
-    """The text of the page."""
-    body = table(Project, "", {})
-    return "\n".join([HEAD, "## Top of the file", "", *body]) + "\n"
-
-
-if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+def tables() -> str:
+    """All tables, with a heading for each section."""
+    return "\n".join(["## Top of the file", "", *table(Project, "", {})])

@@ -3,6 +3,7 @@
 import itertools
 import json
 import re
+import runpy
 import shlex
 from pathlib import Path
 
@@ -18,11 +19,12 @@ from tribrach.planning.prediction import CRITERIA
 from tribrach.project.plan import PlanSection, SceneBody
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
+FILLED = runpy.run_path(str(DOCS / "tables.py"))["filled"]
 RUN = CliRunner()
 
 
 def page(name: str) -> str:
-    return (DOCS / f"{name}.md").read_text()
+    return FILLED((DOCS / f"{name}.md").read_text())
 
 
 def commands(name: str) -> list[list[str]]:

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import chi2
 
-from benchmarks.coverage.page import table, write_page
+from benchmarks.coverage.page import write_page
 from benchmarks.coverage.programs import PROGRAMS, Found, load, placed
 from benchmarks.coverage.scenes import Scene, make, names_of, scenes, truths
 from benchmarks.coverage.score import HEADS, advice, normalised, pose_error, score
@@ -180,7 +180,8 @@ def main(words: list[str] | None = None) -> int:
         if asked.word == "page":
             write_page(ROOT / "docs" / "coverage.md", folder, read_in, scores)
             return 0
-        print(table(HEADS, [s.cells() for s in scores]), end="")
+        for cells in (HEADS, *(s.cells() for s in scores)):
+            print(f"| {' | '.join(cells)} |")
         for submission in read_in:
             for sentence in advice(submission, true):
                 print(f"{submission.program}: {sentence}")

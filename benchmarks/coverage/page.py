@@ -10,8 +10,7 @@ import numpy as np
 from benchmarks.coverage.score import HEADS, Score
 from benchmarks.coverage.sites import SITES
 from benchmarks.coverage.submission import Submission
-
-__all__ = ["table", "write_page"]
+from benchmarks.page import table
 
 HEAD = """# Does the stated uncertainty hold?
 
@@ -32,12 +31,7 @@ poses that are off by 0.25 m and 1.25 degrees (sigma) along each axis. Rows with
 covariance for all poses, such that 95 % of the poses of scenes with other seeds are inside.
 
 """
-
-
-def table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown."""
-    lines = [heads, ["---"] + ["--:"] * (len(heads) - 1), *rows]
-    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+LOSSES = "Poses and points outside their regions, and refusals, are in the tables above."
 
 
 def write_page(
@@ -55,20 +49,22 @@ def write_page(
     asked = scores[0].asked
     scenes = len(list((folder / "truth").glob("*.json")))
     parts = [HEAD, f"## All {scenes} scenes, {asked} poses\n\n"]
-    parts.append(table(HEADS, [s.cells() for s in scores]))
-    parts.append("\n" + "".join(f"* `{s.program}`: {s.settings}.\n" for s in submissions))
+    parts.append(table(file, "coverage", HEADS, [s.cells() for s in scores]))
+    settings = [(f"`{s.program}`", s.settings) for s in submissions]
+    parts += ["\n", table(file, "programs", ("program", "settings"), settings)]
     for one in [s for s in scores if s.program.startswith("tribrach")]:
-        parts += [f"\n## `{one.program}` by sites\n\n", _by_sites(one), *_wrong(one)]
-    parts += ["\n## Where we lose\n\n", *_losses(scores)]
+        parts += [f"\n## `{one.program}` by sites\n\n", _by_sites(file, one), *_wrong(file, one)]
+    heads = ("program", "peer", "times faster", "poses nearer to the truth, of those both state")
+    parts += [f"\n## Where we lose\n\n{LOSSES}\n\n", table(file, "losses", heads, _losses(scores))]
     file.write_text("".join(parts), encoding="utf-8")
 
 
-def _by_sites(one: Score) -> str:
+def _by_sites(file: Path, one: Score) -> str:
     rows = [(sort, *one.of(sort).cells()[1:-1]) for sort in SITES]
-    return table(("site", *HEADS[1:-1]), rows)
+    return table(file, f"coverage_{one.program}", ("site", *HEADS[1:-1]), rows)
 
 
-def _wrong(one: Score) -> list[str]:
+def _wrong(file: Path, one: Score) -> list[str]:
     """Every pose that is wrong and sure, by scene."""
     wrong = [r for r in one.poses if r.sure]
     if not wrong:
@@ -84,43 +80,22 @@ def _wrong(one: Score) -> list[str]:
         for r in wrong
     ]
     heads = ("wrong and sure", "scan", "off [mm]", 'off ["]', "length of the error in sigmas")
-    return ["\n", table(heads, rows)]
+    return ["\n", table(file, f"wrong_{one.program}", heads, rows)]
 
 
-def _losses(scores: Sequence[Score]) -> list[str]:
-    """What another program does better, by the figures alone."""
-    ours = [s for s in scores if s.program.startswith("tribrach")]
-    peers = [s for s in scores if not s.program.startswith("tribrach")]
-    out = []
-    for one in ours:
-        name = f"`{one.program}`"
-        share = np.mean([r.inside for r in one.poses])
-        low, high = 0.94, 0.96
-        if not low <= share <= high:
-            out.append(
-                f"* {name}: {100 * share:.1f} % of the poses are inside where 95 % should be.\n"
-            )
-        points = np.mean([r.inside for r in one.points])
-        if not low <= points <= high:
-            out.append(
-                f"* {name}: {100 * points:.1f} % of the points are inside where 95 % should be.\n"
-            )
-        if one.refused:
-            out.append(f"* {name} refuses {len(one.refused)} of {one.asked} poses.\n")
-        for peer in peers:
-            if peer.seconds < one.seconds and "constant" not in peer.program:
-                times = one.seconds / peer.seconds
-                out.append(
-                    f"* `{peer.program}` takes less time than {name} by a factor of {times:.1f}.\n"
-                )
+def _losses(scores: Sequence[Score]) -> list[tuple[str, ...]]:
+    """Peers that are faster, or whose pose is nearer to the truth."""
+    named = [s for s in scores if "constant" not in s.program]
+    rows = []
+    for one in (s for s in named if s.program.startswith("tribrach")):
+        for peer in (s for s in named if not s.program.startswith("tribrach")):
             both = {(r.scene, r.name): r for r in peer.poses}
             pairs = [(r, both[r.scene, r.name]) for r in one.poses if (r.scene, r.name) in both]
             nearer = sum(
                 np.linalg.norm(q.error[:3]) < np.linalg.norm(r.error[:3]) for r, q in pairs
             )
-            if nearer and "constant" not in peer.program:
-                out.append(
-                    f"* The pose of `{peer.program}` is nearer to the truth than that of {name} in "
-                    f"{nearer} of {len(pairs)} cases in which both state one.\n"
-                )
-    return out or ["Nowhere in these figures.\n"]
+            faster = one.seconds / peer.seconds
+            if faster > 1 or nearer:
+                times = f"{faster:.1f}" if faster > 1 else ""
+                rows.append((one.program, peer.program, times, f"{nearer} of {len(pairs)}"))
+    return rows
