@@ -152,9 +152,9 @@ def _growth(growth: Growth) -> tuple[str, ...]:
 
 
 def table(page: Path, name: str, heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Write a table as CSV; returns the line by which ``docs/tables.py`` puts it into the page."""
+    """Write a table as CSV; returns the line by which ``docs/inserts.py`` puts it into the page."""
     folder = page.parent / "measured"
     folder.mkdir(exist_ok=True)
     with (folder / f"{name}.csv").open("w", encoding="utf-8", newline="") as out:
         csv.writer(out, lineterminator="\n").writerows([heads, *rows])
-    return f"{{table: measured measured/{name}.csv}}\n"
+    return f"{{insert: measured measured/{name}.csv}}\n"

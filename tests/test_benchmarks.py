@@ -82,7 +82,7 @@ def test_page(tmp_path):
     assert "reading,10 points,peer,0.5,1.5,1,2,90 / 50,alike" in ratios
     assert "not installed" in ratios
     assert "points^1.00" in (tmp_path / "measured" / "growth.csv").read_text(encoding="utf-8")
-    assert "{table: measured measured/ratios.csv}" in text
+    assert "{insert: measured measured/ratios.csv}" in text
     assert "began, which count what ran before: 0.5 to 0.5." in text
     assert "* abc: `some`\n" in text
     assert "Not measured: `another`." in text

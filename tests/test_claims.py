@@ -214,6 +214,6 @@ def test_ids_are_there_once() -> None:
 
 
 def test_the_page_shows_every_claim() -> None:
-    assert "\n{table: claims_table}\n" in (DOCS / "trust.md").read_text(encoding="utf-8")
+    assert "\n{insert: claims_table}\n" in (DOCS / "trust.md").read_text(encoding="utf-8")
     for claim in CLAIMS:
         assert f"**{claim['id']}**: {claim['approved']} | {claim['level']} |" in TABLE.tables()

@@ -25,7 +25,7 @@ from tribrach.project.sections import Section
 from tribrach.report import json_result
 
 ROOT = Path(__file__).resolve().parents[1]
-FILLED = runpy.run_path(str(ROOT / "docs" / "tables.py"))["filled"]
+FILLED = runpy.run_path(str(ROOT / "docs" / "inserts.py"))["filled"]
 #: pages as the site has them, with their tables
 DOCS = {path.stem: FILLED(path.read_text()) for path in (ROOT / "docs").glob("*.md")}
 PAGES = {"README": (ROOT / "README.md").read_text(), **DOCS}

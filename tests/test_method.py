@@ -6,6 +6,7 @@ floor, 6.3)".
 """
 
 import re
+import runpy
 import tokenize
 from collections.abc import Iterator
 from functools import cache
@@ -14,7 +15,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = {path.stem: path.read_text() for path in sorted((ROOT / "docs" / "method").glob("*.md"))}
+FILLED = runpy.run_path(str(ROOT / "docs" / "inserts.py"))["filled"]
+PAGES = {
+    path.stem: FILLED(path.read_text()) for path in sorted((ROOT / "docs" / "method").glob("*.md"))
+}
 
 WHOLE = r"\d{1,2}(?:\.\d{1,2})?(?![\d.]*\d)"
 PART = r"(?:[1-9]|1[0-2])\.\d{1,2}(?![\d.]*\d)"

@@ -19,7 +19,7 @@ from tribrach.planning.prediction import CRITERIA
 from tribrach.project.plan import PlanSection, SceneBody
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-FILLED = runpy.run_path(str(DOCS / "tables.py"))["filled"]
+FILLED = runpy.run_path(str(DOCS / "inserts.py"))["filled"]
 RUN = CliRunner()
 
 

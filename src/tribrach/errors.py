@@ -85,7 +85,7 @@ def _printable(text: str) -> str:
 
 
 class InputError(TribrachError):
-    """Something the user gave is wrong.
+    """Something in the input is wrong: which file and line, what, and what to do.
 
     The sentence holds on one line and steers no terminal, whatever a file brought into it.
 

@@ -94,7 +94,7 @@ PLAIN = Notation()
 
 
 class Sentence(str):
-    """Text with its figures.
+    """Text that keeps its figures, written with the units that a project wants.
 
     Parameters
     ----------

@@ -15,8 +15,10 @@ from tests.instruments.field_surveys import readings
 from tests.way_of_a_direction import traverse
 
 ROOT = Path(__file__).resolve().parents[2]
-SECTION = (ROOT / "docs" / "extending.md").read_text().split("## Adding a question\n")[1]
-FIGURE, COMMAND, CHAPTER = re.findall(r"```diff\n(.*?)```", SECTION, re.DOTALL)[:3]
+FIGURE, COMMAND, CHAPTER = (
+    (ROOT / "docs" / "extending" / f"{name}.diff").read_text()
+    for name in ("figure", "command", "chapter")
+)
 
 
 @pytest.fixture(scope="module")

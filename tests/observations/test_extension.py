@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-SECTION = (ROOT / "docs" / "extending.md").read_text().split("## Adding an observation kind\n")[1]
+DIFF = (ROOT / "docs" / "extending" / "kind.diff").read_text()
 
 #: runs in a process of its own, where the package of kinds has one file more
 PREPARE = """
@@ -101,8 +101,7 @@ FILES = {
 
 def added() -> dict[str, str]:
     """Lines that the page adds, by file."""
-    diff = re.findall(r"^```diff\n(.*?)^```$", SECTION, re.DOTALL | re.MULTILINE)[0]
-    parts = re.split(r"^--- .*\n\+\+\+ b/(.*)\n", diff, flags=re.MULTILINE)[1:]
+    parts = re.split(r"^--- .*\n\+\+\+ b/(.*)\n", DIFF, flags=re.MULTILINE)[1:]
     files = zip(parts[::2], parts[1::2], strict=True)
     return {
         name: "".join(line[1:] + "\n" for line in text.splitlines() if line.startswith("+"))

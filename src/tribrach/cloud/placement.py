@@ -31,7 +31,7 @@ class CalibrationShare:
 
 @dataclass(frozen=True)
 class Placement:
-    """An adjusted station, for its cloud."""
+    """Pose and covariance of one scan: from a point to its 3x3 matrix."""
 
     station: str  #: its name
     pose: Pose  #: world from scanner

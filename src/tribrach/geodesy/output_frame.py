@@ -22,7 +22,7 @@ FrameKind = Literal["work", "projected", "ecef"]
 
 @dataclass(frozen=True)
 class OutputFrame:
-    """The frame of delivered coordinates."""
+    """The frame in which results are given."""
 
     work: WorkFrame  #: the work frame of the network
     kind: FrameKind = "work"  #: ``work``, ``projected`` or ``ecef``

@@ -242,7 +242,7 @@ class Baseline(
         "noise": "phase_noise",
     },
 ):
-    """A baseline from mark to mark [m], geocentric."""
+    """A GNSS vector from mark to mark with its covariance, geocentric [m]."""
 
     #: coordinates of the marks
     base: Vector

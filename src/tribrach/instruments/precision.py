@@ -26,7 +26,7 @@ _POINTING = 60 * SEC
 
 @dataclass(frozen=True)
 class Precision:
-    """Standard deviations of an instrument."""
+    """Standard deviations of an instrument's readings."""
 
     #: of one reading in one face [rad]; the mean of both faces is the mean of two
     direction: float | None = None

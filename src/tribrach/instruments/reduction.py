@@ -365,7 +365,7 @@ Cells = tuple[Means, Means, Means]
 
 @dataclass(frozen=True)
 class Reduction:
-    """All results of the readings of a file."""
+    """Faces, rounds and sets reduced to means with their precision."""
 
     cells: Cells  #: for each target of each set
     axes: AxisErrors  #: axis errors of the instrument

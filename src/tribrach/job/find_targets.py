@@ -37,7 +37,7 @@ _SHOWN = 50
 
 @dataclass(frozen=True)
 class Findings:
-    """What one scan holds.
+    """Targets and rejected candidates of one scan.
 
     detections, rejected : targets and what only looked like one; points : valid points of the scan;
     panorama : intensity over directions with the places of the targets, None without one;

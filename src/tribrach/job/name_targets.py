@@ -51,7 +51,7 @@ NOTHING = Edits()
 
 @dataclass(frozen=True)
 class Named:
-    """Targets with their names, as the network will have them.
+    """Targets of all stations with their names.
 
     targets : station to detections; identification : their names, by station in the same order,
     and approximate poses; survey : stations and observations of target centres.

@@ -288,7 +288,7 @@ def _opened(
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Job:
-    """One opened project."""
+    """An opened project: its survey, frame and instruments, each read once."""
 
     project: Project  #: the sections of the project file
     instruments: Instruments  #: whose instrument measured at a station, in a file, in a scan

@@ -193,7 +193,7 @@ class MeasuredScan:
 
 @dataclass(frozen=True)
 class StationScan(MeasuredScan):
-    """A scan at its station, with what the network is told of it."""
+    """A scan with its station, its instrument and what corrects it."""
 
     levelled: bool  #: was the scanner levelled?
     #: approximate centres (3,) [m] in the scanner frame of the targets that the user named

@@ -177,7 +177,7 @@ def _left_out(item: Field[Any]) -> bool:
 
 
 class Remembered:
-    """Products in a folder of results; ``engine`` makes those that do not hold."""
+    """Products of earlier runs that still hold; ``engine`` makes the others."""
 
     #: files in the folder that begin so are on their way to their places
     MADE = "made-"

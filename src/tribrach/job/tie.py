@@ -173,7 +173,7 @@ class Tying:
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """Stations before the adjustment.
+    """All that ties the scans of a project to each other.
 
     survey : what the scans add to the survey; named : their targets, None if none are sought;
     stations : planes and views, empty without planes and clouds; ties : surfaces in common, None

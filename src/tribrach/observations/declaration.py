@@ -142,7 +142,7 @@ class CsvColumns:
 
 @dataclass(frozen=True, kw_only=True)
 class KindFacts:
-    """The answers of one kind."""
+    """All that a kind of observation answers about itself."""
 
     title: str  #: one observation in words, for reports
     computed: str  #: what is computed, in Markdown, for the documentation

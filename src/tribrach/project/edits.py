@@ -82,7 +82,7 @@ class TargetEdit(_Decision):
 
 
 class Edits(Section):
-    """All decisions of a file, in its order."""
+    """Decisions by hand in a project, each with its reason."""
 
     #: Of observations, points and found targets.
     edit: tuple[ObservationEdit, ...] = ()

@@ -42,7 +42,7 @@ _LONGEST_NAME = 4096
 
 
 class Project(Section):
-    """One survey job as data: site, datum, instruments, files, what to do and where to put it.
+    """A project file, data only: site, datum, instruments, files, what to do, where results go.
 
     Files are relative to the folder of the project. What the project names is read wherever it
     is; results are only written inside the folder, unless the caller names another.

@@ -25,7 +25,7 @@ from tribrach.sentences import PLAIN, Notation
 
 @dataclass(frozen=True)
 class Answer:
-    """What a command found."""
+    """A question's result as page, text, terminal output and JSON."""
 
     #: what was asked, and of what
     kind: str

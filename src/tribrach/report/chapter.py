@@ -16,7 +16,7 @@ from tribrach.report.warnings import ReportWarning
 
 @dataclass(frozen=True)
 class Chapter:
-    """One chapter."""
+    """One chapter of the report of a network."""
 
     name: str  #: anchor in the page, unique in a report
     title: str  #: its heading

@@ -11,7 +11,7 @@ from tribrach.sentences import Sentence
 
 @dataclass(frozen=True)
 class Finding:
-    """Something that was found."""
+    """A key, a sentence, and whether it asks for something."""
 
     words: str  #: the sentence
     warns: bool = False  #: true if something is to be done, or doubted

@@ -157,7 +157,7 @@ class NoReturn(Result, without=("at_scanner", "total", "doubt")):
 
 @dataclass(frozen=True)
 class Scan(ABC):
-    """One scan of a file; nothing but its header is in memory.
+    """A cloud in its scanner's frame, streamed in chunks; only its header is in memory.
 
     A reader derives its own class and gives the points as they are stored, in the unit of the file.
     They become metres first. What the project knows better than the file stands in the last four

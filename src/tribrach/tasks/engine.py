@@ -35,7 +35,7 @@ class Call:
 
 
 class Engine(Protocol):
-    """Does tasks."""
+    """Who does the tasks on scans: this process, other processes, or a cluster."""
 
     def completed(
         self, task: Callable[..., R], calls: Sequence[Call], progress: Progress

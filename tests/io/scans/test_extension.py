@@ -12,8 +12,7 @@ from tribrach.errors import InputError
 from tribrach.io.scans.formats import READERS, read_scans
 
 ROOT = Path(__file__).resolve().parents[3]
-SECTION = (ROOT / "docs" / "extending.md").read_text().split("## Adding a format of scans\n")[1]
-DIFF = SECTION.split("```diff\n")[1].split("```")[0]
+DIFF = (ROOT / "docs" / "extending" / "scans.diff").read_text()
 
 
 @pytest.fixture

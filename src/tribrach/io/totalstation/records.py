@@ -35,7 +35,7 @@ class Setups:
 
 @dataclass(frozen=True)
 class RawSights:
-    """n sights in the order of the file."""
+    """Readings of a total station as its file has them, with their lines."""
 
     setup: Index  #: (n,), index of the set-up
     #: (n,), names

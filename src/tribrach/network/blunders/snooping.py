@@ -92,7 +92,7 @@ class SnoopingStep:
 
 @dataclass(frozen=True)
 class SnoopingLog:
-    """All decisions of a search."""
+    """What snooping switched off, and why."""
 
     steps: tuple[SnoopingStep, ...]  #: in the order in which they were taken
     removed: tuple[Key, ...]  #: (table, item) of the observations that stayed off

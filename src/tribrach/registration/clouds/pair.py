@@ -427,7 +427,7 @@ class CloudPair(
     also=("first", "second", "registered", *_FITTED),
     maybe=_FITTED,
 ):
-    """A pair of scans that was tried; figures only where it was registered."""
+    """One cloud placed in another with covariance, or the reason why not."""
 
     #: names of the scans
     a: str

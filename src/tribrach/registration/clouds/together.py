@@ -167,7 +167,7 @@ class CloudGroup:
 
 @dataclass(frozen=True, eq=False)
 class CloudRegistration:
-    """The result of registering all scans by their clouds."""
+    """Clouds registered together, with their loops."""
 
     pairs: Sequence[CloudPair]  #: the pairs that were tried
     consistency: Consistency  #: test of the loops
