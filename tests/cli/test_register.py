@@ -15,6 +15,8 @@ from tests.registration.clouds.scenes import NOISE, error, points_of, yard
 from tests.registration.clouds.test_reference import ORIGIN, model
 from tribrach.cli import app
 from tribrach.geometry.pose import Pose
+from tribrach.io.keeping import keep, keeping
+from tribrach.io.outputs import write_text
 from tribrach.io.scans.formats import read_scans
 from tribrach.job.poses import read_poses
 from tribrach.simulate.setups import levelled
@@ -73,6 +75,17 @@ def test_three_scans_from_nothing(folder: Path) -> None:
     assert poses.shared.covariance.shape == (18, 18)
     with (out / "poses.csv").open() as file:
         assert [row["scan"] for row in csv.DictReader(file)] == ["S1", "S2", "S3"]
+
+
+def test_another_registration_is_not_replaced(folder: Path, tmp_path: Path) -> None:
+    with keeping(command="register"):
+        keep(folder=tmp_path, kind="of S8.xyz, S9.xyz")
+        write_text(tmp_path / "poses.json", "{}")
+    files = [str(folder / f"S{k}.xyz") for k in (1, 2)]
+    result = RUN.invoke(app, ["register", *files, "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert "of S8.xyz, S9.xyz wrote this file" in result.output.replace("\n", " ")
+    assert (tmp_path / "poses.json").read_text() == "{}"
 
 
 def test_e57_files_get_their_poses(folder: Path) -> None:

@@ -205,12 +205,14 @@ def keep(
     overwrite: bool = False,
     kinds: Mapping[Path, str] | None = None,
     beside: Iterable[Path] = (),
+    kind: str | None = None,
 ) -> None:
     """Add to the innermost block of :func:`keeping`; without a block nothing happens.
 
     ``folder``: folder of results, where the block has none; ``overwrite``: lifts the rule on files
     that others wrote; ``beside``: files that belong to what is read, such as the poses of clouds.
-    Nothing takes their place but what wrote them.
+    Nothing takes their place but what wrote them. ``kind``: what the results are, where no option
+    names them.
     """
     if not _SCOPES or _LOOKING.get():
         return
@@ -221,6 +223,8 @@ def keep(
     scope.kinds |= {_plain(path): kind for path, kind in (kinds or {}).items()}
     if folder is not None:
         scope.folder = _plain(folder)
+    if kind is not None:
+        scope.kind = kind
 
 
 @contextmanager

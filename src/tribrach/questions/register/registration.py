@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import hashlib
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -17,7 +19,7 @@ from tribrach.geodesy.work_frame import WorkFrame
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.clouds.e57 import copy_with_poses
-from tribrach.io.keeping import refuse_loss
+from tribrach.io.keeping import keep, refuse_loss
 from tribrach.io.outputs import write_texts
 from tribrach.io.poses.names import POSE_FILES
 from tribrach.io.scans.formats import read_scans
@@ -54,6 +56,8 @@ RELATIVE_OF = "translation in the first [m], rotation vector in the second"
 _DRAWN, _STANDING = 1500, 0.5
 
 
+#: files that name a registration
+_NAMED = 4
 #: a reference is read so many radii of a scan and sigmas of the approximate poses around these
 _SEEN, _AROUND = 2.0, 5.0
 
@@ -70,6 +74,7 @@ class PlacedOutput:
 
     def refuse_loss(self, scans: Mapping[str, Scan]) -> None:
         """Refuse before any work is done what would be lost, or cannot be written."""
+        keep(kind=_job_of(scans.values(), self.folder))
         for name in POSE_FILES:
             refuse_loss(self.folder / name)
         if self.clouds is None:
@@ -87,6 +92,15 @@ class PlacedOutput:
         return [
             StationScan(name, name, scan, self.noise, False, {}) for name, scan in scans.items()
         ]
+
+
+def _job_of(scans: Iterable[Scan], folder: Path) -> str:
+    """The files of a registration, from its folder: those of others are another job."""
+    files = sorted({os.path.relpath(scan.path.resolve(), folder.resolve()) for scan in scans})
+    if len(files) > _NAMED:
+        whole = hashlib.sha256("\n".join(files).encode()).hexdigest()[:8]
+        files = [*files[:_NAMED], f"... ({whole})"]
+    return f"of {', '.join(files)}"
 
 
 @dataclass(frozen=True)
