@@ -30,7 +30,10 @@ FLAT = FLAT[np.hypot(*FLAT.T[:2]) > 2.4]
         (ROOM, 1e5, False, "wide"),
         (ROOM, 1e-5, False, "narrow"),
         (ROOM, (1 / 73000, 1 / 111000, 1.0), False, "slender"),
+        (ROOM * [1, 1, 1.25], 1 / 0.3048, True, "feet"),
+        (ROOM * [1, 1, 3], 1.0, True, None),
         (FLAT, 1.0, True, None),
+        (FLAT, 1 / 0.3048, True, None),
         (FLAT, 100.0, True, "far"),
         (FLAT, 1 / 0.0254, True, "far"),
         (np.rint(200 * ROOM), 1.0, False, "coarse"),
@@ -61,10 +64,14 @@ def test_every_command_asks_once(tmp_path: Path, command: str) -> None:
     assert "are the coordinates" not in told.replace("\n", " ")
 
 
-def test_projects_ask_too(tmp_path: Path) -> None:
+@pytest.mark.parametrize("no_return", ["leave out", "keep"])
+def test_projects_ask_too(tmp_path: Path, no_return: str) -> None:
     for name in "ab":
         write_ply(tmp_path / f"{name}.ply", 1e3 * room(RNG, 2000))
     told = RUN.invoke(app, ["init", str(tmp_path), "--yes"]).output.replace("\n", " ")
     assert told.count("are the coordinates metres?") == 2
-    told = RUN.invoke(app, ["run", str(tmp_path / "project.toml"), "-q"]).output.replace("\n", " ")
+    project = tmp_path / "project.toml"
+    kept = f'[[scans]]\nno_return = "{no_return}"'
+    project.write_text(project.read_text().replace("[[scans]]", kept))
+    told = RUN.invoke(app, ["run", str(project), "-q"]).output.replace("\n", " ")
     assert told.count("are the coordinates metres?") == 2, told

@@ -256,6 +256,8 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
     for scan in (_from_origin(entry, scan) for scan in scans):
         station = entry.station or scan.name
         unscreened = entry.no_return == "leave out"
+        if not unscreened:  # what speaks against metres is asked all the same
+            scan = replace(_screened(scan, state), no_return=None)
         if unscreened and entry.face == "order":
             # the faces are told from the points
             scan, unscreened = _screened(scan, state), False

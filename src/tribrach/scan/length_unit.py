@@ -19,6 +19,8 @@ _DOUBTS = {
     "far away: are the coordinates metres?",
     "tower": "half of the rays that look down steeply are longer than {value:mg4}, as from a "
     "tower: are the coordinates metres?",
+    "feet": "the floor of a room lies {value:mg3} below the scanner, and tripods are a third as "
+    "high: are the coordinates metres, and not feet?",
     "far": "nothing around the scanner is nearer than {value:mg3}: are the coordinates metres?",
     "coarse": "all coordinates are whole multiples of {value:mg4}, which no scanner is so coarse "
     "to give: are they metres?",
@@ -59,7 +61,7 @@ class UnitDoubt(Result):
     """What no scan in metres shows."""
 
     #: kind of doubt
-    key: Literal["wide", "high", "narrow", "slender", "steep", "tower", "far", "coarse"]
+    key: Literal["wide", "high", "narrow", "slender", "steep", "tower", "feet", "far", "coarse"]
     value: float  #: the length that asks [m]
 
     @property

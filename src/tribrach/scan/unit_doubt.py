@@ -18,6 +18,9 @@ _NARROWEST, _PLAN, _SLENDER = 5e-3, 2e-2, 20.0
 _STEEP, _TOWER, _COARSE = 300.0, 50.0, 1.0
 #: who looks all around, into so many eighths of the circle, stands on something that is near [m]
 _NEAR, _EIGHTHS = 30.0, 6
+#: floor below a tripod, and room, in feet that are taken for metres; share of steep rays that lie
+#: within a tenth of their median on a floor or ceiling
+_TRIPOD, _ROOM, _LEVEL = (4.3, 6.8), (7.4, 16.0), 0.6
 #: points that are looked at for a doubt at first sight
 _FIRST = 50_000
 #: steep rays that tell: their share and number
@@ -48,6 +51,10 @@ def unit_doubt(scan: Scan, xyz: Array) -> UnitDoubt | None:
                 return UnitDoubt("steep", far)
             if (far := _steep(-rays[:, 2], rays, distance)) > _TOWER:
                 return UnitDoubt("tower", far)
+            floor, ceiling = _level(-rays[:, 2], rays), _level(rays[:, 2], rays)
+            room = ceiling > 0 and _ROOM[0] < floor + ceiling < _ROOM[1]
+            if unit.metric and room and _TRIPOD[0] < floor < _TRIPOD[1]:
+                return UnitDoubt("feet", floor)
             near = float(np.quantile(distance, 0.01))
             if near > _NEAR and _around(rays) >= _EIGHTHS:
                 return UnitDoubt("far", near)
@@ -68,6 +75,15 @@ def _around(rays: Array) -> int:
     """Eighths of the circle in which rays (n, 3) lie, a hundredth of them at least."""
     eighths = np.floor(np.arctan2(rays[:, 1], rays[:, 0]) / (np.pi / 4)).astype(int) % 8
     return int((np.bincount(eighths, minlength=8) >= max(len(rays) / 100, 1)).sum())
+
+
+def _level(rise: Array, xyz: Array) -> float:
+    """Median rise of the steep rays where most end on one level [m]; 0 where they are few."""
+    some = rise[rise > np.hypot(xyz[:, 0], xyz[:, 1])]
+    if len(some) < max(_STEEP_FEW, _STEEP_SHARE * len(xyz)):
+        return 0.0
+    middle = float(np.median(some))
+    return middle if np.mean(np.abs(some / middle - 1) < 0.1) > _LEVEL else 0.0
 
 
 def _steep(rise: Array, xyz: Array, distance: Array) -> float:
