@@ -126,15 +126,17 @@ def _convert(
     *,
     metric: bool = False,
 ) -> ConvertedCloud:
-    """Write one scan; ``metric`` carries it into metres, as E57 is by its standard."""
+    """Write one scan; ``metric`` carries it into metres."""
     keeps_pose = path.suffix.lower() == ".e57"
+    # E57 is in metres by its standard, and cells of COPC are cubes
+    metric = metric or keeps_pose or (scan.unit.factors is None and _is_copc(path))
     if placed and scan.pose is None:
         raise InputError(
             f"scan {scan.name} has no pose to be placed by",
             file=scan.path,
             cure="leave --placed out, or run a project",
         )
-    if not keeps_pose and not metric and scan.unit.by_crs:
+    if not metric and scan.unit.by_crs:
         scan = as_filed(scan)  # the reference system goes with the points and says the unit
     pose = scan.pose if placed and not keeps_pose and scan.pose is not None else Pose.identity()
     moved = pose.translation.any() or not np.array_equal(pose.rotation, np.eye(3))
@@ -157,6 +159,11 @@ def _convert(
             done += len(chunk)
             progress(scan.name, done, scan.records)
     return ConvertedCloud(path, done, "" if path.suffix.lower() == ".ply" else cost)
+
+
+def _is_copc(path: Path) -> bool:
+    """True for names of COPC files."""
+    return path.name.lower().endswith(".copc.laz")
 
 
 @dataclass

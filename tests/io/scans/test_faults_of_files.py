@@ -71,6 +71,8 @@ def test_degrees(faults: Path, tmp_path: Path) -> None:
     assert np.array_equal(one.X, two.X)
     assert np.array_equal(one.header.scales, two.header.scales)
     assert converted(source, tmp_path / "d.e57") == 2
+    # cells of COPC are cubes
+    assert converted(source, tmp_path / "d.copc.laz") == 2
 
 
 @pytest.mark.parametrize("suffix", [".laz", ".e57", ".ply", ".copc.laz"])
