@@ -103,6 +103,20 @@ def test_what_cannot_be_is_told_with_its_line(tmp_path: Path, text: str, what: s
     assert refused.value.line == 4
 
 
+def test_precisions_of_plan_and_height_without_covariance(tmp_path: Path) -> None:
+    known = "<Precision><Horizontal>0.01</Horizontal><Vertical>0.03</Vertical></Precision>"
+    latitude, longitude, height = PLACES["P"]
+    at = f"<Latitude>{latitude}</Latitude><Longitude>{longitude}</Longitude><Height>0</Height>"
+    text = vector("B1", "P", "name", f"{known}<WGS84>{at}</WGS84>").replace("VCV", "none")
+    records = read_jobxml(job(tmp_path, base("B1"), text))
+    up = ecef_from_geodetic(np.radians(latitude), np.radians(longitude), height + 1) - ecef("P")
+    assert up @ records.blocks[0] @ up == pytest.approx(0.03**2)
+    assert np.linalg.eigvalsh(records.blocks[0])[:2] == pytest.approx([0.01**2] * 2)
+    assert len(records.warnings) == 1
+    with pytest.raises(InputError, match="neither"):
+        read_jobxml(job(tmp_path, base("B1"), text.replace("WGS84", "Grid")))
+
+
 def test_deleted_vectors_are_not_read(tmp_path: Path) -> None:
     gone = vector("B1", "P", "name", "<Deleted>true</Deleted>")
     path = job(tmp_path, base("B1"), base("B2"), gone, vector("B1", "B2", "name"))

@@ -2,8 +2,9 @@
 
 A vector goes from the base that its record names (``RTK_Base``, or the point of the record that
 ``ReferenceRecordID`` refers to) to its point. ``QualityControl2`` holds variances and covariances
-in X, Y and Z [m^2]. Positions in ``WGS84`` are start values. Sights of the same file are read by
-the reader of total stations.
+in X, Y and Z [m^2]; where a record has none but ``Precision``, east and north are taken with the
+whole horizontal precision each, and without correlations. Positions in ``WGS84`` are start values.
+Sights of the same file are read by the reader of total stations.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from lxml import etree
 
 from tribrach._types import Array
 from tribrach.errors import InputError, RefusalCollector
-from tribrach.geodesy.site import ecef_from_geodetic
+from tribrach.geodesy.site import ecef_from_geodetic, enu_rotation
 from tribrach.io import xml_file
 from tribrach.io.gnss.records import GnssRecords
 from tribrach.io.gnss.vector_text import covariance, numbers
@@ -81,14 +82,28 @@ def _vector(
     deltas = [_text(record, f"ECEFDeltas/Delta{axis}") for axis in "XYZ"]
     vector = numbers(deltas, "the vector", path, line)
     elements = [_text(record, f"QualityControl2/{name}") for name in _ELEMENTS]
-    if not all(elements):
+    known = [_text(record, f"Precision/{name}") for name in ("Horizontal", "Vertical")]
+    at = [_text(record, f"WGS84/{name}") for name in ("Latitude", "Longitude")]
+    if all(elements):
+        upper = numbers(elements, "the covariance", path, line)
+    elif all(known) and all(at):
+        plan, height = numbers(known, "the precision", path, line)
+        latitude, longitude = np.radians(numbers(at, "the position", path, line))[:, None]
+        axes = enu_rotation(latitude, longitude)[0]
+        upper = (axes.T @ np.diag([plan, plan, height]) ** 2 @ axes)[np.triu_indices(3)]
+        records.warnings.append(
+            f"the vector from {start} to {end} has no covariance: east and north are taken with "
+            f"the horizontal precision of {plan:g} m each, up with {height:g} m, uncorrelated"
+        )
+    else:
         raise InputError(
-            f"the vector from {start} to {end} has no covariance",
+            f"the vector from {start} to {end} has neither a covariance, nor a precision with a "
+            "position",
             file=path,
             line=line,
             cure="export the job with QC2 records",
         )
-    block = covariance(numbers(elements, "the covariance", path, line), path, line)
+    block = covariance(upper, path, line)
     records.start.append(start)
     records.end.append(end)
     records.vector_sources.append(f"{path.name}:{line}")
