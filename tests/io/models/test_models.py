@@ -177,11 +177,20 @@ def test_heights_stand_where_the_file_says(tmp_path: Path, raster: int, first: f
     assert "UTM zone 32N" in mesh.crs
 
 
-def test_wrong_grids(tmp_path: Path) -> None:
+def test_wrong_grids(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "a.tif"
     geotiff(path, np.zeros((3, 3)), {1024: 2, 2048: 4326})
     with pytest.raises(InputError, match="degrees"):
         read_model(path)
+    Image.fromarray(np.arange(4096, dtype=np.float32).reshape(64, 64)).save(
+        path, compression="tiff_lzw"
+    )
+    data = bytearray(path.read_bytes())
+    data[300:320] = bytes(20)
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="cannot be read"):
+        read_model(path)
+    assert capfd.readouterr() == ("", "")
     Image.new("RGB", (3, 3)).save(path)
     with pytest.raises(InputError, match="colours"):
         read_model(path)

@@ -7,7 +7,10 @@ A height stands at the middle of its pixel unless the file says that it stands a
 from __future__ import annotations
 
 import io
+import os
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -28,6 +31,19 @@ _MOST = 4_000_000
 _STEP, _TIE, _MATRIX, _KEYS, _NONE = 33550, 33922, 34264, 34735, 42113
 #: keys: kind of system, point or area, codes of the systems; what a user defines
 _KIND, _RASTER, _PROJECTED, _GEOGRAPHIC, _OWN = 1024, 1025, 3072, 2048, 32767
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """A block in which libtiff, which knows no other way, prints nothing on the terminal."""
+    terminal = os.dup(2)
+    try:
+        with open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        os.dup2(terminal, 2)
+        os.close(terminal)
 
 
 def read(path: Path, data: bytes) -> RawModel:
@@ -56,7 +72,8 @@ def read(path: Path, data: bytes) -> RawModel:
                     file=path,
                     cure=cure,
                 )
-            heights: Array = np.array(picture, dtype=np.float64)
+            with _unheard():
+                heights: Array = np.array(picture, dtype=np.float64)
         east, north = _places(tags, rows, columns)
         keys = _keys(tags)
         gap = str(tags.get(_NONE, "")).strip("\0 ")
