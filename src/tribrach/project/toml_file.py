@@ -213,8 +213,9 @@ def _known_keys(model: type[BaseModel]) -> list[str]:
 
 def _keys(schema: Any) -> list[str]:
     """All keys that a schema names anywhere."""
+    if isinstance(schema, list):
+        return [key for value in schema for key in _keys(value)]
     if not isinstance(schema, dict):
         return []
-    own = list(schema.get("properties", {}))
-    nested = [value for part in ("properties", "$defs") for value in schema.get(part, {}).values()]
-    return own + [key for value in nested for key in _keys(value)]
+    own = schema.get("properties")
+    return [*(own if isinstance(own, dict) else ()), *_keys([*schema.values()])]
