@@ -1,7 +1,8 @@
 """What pages take from elsewhere when the site is built; a hook of mkdocs.
 
 A line ``{insert: NAME WORDS}`` of a page stands for a table of the program itself (kinds, columns,
-keys, claims, classes), the contents of the method, a diff, or a CSV file that ``benchmarks`` wrote.
+keys, options, claims, classes), the contents of the method, a diff, or a CSV file that a program of
+``benchmarks`` wrote.
 """
 
 from __future__ import annotations
@@ -12,8 +13,11 @@ import re
 import runpy
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
+import typer
+
+from tribrach.cli import app
 from tribrach.io.survey.csv.columns import LAYOUTS
 from tribrach.observations.declaration import End
 from tribrach.observations.registry import kind_named
@@ -87,6 +91,27 @@ def diff(name: str) -> str:
     return f"```diff\n{(DOCS / name).read_text(encoding='utf-8')}```"
 
 
+def options(name: str) -> str:
+    """Options of a command, as its help has them."""
+    command = typer.main.get_command(app).commands[name].loaded  # type: ignore[attr-defined]
+    rows = []
+    for option in command.params:
+        if option.param_type_name == "option":
+            default = option.default
+            given = isinstance(default, bool) or default in (None, ())
+            words = ", ".join(f"`{word}`" for word in (*option.opts, *option.secondary_opts))
+            kind = getattr(getattr(option, "type_descriptor", None), "annotation", None)
+            choices = ", ".join(
+                f"`{word}`"
+                for one in (kind, *get_args(kind))
+                if get_origin(one) is Literal
+                for word in get_args(one)
+            )
+            says = f"{option.help} {choices}".strip()
+            rows.append((words, "" if given else f"{getattr(default, 'value', default)}", says))
+    return markdown(("option", "default", "what it does"), rows)
+
+
 def script(name: str) -> Callable[[str], str]:
     """What a script of this folder makes."""
     made: Callable[[], str] = runpy.run_path(str(DOCS / f"{name}.py"))["tables"]
@@ -102,6 +127,7 @@ def filled(page: str) -> str:
         "kinds": kinds,
         "layouts": layouts,
         "measured": measured,
+        "options": options,
     }
 
     return MARK.sub(lambda mark: (makers.get(mark[1]) or script(mark[1]))(mark[2]), page)
