@@ -292,7 +292,7 @@ def _nested(hint: Any) -> _Nested | None:
 
 
 def _item(hint: Any, handler: Any) -> Any:
-    """The schema of what one row has of a column."""
+    """JSON Schema of one cell of a column."""
     from pydantic_core import core_schema as cs
 
     nested = _nested(hint)
@@ -338,7 +338,7 @@ def plain(value: Any) -> Any:
 
 
 def written(cls: Any) -> dict[str, str]:
-    """What is written of a class of results: keys by the names of fields and properties."""
+    """Function that writes results of a class: keys are names of fields and properties."""
     return _written(cls)
 
 
@@ -349,14 +349,14 @@ def _written(cls: Any) -> dict[str, str]:
 
 
 def items_of(result: Result) -> dict[str, Any]:
-    """What is written of a result by its keys, values as they are."""
+    """Keys and unconverted values of a result."""
     cls = type(result)
     out = {key: getattr(result, name) for name, key in written(cls).items()}
     return _shortened(cls, out) if cls._maybe or cls._null else out
 
 
 def rows_of(cls: type[Result], columns: Mapping[str, NDArray[Any]]) -> list[dict[str, Any]]:
-    """What is written of many results, each by its keys."""
+    """Several results as JSON objects."""
     chosen = {key: columns[name] for name, key in written(cls).items()}
     lists = [_lists(v) if v.dtype.kind == "f" else v.tolist() for v in chosen.values()]
     return [

@@ -312,7 +312,7 @@ class RefusalCollector:
         return len(self._kept) >= _TOLD.get()
 
     def error(self) -> InputError:
-        """What was noted: the refusal, or :class:`Refusals` if there are several."""
+        """The noted refusal, or :class:`Refusals` if there are several."""
         return self._kept[0] if self.count == 1 else Refusals(self._kept, self.count)
 
     def settle(self) -> None:

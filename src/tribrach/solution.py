@@ -112,7 +112,7 @@ class Solving:
 
     @cached_property
     def accused(self) -> WrongCoordinate | WrongList | None:
-        """What is wrong in given coordinates, or in all readings of the scanners, if anything.
+        """Wrong given coordinates or lists, or systematic errors of scanners, if any.
 
         Of several the most significant; another unit and other axes of a list leave no other.
         """
@@ -125,7 +125,7 @@ class Solving:
 
     @property
     def wrong(self) -> WrongCoordinate | WrongList | None:
-        """What is wrong in given coordinates for certain: what else is wrong is seen without it."""
+        """Given coordinates that are wrong for certain; the other searches go without them."""
         return self.accused if self.accused is not None and self.accused.certain else None
 
     @cached_property
@@ -165,7 +165,7 @@ class Solving:
         )
 
     def accusation(self, kind: type[WrongCoordinate | WrongList]) -> list[str]:
-        """The sentence on what is wrong, if it is of this kind and not said of a group already."""
+        """The accusing sentence of this kind, unless a group has it already."""
         if self.accused is None or type(self.accused) is not kind or self.accused_of_group:
             return []
         return [self.accused.sentence()]
@@ -223,7 +223,7 @@ class Diagnosis:
     look: Callable[[Solving], Iterable[str]]
 
     def warnings(self, solving: Solving) -> tuple[ReportWarning, ...]:
-        """What is found."""
+        """Warnings on the findings."""
         return warned(self.severity, self.look(solving), self.key)
 
 

@@ -85,7 +85,7 @@ chi2, f, t, norm = _ChiSquare(), _Fisher(), _Student(), _Normal()
 
 
 def robust_sigma(values: npt.NDArray[Any], *, about: float | None = None) -> float:
-    """Sigma by the median absolute deviation (Hampel 1974); up to half may be anything."""
+    """Sigma by the median absolute deviation (Hampel 1974); half of the values may be wrong."""
     middle = np.median(values) if about is None else about
     deviation = np.abs(values - middle) if middle else np.abs(values)
     return float(MAD_TO_SIGMA * np.median(deviation))

@@ -67,7 +67,7 @@ class EstimableSet:
 
 @dataclass(frozen=True)
 class Estimability:
-    """What is open in a network."""
+    """Combinations of unknowns that a network leaves open."""
 
     #: combinations that neither the observations nor the datum determine, one sentence each
     open: tuple[str, ...]

@@ -88,7 +88,7 @@ class Parameter(Result, also=("meaning", "t")):
 
     @property
     def meaning(self) -> str:
-        """What it is, such as ``collimation axis error``."""
+        """Its meaning, such as ``collimation axis error``."""
         return meaning_of(self.plain)
 
     @property

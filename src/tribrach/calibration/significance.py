@@ -43,7 +43,7 @@ class BlockTest(Result, without=("posterior",), also=("kind",)):
 
 @dataclass(frozen=True)
 class Omitted(Result):
-    """A parameter that is no unknown: what it would be, and the test that it is zero."""
+    """A parameter that was not estimated, with its score test against zero."""
 
     name: str
     #: as one further unknown [m, rad or 1]
@@ -59,7 +59,7 @@ class Omitted(Result):
 
     @property
     def meaning(self) -> str:
-        """What it is, such as ``collimation axis error``."""
+        """Its meaning, such as ``collimation axis error``."""
         return meaning_of(self.name)
 
     @property

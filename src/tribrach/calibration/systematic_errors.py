@@ -61,7 +61,7 @@ class SystematicError:
 
     @property
     def meaning(self) -> str:
-        """What it is."""
+        """Its meaning in words."""
         return self.name if self.name in COMMON.parameters else meaning_of(self.name)
 
     def sentence(self) -> str:
@@ -123,7 +123,7 @@ def systematic_errors(adjustment: Adjustment) -> SystematicErrors | None:
 def _significant(
     adjustment: Adjustment, square: float, gain: float, more: int, level: float
 ) -> bool:
-    """True if a gain is no chance, neither a priori nor against what is left."""
+    """True if a gain is significant, a priori and against the remaining residuals."""
     if not float(chi2.sf(gain, 1)) < level:
         return False
     dof = adjustment.dof - more - 1

@@ -25,7 +25,7 @@ def check_project(
 
 
 def answer_of(check: ProjectCheck) -> Answer:
-    """What was found in words; mistakes end the command with 2."""
+    """The mistakes in words; with mistakes the command ends with status 2."""
     terminal = [
         *_listed("Read as follows:", check.readings),
         *_listed("Doubtful:", [f"{sentence}?" for sentence in check.doubts]),

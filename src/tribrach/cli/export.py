@@ -110,7 +110,7 @@ def _is_result(files: list[Path]) -> bool:
 
 
 def _adjusted(files: list[Path], quiet: bool) -> Delivery:
-    """What is delivered of files or of a project, adjusted as adjust does."""
+    """Content to deliver from files or a project, adjusted as ``adjust`` does."""
     from tribrach.io.delivery.content import delivered_network
     from tribrach.questions.adjust.adjusted import adjust_job
     from tribrach.report.json_result import network

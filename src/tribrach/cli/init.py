@@ -139,7 +139,7 @@ def init(
 
 
 def _targets(several: Iterable[str], said: list[str]) -> Iterator[tuple[str, float]]:
-    """Keys and sizes [m] of targets in words; what was guessed of them is said."""
+    """Keys and sizes [m] of targets from words; guesses are reported."""
     for words in several:
         key, size, guess = parse_target(words)
         said += [guess] if guess else []

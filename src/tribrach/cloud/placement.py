@@ -1,4 +1,4 @@
-"""The placement of a scan: its pose, and how well that is known."""
+"""The placement of a scan: its pose with its covariance."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ def angle_slopes(world: Array, placement: Placement) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class GivenPart:
-    """What a result was told from outside, and how much of it is in what its points share."""
+    """Given values of a result, and their covariance with what its points share."""
 
     #: what the m given values are: coordinates of control, parameters of a calibration file.
     #: Results with the same keys were told the same
@@ -320,7 +320,7 @@ class CloudPoints:
     effective: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what are no points."""
+        """Refuse arrays that are not points."""
         if self.xyz.ndim != 2 or self.xyz.shape[1] != 3 or not len(self.xyz):
             raise InputError(
                 f"points have the shape {self.xyz.shape}", cure="give an array (n, 3), n > 0"
@@ -351,7 +351,7 @@ class CloudPoints:
         return self.shared.scans[self.scan]
 
     def own(self, part: slice = slice(None)) -> Array:
-        """Covariances ``B_i`` (n, 3, 3) [m^2] of what each point has alone; zero without noise."""
+        """Covariances ``B_i`` (n, 3, 3) [m^2] of each point by itself; zero without noise."""
         where, xyz = self.placement, self.xyz[part]
         if where.noise is None:
             return np.zeros((len(xyz), 3, 3))

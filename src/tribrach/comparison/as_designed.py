@@ -191,7 +191,7 @@ class DesignSums:
 
     @property
     def covariance(self) -> Array:
-        """Covariance of what all points share, () without any."""
+        """Covariance of the errors that all points share; () if there are none."""
         if self.placement is None:
             return np.zeros((0, 0)) if self._stated is None else self._stated
         own, share = self.placement.covariance, self.placement.calibration

@@ -182,7 +182,7 @@ def tile_distances(
 
 @dataclass(eq=False)
 class _Looked:
-    """What one tile says."""
+    """Distances found in one tile."""
 
     #: distances to points, from planes, and the sizes of these
     tally: Tally
@@ -319,7 +319,7 @@ def _pitch(sampling: SamplingPattern) -> Pitch | None:
 
 
 def _debiased(rms: float | None, floor: Floor | None) -> float | None:
-    """What is left of the RMS across the surface; None if nothing."""
+    """RMS across the surface after the floor is subtracted; None if nothing remains."""
     if rms is None or floor is None or rms <= floor.rms:
         return None
     return float(np.sqrt(rms**2 - floor.rms**2))

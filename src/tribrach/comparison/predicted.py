@@ -95,7 +95,7 @@ class Prediction(
         "verdict",
     ),
 ):
-    """What was predicted of the distance along the normal, and what was observed [m]."""
+    """Predicted and observed distance along the normal [m]."""
 
     #: predicted noise and observed scatter of single points, of the first and the second cloud
     noise: tuple[float, float]

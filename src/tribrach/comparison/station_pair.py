@@ -55,7 +55,7 @@ class StationPair:
     alike: tuple[str, ...] = ()  #: of two results, what both were given alike
 
     def __post_init__(self) -> None:
-        """Refuse what is no covariance."""
+        """Refuse a matrix that is not a covariance."""
         count = _POSES
         if self.sides is not None:
             count = 1 + max(int(side.rows.max()) for side in self.sides)
@@ -160,7 +160,7 @@ class StationPair:
         return out
 
     def angles(self, points: Array) -> Array:
-        """Covariance (m, 3, 3) [m^2] of what systematic angles of both displace X by."""
+        """Covariance (m, 3, 3) [m^2] at X from the systematic angles of both scanners."""
         out = np.zeros((len(points), 3, 3))
         for side in self.sides or ():
             moved = angle_slopes(points, side.placement)
@@ -190,7 +190,7 @@ class StationPair:
 
 
 def joint_covariance(one: SharedPart, two: SharedPart) -> tuple[Array, tuple[str, ...]]:
-    """Covariance of what points of two results share, and what both were given (section 12.7)."""
+    """Joint covariance of two results, with the given values of both (section 12.7)."""
     n = len(one.covariance)
     joint = np.zeros((n + len(two.covariance),) * 2)
     joint[:n, :n], joint[n:, n:] = one.covariance, two.covariance

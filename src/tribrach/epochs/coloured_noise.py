@@ -131,7 +131,7 @@ class ColouredFit:
         return float(np.sqrt(variance))
 
     def chance(self, rows: Index | list[int]) -> float:
-        """Probability of what the parameters show, or more, if they were zero.
+        """Probability of parameters at least as large if the true ones were zero.
 
         One parameter by Student's distribution, several by Fisher's, averaged over the noise.
         """
@@ -153,7 +153,7 @@ class ColouredFit:
         limit = _root(scale, excess)
 
         def lack(size: float) -> float:
-            """What is missing of the power."""
+            """Difference from the wanted power."""
             return power - float(self.weights @ t.sf((limit - size) / scale, self.dof))
 
         return _root(scale, lack)

@@ -52,7 +52,7 @@ class Settings:
     systematic: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        """Refuse what is no probability and no bound."""
+        """Refuse settings that are not probabilities or bounds."""
         for name in ("confidence", "power"):
             if not 0 < getattr(self, name) < 1:
                 raise InputError(

@@ -180,7 +180,7 @@ class Moved:
 
 @dataclass(frozen=True)
 class StabilitySearch:
-    """What was found among points that are taken as stable."""
+    """Points that moved and points taken as stable."""
 
     #: the global test of all of them, and of those that stayed
     before: CongruenceTest

@@ -105,7 +105,7 @@ def with_wander(
 def learned_wander(
     differences: Sequence[Difference], days: Array, names: Sequence[str]
 ) -> dict[str, Array]:
-    """Covariance of what each point does within a day, by expectation and maximisation.
+    """Covariance of the daily wander of each point, by expectation and maximisation.
 
     In every cycle the motions of the whole are estimated with the weights of sights and wander
     together; what a point does is its best prediction, about a running median over a day, so that

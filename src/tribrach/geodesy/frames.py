@@ -217,7 +217,7 @@ def transform(xyz: Array, source: str, target: str, epoch: Array | float) -> tup
 
 
 def _accuracy(transformer: Transformer, source: str) -> float:
-    """What is stated for a transformation that was just used [m], NaN for nothing."""
+    """Stated accuracy of the transformation that was just used [m]; NaN if unknown."""
     try:
         accuracy = float(transformer.get_last_used_operation().accuracy)
     except ProjError:

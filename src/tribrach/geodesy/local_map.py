@@ -72,7 +72,7 @@ class StoredMap(Result):
     cubic: Matrix  #: (20, 3), coefficients
 
     def __post_init__(self) -> None:
-        """Refuse what is no map."""
+        """Refuse values that do not form a map."""
         shapes = [a.shape for a in (self.low, self.high, self.origin)]
         known = shapes == [(3,)] * 3 and self.cubic.shape == (len(_POWERS), 3)
         if not known or not (self.low < self.high).all():

@@ -20,7 +20,7 @@ from tribrach.geodesy.work_frame import WorkFrame
 
 @dataclass(frozen=True)
 class PlumbField:
-    """What is known of plumb line and geoid at any place of a site."""
+    """Plumb line and geoid heights at any place of a site."""
 
     #: one deflection for the site, towards north and east [rad]
     xi: float = 0.0

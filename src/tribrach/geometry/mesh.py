@@ -134,6 +134,6 @@ class Mesh:
 
 
 def _joined(one: Index, two: Index, count: int) -> Index:
-    """Numbers (count,) of what hangs together by pairs."""
+    """Component numbers (count,) of items that are connected by pairs."""
     graph = coo_array((np.ones(len(one), dtype=bool), (one, two)), shape=(count, count))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

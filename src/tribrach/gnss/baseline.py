@@ -437,7 +437,7 @@ def _computed(
     systems: str,
     progress: Progress,
 ) -> Baseline:
-    """The baseline in one way, checked by pieces of its session."""
+    """The baseline computed in one way, checked by pieces of its session."""
     options = _options(settings, reference, systems) | {"pos2-maxage": _tolerance(first, second)}
     options["pos1-sateph"] = 0 if orbits.precise is None else 1
     times = _common(first, second)

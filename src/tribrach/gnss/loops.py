@@ -55,7 +55,7 @@ class BaselineLoop(Result, also=("size", "ppm", "passes"), without=("points", "w
 
     @property
     def passes(self) -> bool:
-        """True if the closure is no larger than the covariances let expect."""
+        """True if the closure agrees with the covariances."""
         return self.dof == 0 or self.statistic <= self.limit
 
 

@@ -46,7 +46,7 @@ RESIDUALS = "residuals of the phases and how long they stay alike"
 
 @dataclass(frozen=True, eq=False)
 class RunOutcome:
-    """What one run has come to."""
+    """Result of one run of the engine."""
 
     place: Array  #: (3,), ECEF coordinates of the rover [m]
     #: (3, 3), covariance with independent epochs and the weights of the phases [m^2], which in the

@@ -102,7 +102,7 @@ class PhaseNoise(
         return self.interval * (self.factor(self.epochs) / self.scale) ** 2
 
     def sentence(self) -> str:
-        """What was found."""
+        """The estimated noise in a sentence."""
         words = Sentence(
             "phases scatter {own.scale:2} times as much as the engine assumes, and one "
             "epoch in {own.duration:0} s is independent",

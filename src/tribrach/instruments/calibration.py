@@ -364,7 +364,7 @@ def find_model(
 
 
 def _lichti(parameters: Sequence[str], unit_lengths: Sequence[float]) -> CalibrationModel:
-    """The additive set; without unit lengths there are no terms that need them."""
+    """The additive model; without unit lengths its cyclic terms are left out."""
     if len(unit_lengths) not in (0, 2) or any(not u > 0 for u in unit_lengths):
         raise InputError(
             "the additive set has two unit lengths above zero",

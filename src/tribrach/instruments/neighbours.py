@@ -145,7 +145,7 @@ class SharedNoise:
     beam: Beam = Beam()  #: the beam
 
     def __post_init__(self) -> None:
-        """Refuse what is no share and no angle."""
+        """Refuse values that are not a share and an angle."""
         if not 0 <= self.share <= 1:
             raise InputError(
                 f"neighbouring points cannot share {self.share:g} of their variance",

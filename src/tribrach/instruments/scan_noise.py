@@ -53,7 +53,7 @@ class ScanNoise:
     incidence: float = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse what is no standard deviation and no diameter."""
+        """Refuse values that are not standard deviations or diameters."""
         for item in fields(self):
             figure = getattr(self, item.name)
             if item.name == "law" or figure is None:
@@ -97,7 +97,7 @@ class ScanNoise:
 
     @property
     def random(self) -> ScanNoise:
-        """What is new with every point: the same without the systematic part of the angles."""
+        """The noise that is new with every point, without the systematic part of the angles."""
         return replace(self, systematic=0.0)
 
     def range_sigma(

@@ -193,11 +193,11 @@ class Bag:
     absent: frozenset[str]  #: payload that is only named
 
     def read(self, name: str) -> bytes | None:
-        """A file that is no payload; None if there is none."""
+        """A file of the bag beside the payload; None if it is missing."""
         return _read(self.archive, f"{self.root}/{name}", self.path)
 
     def differing(self) -> dict[str, Wrong]:
-        """What is wrong with files, by name."""
+        """Faults of files, by name."""
         found: dict[str, Wrong] = {}
         there = {info.filename for info in self.archive.infolist() if not info.is_dir()}
         wanted = dict(self.tags)

@@ -253,7 +253,7 @@ def _checksums(pages: NDArray[np.uint8]) -> NDArray[np.uint32]:
 
 @njit(cache=True, nogil=True)
 def _sum_up(first, last, pages, table, out):  # type: ignore[no-untyped-def]
-    """Checksums of pages (n, 256) of little-endian words, of which the last is no content."""
+    """Checksums of pages (n, 256) of little-endian words, without the last word of each."""
     for n in range(first, last):
         crc = np.uint32(0xFFFFFFFF)
         for k in range(0, PAYLOAD // 4, _STRIDE // 4):

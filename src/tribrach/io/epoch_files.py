@@ -311,7 +311,7 @@ def _of_matrix(points: PointList, given: CoordinateCovariance) -> Array:
 
 
 def _proper(covariance: Array, path: Path) -> None:
-    """Refuse what is no covariance matrix."""
+    """Refuse a matrix that is not a covariance."""
     variance = np.diag(covariance)
     good = np.isfinite(covariance).all() and bool((variance >= 0).all())
     if good and variance.any():

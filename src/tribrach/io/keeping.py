@@ -93,7 +93,7 @@ _Written = dict[str, list[_Content]]
 
 @dataclass
 class _Scope:
-    """What one piece of work reads and where it writes."""
+    """Files that one piece of work reads, and places where it writes."""
 
     #: resolved files that are read, with size, date and number when they were first named; None for
     #: those that were not there
@@ -426,7 +426,7 @@ def _alone(state: Path, scope: _Scope) -> Iterator[None]:
 
 
 def _list(place: Path, written: _Written, read: list[str]) -> _Stamp | None:
-    """Write the list of what the program wrote and last read; what tells it from others."""
+    """Write the list of files written and last read, with what identifies them."""
     handle, part = tempfile.mkstemp(prefix=f".{MANIFEST}.", suffix=".part", dir=place.parent)
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:

@@ -78,7 +78,7 @@ def _damaged(path: Path, error: Exception) -> InputError:
 
 
 def _refuse_parts(path: Path, data: bytes) -> None:
-    """Refuse what is no xlsx, what is too large, and XML with a document type."""
+    """Refuse files other than xlsx, too large ones, and XML with a document type."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as packed:
             parts = packed.infolist()

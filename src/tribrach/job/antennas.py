@@ -47,7 +47,7 @@ def height_sentences(adjustment: Adjustment) -> list[str]:
 
 @dataclass(frozen=True)
 class CarriedAntennas:
-    """What is known of stations that carry antennas or prisms, once adjusted."""
+    """Adjusted stations that carry antennas or prisms."""
 
     lever_arms: tuple[EstimatedLeverArm, ...]  #: those that were estimated
     #: antennas that were switched off and stand too high or too low, a sentence each

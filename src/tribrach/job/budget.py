@@ -59,7 +59,7 @@ class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "sh
 
     @property
     def own(self) -> float:
-        """What is new with every point and a mean of points makes smaller [m^2]."""
+        """Variance that is new with every point, and that a mean of points reduces [m^2]."""
         return _sum(self.parts, POINT_PARTS) - (self.range_share or 0.0) * self._range
 
     @property
@@ -193,7 +193,7 @@ _FEW = 20
 
 @dataclass(frozen=True)
 class _Sampled:
-    """What is known of n points, NaN where it is unknown, and their budget.
+    """Attributes of n sampled points, NaN where unknown, and their budget.
 
     range [m], incidence [degrees], intensity (n,) : as in the file; shared : of the variance of
     ranges, by neighbours.
@@ -240,7 +240,7 @@ def station_shares(
 
 
 def _considered(rest: Array, where: Placement) -> dict[str, Array]:
-    """What errors that are no unknowns (6, 6) have done to a station; {} if nothing."""
+    """Effect of considered errors (6, 6) on a station; {} without effect."""
     size = np.sqrt(np.maximum(np.diag(where.covariance), np.finfo(float).tiny))
     return {COMMON_ERRORS: rest} if np.abs(rest / size[:, None] / size).max() > _NEGLIGIBLE else {}
 

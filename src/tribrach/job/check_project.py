@@ -42,7 +42,7 @@ _OPEN, _QUICK = 3, 2000
 
 @dataclass(frozen=True)
 class ProjectCheck:
-    """What was found in a project before it is run."""
+    """Mistakes of a project, found before it is run."""
 
     path: Path  #: the project file
     mistakes: tuple[InputError, ...]  #: what would stop a run, each with file and line

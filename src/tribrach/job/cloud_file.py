@@ -55,7 +55,7 @@ class CloudFile:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What is odd and which points are left out, without the final stop."""
+        """Oddities and points left out, without the final stop."""
         return tuple(
             Sentence("{name}: {said}", name=scan.source, said=said)
             for scan in self.scans

@@ -146,7 +146,7 @@ def _tell(progress: Progress, what: str, total: int | None, done: int) -> None:
 
 
 def _middle(site: ComparisonSite | None, places: Array) -> tuple[float, float, float] | None:
-    """That of a site, or of the places (n, 3) that were compared where there are no sites."""
+    """Middle of a site, or of the compared places (n, 3) if there are no sites."""
     if site is None and not len(places):
         return None
     x, y, z = (site.center if site is not None else places.mean(axis=0)).tolist()
@@ -155,7 +155,7 @@ def _middle(site: ComparisonSite | None, places: Array) -> tuple[float, float, f
 
 @dataclass(frozen=True)
 class _Work:
-    """What is the same for all sites."""
+    """Settings and inputs that all sites share."""
 
     a: CloudFile
     b: CloudFile

@@ -65,7 +65,7 @@ def nearest(detections: Sequence[Detection], center: Array) -> Detection | None:
 
 
 def _far(finding: Findings, center: Array) -> tuple[str, str]:
-    """What is wrong with a place without a target, and where the nearest targets are."""
+    """Message and cure for a place without a target."""
     what = Sentence(
         "scan {finding.scan} has no target within {within_m:mmg} of {center}",
         finding=finding,

@@ -39,7 +39,7 @@ def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
 
 
 def decided_marks(survey: Survey, edits: Edits) -> Survey:
-    """What was measured of marks alone, with the uses and roles that were decided by hand.
+    """Survey of marks alone, with the uses and roles decided by hand.
 
     Decided is before the part is taken: given coordinates of a check point become control, and what
     a file switched off comes back.

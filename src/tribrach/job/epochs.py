@@ -42,7 +42,7 @@ class EpochInput:
 
 @dataclass(frozen=True)
 class EpochSettings:
-    """What is compared, and how."""
+    """Settings of a comparison of epochs."""
 
     tests: Settings = Settings()  #: of the comparison
     space: Space | None = None  #: heights, plan or 3D; all that both epochs have if None

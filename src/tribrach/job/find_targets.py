@@ -87,7 +87,7 @@ def target_wish(scan: StationScan, wanted: TargetSection) -> Wish:
 
 
 def _found(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> Findings:
-    """What a scan holds; nobody is told how far the search is."""
+    """Findings in a scan, without progress messages."""
     return find_targets(scan, wanted)
 
 

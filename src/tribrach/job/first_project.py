@@ -222,7 +222,7 @@ def _sigma0(folder: Path, survey: Sequence[FolderFile], wishes: Wishes) -> float
 
 
 def by_reason(rows: Sequence[tuple[Path, str]], folder: Path) -> list[str]:
-    """Files and what is said of each, in lines; many of which the same is said share one."""
+    """Files with the reason of each, one line for all files of one reason."""
     names: dict[str, list[str]] = {}
     for path, why in rows:
         names.setdefault(why, []).append(path.relative_to(folder).as_posix())
@@ -283,7 +283,7 @@ def _refused(folder: Path, first: FirstProject) -> list[tuple[Path, str]]:
 
 
 def _why(error: InputError) -> str:
-    """What is wrong with a file, in one line."""
+    """Fault of a file, in one line."""
     line = "" if error.line is None else f"line {error.line}: "
     return f"{line}{error.what}" + (f"; {error.cure}" if error.cure else "")
 

@@ -95,7 +95,7 @@ class FolderFile:
 
 
 def look_through(folder: Path, axes: Axes | None = None) -> list[FolderFile]:
-    """What is in all files of a folder and of the folders in it, by name."""
+    """Contents of all files in a folder and below it, by name."""
     if not folder.is_dir():
         raise InputError("there is no such folder", file=folder, cure="check its name")
     found: list[FolderFile] = []

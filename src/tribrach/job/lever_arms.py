@@ -20,7 +20,7 @@ from tribrach.units import MM
 
 @dataclass(frozen=True)
 class KnownLeverArm:
-    """What is known of a lever arm before the adjustment, in the scanner frame."""
+    """A lever arm known before the adjustment, in the scanner frame."""
 
     vector: Array  #: from the scanner to the antenna, (3,) [m]
     covariance: Array  #: (3, 3) [m^2], zero for a component that is held

@@ -125,7 +125,7 @@ def _made_of(form: Any, data: Any) -> Any:
 
 
 def _figure(value: Any) -> Any:
-    """What a field of a sentence has; what is no number is a word there."""
+    """A figure of a stored sentence; text stands for infinity and NaN."""
     value = settled(value)
     return value if _is_figure(value) else str(value)
 

@@ -182,7 +182,7 @@ def _boards(survey: Survey, sighted: Sighted, pose: Pose) -> list[BoardSighting]
 
 
 def known_points(survey: Survey, edits: Edits = NOTHING) -> dict[str, tuple[Array, float]]:
-    """Coordinates and one sigma [m] of what is known without the scans and may be a target.
+    """Coordinates and one sigma [m] of known points that may be targets.
 
     The survey is adjusted by itself where that is possible; else the given coordinates serve. A
     mark that a target stands over is none itself. What was decided by hand holds here as well.

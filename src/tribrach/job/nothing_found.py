@@ -97,7 +97,7 @@ def density_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
 
 
 def search_sentences(findings: Findings, wanted: TargetSection) -> list[str]:
-    """What was sought in a scan without targets: density against size, and candidates."""
+    """Sentences on a search without targets: density against size, and candidates."""
     name = findings.scan
     sentences = [*findings.sentences, *density_sentences(findings, wanted)]
     if not findings.rejected:

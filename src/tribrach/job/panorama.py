@@ -73,7 +73,7 @@ _SIDE, _MOST_SEEN = 160, 400
 def close_up(
     image: RangeImage, intensity: NDArray[np.float32] | None, center: Array, radius: float
 ) -> bytes | None:
-    """The scan around a place as its scanner saw it; NaN is no radius, None shows ranges."""
+    """The scan around a place as its scanner saw it; without values it shows ranges."""
     length, h, v = polar_from_xyz(center[None])[0]
     half = max(_AROUND * radius, _LEAST) if np.isfinite(radius) else _LEAST
     flat = max(length * np.sin(v), 1e-3)

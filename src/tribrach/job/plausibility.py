@@ -124,7 +124,7 @@ def _figures(project: Project) -> Iterator[str]:
 
 
 def _sigmas(survey: Survey) -> Iterator[str]:
-    """Sigmas of coordinates in another unit than is said."""
+    """Sentences on sigmas of coordinates that look like another unit."""
     coarse: dict[str, float] = {}
     fine: dict[str, float] = {}
     for table in survey.tables():
@@ -338,7 +338,7 @@ class _Figure:
 
 
 def _fit(a: Complex, b: Complex) -> tuple[complex, complex, float]:
-    """Turn and shift from a (n,) to b (n,), and the root mean square of what is left [m]."""
+    """Turn and shift from a (n,) to b (n,), and the RMS of the residuals [m]."""
     ca, cb = a.mean(), b.mean()
     product = complex(np.sum(np.conj(a - ca) * (b - cb)))
     turn = product / abs(product) if product else 1.0 + 0j

@@ -62,7 +62,7 @@ def shared_part(
 def joint_with_points(
     scans: Sequence[StationScan], adjustment: Adjustment, points: Sequence[str], factor: float = 1.0
 ) -> Array:
-    """The joint covariance of what points of scans share, and of points of the network.
+    """Joint covariance of the shared part of scans and of points of the network.
 
     First the rows of the shared part in their order, then three of each point, in the work frame.
     """

@@ -205,7 +205,7 @@ class Remembered:
         self._at_hand[product] = key, value
 
     def recall(self, product: str, key: str, form: type[T], *files: Path) -> T | None:
-        """What was remembered of a product made from the same key, if its files are whole."""
+        """A remembered product of the same key, if its files are whole."""
         found: T | None
         held, found = self._at_hand.pop(product, ("", None))
         if held == key:
@@ -231,7 +231,7 @@ class Remembered:
         return value
 
     def once(self, product: str, key: str, form: type[T], make: Callable[[], T]) -> T:
-        """What was remembered of a product without files, or what is made now."""
+        """A remembered product without files, or a new one."""
         known = self.recall(product, key, form)
         return self.remember(product, key, make()) if known is None else known
 

@@ -244,7 +244,7 @@ class _Source:
 
 
 def _noise(members: Sequence[StationScan]) -> ScanNoise:
-    """What is stated for the scans of one scanner."""
+    """Stated noise of the scans of one scanner."""
     noise = members[0].noise
     assert noise is not None
     return noise

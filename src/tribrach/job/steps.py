@@ -212,7 +212,7 @@ def _wanted(project: Project) -> Wishes:
 
 
 def _besides(scan: StationScan) -> list[Wish]:
-    """What is taken of a scan while it is in memory: for the error budget, where there is one."""
+    """Sample of a scan for the error budget, where its noise is known."""
     return [sample_wish(scan)] if scan.noise is not None else []
 
 

@@ -42,5 +42,5 @@ def sample_wish(scan: StationScan) -> Wish:
 
 
 def _taken(scan: Scan, *, progress: Progress) -> SurfaceSample:
-    """The sample of a scan, whose steps nobody is told of."""
+    """The sample of a scan, without progress messages."""
     return surface_sample(scan)

@@ -81,7 +81,7 @@ def read_survey_files(
 
 
 def readable_survey(instruments: Instruments, refused: RefusalCollector) -> Survey:
-    """What can be read of the files of a project; what is refused is noted."""
+    """Survey of the readable files of a project; refusals are noted."""
     with refused.record():
         reader = _Reader(instruments, Calibrations(instruments))
         reader.all(refused)

@@ -94,7 +94,7 @@ class Bookkeeping:
 
 
 def _true_names(truth: Mapping[str, Any], named: Named) -> dict[str, list[str]]:
-    """True name of each detection by station, "" for what is no target."""
+    """True name of each detection by station; "" for false detections."""
     targets = {n: np.array(truth["points"][n]) for n in truth["targets"]}
     names, xyz = list(targets), np.array(list(targets.values()))
     out = {}
@@ -383,7 +383,7 @@ def _cloud_error(
     *,
     progress: Progress,
 ) -> CloudError:
-    """The errors of the points of a scan; nobody is told how far it is."""
+    """Errors of the points of a scan, without progress messages."""
     return cloud_error(scan, where, true, file, incidence)
 
 

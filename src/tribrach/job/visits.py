@@ -44,7 +44,7 @@ Wishes = Callable[[StationScan], Sequence[Wish]]
 
 @dataclass(frozen=True)
 class _Plan:
-    """What is to be made of the scan of a number: which of the products that are wanted of it.
+    """Products to make of one scan during its visit.
 
     keys : of all of them, empty while its beams without return are not known; beams : product and
     key of these where they are sought.

@@ -40,7 +40,7 @@ class Considered:
 
 
 def influence_of(adjustment: Adjustment, effects: Sequence[Considered], columns: Index) -> Array:
-    """What effects that are no unknowns do to the unknowns of a network.
+    """Effect of considered errors on the unknowns of a network.
 
     Method section 5.10.
 

@@ -69,7 +69,7 @@ def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
 
 
 def _common(adjustment: Adjustment, influence: Array) -> list[Contribution]:
-    """Shares of what values have in common; ``influence`` (n, k) keeps what each has by itself.
+    """Shares of common errors; ``influence`` (n, k) keeps the rest.
 
     With ``C = L L^T`` an error ``dl`` of the values does ``g^T dl``, where ``g = L^-T`` times the
     influence of the whitened ones; its two parts have the shares ``g^T C g``. The Cholesky factor

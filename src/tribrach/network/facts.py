@@ -183,7 +183,7 @@ class FrameChange(Fact):
 
     @property
     def sentence(self) -> str | None:
-        """What was done; None where it changes nothing that anybody measures."""
+        """The transformation in a sentence; None if it changes nothing measurable."""
         if self.largest < _NOTICEABLE and not self.uncertain > _NOTICEABLE:
             return None
         what = "vector" if self.vectors else "position"

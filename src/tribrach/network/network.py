@@ -47,7 +47,7 @@ def is_given(kind: type[Observations], group: str) -> bool:
 
 
 def axes_sentence(used: NDArray[np.bool_]) -> str | None:
-    """What is left out, in a sentence; None if nothing is."""
+    """Sentence on coordinates that take no part; None if all do."""
     if used.all():
         return None
     if used[2]:
@@ -116,7 +116,7 @@ class JointCovariance:
     category: Category | None = None  #: part of the error budget that ``common`` belongs to
 
     def part(self, keep: Index) -> JointCovariance:
-        """What is left of it for some of the values, by their numbers (m,) in it."""
+        """The covariance of some of the values, by their numbers (m,)."""
         square = np.ix_(keep, keep)
         return JointCovariance(
             self.table[keep],

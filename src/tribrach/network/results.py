@@ -213,7 +213,7 @@ class Results:
     confidence: float = 0.95  #: probability that ellipses and ellipsoids hold
 
     def __post_init__(self) -> None:
-        """Refuse what is no probability."""
+        """Refuse a confidence that is not a probability."""
         if not 0 < self.confidence < 1:
             raise InputError(
                 f"the confidence is {self.confidence:g}, which is not between 0 and 1",

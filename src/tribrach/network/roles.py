@@ -186,7 +186,7 @@ def datum_sentence(adjustment: SolvedSystem) -> str:
 
 
 def assumed_sigmas(adjustment: SolvedSystem) -> list[AssumedSigmas]:
-    """Sigmas of coordinates that nobody stated, and that weight points all the same."""
+    """Assumed sigmas of coordinates stated without sigmas."""
     weighted = set(weighted_names(adjustment))
     found = facts_of(adjustment.network.facts, AssumedSigmas)
     return [one for one in found if one.assumed and not weighted.isdisjoint(one.points)]

@@ -84,7 +84,7 @@ def site_accuracy(adjustment: Adjustment, factor: float = 1.0) -> SiteAccuracy |
 
 
 def _positions(adjustment: Adjustment) -> tuple[list[str], Array, NDArray[np.int64]]:
-    """Names, places (k, 3) and columns (k, 3) of free positions that are no marks."""
+    """Names, places (k, 3) and columns (k, 3) of free positions other than marks."""
     layout, state = adjustment.layout, adjustment.state
     marks: set[int] = set()
     for o in adjustment.network.observations:

@@ -126,7 +126,7 @@ def check_covariance(matrices: Array, source: Sequence[str], what: str) -> None:
 
 
 def check_values(values: Array, source: Sequence[str], kind: str) -> None:
-    """Refuse measured values (n, rows) that are no numbers, or beyond any measurement."""
+    """Refuse measured values (n, rows) that are not finite or beyond any measurement."""
     good = (np.abs(values) < LARGEST).all(axis=1)
     if good.all():
         return
@@ -263,7 +263,7 @@ def check_columns(
 
 
 def _numbers(given: Any, what: str) -> Array:
-    """Given figures as an array; refused where one of them is no number."""
+    """Given figures as an array; one that is not a number is refused."""
     try:
         return np.asarray(given, dtype=float)
     except (TypeError, ValueError):
@@ -795,7 +795,7 @@ class Survey:
             self.datum = other.datum
 
     def tables(self) -> tuple[ObservationTable, ...]:
-        """What was added, call by call."""
+        """Tables of observations, call by call."""
         return tuple(self._tables)
 
     def joint_covariances(self) -> tuple[JointCovariance, ...]:
@@ -844,7 +844,7 @@ class Survey:
         )
 
     def of_marks(self, *, active: bool = True) -> Survey:
-        """What was measured of marks alone: without scanner stations and without check values.
+        """The survey of marks alone, without scanner stations and check values.
 
         Points that nothing else observes are left out, so that the rest can be adjusted by itself.
 

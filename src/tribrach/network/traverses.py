@@ -64,7 +64,7 @@ class Traverse(Result, also=("plan", "ratio")):
 
 @dataclass(frozen=True)
 class _Readings:
-    """What was observed in plan, by names."""
+    """Observations in plan, by names."""
 
     #: angles between two sights of a set-up [rad] with their variances
     sights: dict[str, list[dict[str, tuple[float, float]]]]
@@ -115,7 +115,7 @@ def traverses(adjustment: Adjustment) -> list[Traverse]:
 
 
 def _readings(adjustment: Adjustment) -> _Readings:
-    """What was observed in plan: readings without what their models add to plane geometry."""
+    """Observations in plan, reduced to plane geometry."""
     layout, state = adjustment.layout, adjustment.state
     name = layout.name_array("position").tolist()
     xyz = state.positions
@@ -174,7 +174,7 @@ def _readings(adjustment: Adjustment) -> _Readings:
 
 
 def _zeniths(adjustment: Adjustment) -> dict[tuple[str, str], float]:
-    """Mean of what zenith angles were observed too large, by the ends of the sight [rad]."""
+    """Mean error of zenith angles, by the ends of the sight [rad]."""
     name = adjustment.layout.name_array("position")
     found: dict[tuple[str, str], list[float]] = defaultdict(list)
     for table in adjustment.network.observations:

@@ -177,7 +177,7 @@ class TieCollector:
         }
 
     def add(self, part: TieTable) -> None:
-        """One more part of a table."""
+        """Append rows of one kind of tie."""
         self.parts[type(part)].append(part)
 
     def add_azimuths(self, start: Index, end: Index, azimuth: Array) -> None:

@@ -146,7 +146,7 @@ def _sign(criterion: Criterion) -> float:
 
 
 class _ByPrediction:
-    """What one set more does to the reliability: a prediction for each."""
+    """Effect of one more set on the reliability, by a prediction for each."""
 
     def __init__(self, adjustment: Adjustment, criterion: Criterion, readers: _Readers) -> None:
         self.network, self.criterion, self.readers = adjustment.network, criterion, readers
@@ -161,7 +161,7 @@ class _ByPrediction:
 
 
 class _ByUpdate:
-    """What one set more does to the covariance: an update with the rows of the station."""
+    """Effect of one more set on the covariance, by an update with the rows of the station."""
 
     def __init__(self, adjustment: Adjustment, criterion: Criterion, readers: _Readers) -> None:
         rows = {name: _rows_of(adjustment, parts) for name, parts in readers.items()}

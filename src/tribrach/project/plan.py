@@ -127,7 +127,7 @@ class PlanSection(Section):
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
-        """What is proposed has places."""
+        """Check that proposals have places, and that criterion and requirement go together."""
         somewhere = self.target_places or self.spacing_m or self.lever_arm
         if (self.add_targets or self.move_targets) and not somewhere:
             raise ValueError("targets are proposed at target_places, or with spacing_m on a scene")
@@ -149,7 +149,7 @@ class PlanSection(Section):
         return self
 
     def required(self, axes: int = 3) -> float | None:
-        """What is required of the criterion [m, or a number], ``axes`` of a displacement."""
+        """Required value of the criterion [m, or a number], ``axes`` of a displacement."""
         if self.displacement_mm is not None:
             return sigma_for_displacement(self.displacement_mm * 1e-3, axes)
         return {

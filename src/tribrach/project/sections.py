@@ -134,7 +134,7 @@ class EpochKeys(BaseModel):
 
     @property
     def motion(self) -> Motion | None:
-        """How the marks move, None if it is not said."""
+        """Motion of the marks; None if not stated."""
         if self.velocity_m_per_year is not None:
             return Motion(velocity=np.array(self.velocity_m_per_year))
         return None if self.plate is None else Motion(plate=self.plate)
@@ -316,7 +316,7 @@ class HeightSection(Section):
 
 
 class TelescopeSection(Section):
-    """What is known of the axes of a telescope; what is not given is unknown.
+    """Known values of the axes of a telescope; the others are unknowns.
 
     A value with a sigma is observed, with a sigma of zero held, without one it is where to start
     from.
@@ -348,7 +348,7 @@ class TelescopeSection(Section):
 
 
 class AdjustmentSection(Section):
-    """What is done besides adjusting."""
+    """Options of the adjustment."""
 
     snoop: bool = False  #: Blunders are switched off, one by one.
     #: Reweighting that points at blunders.

@@ -182,7 +182,7 @@ def typed(data: Any, place: Sequence[int | str]) -> tuple[int | str, ...]:
 
 
 def _words(detail: ErrorDetails, model: type[BaseModel], key: str) -> tuple[str, str | None]:
-    """What is wrong with a key, and the cure."""
+    """Fault of a key, and the cure."""
     if detail["type"] == "extra_forbidden":
         table, _, own = key.rpartition(".")
         near = difflib.get_close_matches(own, _known_keys(model), 1)

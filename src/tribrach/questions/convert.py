@@ -253,7 +253,7 @@ def _single(values: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 
 
 def _digits(values: Array, least: int | None) -> int | None:
-    """Digits after the point that all values (n,) have at most; None if more than can be told."""
+    """Digits after the point that all values (n,) have at most; None if too many."""
     for digits in range(_MOST_DIGITS + 1) if least is None else range(least, _MOST_DIGITS + 1):
         if least is None:
             return None

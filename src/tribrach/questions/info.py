@@ -24,7 +24,7 @@ from tribrach.shell.command import command
 
 @dataclass(frozen=True)
 class DescribedFiles(Result):
-    """What is in files of scans."""
+    """Contents of files of scans."""
 
     scans: tuple[Description, ...]
     projects: tuple[ProjectDescription, ...]

@@ -139,7 +139,7 @@ def _units(network: Network) -> dict[str, list[Place]]:
 
 
 def _compared(name: str, places: Sequence[Place], adjustment: Adjustment) -> LeftOutPosition:
-    """The mean difference of what was given of a position, and what it should be."""
+    """Mean difference from the given position, and its expectation."""
     network = adjustment.network
     rows: list[tuple[int, float, Index, Array]] = []
     values = ValueCovariances(network)

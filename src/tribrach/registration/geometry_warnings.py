@@ -57,7 +57,7 @@ class TargetsAround:
         return float(values[1] / max(values[0], 1e-12))
 
     def sentences(self) -> list[str]:
-        """What is weak about the geometry, each sentence with its consequence."""
+        """Weaknesses of the geometry, each with its consequence."""
         count, needed = len(self.targets), 2 if self.levelled else 3
         if count == 0:
             return []

@@ -32,7 +32,7 @@ class Picture:
 
     @cached_property
     def drawing(self) -> Drawing:
-        """What is drawn."""
+        """The drawing."""
         return self.image() if callable(self.image) else self.image
 
     @property

@@ -79,7 +79,7 @@ def _verdict(content: Report, found: Marked) -> tuple[Literal["good", "look", "b
 
 
 def _todo(content: Report, found: Marked) -> str:
-    """What is to be looked into, by name where observations are marked."""
+    """Things to look into, by name where observations are marked."""
     grave = content.grave
     if not found.act:
         things = f"; {counted(grave, 'thing')} to look into before you sign"

@@ -37,7 +37,7 @@ def clock(seconds: float) -> str:
 
 
 def clocks(one: float, two: float) -> str:
-    """From one time to another; a day that both share is said once.
+    """A span of time; a day that both ends share is written once.
 
     Examples
     --------

@@ -406,7 +406,7 @@ class _Fit:
         return np.bincount(self._patch, values, self._count).astype(float)
 
     def observed(self, light: Array, row: Index, column: Index, gridded: bool) -> ObservedNoise:
-        """Fit, leave out what is no plane, and return what is left."""
+        """Fit, drop patches that are not planes, and return the rest."""
         patch, length = self._patch, self._length
         kept = np.ones(len(patch), dtype=bool)
         columns = self._base

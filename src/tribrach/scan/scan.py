@@ -110,7 +110,7 @@ class NoReturn(Result, without=("at_scanner", "total", "doubt")):
 
     @property
     def points(self) -> int:
-        """Number of points that are no return."""
+        """Number of points without return."""
         return self.zeros + self.repeated + self.in_shell
 
     def marks(self, xyz: Array, scanner: Array) -> NDArray[np.int64]:
@@ -145,7 +145,7 @@ class NoReturn(Result, without=("at_scanner", "total", "doubt")):
 
     @property
     def sentence(self) -> str:
-        """What is left out and how much it is, without the final stop."""
+        """Points left out and their number, without the final stop."""
         share = self.points / max(self.total, 1)
         return Sentence(
             "{own.points} of {own.total} points ({share:%}) are beams without return and are left "
@@ -264,7 +264,7 @@ class Scan(ABC):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is odd in it and what is left out, without the final stop."""
+        """Oddities of the scan and points left out, without the final stop."""
         beams = () if self.no_return is None else (self.no_return.sentence,)
         return (*self.warnings, *beams)
 

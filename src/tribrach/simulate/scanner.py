@@ -201,7 +201,7 @@ class Scanner:
         return chosen.delta(polar, self.face(polar[:, 1]), values)
 
     def received(self, light: Array, length: Array) -> Array:
-        """What is received (n,) of light (n,), reflectance times cosine, from ranges (n,) [m]."""
+        """Received light (n,) of light (n,), reflectance times cosine, from ranges (n,) [m]."""
         return light if self.fall_off is None else light * self.fall_off.at(length)
 
     @property

@@ -45,7 +45,7 @@ ALPHA, CHECK = 0.05, 0.99
 
 @dataclass(frozen=True, eq=False)
 class Outcome:
-    """A fit and everything that is to be said about it."""
+    """A fit with all of its tests and remarks."""
 
     fit: TransformationFit  #: without the points that were removed
     tests: PointTests  #: of the used points

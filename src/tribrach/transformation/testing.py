@@ -159,7 +159,7 @@ def snoop_points(fit: TransformationFit) -> Snooped:
 def _one_less(
     fit: TransformationFit, tests: PointTests, steps: list[str], removed: list[int], *, hidden: bool
 ) -> TransformationFit | None:
-    """The fit without its worst point; None if that cannot be spared. Steps and removed grow."""
+    """The fit without its worst point, noted in steps and removed; None if the point stays."""
     places = np.flatnonzero(fit.points.used)
     worst = int(np.argmax(np.nan_to_num(tests.statistic / tests.limit)))
     k = int(places[worst])

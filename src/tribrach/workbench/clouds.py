@@ -161,7 +161,7 @@ def _part(cloud: SceneCloudFile, poses: PoseFile | None, upright: bool) -> Scene
 
 
 def _attributes(head: CopcHead, upright: bool) -> dict[str, SceneAttribute | bool]:
-    """Ranges of what points can be coloured by, from the coarsest points of the cloud."""
+    """Ranges of attributes for colours, from the coarsest points of the cloud."""
     out: dict[str, SceneAttribute | bool] = {"rgb": head.colours}
     compared = "distance" in head.sample
     for name, (title, unit) in _ATTRIBUTES.items():

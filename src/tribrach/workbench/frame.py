@@ -136,5 +136,5 @@ class SceneFrame:
 
 
 def _nothing(xyz: Array) -> list[list[float | None]]:
-    """Rows of coordinates, None for what is no number."""
+    """Rows of coordinates; None replaces NaN."""
     return [[float(v) if np.isfinite(v) else None for v in row] for row in xyz]

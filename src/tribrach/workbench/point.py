@@ -94,7 +94,7 @@ def _normal(beam: Array, cosine: float | None) -> Array:
 
 
 def _own(sources: PointSources, picked: Picked) -> Array:
-    """What is new with this point (3, 3)."""
+    """Covariance (3, 3) that is new with this point."""
     if sources.shared is None or picked.scan.scan not in sources.shared.scans:
         return np.full((3, 3), np.nan)
     light = None if picked.light is None else [picked.light]

@@ -75,7 +75,7 @@ def named_joint(sources: PointSources) -> tuple[list[str], Array] | None:
 
 
 def _total(sources: PointSources) -> Array:
-    """The covariance of what the points of clouds share and of the points of the network."""
+    """Joint covariance of clouds and points of the network."""
     assert sources.shared is not None
     q = len(sources.shared.covariance)
     names, rows = sources.joint or ([], np.zeros((0, q)))

@@ -134,7 +134,7 @@ def _missing() -> Response:
 
 
 def _json(content: Any, status: int = 200) -> Response:
-    """Content as strict JSON: what is no number is null."""
+    """Content as strict JSON; NaN and infinity become null."""
     return Response(json_text(content), status_code=status, media_type="application/json")
 
 

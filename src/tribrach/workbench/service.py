@@ -180,7 +180,7 @@ class Service:
             return self._scene
 
     def _lacking(self) -> str:
-        """What of the scans cannot be shown, and what to do."""
+        """Parts of the scans that cannot be shown, and the cure."""
         from tribrach.workbench.clouds import lacking_clouds
 
         if self.session is not None and self.beside.folder is None:
@@ -393,7 +393,7 @@ class Service:
             raise Declined(422, {"defect": list(error.sentences)}) from error
 
     def _adjusted(self, work: Callable[[], Any]) -> Any:
-        """An adjusted network, told to all; its tests are begun."""
+        """Send an adjusted network to all pages and begin its tests."""
         with self._answers():
             adjusted = self.beside.frame.of_adjusted(work())
         self.changed()
@@ -508,7 +508,7 @@ class Service:
         return relative(self.sources, a, b)
 
     def point(self, cloud: str, x: str, y: str, z: str) -> dict[str, Any]:
-        """What is known of a picked point; see :mod:`tribrach.workbench.point`."""
+        """All figures of a picked point; see :mod:`tribrach.workbench.point`."""
         from tribrach.workbench.point import point
 
         return point(self.sources, cloud, (x, y, z))
@@ -566,7 +566,7 @@ def _revision(given: Mapping[str, Any]) -> int:
 
 
 def _whole_file(path: Path) -> Path | None:
-    """A plain file that is no link and lies where its name says; None otherwise."""
+    """A plain file in its own folder, without links; None otherwise."""
     try:
         if path.is_symlink() or not path.is_file():
             return None

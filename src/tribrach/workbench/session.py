@@ -605,7 +605,7 @@ class Session:
         return edits.model_copy(update={"target": (*others, entry)})
 
     def _finding(self, change: _TargetChange) -> Findings:
-        """What was found in the scan of a target."""
+        """Findings in the scan of a target."""
         findings = () if self._found is None else self._found.findings
         by_scan = {finding.scan: finding for finding in findings}
         if change.scan not in by_scan:

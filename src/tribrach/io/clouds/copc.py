@@ -82,7 +82,7 @@ class Cube:
 
     @property
     def deepest(self) -> int:
-        """The level whose cells are no larger than a step, which cannot be divided further."""
+        """The deepest level: its cells are no larger than one coordinate step."""
         return min(max((self.side - 1).bit_length() - _GRID_BITS, 0), _BITS - _GRID_BITS)
 
     def places(self, x: NDArray[Any], y: NDArray[Any], z: NDArray[Any]) -> Places:

@@ -146,7 +146,7 @@ def _plan_crs(crs: str) -> CRS:
 
 
 def delivered_network(result: Mapping[str, Any]) -> Delivery:
-    """What is delivered of an adjusted network, by the keys of its JSON."""
+    """Content of a delivery from the JSON of an adjusted network."""
     reference = result.get("reference") or {}
     crs = reference.get("crs") or ""
     known = {**result["points"], **result["stations"]}
@@ -255,7 +255,7 @@ def _sights(rows: Sequence[Mapping[str, Any]], names: set[str]) -> Iterator[tupl
 
 
 def delivered_epochs(result: Mapping[str, Any]) -> Delivery:
-    """What is delivered of compared epochs, by the keys of their JSON."""
+    """Content of a delivery from the JSON of compared epochs."""
     moves: list[DeliveredMove] = []
     points: dict[str, DeliveredPosition] = {}
     comparisons = result["comparisons"]

@@ -33,7 +33,7 @@ def delivered(delivery: Delivery, format: str, options: DeliveryOptions | None =
 
 
 def read_delivery(given: Path) -> Delivery:
-    """What is delivered of a file with a result, or of a folder of results."""
+    """Content of a delivery from a result file or a folder of results."""
     path = result_path(given)
     if path.is_file():
         try:

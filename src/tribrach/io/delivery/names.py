@@ -28,7 +28,7 @@ TEMPLATE = "{point} {easting_m:.4f} {northing_m:.4f} {height_m:.4f} {code}"
 
 @dataclass(frozen=True)
 class DeliveryOptions:
-    """What a format is told besides."""
+    """Options of a delivery format."""
 
     scale: float | None = None  #: denominator of the scale of a drawing; a usual one if None
     template: str = TEMPLATE  #: of a line of a list

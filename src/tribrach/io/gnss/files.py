@@ -118,7 +118,7 @@ def vector_reader(path: Path) -> Reader | None:
 
 
 def survey_of(files: Sequence[tuple[Path, GnssRecords]], context: GnssContext) -> Survey:
-    """Survey of what files hold."""
+    """Survey of the vectors and positions in files."""
     job = _job(files, context)
     changes = [_carried(path, records, context, job) for path, records in files]
     site = context.site

@@ -59,7 +59,7 @@ class RinexObservations:
 
     @property
     def body(self) -> bytes:
-        """What was observed, without the header."""
+        """The observations after the header."""
         return self.text.partition(b"END OF HEADER")[2].strip()
 
     @property
@@ -163,7 +163,7 @@ def _in_columns(data: bytes, lines: list[tuple[str, str]], start: int) -> tuple[
 
 
 def _fields(text: str) -> list[float] | None:
-    """Three numbers in fields of 14 characters, None where they are no numbers."""
+    """Three numbers in fields of 14 characters; None if one is not a number."""
     try:
         return [float(text[k : k + 14]) for k in (0, 14, 28)]
     except ValueError:

@@ -192,7 +192,7 @@ def _columns(
 
 
 def _matrix_head(lines: list[str]) -> list[str] | None:
-    """Words of the line that opens the matrix, None if there is no matrix."""
+    """Words of the line that opens the matrix; None without a matrix."""
     name = "+SOLUTION/MATRIX_ESTIMATE"
     return next((line.split() for line in lines if line.startswith(name)), None)
 

@@ -300,7 +300,7 @@ class _Writer:
             self.rows.append((start, side.point, difference, sigma, side.line))
 
     def _say(self) -> None:
-        """What was found strange, and what was assumed."""
+        """Report oddities and assumptions."""
         told = [*self.file.problems, *self.strange]
         self.survey.warnings += [
             f"{self.label}:{line}: {what}." for line, what in sorted(told)[:_MOST]

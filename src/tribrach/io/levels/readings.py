@@ -94,7 +94,7 @@ class LevelFile:
 
 
 def _problem(reading: StaffReading) -> str:
-    """Why no level has such a reading; "" if one may have it."""
+    """Reason why the reading is impossible for a level; "" if it is possible."""
     if not reading.point:
         return "the reading has no point"
     if not abs(reading.value) < _STAFF:

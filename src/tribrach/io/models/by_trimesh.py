@@ -53,7 +53,7 @@ def read(path: Path, data: bytes) -> RawModel:
 
 
 def _part(scene: Any, node: str, path: Path) -> tuple[str, Array]:
-    """The name of a part of a scene and its triangles, none of what has no faces."""
+    """Name and triangles of a part of a scene; no triangles if it has no faces."""
     transform, key = scene.graph[node]
     geometry = scene.geometry[key]
     faces = getattr(geometry, "faces", None)

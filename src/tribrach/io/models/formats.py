@@ -50,7 +50,7 @@ class RawModel:
 
 
 def model_unit(word: str | None) -> LengthUnit | None:
-    """The unit that the user says a model is in; None where nothing is said."""
+    """Unit of a model as the user states it; None if not stated."""
     if word is None:
         return None
     unit = named_unit(word)

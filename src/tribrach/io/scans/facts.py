@@ -9,7 +9,7 @@ _MOST, _LENGTH = 50, 20_000
 
 
 def told_facts(text: str | bytes) -> dict[str, str]:
-    """The facts of a record of JSON, as strings by name; none of what is no such record."""
+    """Facts in a JSON record, as strings by name; none if it is not such a record."""
     try:
         told = json.loads(text)
     except (ValueError, RecursionError):

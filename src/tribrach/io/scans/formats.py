@@ -112,7 +112,7 @@ def _is_text(start: bytes) -> bool:
 
 
 def _shape(path: Path) -> str | None:
-    """PTX, PTS or other lines of numbers, by the first lines; None if they are no numbers."""
+    """PTX, PTS or other lines of numbers, from the first lines; None without numbers."""
     ptx, xyz = _module("ptx"), _module("xyz")
     with unpacked(path) as file:
         lines = Lines(file, path).peek(len(ptx.HEADER))

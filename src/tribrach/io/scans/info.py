@@ -382,7 +382,7 @@ class Description(
 
 
 def describe(scan: Scan, among: int = 1) -> Description:
-    """Read a scan and describe it without its beams without return, which are told apart."""
+    """Read and describe a scan; beams without return are counted separately."""
     if scan.unit.factors is None:
         scan = as_filed(scan)
     scan = screened(scan)

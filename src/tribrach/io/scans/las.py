@@ -474,7 +474,7 @@ def _facts(header: laspy.LasHeader) -> dict[str, str]:
 
 
 def _limits(told: str) -> tuple[float | None, float | None]:
-    """Limits of an intensity from what is said of it: ``0.0 to 1.0``."""
+    """Limits of an intensity from their text, such as ``0.0 to 1.0``."""
     try:
         low, high = map(float, told.split(" to "))
     except ValueError:

@@ -156,7 +156,7 @@ _LINES = ("columns", "rows", "position", *["axis"] * 3, *["row of the 4x4 matrix
 
 
 def _wrong_line(line: bytes, k: int, index: int) -> str:
-    """What is wrong with a line of a header: its values, or the place where it stands."""
+    """Reason why a line of a header is wrong: its values or its position."""
     cells = line.split(b" ")
     if len(cells) != HEADER[k]:
         early = index > 0 and k < 2

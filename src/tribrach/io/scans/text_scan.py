@@ -189,7 +189,7 @@ def short(path: Path, stated: int, present: int, record: str | None = None) -> I
 
 
 def off_by_one(path: Path, stated: int, present: int, record: str | None = None) -> str:
-    """What is said of a count that is wrong by one point, as some programs write it."""
+    """Sentence for a count that is wrong by one point, as some programs write it."""
     if abs(stated - present) != 1 or present == 0:
         raise short(path, stated, present, record)
     return f"the header states {stated} points and the file holds {present}: all of them are read"

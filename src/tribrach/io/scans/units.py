@@ -127,7 +127,7 @@ def unit_of_crs(wkt: str) -> LengthUnit | None:
 
 
 def metric_crs(wkt: str) -> str | None:
-    """The same reference system with metres along its axes; None if it cannot be told."""
+    """The same reference system with metres along its axes; None if unknown."""
     try:
         told = json.loads(CRS.from_user_input(wkt).to_json())
         return str(CRS.from_json_dict(_metric(told)).to_wkt())
@@ -136,7 +136,7 @@ def metric_crs(wkt: str) -> str | None:
 
 
 def _metric(told: Any) -> Any:
-    """PROJJSON whose linear axes count metres; what is renamed is no longer what a code means."""
+    """PROJJSON with metres along linear axes, without the codes that no longer apply."""
     if isinstance(told, list):
         return [_metric(one) for one in told]
     if not isinstance(told, dict):
@@ -227,7 +227,7 @@ def _comments(scan: Scan) -> list[str]:
 
 
 def _beyond_circle(scan: Scan) -> bool:
-    """True if the stated bounds, or the first points, are no longitudes and latitudes."""
+    """True if stated bounds or first points are not longitudes and latitudes."""
     bounds = scan.bounds
     if bounds is None or not np.isfinite(bounds).all():
         first = next(iter(scan.stored(1000)), None)

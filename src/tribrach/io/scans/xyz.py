@@ -246,7 +246,7 @@ def _running(numbers: Array) -> int:
 
 
 def _refuse_doubtful(path: Path, xyz: Array, listed: bool) -> None:
-    """Ask for names where the values are no x, y and z in this order."""
+    """Ask for names where the values cannot be x, y and z in this order."""
     if not len(xyz) or not np.isfinite(xyz).all():
         return
     height = float(np.median(np.abs(xyz[:, 2])))

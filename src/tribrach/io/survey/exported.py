@@ -146,7 +146,7 @@ class Sieve:
             yield np.full(len(o), leans), "reduced by deflections of the vertical or a geoid"
 
     def sentences(self) -> tuple[str, ...]:
-        """What is lost, most first."""
+        """Losses of the export, the most frequent first."""
         return tuple(
             f"{title} ({count}): {why}" for (title, why), count in self.lost.most_common() if count
         )

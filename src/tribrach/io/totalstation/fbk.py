@@ -120,7 +120,7 @@ class _Reader:
             self.recorder.problem(line, what)
 
     def close(self) -> None:
-        """Say what the whole file leaves to be said."""
+        """Report remarks that concern the whole file."""
         if self.flat:
             self.recorder.note(
                 f"{self.flat} sights have a horizontal distance and no vertical one (AD, F1 or F2 "
@@ -128,7 +128,7 @@ class _Reader:
             )
 
     def _setting(self, name: str, values: list[str]) -> None:
-        """A correction of the office program; it is told unless it changes nothing."""
+        """Report a correction of the office program unless it changes nothing."""
         value = " ".join(values).upper()
         neutral = 1.0 if name == "SCALE FACTOR" else 0.0
         try:

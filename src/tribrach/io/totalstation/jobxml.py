@@ -154,7 +154,7 @@ class _Reader:
         return max(self.rounds[station], 1) if self.in_rounds else 0
 
     def close(self) -> None:
-        """Say what the whole file leaves to be said."""
+        """Report remarks that concern the whole file."""
         if self.vectors:
             self.recorder.note(
                 f"{self.vectors} GNSS vectors stand beside the sights and are not used: name the "

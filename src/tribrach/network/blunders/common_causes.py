@@ -153,7 +153,7 @@ class Pattern:
 
 @dataclass(frozen=True)
 class CommonCauses:
-    """What was found."""
+    """Common causes that were named."""
 
     named: tuple[CommonCause, ...] = ()  #: mistakes, the clearest first
     #: what is no mistake of one set-up or target; of several sorts the one that scatters most
@@ -173,7 +173,7 @@ class _Cause:
 
     @property
     def common(self) -> bool:
-        """True if it is no single observation."""
+        """True if it concerns several observations."""
         return bool(self.sort)
 
     @cached_property
@@ -230,7 +230,7 @@ class _Causes:
         return self._left[k]
 
     def basis(self, chosen: list[int]) -> Array:
-        """An orthonormal basis (n, k) of what some causes leave."""
+        """Orthonormal basis (n, k) of the residuals that some causes leave."""
         basis = np.zeros((self.adjustment.n_observations, 0))
         return _joined(basis, np.hstack([self.left(k) for k in chosen])) if chosen else basis
 

@@ -428,7 +428,7 @@ def _rivals(
     suspects: Sequence[Suspect],
     unit: float,
 ) -> dict[str, float]:
-    """Scores of what else would explain the misfit; without a cause, of all that fails."""
+    """Scores of rival explanations of the misfit; without a cause, of all failing ones."""
     adjustment = given.adjustment
     out = {
         given.words(other.members): other.score(unit)

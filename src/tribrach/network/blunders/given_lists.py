@@ -78,7 +78,7 @@ class _Given:
 
 
 def _anew(network: Network) -> State:
-    """Start values of what is held; NaN for all that has to be found."""
+    """Start values of held coordinates; NaN for all others."""
     start, layout = network.start, network.start.layout
     held: dict[str, Mask] = {
         family: ~network.free[layout.columns(family, np.arange(layout.count(family)))]
@@ -239,7 +239,7 @@ def _fitting(xyz: Array, places: Array, part: Mask, *, tilts: bool) -> list[_For
 
 
 def _misfit(xyz: Array, places: Array, *, tilts: bool) -> float:
-    """What is left [m] where coordinates are laid on places, upright or in any position."""
+    """Residual [m] of coordinates aligned with places, upright or in any position."""
     known = np.isfinite(xyz + places).all(axis=1)
     if tilts and known.sum() >= _LEAST:
         return _rms(kabsch, places[known], xyz[known])
@@ -262,7 +262,7 @@ def _centred(values: Array) -> Array:
 
 
 def _rms(align: Callable[[Array, Array], Alignment], a: Array, b: Array) -> float:
-    """Root mean square of what an alignment leaves, infinite where it is not determined."""
+    """RMS of the residuals of an alignment; infinite if it is not determined."""
     try:
         return float(align(a, b).rms)
     except InputError:

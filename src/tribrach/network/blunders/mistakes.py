@@ -32,7 +32,7 @@ def first_adjustment(network: Network) -> Adjustment:
 
 @dataclass(frozen=True)
 class Mistakes:
-    """What is said of them."""
+    """Sentences on mistakes."""
 
     #: mistakes that explain several bad observations each; that the search gave up, if it did
     sentences: tuple[str, ...]

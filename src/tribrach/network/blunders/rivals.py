@@ -220,7 +220,7 @@ class _Causes:
         return out
 
     def _inverse(self, members: Index) -> tuple[Array, int]:
-        """Inverse of what the residuals show of biases, as far as they show it, and its rank."""
+        """Inverse and rank of the information that the residuals have on biases."""
         values, vectors = np.linalg.eigh(self._left[np.ix_(members, members)])
         seen = values > _SEEN
         return (vectors[:, seen] / values[seen]) @ vectors[:, seen].T, int(seen.sum())

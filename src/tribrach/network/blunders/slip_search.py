@@ -64,7 +64,7 @@ class Slip:
 
 
 def explains(vtpv: float, dof: int, before: float) -> float | None:
-    """Variance factor of what is left if that explains a misfit, None if it does not."""
+    """Variance factor that remains if a slip explains the misfit; None if it does not."""
     if dof < 1:
         return None
     after = vtpv / dof

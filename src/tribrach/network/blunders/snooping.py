@@ -102,7 +102,7 @@ class SnoopingLog:
         return [step.sentence() for step in self.steps]
 
     def undecided(self) -> list[str]:
-        """Which observations cannot be told from each other, and what is not to be used."""
+        """Observations that cannot be told apart, and points not to be used."""
         told: list[set[str]] = []
         out: list[str] = []
         for step in self.steps:

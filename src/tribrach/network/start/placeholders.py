@@ -134,7 +134,7 @@ class Contradiction:
     places: Array
 
     def sentence(self) -> str:
-        """What is not used, by the pair that shows it best."""
+        """Sentence on coordinates not used, with the pair that shows it best."""
         out = []
         if self.off:
             out.append(
@@ -433,7 +433,7 @@ def misplaced(network: Network, solved: SolvedSystem) -> bool:
 def without_placeholders(
     network: Network, solve: Callable[[Network], SolvedSystem]
 ) -> Network | None:
-    """Drop start values that contradict the sights; None if there are none that do."""
+    """Drop start values that contradict the sights; None if no value does."""
     if not network.start.missing():
         return None
     found = contradiction(network, _approximate(network), solve, rough=True)

@@ -132,7 +132,7 @@ def _findings(c: SelfCalibration) -> Iterator[Finding]:
 
 
 def _estimability(c: SelfCalibration) -> Iterator[Finding]:
-    """What can be separated, what only just, and what would help."""
+    """Separable parameters, barely separable ones, and observations that would help."""
     if c.dropped:
         reasons = "; ".join(f"{i.name} ({i.why})" for i in c.left_out if i.name in c.dropped)
         said = "Left out because they cannot be separated: {reasons}."

@@ -81,7 +81,7 @@ def calibrations_of(job: Job, calibration: SelfCalibration) -> dict[str, Calibra
 def _calibration(
     project: Project, section: CalibrationSection, calibration: SelfCalibration, instrument: str
 ) -> Calibration:
-    """What was found of one instrument."""
+    """Estimated calibration of one instrument."""
     own = [k for k, p in enumerate(calibration.parameters) if p.owner == instrument]
     if not own:
         raise InputError(

@@ -117,7 +117,7 @@ class AsDesigned(Result, also=("sentences",)):
 
     @property
     def sentences(self) -> list[str]:
-        """What was found."""
+        """Verdicts and remarks in words."""
         return [finding.words for finding in _findings(self)]
 
 
@@ -227,7 +227,7 @@ def _in_another_unit(mesh: Mesh, extent: _Extent, b: Path) -> InputError | None:
 
 
 def _apart(cloud: CloudFile, mesh: Mesh, extent: _Extent, limit: float, b: Path) -> InputError:
-    """Why no point is near the model."""
+    """Reason why no point is near the model."""
     low, high = mesh.corners
     between = float(np.linalg.norm((low + high) / 2 - (extent.low + extent.high) / 2))
     return InputError(

@@ -58,7 +58,7 @@ class ToldMotions(CloudMotions, also=("sentences",)):
 
     @property
     def sentences(self) -> list[str]:
-        """What keeps its place, what moved, what cannot be told, and what was assumed."""
+        """Sentences on stable area, moved parts, undecided parts and assumptions."""
         return words(motions_findings(self))
 
 
@@ -106,7 +106,7 @@ def motions_front(motions: CloudMotions) -> FrontPage:
 
 
 def motions_findings(motions: CloudMotions) -> list[Finding]:
-    """What keeps its place, what moved, what cannot be told, and what was assumed."""
+    """Findings on stable area, moved parts, undecided parts and assumptions."""
     return [*_stable(motions), *_parts(motions), *_surface(motions), _registration(motions)]
 
 
@@ -302,7 +302,7 @@ def _towards(direction: Array) -> str:
 
 
 def _surface(motions: CloudMotions) -> Iterator[Finding]:
-    """What can be compared, and what cannot, by area."""
+    """Areas that can be compared, and that cannot."""
     yield Finding.of(
         "compared",
         "{all.share:%} of the surface of both clouds (about {all.area:0} m²) could be compared.",

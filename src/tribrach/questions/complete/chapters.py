@@ -44,7 +44,7 @@ _GAPS = {
 
 
 def answer_of(title: str, found: Completeness) -> Answer:
-    """What was seen as people read it; a title names the clouds."""
+    """The completeness as an answer; its title names the clouds."""
     said = list(_findings(found))
     pictures = [_map(found)] if found.required_sigma is None else [_map(found), _sigma_map(found)]
     gaps = [getattr(found.gaps, field.name) for field in fields(found.gaps)]

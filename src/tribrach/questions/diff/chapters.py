@@ -76,7 +76,7 @@ def answer_of(found: ResultDifference, angle: Literal["gon", "deg"] = "gon") -> 
 
 
 def _findings(found: ResultDifference) -> Iterator[Finding]:
-    """What it comes to."""
+    """Findings on the differences."""
     places, before, after = found.places, *found.sigma0.posterior
     still = all(p.length == 0 and np.array_equal(*p.sigma, equal_nan=True) for p in places)
     if found.common == "same" and still and not found.observations and before == after:

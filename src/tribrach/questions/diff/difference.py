@@ -122,7 +122,7 @@ _ORDER = get_args(get_type_hints(ObservationChange)["change"])
 
 @dataclass(frozen=True)
 class _Result:
-    """What is compared of a result."""
+    """The parts of a result that are compared."""
 
     data: Mapping[str, Any]
     active: Mapping[Key, tuple[float, float]]
@@ -370,7 +370,7 @@ def _observations(a: _Result, b: _Result) -> list[ObservationChange]:
 
 
 def _change(one: Mapping[str, Any] | None, other: Mapping[str, Any] | None) -> Any:
-    """What is not the same of a value, None if all is."""
+    """First key that differs; None if all agree."""
     if one is None or other is None:
         return "only in the second" if one is None else "only in the first"
     if one["state"] != other["state"]:

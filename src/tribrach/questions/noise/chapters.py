@@ -237,7 +237,7 @@ def _footprint(estimate: NoiseEstimate) -> Iterator[Finding]:
 
 
 def _carried(estimate: NoiseEstimate) -> Iterator[Finding]:
-    """What of an instrument file is as stated, or missing."""
+    """Figures of an instrument file that are as stated, or missing."""
     carried, across, taken = estimate.carried(), estimate.across, estimate.taken
     if across is None:
         if "scan_angle_arcsec" not in estimate.instrument:

@@ -58,7 +58,7 @@ _LEAST, _LEAST_ANGLE = 1e-5, 0.01 * SEC
 
 @dataclass(frozen=True)
 class ScanPatches(Result):
-    """What one scan gave."""
+    """Patches of one scan."""
 
     source: str  #: file and scan
     #: planar patches and points on them
@@ -347,7 +347,7 @@ class NoiseEstimate(
         return out
 
     def carried(self) -> dict[str, float | str]:
-        """Keys and values across the beam that are not told by the scans, as they are stated.
+        """Stated keys and values across the beam that the scans do not determine.
 
         With :attr:`instrument` they make a whole instrument; empty where nothing is stated.
         """
@@ -452,7 +452,7 @@ def _too_few(scans: Sequence[Scan], told: Sequence[ScanPatches], error: InputErr
 
 
 def _told(scan: Scan, found: ObservedNoise) -> ScanPatches:
-    """What one scan gave, and why not more."""
+    """Patches of one scan, with the reason if there are none."""
     remark = ""
     if scan.origin == "unknown":
         remark = _NO_ORIGIN

@@ -91,7 +91,7 @@ class PlanSurvey:
         return self.job.changed(calibration=None, scale_bars=(), stations=dict(stations))
 
     def _surveyed(self) -> Survey:
-        """What is measured already."""
+        """Survey of the existing measurements."""
         known = self._bare.surveyed(self.further).stations
         own = {n: s for n, s in self.project.stations.items() if n in known}
         return self._plain(own).surveyed(self.further)
@@ -168,7 +168,7 @@ class PlanSurvey:
         targets: Mapping[str, Array] | None = None,
         stations: Mapping[str, ScannerPlace] | None = None,
     ) -> Survey:
-        """What is planned, with further targets and further stations."""
+        """The planned survey, with further targets and stations."""
         out = Survey(site=self.context.frame.site)
         own = {name: self.points[name] for name in self.targets}
         for table, _ in self.tables:

@@ -55,7 +55,7 @@ class _Along(NamedTuple):
 
 
 def answer_of(found: Series, title: str) -> Answer:
-    """The series as people read it, with charts of the points that did most."""
+    """The series as an answer, with charts of the points with the largest displacements."""
     findings = list(_findings(found))
     every = [_Along(p, fit) for p in found.points for fit in p.fits]
     points, cycles = _points(every), _cycles(found)

@@ -44,7 +44,7 @@ FORM = Form("targets", FoundTargets, 1)
 
 
 def answer_of(findings: Sequence[Findings]) -> Answer:
-    """What was found in scans as people read it: a line for each target and candidate."""
+    """The targets as an answer: a line for each target and candidate."""
     found = tuple(d for f in findings for d in f.detections)
     rejected = tuple(RejectedTarget(f.scan, **vars(r)) for f in findings for r in f.rejected)
     scans = ", ".join(f.scan for f in findings)

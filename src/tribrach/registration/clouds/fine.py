@@ -287,7 +287,7 @@ def _sigma(s: Surfels) -> Array:
 
 
 def _columns(s: Surfels, forms: _Forms) -> tuple[NDArray[Any], ...]:
-    """What is compared of surfels: mean, normal, their sigmas, form, bend, spread."""
+    """Compared attributes of surfels: mean, normal, their sigmas, form, bend, spread."""
     if forms is _Forms.PLANES:
         normal, form = s.normal, np.full(len(s), FLAT, dtype=np.int8)
     else:

@@ -186,7 +186,7 @@ def _triangles(edges: Sequence[CloudEdge]) -> list[tuple[str, str, str]]:
 
 
 def _shortest(edges: Sequence[CloudEdge], start: str, end: str) -> list[str]:
-    """Stations of a shortest path, both ends included; none if there is no path."""
+    """Stations of a shortest path with both ends; empty without a path."""
     before: dict[str, str] = {start: start}
     front = [start]
     while front and end not in before:

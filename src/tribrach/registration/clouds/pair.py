@@ -716,7 +716,7 @@ def _wrong(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
 
 
 def _slid_away(fit: PairFit, prior: Pose, sigma: ApproximateSigma) -> bool:
-    """True if a fit lies further along its open directions than they are said to be open."""
+    """True if a fit lies too far from the approximate pose along its open directions."""
     far = GATES.slid_sigmas * sigma.shift + GATES.slid_levers * fit.precision.lever
     return apart(fit.pose, prior)[0] > far
 

@@ -114,7 +114,7 @@ class RelativeCovariance:
         return 6 - int(self.unheld.shape[1])
 
     def sentences(self, a: str, b: str) -> list[str]:
-        """What is weak about the relative pose, in words."""
+        """Weaknesses of the relative pose, in words."""
         out: list[str] = [
             Sentence(
                 "the overlap of {a} and {b} does not hold {words} (axes of {a}); there its "

@@ -35,7 +35,7 @@ from tribrach.statistics import robust_sigma
 
 @dataclass(frozen=True)
 class SharedErrorGates:
-    """What is known of shared errors beforehand."""
+    """Prior knowledge of shared errors."""
 
     #: sigma of the curvature of trunks and poles [1/m]: radii of 0.1 m and more
     bend_per_m: float = 10.0

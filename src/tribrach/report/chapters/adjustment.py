@@ -52,7 +52,7 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
 
 
 def _kinds(head: Head) -> ReportTable:
-    """What was observed, how often, and whether each group deserves its sigmas."""
+    """Groups of observations, their numbers, and whether their sigmas fit."""
     note = (
         "Counts are observed values. The ratio of sigma0 a posteriori to a priori is that of "
         "the group alone: 1 says its sigmas are right, 2 that they are half of what they "
@@ -196,7 +196,7 @@ class Marked:
 
 
 def marked(head: Head) -> Marked:
-    """What is marked among the observations of a report, but for what a warning has explained."""
+    """Marked observations of a report, without those that a warning explains."""
     seen = _Seen.of(head)
     active = _rejected(seen.observations, "active")
     parts = (active.column(name).tolist() for name in ("kind", "start", "end"))
@@ -208,7 +208,7 @@ def marked(head: Head) -> Marked:
 
 
 def _remarks(head: Head) -> tuple[str, ...]:
-    """What is to be known of the adjustment and asks for nothing."""
+    """Remarks on the adjustment that ask for nothing."""
     seen = _Seen.of(head)
     found = [
         *_by_chance(seen),

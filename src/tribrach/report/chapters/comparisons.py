@@ -62,7 +62,7 @@ class ToldComparison(StationComparison, also=("sentences",)):
 
     @property
     def sentences(self) -> list[str]:
-        """What it came to."""
+        """Result of the comparison in words."""
         fits = [] if self.regression is None else self.regression.sentences
         return [*words(comparison_findings(self)), *self.remarks, *fits]
 

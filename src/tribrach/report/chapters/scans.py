@@ -230,7 +230,7 @@ def _warnings(placed: PlacedScans) -> tuple[ReportWarning, ...]:
 
 
 def _beams(scan: StationScan) -> LeftOutBeams:
-    """What is left out of a scan."""
+    """Sentence on points of a scan that are left out."""
     found = scan.scan.no_return
     assert found is not None
     return LeftOutBeams(

@@ -99,7 +99,7 @@ GATES = CircleEdgeGates()
 
 @dataclass(frozen=True)
 class DiscShape:
-    """What is known of a disc and its points before the fit."""
+    """Prior knowledge of a disc and its points."""
 
     radius: float  #: radius [m]
     radius_sigma: float  #: its sigma [m]

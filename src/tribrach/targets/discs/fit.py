@@ -360,7 +360,7 @@ class _Patch:
         return np.asarray(residual + np.where(self.bright, 0.0, self.plane.split))
 
     def _range_sigma(self) -> float:
-        """What is known of the noise of ranges [m], 0 if nothing."""
+        """Known noise of ranges [m]; 0 if unknown."""
         if self.sigma_range is None:
             return 0.0
         across = (self.sigma_angle or 0.0) * float(np.linalg.norm(self.plane.origin))
@@ -378,7 +378,7 @@ class _Patch:
         return out
 
     def _shape(self, near: Array, count: int) -> DiscShape:
-        """What is known of the disc before the fit."""
+        """Prior knowledge of the disc."""
         away = float(np.linalg.norm(near))
         pitch = float(np.sqrt(np.pi / max(count, 1))) * EDGE.patch_radii * self.radius
         jitter = (GATES.usual_angle_rad if self.sigma_angle is None else self.sigma_angle) * away
@@ -436,7 +436,7 @@ class _Patch:
         return self._measured(solved, free, centre, spread, floor)
 
     def _doubt(self, flat: Array, light: Array, fit: EdgeFit) -> Refused | None:
-        """Why a converged fit is no disc of this size."""
+        """Reason why a converged fit is not a disc of this size."""
         away = np.hypot(*(flat - fit.p[:2]).T)
         contrast = abs(fit.p[3]) / max(usual_noise(fit.noise), 1e-12)
         explained = _explained(flat, light, fit, self.shape)

@@ -123,7 +123,7 @@ def locate_edge(points: EdgePoints, shift: float, turn: float) -> tuple[Array, A
 
 
 def _one_sided(points: EdgePoints) -> float:
-    """How much of what tells of the edge lies on one side of it, from 0 to 1.
+    """Share of the information on the edge that lies on one side of it, 0 to 1.
 
     Profiles of beams are symmetric, so a wrong one moves the places of points on both sides apart
     or together; it moves an edge that a single row of points tells of.

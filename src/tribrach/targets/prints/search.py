@@ -33,7 +33,7 @@ class PrintFit(Protocol):
 
 @dataclass(frozen=True)
 class Refused:
-    """Why points are no target."""
+    """Reason why points are not a target."""
 
     reason: str  #: one sentence without the full stop
     #: true if nothing like a target is there, which is not worth a line in the report

@@ -164,7 +164,7 @@ def _cover(directions: Array, count: int) -> float:
 
 
 def _reason(fit: SphereFit, free: SphereFit, inside: float, cover: float, sigma: float) -> str:
-    """Why a fit is no sphere; empty if it is one."""
+    """Reason why a fit is not a sphere; empty if it is one."""
     most = GATES.fit_ratio * np.hypot(sigma, GATES.form_m)
     if fit.rms > most:
         return Sentence(

@@ -145,7 +145,7 @@ def fit_sphere(
 
 
 def noise_doubt(points: int) -> float:
-    """Sigma of the logarithm of ``s0^2`` of a fit: of what is stated and of its estimate."""
+    """Sigma of the logarithm of ``s0^2`` of a fit: of the stated value and its estimate."""
     return float(np.sqrt(GATES.prior_range**2 + 2 / points))
 
 

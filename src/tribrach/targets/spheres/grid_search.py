@@ -328,7 +328,7 @@ def _boxes(
 
 @dataclass(frozen=True)
 class _Noise:
-    """What is stated of points and spheres.
+    """Stated noise of points and spheres.
 
     range, angle : sigmas of one point [m] and [rad]; beam : None if the angle holds its footprint;
     tolerance : sigma of radius and form as made [m]; floor : of a centre [m]; shared : what

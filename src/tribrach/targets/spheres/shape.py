@@ -167,7 +167,7 @@ def shape_of(
 
 
 def _other_radius(off: float, sigma: float, tolerance: float, radius: float) -> float:
-    """Root mean square [m] of what the radius is wrong by, with the odds of another ball.
+    """RMS error [m] of the radius, with the odds of another ball.
 
     The free radius is off by ``off`` with ``sigma``. Odds of another ball are the ratio of the
     probability densities of that, times the odds before.

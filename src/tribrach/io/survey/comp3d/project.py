@@ -100,7 +100,7 @@ def _covariance(config: dict[str, Any], path: Path) -> str:
 
 
 def _beside(name: str, path: Path) -> str:
-    """The name of a file that the project names, checked."""
+    """Name of a file that the project names; refused outside of the project's folder."""
     try:
         named_file(name, path.parent)
     except InputError as error:

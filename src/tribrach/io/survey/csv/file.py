@@ -103,7 +103,7 @@ class CsvTable:
         )
 
     def number(self, column: str) -> Array:
-        """Values (n,) of a column; NaN if there is no such column."""
+        """Values (n,) of a column; NaN without the column."""
         values = self.numbers.get(column)
         return np.full(len(self), np.nan) if values is None else values
 
@@ -346,7 +346,7 @@ def _numbers(
 def _bad_cell(
     path: Path, line: int, title: str, cell: str, shown: str, unit: str, decimal: Decimal
 ) -> InputError:
-    """What is wrong with a cell, which is shown as it stands in the file."""
+    """Sentence on a wrong cell, quoted as in the file."""
     if _is_number(cell, unit) and abs(parse_angle(cell, unit if unit == "dms" else "m")) >= LARGEST:
         what, cure = f"{title} is {cell}", "give a number that was measured"
     elif _is_number(cell, unit):

@@ -57,7 +57,7 @@ _FIX = "to the entry of the file"
 
 
 class HeadQuestion(InputError):
-    """Which columns hold what is not said; which of two is east is asked.
+    """A question for the user: unit of columns, or which of two columns is east.
 
     ``what``, ``cure``: the question, and where it is answered; ``point``: head or number of the
     column of names; ``coordinates``: heads or numbers of the columns of coordinates: two of the

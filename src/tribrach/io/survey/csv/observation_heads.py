@@ -226,7 +226,7 @@ def _parts(title: str) -> tuple[str, str | None]:
 
 
 def _meaning(words: str) -> str | None:
-    """Our name of what a head says, without its unit."""
+    """Our column name for a head, without its unit."""
     plain = letters(words)
     if plain in _MEANING:
         return _MEANING[plain]

@@ -20,7 +20,7 @@ _Place = tuple[str, str, str]
 
 
 def linked_stations(project: RiscanProject) -> tuple[list[ScanPosition], list[str]]:
-    """Scan positions whose reflectors have the names of what they are linked to."""
+    """Scan positions whose reflectors take the names of their links."""
     known: dict[_Place, TiePoint] = {("GLCS", "", p.name): p for p in project.glcs}
     known |= {("PRCS", "", p.name): p for p in project.prcs}
     known |= {("SOCS", s.name, t.name): t for s in project.stations for t in s.targets}
@@ -62,7 +62,7 @@ def _name(target: TiePoint, known: dict[_Place, TiePoint]) -> tuple[str, bool]:
 
 
 def _place(link: str) -> _Place | None:
-    """Where a path leads to, None if that is no list of tie points."""
+    """List, scan position and name that a path leads to; None for other paths."""
     parts = link.strip("/").split("/")
     if len(parts) < 3:
         return None

@@ -197,7 +197,7 @@ class Places:
         return float(np.remainder(turned + np.pi, 2 * np.pi) - np.pi)
 
     def hold_heights(self, names: Sequence[str], warnings: list[str]) -> None:
-        """Hold given heights that are free and told by nothing."""
+        """Hold given heights that no observation determines."""
         held = []
         for name in names:
             given = self.given[name]

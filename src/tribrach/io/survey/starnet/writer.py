@@ -162,7 +162,7 @@ class _Writer:
                 yield " ".join(["C", name, *words, *self._said(name)])
 
     def _said(self, name: str) -> list[str]:
-        """The description of a point as one word, where it was not said before."""
+        """The description of a point as one word, at its first appearance."""
         code = self.codes.pop(name, "")
         # a number sign would begin a comment
         return [f"'{code.replace('#', '')}"] if code else []
@@ -177,7 +177,7 @@ class _Writer:
                 yield from self._of_kind(constraint.observations, None)
 
     def _given(self) -> None:
-        """What is known of coordinates stands behind them."""
+        """Collect sigmas and marks of given coordinates."""
         for table, o in enumerate(self.network.observations):
             if isinstance(o, _GIVEN):
                 self._weigh(o, table)
