@@ -17,7 +17,7 @@ import numpy as np
 from tribrach.errors import InputError, Refusals, TribrachError
 from tribrach.io.instrument_sheets import Sheet, find_sheet, sheets
 from tribrach.io.survey.csv.file import CsvTable
-from tribrach.io.survey.formats import read_files
+from tribrach.io.survey.formats import JOINT, read_files
 from tribrach.io.survey.starnet.recognition import is_settings
 from tribrach.io.toml_model import quoted
 from tribrach.job.folder import AXES, Axes, FolderFile, reread
@@ -46,8 +46,6 @@ _UNTIED = (
     "their clouds, in a frame of their own, and the survey is a project of its own; say which "
     "targets stood there with --target, such as --target sphere:0.0725"
 )
-#: formats whose files belong together
-_JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
 #: sigma of coordinates that nobody states [mm]
 _CONTROL_MM = 5.0
 #: figures that are assumed of instruments nobody names
@@ -596,7 +594,7 @@ class _Composer:
         """Files of observations, those together that belong together."""
         together: dict[str, list[FolderFile]] = {}
         for one in self.survey:
-            key = one.format if one.format in _JOINT else one.path.as_posix()
+            key = one.format if one.format in JOINT else one.path.as_posix()
             if one.format in ("dna", "dynaml"):
                 # stations and measurements of one network have one name
                 key += re.sub(r"[-_.]?(stn|msr|geo)$", "", one.path.with_suffix("").as_posix())
@@ -685,7 +683,7 @@ def _csv_name(station: str) -> str:
 
 
 #: formats whose files bring a work frame of their own
-_BRINGING = ("gnss", "dna", "dynaml", "riscan", "comp3d", "gama", "starnet")
+_BRINGING = ("gnss", "dna", "dynaml", "ngs", "riscan", "comp3d", "gama", "starnet")
 
 
 def _is_positions(one: FolderFile) -> bool:

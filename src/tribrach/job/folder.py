@@ -22,6 +22,7 @@ from tribrach.io.gnss.observation_file import header_text
 from tribrach.io.levels import files as levels
 from tribrach.io.opened_files import contents
 from tribrach.io.scans.formats import read_scans
+from tribrach.io.survey import ngs
 from tribrach.io.survey.csv.columns import COORDINATES, SIGHT_KINDS
 from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.headings import AxesQuestion, HeadQuestion
@@ -234,6 +235,8 @@ def _of_text(path: Path, axes: Axes | None, start: bytes) -> FolderFile:
             raise InputError("XML of no format that is known", file=path)
     if suffix == ".prj" and start.lstrip().startswith((b"PROJC", b"GEOGC", b"PROJCRS", b"GEOGCRS")):
         raise InputError("a coordinate system of a GIS", file=path, cure="give it as --crs")
+    if suffix not in SUFFIXES and ngs.recognised(path):
+        return _of_survey(path, "ngs")
     if vector_reader(path) is not None:
         return _of_survey(path, "gnss")
     if suffix not in SUFFIXES and levels.recognised(path):
@@ -281,6 +284,7 @@ def _of_survey(path: Path, format: str, name: str = "") -> FolderFile:
         "gama": "a network of GNU Gama",
         "dynaml": "DynaML of DynAdjust",
         "dna": "a file of DynAdjust",
+        "ngs": "a G-, B- or A-file of NGS",
         "comp3d": "a file of Comp3D",
         "starnet": "a file of STAR*NET",
         "riscan": "a project of RiSCAN PRO",

@@ -223,6 +223,7 @@ class ObservationFile(EpochKeys, ListKeys, Section):
             "gama",
             "dynaml",
             "dna",
+            "ngs",
             "comp3d",
             "starnet",
             "riscan",

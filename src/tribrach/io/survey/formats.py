@@ -26,6 +26,7 @@ FORMATS = {
     "gama": "survey.gama.reader",
     "dynaml": "survey.dynadjust.reader",
     "dna": "survey.dynadjust.reader",
+    "ngs": "survey.ngs",
     "comp3d": "survey.comp3d.reader",
     "starnet": "survey.starnet.reader",
     "riscan": "survey.riscan.reader",
@@ -53,7 +54,7 @@ SUFFIXES = {
     ".pos": "gnss",
 }
 #: formats whose files belong together and are read in one go
-JOINT = ("dynaml", "dna", "comp3d", "starnet", "totalstation", "levels", "gnss")
+JOINT = ("dynaml", "dna", "ngs", "comp3d", "starnet", "totalstation", "levels", "gnss")
 
 
 def format_of(path: Path) -> str:
@@ -128,9 +129,12 @@ def _by_content(path: Path) -> str | None:
     # loaded here: all these readers take longer to load than most networks to be read
     from tribrach.io.gnss.files import vector_reader
     from tribrach.io.levels import files as levels
+    from tribrach.io.survey import ngs
     from tribrach.io.survey.starnet import recognition as starnet
     from tribrach.io.totalstation.formats import recognised
 
+    if ngs.recognised(path):
+        return "ngs"
     if vector_reader(path) is not None:
         return "gnss"
     if levels.recognised(path):

@@ -104,6 +104,8 @@ class StationRecord:
     values: tuple[str, str, str]  #: three texts as in the file
     zone: str  #: of a projection
     place: RecordPlace  #: of the record
+    #: of the constrained values [m], 0 where they are held
+    sigmas: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -115,29 +115,36 @@ class Stations:
         """
         ecef = self.ecef[record.name]
         x = self.site.from_ecef(ecef[None])[0]
-        fixed = letters == "CCC"
-        survey.point(
-            record.name,
-            x,
-            free=np.full(3, not fixed),
-            role="control" if fixed else "free",
-            source=str(record.place),
-        )
-        if fixed or letters == "FFF":
-            return
+        given = letters == "CCC"
+        weighted = given and min(record.sigmas) > 0
         east, north, up = self.axes(ecef[None])[0]
         axes = {"XYZ": np.eye(3), "UTM": np.array([east, north, up])}.get(
             record.type, np.array([north, east, up])
         )
-        held = axes[[letter == "C" for letter in letters]] @ self.site.w_from_ecef.T
-        survey.add(
-            DirectedComponents,
-            values=held @ x,
-            position=[record.name] * len(held),
-            direction=held,
-            source=[str(record.place)] * len(held),
-            hard=True,
+        axes, sigmas = axes @ self.site.w_from_ecef.T, np.array(record.sigmas)
+        survey.point(
+            record.name,
+            x,
+            free=np.full(3, not given or any(sigmas)),
+            role="control" if given else "free",
+            covariance=axes.T @ np.diag(sigmas**2) @ axes if weighted else None,
+            source=str(record.place),
         )
+        if weighted or (given and not any(sigmas)):
+            return
+        constrained = np.array([letter == "C" for letter in letters])
+        for hard in (True, False):
+            of = constrained & ((sigmas == 0) == hard)
+            if of.any():
+                survey.add(
+                    DirectedComponents,
+                    values=axes[of] @ x,
+                    sigma=None if hard else sigmas[of],
+                    position=[record.name] * int(of.sum()),
+                    direction=axes[of],
+                    source=[str(record.place)] * int(of.sum()),
+                    hard=hard,
+                )
 
     def axes(self, xyz: Array) -> Array:
         """East, north, up as rows (n, 3, 3) at ECEF positions (n, 3)."""
