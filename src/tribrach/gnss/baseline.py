@@ -41,6 +41,7 @@ from tribrach.gnss.outcome import (
 )
 from tribrach.gnss.phase_noise import PhaseNoise
 from tribrach.gnss.pieces import PieceScatter, piece_scatter, piece_spans
+from tribrach.gnss.session_part import SessionPart
 from tribrach.instruments.final_solution import (
     FEWEST_CHECKED,
     RARELY,
@@ -218,6 +219,17 @@ class Processing:
     #: compute a doubtful baseline in other ways too, and take the best (method section 2.7)
     alternatives: bool = True
     pieces: bool = True  #: check sigma by computing pieces of the session
+    #: sigmas of each axis in plan and of the height that stay alike within a session [m], None for
+    #: the usual ones
+    session: tuple[float, float] | None = None
+
+    def part(self, length: float) -> SessionPart | None:
+        """What stays alike within a session for a length [m]; None without air, or by a factor."""
+        if self.session is not None:
+            return SessionPart(*self.session, "given")
+        if self.factor is not None or not self.atmosphere:
+            return None
+        return SessionPart.usual(length)
 
 
 @dataclass(frozen=True)
@@ -248,7 +260,8 @@ class Baseline(
     base: Vector
     rover: Vector
     #: of the vector: the formal one times the factor squared, the engine's last decimal where it is
-    #: left, and for a float solution the scatter of the epochs at the end of the session
+    #: left, for a float solution the scatter of the epochs at the end of the session, and the part
+    #: that stays alike within the session
     covariance: Matrix
     #: with independent epochs: of the least squares of fixed phases, else that which the engine
     #: states
@@ -290,6 +303,8 @@ class Baseline(
     #: what the accuracy that coarse broadcast orbits state changes the baseline by; it is not in
     #: the covariance
     orbit_effect: float = 0.0
+    #: what stays alike within the session, null where a factor is given or air is left out
+    session_part: SessionPart | None = None
 
     @property
     def vector(self) -> Vector:
@@ -300,6 +315,18 @@ class Baseline(
     def sigma(self) -> float:
         """Of the whole vector: root of the sum of the three variances [m]."""
         return float(np.sqrt(np.trace(self.covariance)))
+
+    @property
+    def own(self) -> Matrix:
+        """Covariance (3, 3) [m^2] without what stays alike within the session."""
+        return self.covariance - (
+            0.0 if self.session_part is None else self.session_part.covariance(self.base)
+        )
+
+    def with_session(self, part: SessionPart | None) -> Baseline:
+        """The same with another part that stays alike within the session."""
+        more = 0.0 if part is None else part.covariance(self.base)
+        return replace(self, covariance=self.own + more, session_part=part)
 
     @property
     def headline(self) -> Sentence:
@@ -376,7 +403,7 @@ def compute_baseline(
             progress("computing baseline", 1 + len(others), 1 + len(ways))
         found = _taken(found, others)
     progress("computing baseline", 1, 1)
-    return found
+    return found.with_session(settings.part(found.length))
 
 
 def _doubtful(baseline: Baseline) -> bool:

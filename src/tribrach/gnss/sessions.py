@@ -29,7 +29,9 @@ from tribrach._types import Array, Progress
 from tribrach.errors import InputError
 from tribrach.gnss.antennas import AntennaSetup
 from tribrach.gnss.baseline import Baseline, Processing, compute_baseline
+from tribrach.gnss.session_part import SOURCE, RepeatedBaseline, repeated
 from tribrach.io.gnss.observation_file import RinexObservations, read_observations
+from tribrach.sentences import Sentence
 
 #: of the variance of the worst baseline, that no receiver falls below
 _LEAST = 1e-6
@@ -53,7 +55,9 @@ def independent_baselines(
     return [(int(before[k]), int(k)) for k in order[1:]]
 
 
-def session_covariance(baselines: Sequence[tuple[int, int]], covariance: Array) -> Array:
+def session_covariance(
+    baselines: Sequence[tuple[int, int]] | Sequence[tuple[str, str]], covariance: Array
+) -> Array:
     """Joint covariance (3m, 3m) [m^2] of m independent baselines (from, to) of one session."""
     m = len(baselines)
     names = {name: k for k, name in enumerate(dict.fromkeys(np.ravel(baselines).tolist()))}
@@ -141,7 +145,51 @@ def run_sessions(
             places.setdefault(baseline.names[1], baseline.rover)
         done += len(result.baselines)
         results.append(result)
-    return tuple(results)
+    return tuple(results) if processing.session is not None else with_repeats(results)
+
+
+def with_repeats(results: Sequence[SessionResult]) -> tuple[SessionResult, ...]:
+    """Sessions whose constant parts are learned from fixed baselines that several of them have."""
+    by_ends: dict[tuple[str, ...], list[Baseline]] = {}
+    for result in results:
+        for baseline in result.baselines:
+            if baseline.ambiguities == "fixed" and baseline.session_part is not None:
+                by_ends.setdefault(tuple(sorted(baseline.names)), []).append(baseline)
+    sets = [found for found in by_ends.values() if len(found) > 1]
+    if not sets:
+        return tuple(results)
+    plan, up = repeated([_repeats(found) for found in sets])
+    count = sum(map(len, sets)) - len(sets)
+    source = Sentence(
+        "{SOURCE}, times {plan:2} and {up:2} by {count} repetitions of baselines",
+        SOURCE=SOURCE,
+        plan=plan,
+        up=up,
+        count=count,
+    )
+    out = []
+    for result in results:
+        new = []
+        for baseline in result.baselines:
+            part = baseline.session_part
+            if part is not None:
+                part = replace(part, plan=plan * part.plan, up=up * part.up, source=source)
+            new.append(baseline.with_session(part))
+        ends = [baseline.names for baseline in new]
+        blocks = np.array([baseline.covariance for baseline in new])
+        out.append(
+            replace(result, baselines=tuple(new), covariance=session_covariance(ends, blocks))
+        )
+    return tuple(out)
+
+
+def _repeats(found: Sequence[Baseline]) -> RepeatedBaseline:
+    """Baselines of the same two points, all in the direction of the first."""
+    first = found[0]
+    assert first.session_part is not None
+    vectors = [b.vector if b.names == first.names else -b.vector for b in found]
+    own = np.array([b.own for b in found])
+    return RepeatedBaseline(np.array(vectors), own, first.base, first.session_part)
 
 
 def _step(progress: Progress, done: int, total: int, more: int) -> None:

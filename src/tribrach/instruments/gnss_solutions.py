@@ -12,7 +12,7 @@ some twenty minutes (the same paper), after which the exponential of T = 300 s h
 turbulence of the air alone has 125 to 175 s (Kermarrec and Schön 2014, J. Geod. 88:1061), multipath
 more. One hour at 30 s gives f = 4.3, within the 3 to 10 that repeated sessions show. Errors that
 stay the same for the whole session (residual troposphere, phase centres and others) are not
-included. Where phases of a session show their own correlation it takes the place of this one
+in this factor. Where phases of a session show their own correlation it takes the place of this one
 (:mod:`tribrach.gnss.phase_noise`).
 """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from tribrach.gnss.baseline import Processing
 from tribrach.project.sections import Section
@@ -61,6 +61,9 @@ class GnssSection(Section):
     #: Doubtful baselines are computed in other ways too, and the best is taken.
     alternatives: bool = True
     pieces: bool = True  #: Check sigmas by computing pieces of each session.
+    #: Sigmas of each axis in plan and of the height that stay alike within a session; else learned
+    #: from baselines of several sessions, or those of a data sheet.
+    session_mm: tuple[NonNegativeFloat, NonNegativeFloat] | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:
@@ -83,4 +86,7 @@ class GnssSection(Section):
             seconds=self.time_limit_s,
             alternatives=self.alternatives,
             pieces=self.pieces,
+            session=None
+            if self.session_mm is None
+            else (self.session_mm[0] / 1000, self.session_mm[1] / 1000),
         )

@@ -67,6 +67,13 @@ def _findings(b: Baseline) -> Iterator[Finding]:
         ),
     ):
         yield Finding.of(key, f"{key}: {template}", b=b, sigma=np.sqrt(np.diag(b.covariance)))
+    if b.session_part is not None:
+        yield Finding.of(
+            "session_part",
+            "alike within a session, in it: {part.plan:mm1} in plan, {part.up:mm1} in height "
+            "({part.source})",
+            part=b.session_part,
+        )
     if b.noise is not None:
         yield Finding("noise: " + b.noise.sentence(), key="noise")
     if b.pieces is not None:

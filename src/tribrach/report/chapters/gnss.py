@@ -210,6 +210,17 @@ def _session_sentences(sessions: Sequence[SessionResult]) -> list[str]:
             origin=origin,
         ),
     ]
+    parts = [b.session_part for b in rows if b.session_part is not None]
+    if parts:
+        out.append(
+            Sentence(
+                "What stays alike within a session is in them: {plan:mm1} in plan and {up:mm1} "
+                "in height at most ({part.source}).",
+                plan=max(part.plan for part in parts),
+                up=max(part.up for part in parts),
+                part=parts[0],
+            )
+        )
     out += [
         Sentence(
             "Not fixed in session {s.name} is {b.headline}; it takes part with that covariance.",
