@@ -8,7 +8,7 @@ import pytest
 from tests.registration.clouds.scenes import points_of, yard
 from tribrach.io.scans.formats import read_scans
 from tribrach.job import cloud_pairs as pairs_module
-from tribrach.job.cloud_pairs import cloud_pairs
+from tribrach.job.cloud_pairs import StationSurfels, cloud_pairs
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.registration.clouds import proposals
@@ -33,7 +33,7 @@ def test_proposed_pairs_and_their_plans_are_remembered(
         (scan,) = read_scans(tmp_path / f"S{k}.xyz")
         scans.append(StationScan(f"S{k}", f"S{k}", scan, None, True, {}))
     state = Remembered(tmp_path / "out")
-    first = cloud_pairs(scans, FLOOR, state, quiet)
+    first = cloud_pairs(StationSurfels(scans, state, quiet), FLOOR, state, quiet)
     assert len(first.edges) == 3
     assert len(first.joints) == 3
     assert (state.folder / "clouds-plans.json").exists()
@@ -43,15 +43,15 @@ def test_proposed_pairs_and_their_plans_are_remembered(
 
     assert len(list(state.folder.glob("surfels-*.json"))) == 3
     monkeypatch.setattr(pairs_module, "surfaces", never)
-    again = cloud_pairs(scans, FLOOR, state, quiet)
+    again = cloud_pairs(StationSurfels(scans, state, quiet), FLOOR, state, quiet)
     assert [e.ends for e in again.edges] == [e.ends for e in first.edges]
     # all pairs of three are the same three, remembered one by one
-    every = cloud_pairs(scans, FLOOR, state, quiet, choice="all")
+    every = cloud_pairs(StationSurfels(scans, state, quiet), FLOOR, state, quiet, choice="all")
     assert {e.ends for e in every.edges} == {e.ends for e in first.edges}
     # pairs that are lost are registered from the surfels that are kept, with the same result
     for product in state.folder.glob("clouds-S*.json"):
         product.unlink()
-    third = cloud_pairs(scans, FLOOR, state, quiet)
+    third = cloud_pairs(StationSurfels(scans, state, quiet), FLOOR, state, quiet)
     for one, other in zip(first.edges, third.edges, strict=True):
         assert np.array_equal(one.pose.matrix, other.pose.matrix)
         assert np.array_equal(one.covariance, other.covariance)

@@ -114,6 +114,8 @@ def _named_files(project: Project) -> Iterator[tuple[Place, Place, str]]:
         yield ("points", k, "file"), ("points", k), part.file
         if part.covariance is not None:
             yield ("points", k, "covariance"), ("points", k, "covariance"), part.covariance
+    for k, reference in enumerate(project.reference):
+        yield ("reference", k, "file"), ("reference", k), reference.file
     for k, entry in enumerate(project.observations):
         key = "file" if entry.file is not None else "files"
         for name in entry.names:

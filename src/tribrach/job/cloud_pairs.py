@@ -96,7 +96,7 @@ class CloudPairs:
 
 
 def cloud_pairs(
-    scans: Sequence[StationScan],
+    clouds: StationSurfels,
     floor: tuple[float, float],
     state: Remembered,
     progress: Progress,
@@ -105,18 +105,7 @@ def cloud_pairs(
     witnesses: Witnesses | None = None,
 ) -> CloudPairs:
     """Register the pairs that are needed, or remember them; ``floor``: least sigmas [m], [rad]."""
-    stations: dict[str, list[StationScan]] = {}
-    for scan in scans:
-        if not scan.origin_known:
-            raise InputError(
-                "it is not known where the scanner stood in these coordinates",
-                file=scan.scan.path,
-                record=scan.name,
-                cure='say origin = "scanner" if it is at zero, or leave clouds out of registration',
-            )
-        stations.setdefault(scan.station, []).append(scan)
-    clouds = _Clouds(stations, state, progress)
-    names = list(stations)
+    names = list(clouds.stations)
     priors = known.poses
     found: dict[tuple[int, int], _Tried] = {}
 
@@ -162,7 +151,7 @@ def _open(names: Sequence[str], ends: tuple[int, int], tried: _Tried) -> OpenPai
 
 def _decide(
     found: dict[tuple[int, int], _Tried],
-    clouds: _Clouds,
+    clouds: StationSurfels,
     floor: tuple[float, float],
     state: Remembered,
     witnesses: Witnesses,
@@ -206,12 +195,12 @@ def observable(
 
 
 def contradicted(
-    edges: Sequence[CloudEdge], poses: Mapping[str, Pose]
+    edges: Sequence[CloudEdge], poses: Mapping[str, Pose], elsewhere: Mapping[str, float]
 ) -> list[tuple[CloudEdge, float]]:
     """Edges that poses of both stations contradict, and by how much [m].
 
     Directions that the clouds leave open contradict nothing. poses : approximate, world from
-    scanner.
+    scanner; elsewhere : what all of a reference may be wrong by [m].
     """
     out = []
     limit = float(chi2.ppf(1 - _LEVEL, 6))
@@ -222,21 +211,33 @@ def contradicted(
         shift = edge.pose.translation - between.translation
         turn = log((between.rotation.T @ edge.pose.rotation)[None])[0]
         off = np.concatenate([shift, turn])
-        if off @ np.linalg.solve(edge.covariance + np.diag(_SLACK**2), off) > limit:
+        loose = _SLACK**2 + np.repeat([elsewhere.get(edge.first, 0.0) ** 2, 0.0], 3)
+        if off @ np.linalg.solve(edge.covariance + np.diag(loose), off) > limit:
             out.append((edge, float(np.linalg.norm(shift))))
     return out
 
 
-class _Clouds:
+class StationSurfels:
     """Surfels of stations, made or read when the first of them is needed."""
 
-    def __init__(
-        self,
-        stations: Mapping[str, Sequence[StationScan]],
-        state: Remembered,
-        progress: Progress,
-    ) -> None:
-        self.stations, self._state, self._progress = stations, state, progress
+    def __init__(self, scans: Sequence[StationScan], state: Remembered, progress: Progress) -> None:
+        self.stations: dict[str, list[StationScan]] = {}
+        for scan in scans:
+            if not scan.origin_known:
+                raise InputError(
+                    "it is not known where the scanner stood in these coordinates",
+                    file=scan.scan.path,
+                    record=scan.name,
+                    cure='say origin = "scanner" if it is at zero, or leave clouds out of '
+                    "registration",
+                )
+            self.stations.setdefault(scan.station, []).append(scan)
+        self._state, self._progress = state, progress
+
+    @property
+    def sources(self) -> list[tuple[str, list[Scan]]]:
+        """The scans of each station, whose files decide whether a product holds."""
+        return [(name, [s.scan for s in scans]) for name, scans in self.stations.items()]
 
     def __getitem__(self, name: str) -> PreparedScan:
         return self._all[name]
@@ -254,17 +255,16 @@ class _Plans:
     radii: Mapping[str, float]
 
 
-def _plans(clouds: _Clouds, state: Remembered, progress: Progress) -> _Plans:
+def _plans(clouds: StationSurfels, state: Remembered, progress: Progress) -> _Plans:
     """The plans of all stations, from the last run if they hold."""
     names = list(clouds.stations)
-    sources = [(name, [s.scan for s in clouds.stations[name]]) for name in names]
 
     def made() -> _Plans:
         scans = [clouds[name] for name in names]
         alike = likeness([Walls.of(scan) for scan in scans], progress)
         return _Plans(alike, {scan.name: scan.radius for scan in scans})
 
-    return state.once("clouds-plans", state.key(_plans, sources), _Plans, made)
+    return state.once("clouds-plans", state.key(_plans, clouds.sources), _Plans, made)
 
 
 @dataclass(frozen=True, eq=False)
@@ -293,7 +293,7 @@ class _Tried:
 
 
 def _tried(
-    clouds: _Clouds,
+    clouds: StationSurfels,
     floor: tuple[float, float],
     state: Remembered,
     a: str,

@@ -15,14 +15,22 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.geodesy.output_frame import OutputFrame
 from tribrach.geodesy.site import Site
 from tribrach.geometry.pose import Pose
 from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approximate_poses
-from tribrach.job.cloud_pairs import CloudPairs, cloud_pairs, contradicted, observable
+from tribrach.job.cloud_pairs import (
+    CloudPairs,
+    StationSurfels,
+    cloud_pairs,
+    contradicted,
+    observable,
+)
 from tribrach.job.find_planes import surroundings
 from tribrach.job.find_targets import Findings
 from tribrach.job.name_targets import Named, known_points, name_targets, named_centres
 from tribrach.job.plausibility import after_doubts
+from tribrach.job.references import OnReferences, placed_on_references
 from tribrach.job.scans import StationScan
 from tribrach.job.state import Remembered
 from tribrach.network.adjustment import adjust
@@ -31,6 +39,7 @@ from tribrach.network.survey import Survey
 from tribrach.observations.planes import FittedPlanes
 from tribrach.registration.alternatives import ApproximateSigma, Witnesses
 from tribrach.registration.clouds.graph import CloudEdge, observe
+from tribrach.registration.clouds.reference import ReferencePlace
 from tribrach.registration.planes.plane_set import PlaneSet
 from tribrach.registration.planes.poses import PairPoses, information, pair_poses
 from tribrach.registration.planes.stations import PlaneRegistration, register_by_planes
@@ -73,7 +82,8 @@ class Tying:
 
     network : makes the network of the project and a further survey; site : of the survey; targets :
     observations of target centres, None if there are none; stations : with the planes to tie;
-    edges : relative poses from clouds; groups : stations whose relative poses are sharp already.
+    edges : relative poses from clouds; groups : stations whose relative poses are sharp already;
+    references : what edges may begin at.
     """
 
     network: Callable[[Survey], Network]
@@ -82,6 +92,7 @@ class Tying:
     stations: Sequence[Surroundings]
     edges: Sequence[CloudEdge]
     groups: Sequence[Mapping[str, Pose]]
+    references: Sequence[ReferencePlace] = ()
 
     def tied(
         self, poses: Mapping[str, Pose], *, framed: bool
@@ -123,7 +134,9 @@ class Tying:
         plane_factor, cloud_factor = self._factors(ties, poses)
         if len(ties.surface):
             self._planes(survey, ties, plane_factor, framed=framed)
-        observe(survey, observable(self.edges, poses, cloud_factor))
+        for place in self.references:
+            place.observe(survey)
+        observe(survey, observable(self.edges, survey.stations, cloud_factor))
         return survey
 
     def _factors(self, ties: PlaneTies, poses: Mapping[str, Pose]) -> tuple[float, float]:
@@ -178,7 +191,7 @@ class Registered:
     survey : what the scans add to the survey; named : their targets, None if none are sought;
     stations : planes and views, empty without planes and clouds; ties : surfaces in common, None
     if planes are not used; poses : approximate, in one frame; sentences : how stations were
-    placed and what was not used.
+    placed and what was not used; references : what they were placed on.
     """
 
     survey: Survey | None
@@ -187,6 +200,7 @@ class Registered:
     ties: PlaneTies | None = None
     poses: Mapping[str, Pose] | None = None
     sentences: tuple[str, ...] = ()
+    references: OnReferences = OnReferences()
 
 
 def register(
@@ -201,7 +215,7 @@ def register(
     project = job.project
     by = project.registration.by
     with_targets = "targets" in by and project.targets.wanted
-    if by == ("targets",):
+    if by == ("targets",) and not project.reference:
         named = name_targets(job, scans, findings) if with_targets else None
         return Registered(None if named is None else named.survey, named)
     around = _stations(project, scans, state, progress)
@@ -209,8 +223,13 @@ def register(
     floor = settings.cloud_floor_mm * MM, settings.cloud_floor_arcsec * SEC
     clouds = None
     witnesses = _witnesses(job, scans, findings, known, with_targets)
-    if "clouds" in by:
-        clouds = cloud_pairs(scans, floor, state, progress, known, settings.cloud_pairs, witnesses)
+    surfels: StationSurfels | None = None
+    if "clouds" in by or project.reference:
+        surfels = StationSurfels(scans, state, progress)
+    if surfels is not None and "clouds" in by:
+        clouds = cloud_pairs(
+            surfels, floor, state, progress, known, settings.cloud_pairs, witnesses
+        )
     joined = register_by_planes(
         around,
         lambda k, n: progress("pairs of stations by planes", k, n),
@@ -224,14 +243,19 @@ def register(
     groups = [group for group in joined.groups if len(group) > 1]
     named = name_targets(job, scans, findings, groups, partial=True) if with_targets else None
     poses, adrift = _poses(named, joined)
+    references = OnReferences()
+    if surfels is not None and project.reference:
+        near = _near(job, known, {} if adrift else poses)
+        references = placed_on_references(job, surfels, near, poses, floor, state, progress)
+        poses, adrift = references.frame(poses, groups, adrift=adrift)
     surveyed = job.survey
-    obstacles = _obstacles(by, joined, clouds)
+    obstacles = _obstacles(by, joined, clouds, references)
     try:
         _refuse_lost(surveyed, scans, poses, joined, obstacles, named)
     except InputError as error:
         raise after_doubts(error, project, surveyed) from error
     framed = not adrift or (project.datum.kind == "free" and not surveyed.points)
-    edges, wrong = _believed(clouds, poses)
+    edges, wrong = _believed(() if clouds is None else clouds.edges, references, poses)
     tying = Tying(
         job.network,
         surveyed.site,
@@ -239,18 +263,22 @@ def register(
         around if "planes" in by else (),
         edges,
         groups,
+        references.places,
     )
     survey, ties, poses = tying.tied(poses, framed=framed)
     if named is not None:
         named = replace(named, survey=survey)
     sentences = (*_sentences(joined, obstacles, ties, clouds, poses), *wrong)
-    return Registered(survey, named, around, ties if "planes" in by else None, poses, sentences)
+    sentences += references.sentences
+    tied = ties if "planes" in by else None
+    return Registered(survey, named, around, tied, poses, sentences, references)
 
 
 def known_poses(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
     """Approximate poses of the stations, as the project says where from."""
     settings = job.project.registration
-    if settings.by == ("targets",) or not (settings.approximate or settings.poses):
+    used = settings.by != ("targets",) or job.project.reference
+    if not used or not (settings.approximate or settings.poses):
         return NO_POSES
     for k, name in enumerate(settings.poses):
         if not (job.folder / name).exists():
@@ -266,6 +294,19 @@ def known_poses(job: Job, scans: Sequence[StationScan]) -> ApproximatePoses:
         for name, parts in stations.items()
     }
     return approximate_poses(named, [job.folder / name for name in settings.poses], sigma)
+
+
+def _near(job: Job, known: ApproximatePoses, poses: Mapping[str, Pose]) -> ApproximatePoses:
+    """Approximate poses in the frame of the network, those of targets before others."""
+    frame = job.frame
+    if frame.grid is None:
+        return replace(known, poses={**known.poses, **poses})
+    own = OutputFrame(frame, "projected")
+    turned = {}
+    for name, pose in known.poses.items():
+        there = frame.from_own(pose.translation[None])[0][0]
+        turned[name] = Pose(own.rotation(there).T @ pose.rotation, there)
+    return replace(known, poses={**turned, **poses})
 
 
 def _differ(scans: Sequence[Scan]) -> bool:
@@ -298,12 +339,13 @@ def _by_targets(
 
 
 def _believed(
-    clouds: CloudPairs | None, poses: Mapping[str, Pose]
+    clouds: Sequence[CloudEdge], references: OnReferences, poses: Mapping[str, Pose]
 ) -> tuple[list[CloudEdge], list[str]]:
     """Pairs of clouds that the poses do not contradict, and sentences on the others."""
-    if clouds is None:
-        return [], []
-    wrong = contradicted(clouds.edges, poses)
+    at = {place.name: Pose(np.eye(3), place.origin) for place in references.places}
+    edges = [*clouds, *references.edges]
+    shared = {place.name: place.shared for place in references.places}
+    wrong = contradicted(edges, {**at, **poses}, shared)
     sentences: list[str] = [
         Sentence(
             "the clouds of {e.first} and {e.second} fit at a place that contradicts the "
@@ -313,7 +355,7 @@ def _believed(
         )
         for e, gap in wrong
     ]
-    return [e for e in clouds.edges if all(e is not bad for bad, _ in wrong)], sentences
+    return [e for e in edges if all(e is not bad for bad, _ in wrong)], sentences
 
 
 def _stations(
@@ -345,15 +387,20 @@ def _poses(named: Named | None, joined: PlaneRegistration) -> tuple[Mapping[str,
 
 
 def _obstacles(
-    by: Sequence[str], joined: PlaneRegistration, clouds: CloudPairs | None
+    by: Sequence[str],
+    joined: PlaneRegistration,
+    clouds: CloudPairs | None,
+    references: OnReferences,
 ) -> dict[str, str]:
-    """Why stations are alone, by planes and by clouds."""
+    """Why stations are alone, by planes, by clouds and on references."""
     out = {}
     for name, reason in joined.obstacles.items():
         words = [f"by planes {reason}"] if "planes" in by else []
         if clouds is not None:
             reasons = [why for pair, why in clouds.obstacles.items() if name in pair]
             words.append(f"by clouds {reasons[0]}" if reasons else "no pair of clouds holds it")
+        if name in references.obstacles:
+            words.append(references.obstacles[name])
         out[name] = "; ".join(words)
     return out
 

@@ -27,6 +27,7 @@ from tribrach.project.sections import (
     ObservationFile,
     OutputSection,
     PointFile,
+    ReferenceSection,
     RegistrationSection,
     ScaleBar,
     ScanFile,
@@ -63,6 +64,7 @@ class Project(Section):
     points: tuple[PointFile, ...] = ()
     observations: tuple[ObservationFile, ...] = ()
     scans: tuple[ScanFile, ...] = ()
+    reference: tuple[ReferenceSection, ...] = ()
     #: What is done with scans.
     targets: TargetSection = TargetSection()
     registration: RegistrationSection = RegistrationSection()

@@ -580,6 +580,17 @@ class RegistrationSection(Section):
         return by
 
 
+class ReferenceSection(EpochKeys, Section):
+    """What scans are placed on: an earlier or airborne cloud, a model, terrain."""
+
+    file: str  #: A cloud or a model in the coordinates of the site.
+    unit: str | None = None  #: What a model without a unit is counted in: m, mm, ft ...
+    #: What all of it is wrong by along each axis; without one it holds the frame.
+    shared_mm: NonNegativeFloat = 0.0
+    #: What each piece of 10 m is wrong by, each for itself.
+    sigma_mm: NonNegativeFloat = 0.0
+
+
 class CloudSection(Section):
     """How clouds leave, or that none are wanted with ``write = false``."""
 

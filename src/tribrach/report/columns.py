@@ -170,3 +170,9 @@ class ColumnSet:
             self.bearing("azimuth", lambda p: p.ellipse and p.ellipse.azimuth, wide=wide),
             self.mm("± U", lambda p: p.height_interval, wide=wide),
         ]
+
+
+def millimetres(head: str, get: Any, *, wide: bool = False) -> Spec:
+    """Millimetres, without decimals where they would be more than a metre."""
+    spec = ("mm0~", "mm2~")
+    return column(head, get, lambda v, _: written(v, spec[v < 1]), unit="mm", wide=wide)

@@ -16,12 +16,13 @@ from tribrach.registration.clouds.together import CloudGroup, CloudRegistration
 from tribrach.registration.edges import Edge
 from tribrach.report.answer import Answer
 from tribrach.report.charts import TESTED, Chart, beside, colour_bar, shade
-from tribrach.report.columns import column
+from tribrach.report.columns import column, millimetres
 from tribrach.report.figures import Picture
 from tribrach.report.findings import Finding
 from tribrach.report.names import some_of
 from tribrach.report.numbers import counted
 from tribrach.report.page import FrontPage
+from tribrach.report.references import reference_tables
 from tribrach.report.tables import ReportTable, Spec, build_table
 from tribrach.sentences import Sentence, capital, joined, stopped, written
 
@@ -41,6 +42,7 @@ def answer_of(files: RegisteredFiles) -> Answer:
     registration = files.registration
     joined = [group for group in registration.groups if group.adjustment is not None]
     bases = registration.references
+    on_them = reference_tables(files.references, files.offsets, files.placed_on)
     stations = [_stations(group, k, bases) for k, group in enumerate(joined)]
     pairs, loops = _pairs(registration), _loops(registration)
     return Answer(
@@ -52,13 +54,13 @@ def answer_of(files: RegisteredFiles) -> Answer:
         findings=[Finding(stopped(capital(text)), key="file") for text in files.sentences],
         pictures=[_plan(group, registration, files.walls, k) for k, group in enumerate(joined)],
         tables=[
-            loops, *_on_references(files), *stations, _verdicts(registration), pairs,
+            loops, *on_them, *stations, _verdicts(registration), pairs,
             _refused(registration), _files(files),
         ],
         footer="Covariances are a priori. The residuals of a fit are no accuracy: a pair is as "
         "good as its sigmas, which hold the floor, and as the loops that it is in.",
         terminal=[
-            pairs, *([loops] if loops.rows else []), *_on_references(files), *stations,
+            pairs, *([loops] if loops.rows else []), *on_them, *stations,
             *(Finding(text, True, "file") for text in files.sentences),
         ],
     )  # fmt: skip
@@ -149,12 +151,6 @@ def _front(registration: CloudRegistration) -> FrontPage:
     )
 
 
-def _mm(head: str, get: Any, *, wide: bool = False) -> Spec:
-    """Millimetres, without decimals where they would be more than a metre."""
-    spec = ("mm0~", "mm2~")
-    return column(head, get, lambda v, _: written(v, spec[v < 1]), unit="mm", wide=wide)
-
-
 def _arcsec(head: str, get: Any) -> Spec:
     """Arc seconds, without decimals where the angle is large."""
     spec = ("arcsec0~", "arcsec1~")
@@ -195,8 +191,8 @@ def _verdicts(registration: CloudRegistration) -> ReportTable:
         _PAIR,
         column("Loops that close", lambda p: good[_ends(p)], "0"),
         column("Loops that do not", lambda p: bad[_ends(p)], "0"),
-        _mm("Shift to the network", of_test("shift")),
-        _mm("Predicted", of_test("shift_sigma")),
+        millimetres("Shift to the network", of_test("shift")),
+        millimetres("Predicted", of_test("shift_sigma")),
         column("Test", of_test("statistic"), "1"),
         column("Limit", of_test("limit"), "1"),
         column("Verdict", lambda p: verdict(p)[0], mark=lambda p: verdict(p)[1]),
@@ -223,52 +219,6 @@ def _refused(registration: CloudRegistration) -> ReportTable:
     columns = [_PAIR, column("Why", lambda p: joined("; ", p.sentences))]
     pairs = [p for p in registration.pairs if not p.registered]
     return build_table("cloud_refused", "Pairs that were not registered", "", pairs, columns)
-
-
-def _on_references(files: RegisteredFiles) -> list[ReportTable]:
-    """References with their offsets, and how much of each scan lies on them."""
-    if not files.references:
-        return []
-    told = {offset.name: offset for offset in files.offsets}
-
-    def offset(get: Any) -> Any:
-        return lambda r: None if r.name not in told else get(told[r.name])
-
-    def component(which: str, k: int) -> Any:
-        return offset(lambda o: getattr(o, which)[k])
-
-    columns = [
-        column("Reference", "name"),
-        column("Points", lambda r: r.count, "0"),
-        _mm("Sigma", "sigma"),
-        _mm("Shared", "shared"),
-        *(
-            _mm(head + axis, component(which, k), wide=which == "sigma")
-            for which, head in (("offset", "Offset "), ("sigma", "σ "))
-            for k, axis in enumerate("xyz")
-        ),
-        column("Test", offset(lambda o: o.statistic), "1"),
-        column("Limit", offset(lambda o: o.limit), "1", wide=True),
-    ]
-    note = (
-        "An offset is that of the whole reference, from its file to the result. It is tested where "
-        "something else than its prior tells it: a second reference."
-    )
-    on = [
-        column("Scan", "scan"),
-        column("Reference", "reference"),
-        column("Area", "area", "0", unit="m²"),
-        column("Agrees", "agrees", "%0"),
-        column("Left out", "left_out", "%0"),
-    ]
-    share = (
-        "Surfaces of the scan within 0.5 m of the reference: what agrees, and what the test left "
-        "out, such as vegetation and what changed."
-    )
-    return [
-        build_table("references", "References", note, files.references, columns),
-        build_table("placed_on", "Scans on references", share, files.placed_on, on),
-    ]
 
 
 def _files(files: RegisteredFiles) -> ReportTable:
@@ -359,11 +309,11 @@ def _pairs(registration: CloudRegistration) -> ReportTable:
     columns = [
         _PAIR,
         column("Overlap", lambda p: max(p.overlap), "%0"),
-        _mm("RMS", "rms"),
-        _mm("within", "fit.alignment.gate"),
+        millimetres("RMS", "rms"),
+        millimetres("within", "fit.alignment.gate"),
         column("Matches", lambda p: len(p.fit.alignment.matches), "0", wide=True),
         column("Effective", "effective_matches", "0", wide=True),
-        _mm("Sigma shift", lambda p: _size(p.fit.precision.local, 0)),
+        millimetres("Sigma shift", lambda p: _size(p.fit.precision.local, 0)),
         _arcsec("Sigma turn", lambda p: _size(p.fit.precision.local, 3)),
         column(
             "Held",
@@ -372,8 +322,8 @@ def _pairs(registration: CloudRegistration) -> ReportTable:
             unit="of 6",
             mark=lambda p: "" if p.held_directions == _ALL else "bad",
         ),
-        _mm("Observed", difference("observed"), wide=True),
-        _mm("Predicted", difference("predicted"), wide=True),
+        millimetres("Observed", difference("observed"), wide=True),
+        millimetres("Predicted", difference("predicted"), wide=True),
     ]
     title = f"Registered pairs ({len(pairs)} of {len(registration.pairs)} tried)"
     note = (
@@ -388,8 +338,8 @@ def _loops(registration: CloudRegistration) -> ReportTable:
     """One row for each loop."""
     columns = [
         column("Loop", lambda x: " - ".join((*x.stations, x.stations[0]))),
-        _mm("Shift", "shift"),
-        _mm("Predicted", "shift_sigma"),
+        millimetres("Shift", "shift"),
+        millimetres("Predicted", "shift_sigma"),
         _arcsec("Turn", "turn"),
         _arcsec("Predicted", "turn_sigma"),
         column("Test", "statistic", "1"),
@@ -417,7 +367,7 @@ def _stations(group: CloudGroup, number: int, references: Sequence[str]) -> Repo
         column("Station", str),
         *(column("xyz"[k], coordinate(k), "m4") for k in range(3)),
         column("Turn about z", heading, "°4"),
-        _mm("Sigma place", lambda name: _size(group.covariances[name], 0)),
+        millimetres("Sigma place", lambda name: _size(group.covariances[name], 0)),
         _arcsec("Sigma turn", lambda name: _size(group.covariances[name], 3)),
     ]
     title = f"Stations in the frame of {group.stations[0]}"

@@ -12,10 +12,10 @@ import typer
 from tribrach._types import Progress
 from tribrach.errors import InputError
 from tribrach.io.models.formats import model_unit
+from tribrach.job.references import ReferenceFile
 from tribrach.project.instrument import noise_of
 from tribrach.project.sections import CloudSection
 from tribrach.questions.register.chapters import answer_of
-from tribrach.questions.register.references import ReferenceFile
 from tribrach.questions.register.registration import PlacedOutput, register_files, write_placed
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma
 from tribrach.registration.clouds.proposals import Choice

@@ -27,16 +27,20 @@ from tribrach.job.approximate_poses import NO_POSES, ApproximatePoses, approxima
 from tribrach.job.clouds import write_clouds
 from tribrach.job.grouping import groups
 from tribrach.job.poses import pose_texts
+from tribrach.job.references import (
+    ReferenceFile,
+    reach_around,
+    read_references,
+)
 from tribrach.job.scans import StationScan
 from tribrach.job.shared import shared_part
 from tribrach.job.state import Remembered
 from tribrach.project.sections import CloudSection
-from tribrach.questions.register.references import ReferenceFile, UsedReference, read_references
 from tribrach.registration.clouds.graph import StationLoop
 from tribrach.registration.clouds.pair import APPROXIMATE, ApproximateSigma, CloudPair
 from tribrach.registration.clouds.prepared import PreparedScan, prepare
 from tribrach.registration.clouds.proposals import Choice
-from tribrach.registration.clouds.reference import PlacedOn, ReferenceOffset
+from tribrach.registration.clouds.reference import PlacedOn, ReferenceOffset, UsedReference
 from tribrach.registration.clouds.relative_covariance import GATES as COVARIANCE
 from tribrach.registration.clouds.together import (
     HELD_TURN,
@@ -58,8 +62,6 @@ _DRAWN, _STANDING = 1500, 0.5
 
 #: files that name a registration
 _NAMED = 4
-#: a reference is read so many radii of a scan and sigmas of the approximate poses around these
-_SEEN, _AROUND = 2.0, 5.0
 
 
 @dataclass(frozen=True)
@@ -273,7 +275,7 @@ def register_files(
         scan = screened(scan)
         scans[name] = scan = replace(scan, no_return=None) if no_return else scan
         prepared.append(prepare(name, _watched(name, scan, progress)))
-    reach = _SEEN * max(scan.radius for scan in prepared) + _AROUND * sigma.shift
+    reach = reach_around(prepared, sigma)
     ready, used = read_references(references, list(scans), known.poses, reach, progress)
     registration = register_clouds(
         prepared,

@@ -60,18 +60,12 @@ GATES = ReferenceGates()
 
 
 @dataclass(frozen=True, eq=False)
-class ScanReference:
-    """A reference that is ready to be matched."""
+class ReferencePlace:
+    """Where a reference lies."""
 
-    scan: PreparedScan  #: its surfels, about :attr:`origin`
-    origin: Array  #: (3,), where the origin of the surfels lies in the coordinates of its file [m]
-    sigma: float = 0.0  #: what pieces of it are wrong by, each for itself [m]
+    name: str  #: unique among scans
+    origin: Array  #: (3,), of its surfels, in the frame of the network [m]
     shared: float = 0.0  #: what all of it is wrong by along each axis [m]; 0 holds it
-
-    @property
-    def name(self) -> str:
-        """Its name, unique among scans."""
-        return self.scan.name
 
     def observe(self, survey: Survey) -> None:
         """Add it to a survey: turned as it is, at its place up to its offset."""
@@ -85,6 +79,20 @@ class ScanReference:
                 position=[self.name],
                 source=[f"reference {self.name}"],
             )
+
+
+@dataclass(frozen=True, eq=False)
+class ScanReference:
+    """A reference that is ready to be matched."""
+
+    scan: PreparedScan  #: its surfels, about the origin of its place
+    place: ReferencePlace
+    sigma: float = 0.0  #: what pieces of it are wrong by, each for itself [m]
+
+    @property
+    def name(self) -> str:
+        """Its name, unique among scans."""
+        return self.scan.name
 
 
 @dataclass(frozen=True)
@@ -110,7 +118,7 @@ class ReferenceOffset(Result):
         return self.statistic <= self.limit
 
     @classmethod
-    def of(cls, reference: ScanReference, adjustment: Adjustment) -> ReferenceOffset:
+    def of(cls, reference: ReferencePlace, adjustment: Adjustment) -> ReferenceOffset:
         """The estimate in an adjusted network."""
         at = adjustment.layout.index("pose", reference.name)
         offset = adjustment.state.pose_t[at] - reference.origin
@@ -126,6 +134,20 @@ class ReferenceOffset(Result):
         x, y, z = (float(v) for v in offset)
         sx, sy, sz = (float(v) for v in sigma)
         return cls(reference.name, reference.shared, (x, y, z), (sx, sy, sz), statistic, dof, limit)
+
+
+@dataclass(frozen=True)
+class UsedReference(Result, null=("crs",)):
+    """A reference as it was used."""
+
+    name: str
+    file: str
+    model: bool  #: true for surfaces, false for points
+    count: int  #: points, or triangles, near the scans
+    sigma: Number  #: what pieces of 10 m are wrong by, each for itself [m]
+    shared: Number  #: what all of it is wrong by along each axis [m]
+    crs: str  #: its reference system as WKT, null where its file does not say
+    sentences: tuple[str, ...]  #: what was left out or assumed of it
 
 
 @dataclass(frozen=True)
@@ -240,7 +262,8 @@ def _prepared(
     most = PREPARED.most_some
     some = whole if len(fine) <= most else Indexed.of(fine.thinned(most))
     rough = Indexed.of(turned(coarse))
-    return ScanReference(PreparedScan(name, total, whole, some, rough, view), origin, sigma, shared)
+    scan = PreparedScan(name, total, whole, some, rough, view)
+    return ScanReference(scan, ReferencePlace(name, origin, shared), sigma)
 
 
 def on_references(
@@ -265,7 +288,7 @@ def on_references(
                 speaks = "the other scans"
             elif scan.name in priors:
                 given = priors[scan.name]
-                prior = Pose(given.rotation, given.translation - reference.origin)
+                prior = Pose(given.rotation, given.translation - reference.place.origin)
             pair = register_pair(
                 reference.scan, scan, prior, sigma=doubt, floor=floor, speaks=speaks
             )

@@ -265,7 +265,7 @@ def settled(
     joints = [edge for edge in map(edge_of, pairs) if edge is not None]
     consistency = consistent(joints)
     by_name = {one.name: one for one in (*(r.scan for r in references), *scans)}
-    frames = {reference.name: reference.observe for reference in references}
+    frames = {reference.name: reference.place.observe for reference in references}
     tried = [(p.a, p.b) for p in pairs]
     used, loose = consistency.used, tuple[CloudEdge, ...]()
 
@@ -287,7 +287,7 @@ def settled(
     # scans in the frame of a reference go first
     hung.sort(key=lambda group: not (frames.keys() & group.poses.keys() and group.adjustment))
     offsets = [
-        ReferenceOffset.of(reference, group.adjustment)
+        ReferenceOffset.of(reference.place, group.adjustment)
         for reference in references
         for group in hung
         if group.adjustment is not None and reference.name in group.poses

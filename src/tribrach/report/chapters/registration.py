@@ -13,6 +13,12 @@ from tribrach.answers import Result
 from tribrach.geometry.pose import Pose
 from tribrach.network.adjustment import Adjustment
 from tribrach.observations.registry import kind_named
+from tribrach.registration.clouds.reference import (
+    PlacedOn,
+    ReferenceOffset,
+    UsedReference,
+    offset_sentence,
+)
 from tribrach.registration.edges import ALPHA, MOST, Edge, edges
 from tribrach.registration.views import Agreement, seen
 from tribrach.report.chapter import Chapter
@@ -21,6 +27,7 @@ from tribrach.report.columns import ColumnSet
 from tribrach.report.content import Head
 from tribrach.report.figures import Picture
 from tribrach.report.numbers import Style, counted, percent_cell
+from tribrach.report.references import reference_tables
 from tribrach.report.subject import Subject
 from tribrach.report.tables import (
     Cell,
@@ -44,11 +51,16 @@ _WORST = 2.0
 
 
 @dataclass(frozen=True)
-class RegistrationPart(Result):
+class RegistrationPart(Result, maybe=("references", "offsets", "placed_on")):
     """Pairs of stations with observations in common."""
 
     edges: list[Edge]
     sentences: list[str]
+    #: what scans were placed on, where it lies, and how much of each scan lies there; left out
+    #: without any
+    references: tuple[UsedReference, ...] = ()
+    offsets: tuple[ReferenceOffset, ...] = ()
+    placed_on: tuple[PlacedOn, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -79,18 +91,26 @@ def _chapters(head: Head, job: JobResults) -> Iterable[Chapter]:
         return
     seen = _views(registered, adjustment)
     pairs = [_Pair(e, seen.get(frozenset((e.first, e.second)))) for e in pair_edges]
+    on = registered.references
+    offsets = tuple(ReferenceOffset.of(place, adjustment) for place in on.places)
+    tested = [said for said in map(offset_sentence, offsets) if said is not None]
+    unfit = [said for o in offsets if o.fits is False and (said := offset_sentence(o))]
     yield Chapter(
         "registration",
         "Registration",
-        _sentences([*registered.sentences, *_verdict(pair_edges)]),
+        _sentences([*registered.sentences, *tested, *_verdict(pair_edges)]),
         (_graph(adjustment, pair_edges),),
-        (_table(pairs, head.columns),),
+        (_table(pairs, head.columns), *reference_tables(on.used, offsets, on.placed_on)),
         RegistrationPart(
-            edges=[_record(pair) for pair in pairs], sentences=list(registered.sentences)
+            edges=[_record(pair) for pair in pairs],
+            sentences=[*registered.sentences, *tested],
+            references=on.used,
+            offsets=offsets,
+            placed_on=on.placed_on,
         ),
         warned(
             Severity.BLUNDER,
-            [*_outliers(pair_edges, head.columns.style), *_contradictions(seen)],
+            [*unfit, *_outliers(pair_edges, head.columns.style), *_contradictions(seen)],
             "pairs",
         ),
     )
