@@ -472,7 +472,7 @@ def _common(c: Comparison) -> Iterator[Finding]:
 def _remarks(c: Comparison) -> Iterator[Finding]:
     """Datum, scale of the sigmas, precision of both epochs, points without a partner."""
     d = c.difference
-    taken = f" Taken out of the whole: {listed(d.motions)}." if d.motions else ""
+    taken = f" Common motions removed: {listed(d.motions)}." if d.motions else ""
     yield Finding(f"Datum: {listed(c.stable)}.{taken}", key="datum")
     scaled = "a priori"
     if c.limits.dof:
@@ -565,8 +565,8 @@ def epochs_pictures(compared: ComparedEpochs) -> list[Picture]:
     if drawing is None:
         return []
     caption = Sentence(
-        "Triangles are reference points. Red moved, amber cannot be told, grey shows no "
-        "displacement. Ellipses hold with {confidence:%g}.",
+        "Triangles are reference points. Red: moved; amber: cannot tell; grey: no displacement "
+        "shown. Ellipses hold with {confidence:%g}.",
         confidence=c.settings.confidence,
     )
     return [Picture("displacement-map", "Map of the displacements", drawing, caption, wide=True)]

@@ -298,9 +298,9 @@ def _standard(test: DistanceStatistics, *, again: bool) -> Finding:
             "{n} differences Δ of {test.stations[0]} less {test.stations[1]} are beyond ± "
             "{test.difference_limit:mm2}, the limit of {share} for each by itself with u_T = "
             "{test.u_stated:mm2} (root mean square of the stated precision); of a scanner as "
-            f"precise as stated {as_many}. The standard has a limit for each difference and none "
-            "for their number, so that the number is not tested: differences share targets and "
-            "vary together, and the verdict is that of their weighted sum of squares above. The "
+            f"precise as stated {as_many}. The standard limits each difference, not their "
+            "number: differences share targets and vary together. The verdict is that of their "
+            "weighted sum of squares above. The "
             f"largest is {worst}"
         )
     return Finding.of(

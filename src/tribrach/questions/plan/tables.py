@@ -228,18 +228,18 @@ def _spares(plan: DesignResult) -> ReportTable:
         _criterion("after", "after", kind, "needed"),
     ]
     note = (
-        f"Each left out alone; judged at {_few(plan.judged_at)}, which stay. Before is the whole "
-        "plan, in a datum that does not rest on what may be left out."
+        f"Each is left out alone; judged at {_few(plan.judged_at)}, which stay. Before: the whole "
+        "plan, in a datum that rests on none of them."
     )
     if plan.lever_arm is not None:
-        note = "Each left out alone."
+        note = "Each is left out alone."
     return build_table("spares", "What could be left out", note, rows, columns)
 
 
 def _sets(plan: DesignResult) -> ReportTable:
     rows = [] if plan.sets is None or not plan.sets.steps else list(plan.sets.sets.items())
     columns = [column("Station", lambda row: row[0]), column("sets", lambda row: row[1], "0")]
-    note = "Repetitions of everything observed at a station that the requirement takes."
+    note = "Repetitions of all observations of a station that the requirement needs."
     return build_table("sets", "Sets", note, rows, columns)
 
 
@@ -256,7 +256,7 @@ def _precisions(plan: DesignResult, style: Style) -> ReportTable:
         (ColumnHead("σ now"), lambda p: sigma(p, 1.0)),
         (ColumnHead("σ that is enough"), lambda p: sigma(p, p.factor)),
     ]
-    note = "Of the first reading of each kind, the others as they are."
+    note = "For the first reading of each kind; all others keep their sigmas."
     return build_table("precision", "How precise", note, plan.precisions, columns)
 
 

@@ -230,9 +230,8 @@ def _models(found: FittedTransformation, style: Style) -> ReportTable:
     note = (
         "What each model gains over the one above it: a test beyond its limit at 95 % says that "
         "the further parameters are real. RMS is the root mean square of the lengths of the "
-        f"differences at the {found.outcome.fit.points.used.sum()} used points, none of them left "
-        "out by a limit; check points and points taken out take no part. It is that of a fit, no "
-        "accuracy."
+        f"differences at the {found.outcome.fit.points.used.sum()} used points; check points and "
+        "points taken out take no part. It describes the fit and is not an accuracy."
     )
     columns = [
         column("parameters", "count", "0"),

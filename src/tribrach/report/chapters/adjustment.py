@@ -127,7 +127,7 @@ def _snooping(head: Head) -> ReportTable:
         ),
         head.columns.word("Action", "action"),
     ]
-    note = "One suspect at a time; what was switched off stays in the list of observations."
+    note = "Suspects are switched off one at a time and stay in the list of observations."
     return build_table("snooping", "Snooping", note, head.snooping, columns)
 
 

@@ -31,13 +31,12 @@ _LOW, _HIGH = 1.02, 1.09
 _NORMAL, _SURFACE, _ALL = "along the normal", "in the surface", "all directions"
 _ANGLES = ("horizontal angle", "vertical angle")
 _NOTE = (
-    "Sigmas of points by what they come from; their squares add up to the square of "
-    "the 3D σ. Classes are by range and incidence angle, and by intensity in quarters of the "
-    "points. Own is what is new with every point, so that a mean of points makes it smaller; "
-    "neighbours what points side by side have in common (empty where nobody says); shared what all "
-    "points of the station have, below which no mean of them falls (control, targets, levelling "
-    "and so on). Systematic angles are those of the neighbours. Control that is held fixed "
-    "adds nothing. Along the normal is what a comparison of surfaces sees. Sigmas in the files of "
+    "Sigmas of points by cause; their squares add up to that of the 3D σ. Classes are by range and "
+    "incidence angle, and by intensity in quarters of the points. Own: new with every point, "
+    "smaller in a mean of points. Neighbours: common to points side by side, systematic angles "
+    "among it (empty where unknown). Shared: common to all points of the station (control, "
+    "targets, levelling and so on); no mean falls below it. Control that is held fixed adds "
+    "nothing. Along the normal is what a comparison of surfaces sees. Sigmas in the files of "
     "clouds contain incidence only where the project asks for it."
 )
 
@@ -96,7 +95,7 @@ def _chart(station: str, rows: Sequence[BudgetRow], columns: ColumnSet) -> Pictu
     width = sum(panel.width for panel in panels)
     drawing = beside([panels], f"Error budget of {station}", legend(entries, width))
     caption = Sentence(
-        "Variances add up, so the bars do. {largest}", largest=_largest(rows, classes, known)
+        "The bars add up because variances do. {largest}", largest=_largest(rows, classes, known)
     )
     return Picture(f"budget-{station}", f"Error budget of {station}", drawing, caption, wide=True)
 

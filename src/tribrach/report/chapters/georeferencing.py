@@ -300,9 +300,8 @@ def _rows(accuracy: SiteAccuracy, common: list[CommonShift], free: bool) -> list
 
 def _table(rows: list[_Row], head: Head) -> ReportTable:
     note = (
-        f"Standard deviations {head.origin} of targets, points and stations. What is absolute is "
-        "common to all places and shows in no residual; what is relative is what matters within "
-        "the site."
+        f"Standard deviations {head.origin} of targets, points and stations. Absolute errors are "
+        "common to all places and show in no residual; relative ones matter within the site."
     )
     columns = [
         (ColumnHead("Accuracy", numeric=False), lambda row: text_cell(row.what)),

@@ -20,12 +20,11 @@ if TYPE_CHECKING:
     from tribrach.job.results import JobResults
 
 _NOTE = Sentence(
-    "What the a-priori sigmas and the footprint of the beam were taken from. Angles by ISO 17123-3 "
-    "or DIN 18723 are of the mean of both faces, and one reading in one face has {more:2} "
-    "times as much. Other figures of makers are of good conditions and mean one sigma or a limit, "
-    "as each maker likes: compare them with the sheet of the instrument at hand, and with a field "
-    "check. Defaults stand where the maker publishes nothing. Units are those of sheets and "
-    "project files.",
+    "Sources of the a-priori sigmas and of the beam's footprint. Angles by ISO 17123-3 or DIN "
+    "18723 are of the mean of both faces, and one reading in one face has {more:2} times as much. "
+    "Makers state other figures for good conditions, as one sigma or as a limit: compare them "
+    "with the sheet of your instrument and with a field check. Defaults stand where the maker "
+    "publishes nothing. Units are those of sheets and project files.",
     more=math.sqrt(2),
 )
 #: ends of keys with the units that they name, the longest first

@@ -20,17 +20,14 @@ if TYPE_CHECKING:
     from tribrach.scan.noise_law import By, ContradictedClass, NoiseClass
 
 _NOTE = Sentence(
-    "Along the beam, on small planar patches of smooth surfaces; what the beam "
-    "sweeps over a slanted surface is in both figures. Stated is what the points "
-    "of clouds have: the noise of ranges over the cosine of the incidence only "
-    "where [cloud] has incidence = true. Both figures are roots of mean squares, "
-    "with the points weighted alike by the inverse of the variance that is stated "
-    "for each; the factor is observed over stated. Its limits hold for all rows of "
-    "an instrument together in 95 of 100 jobs, by chi-square with the degrees of "
-    "freedom that the scatter from patch to patch leaves. A factor of {band[0]:2} "
-    "to {band[1]:2} is as stated, where its limits do not lie beyond that "
-    "altogether; only limits that do contradict what is stated. Roughness that "
-    "even these surfaces have counts as noise.",
+    "Along the beam, on small planar patches of smooth surfaces; what the beam sweeps over a "
+    "slanted surface is in both figures. Stated is the noise in the sigmas of clouds: over the "
+    "cosine of the incidence only with incidence = true in [cloud]. Both are RMS values with the "
+    "same weights, the inverse stated variances; the factor is observed over stated. Its limits "
+    "hold for all rows of an instrument together in 95 of 100 jobs, by chi-square with the "
+    "degrees of freedom that the scatter from patch to patch leaves. A factor of {band[0]:2} to "
+    "{band[1]:2} agrees with what is stated; only limits that both lie beyond contradict it. "
+    "Roughness of these surfaces counts as noise.",
     band=BAND,
 )
 

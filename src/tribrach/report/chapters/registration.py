@@ -221,9 +221,9 @@ def _table(pairs: Sequence[_Pair], columns: ColumnSet) -> ReportTable:
         "relative pose (of the second station, along the directions that the pair "
         "holds) and what they should be from the covariances. The test is the squared "
         "difference in that metric against chi-square at {level:%g}. Overlap: share of "
-        "the points of both scans on surfaces that both see. The residual RMS is the "
-        "root mean square of all adjusted lengths of the pair, none left out by a "
-        "limit, and not an accuracy. Of each kind no more than {most} pairs, those "
+        "the points of both scans on surfaces that both see. The residual RMS is that of all "
+        "adjusted lengths of the pair, without any limit, and not an accuracy. Of each kind the "
+        "table has at most {most} pairs, those "
         "with most in common.",
         level=1 - ALPHA,
         most=MOST,

@@ -478,7 +478,7 @@ def _truth_table(truth: Sequence[TruthRow], columns: ColumnSet) -> ReportTable:
         "The job is simulated and its truth is known. Squared errors in the metric of their stated "
         "covariances against chi-square: single ones at a level at which all of one kind pass in "
         "99 % of jobs, all jointly on both sides at 99 %, since smaller errors than stated are "
-        "wrong statements too. Of clouds the mean squared normalised error."
+        "wrong statements too. Clouds show the mean squared normalised error."
     )
     specs: list[Spec] = [
         columns.word("What", "what"),
@@ -563,9 +563,8 @@ def _cloud_table(clouds: Sequence[WrittenCloud], columns: ColumnSet) -> ReportTa
     ]
     note = (
         "σ1 to σ3: root mean square along the axes of the delivered frame. 3D σ is the root of the "
-        "sum of the three variances of a point. Weakest: what the station leaves uncertain of the "
-        "cloud as a whole, along its worst direction. All are predicted from the network and the "
-        "instrument, not observed."
+        "sum of the three variances of a point. Weakest: sigma of the cloud as a whole along its "
+        "worst direction. All are predicted from network and instrument, not observed."
     )
     return build_table("clouds", "Clouds", note, clouds, specs)
 
