@@ -123,7 +123,7 @@ def _project(paths: list[Path]) -> None:
 
 
 _RAW = ("fbk", "gsi", "gts6", "gts7", "m5", "nikon", "rw5", "sdr")
-_TEXTS = ("csv", "dna", "levels", "ngs", "pos", "sinex", "ski", "starnet", "tdef")
+_TEXTS = ("csv", "dna", "jsonl", "levels", "ngs", "pos", "sinex", "ski", "starnet", "tdef")
 READERS: dict[str, Reader] = {
     **{name: Reader(_survey, "text") for name in (*_RAW, *_TEXTS)},
     **{name: Reader(_survey, "xml") for name in ("dynaml", "gama", "gvx", "jobxml", "landxml")},

@@ -28,9 +28,9 @@ from tribrach.shell.flow import Overwrite, Quiet, claim, guarded, say, shown
 if TYPE_CHECKING:
     from tribrach.io.delivery.content import Delivery
 
-NetworkFormat = Literal["gkf", "dynaml", "starnet"]
+NetworkFormat = Literal["gkf", "dynaml", "jsonl", "starnet"]
 #: suffixes of the files
-_SUFFIX = {"gkf": ".gkf", "dynaml": ".xml", "starnet": ".dat"}
+_SUFFIX = {"gkf": ".gkf", "dynaml": ".xml", "jsonl": ".jsonl", "starnet": ".dat"}
 _SUFFIX |= {name: suffix for name, (suffix, _, _) in FORMATS.items()}
 
 
@@ -43,8 +43,8 @@ def export(
         Literal[NetworkFormat, DeliveryFormat],
         typer.Option(
             "--to",
-            help="Networks: GNU Gama (gkf), DynAdjust (dynaml), STAR*NET. Results: dxf, landxml, "
-            "gpkg, geojson, kml, xlsx, csv, or a list after a template.",
+            help="Networks: GNU Gama (gkf), DynAdjust (dynaml, jsonl), STAR*NET. Results: dxf, "
+            "landxml, gpkg, geojson, kml, xlsx, csv, or a list after a template.",
         ),
     ],
     out: Annotated[

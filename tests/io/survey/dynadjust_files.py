@@ -1,8 +1,11 @@
 """Write the same small GNSS network as DynaML and as DNA text, independently of the readers."""
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -158,6 +161,52 @@ def write_xml(network: Network, folder: Path) -> list[Path]:
     for path, text in zip(paths, (stations, lines), strict=True):
         path.write_text("\n".join([*text, "</DnaXmlFormat>"]) + "\n")
     return paths
+
+
+def write_jsonl(network: Network, folder: Path) -> list[Path]:
+    """Two files of JSON lines, as DynAdjust converts DynaML: numbers where a double holds them."""
+    out = []
+    for path in write_xml(network, folder):
+        root = ElementTree.fromstring(path.read_text())
+        lines = [json.dumps({root.tag: root.attrib})]
+        for one in root:
+            record: dict[str, Any] = {"Source": ""}
+            ends: dict[str, str] = {}
+            for child in one:
+                if child.tag in ("First", "Second"):
+                    ends[child.tag] = child.text or ""
+                if child.tag in ("GPSBaseline", "Clusterpoint", "Directions"):
+                    entry = _json(child) | (ends if one.findtext("Type") in ("X", "Y") else {})
+                    record.setdefault(child.tag, []).append(entry)
+                else:
+                    record.setdefault(child.tag, _json(child))
+            lines.append(json.dumps({one.tag: record}))
+        out.append(path.with_suffix(".jsonl"))
+        out[-1].write_text("\n".join(lines) + "\n")
+    return out
+
+
+#: what stays text though it may look like a number
+_TEXTS = ("Name", "First", "Second", "Third", "Target", "Epoch", "HemisphereZone")
+
+
+def _json(element: ElementTree.Element) -> Any:
+    """A number, a text, or an object with a list of covariances."""
+    if not len(element):
+        text = element.text or ""
+        if element.tag in _TEXTS:
+            return text
+        try:
+            return int(text) if element.tag == "Total" else float(text)
+        except ValueError:
+            return text
+    out: dict[str, Any] = {}
+    for child in element:
+        if child.tag.endswith("Covariance"):
+            out.setdefault(child.tag, []).append(_json(child))
+        else:
+            out[child.tag] = _json(child)
+    return out
 
 
 def _xml_gnss(m: Gnss) -> list[str]:

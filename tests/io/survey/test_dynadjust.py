@@ -1,5 +1,7 @@
 """DynaML and DNA readers on small synthetic networks: one meaning in both formats."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from tests.io.survey.dynadjust_files import (
     Station,
     baseline,
     write_dna,
+    write_jsonl,
     write_xml,
 )
 from tribrach.errors import InputError
@@ -19,7 +22,7 @@ from tribrach.io.survey.dynadjust import reader as dynadjust
 from tribrach.network.adjustment import adjust
 from tribrach.observations.base import Use
 
-FORMATS = {"dna": write_dna, "xml": write_xml}
+FORMATS = {"dna": write_dna, "xml": write_xml, "jsonl": write_jsonl}
 LATITUDE, LONGITUDE = np.radians(-36.5), np.radians(146.25)
 #: rows east, north, up in ECEF at A
 ENU = enu_rotation(np.float64(LATITUDE), np.float64(LONGITUDE))
@@ -204,7 +207,8 @@ def test_sources_name_file_and_line(read):
         path, _, line = source.rpartition(":")
         with open(path) as file:
             text = file.read().splitlines()[int(line) - 1]
-        assert text[:1] in "GX" or "<DnaMeasurement>" in text or "<GPSBaseline>" in text
+        words = "<DnaMeasurement>", "<GPSBaseline>", '{"DnaMeasurement"'
+        assert text[:1] in "GX" or any(word in text for word in words)
 
 
 def test_constrained_station_carries_the_datum(read):
@@ -436,3 +440,40 @@ def test_broken_files(tmp_path):
         dynadjust.read(path)
     with pytest.raises(InputError, match="cannot be read"):
         dynadjust.read(tmp_path / "absent.stn")
+
+
+@pytest.mark.parametrize(
+    ("line", "what"),
+    [
+        ("{", "not JSON"),
+        ('{"DnaStation":[]}', "no record"),
+        ('{"DnaThing":{}}', "not of DynaML"),
+        ('{"DnaMeasurement":{"Type":"G","First":"A","Second":"B"}}', "0 of 1"),
+        ('{"DnaMeasurement":{"Type":"S","a b":"1"}}', "not of DynaML"),
+        ("[" * 100_000, "not JSON"),
+    ],
+)
+def test_what_is_no_line_of_json_of_dynadjust(tmp_path, line, what):
+    stations, measurements = write_jsonl(full(), tmp_path)
+    measurements.write_text(f"{measurements.read_text()}{line}\n")
+    with pytest.raises(InputError, match=what) as caught:
+        dynadjust.read([stations, measurements])
+    assert str(caught.value).count(f":{len(measurements.read_text().splitlines())}:") == 1
+
+
+def test_json_lines_may_have_flags_texts_and_stations_of_the_measurement(tmp_path):
+    """What DynAdjust takes: Ignore as a boolean, numbers as texts, ends beside the list."""
+    stations, measurements = write_jsonl(full(), tmp_path)
+    vector = dict.fromkeys("XYZ", "1.5") | {f"Sigma{a}{a}": "1e-4" for a in "XYZ"}
+    vector |= {f"Sigma{pair}": 0 for pair in ("XY", "XZ", "YZ")}
+    record = {"GPSBaseline": [vector], "Type": "G", "Ignore": True, "First": "A", "Second": "B"}
+    measurements.write_text(
+        json.dumps({"DnaAdjustmentReport": {"referenceframe": "GDA2020", "epoch": "01.01.2020"}})
+        + "\n"
+        + json.dumps({"DnaMeasurement": record})
+        + "\n"
+        + json.dumps({"DnaMeasurement": record | {"Ignore": False}})
+        + "\n"
+    )
+    (table,) = dynadjust.read([stations, measurements]).tables()
+    assert table.columns["use"].tolist() == [Use.OFF, Use.ACTIVE]

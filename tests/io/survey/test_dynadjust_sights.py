@@ -6,7 +6,15 @@ import numpy as np
 import pyproj
 import pytest
 
-from tests.io.survey.dynadjust_files import Directions, Line, Network, Station, write_dna, write_xml
+from tests.io.survey.dynadjust_files import (
+    Directions,
+    Line,
+    Network,
+    Station,
+    write_dna,
+    write_jsonl,
+    write_xml,
+)
 from tests.io.survey.test_dynadjust import ENU, A
 from tests.network.test_deflections import zenith_frame
 from tribrach.errors import InputError
@@ -80,10 +88,10 @@ def network() -> Network:
     return out
 
 
-@pytest.fixture(params=["dna", "xml"])
+@pytest.fixture(params=["dna", "xml", "jsonl"])
 def read(request, tmp_path):
     """Write a network in one of the formats and read it."""
-    write = {"dna": write_dna, "xml": write_xml}[request.param]
+    write = {"dna": write_dna, "xml": write_xml, "jsonl": write_jsonl}[request.param]
     return lambda net: dynadjust.read(write(net, tmp_path))
 
 
@@ -219,7 +227,7 @@ def geoid_file(folder: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("write", [write_dna, write_xml])
+@pytest.mark.parametrize("write", [write_dna, write_xml, write_jsonl])
 def test_a_geoid_file_leans_plumb_lines_and_lowers_heights(tmp_path: Path, write) -> None:
     """Readings along the plumb line of each station, orthometric heights, astronomic values."""
     geodetic = ANYWHERE.geodetic(ANYWHERE.from_ecef(np.stack(list(TRUE.values()))))

@@ -42,7 +42,7 @@ from tribrach.observations.sights import (
 from tribrach.units import SEC
 
 RUN = CliRunner()
-SUFFIX = {"gkf": ".gkf", "dynaml": ".xml", "starnet": ".dat"}
+SUFFIX = {"gkf": ".gkf", "dynaml": ".xml", "jsonl": ".jsonl", "starnet": ".dat"}
 TRUTH = {
     "A": (0.0, 0.0, 10.0), "B": (180.0, 25.0, 12.0), "C": (160.0, 170.0, 39.0),
     "D": (-30.0, 145.0, 25.0), "E": (70.0, 80.0, 18.0),
@@ -121,7 +121,7 @@ def test_every_gama_network_comes_back(shared_data: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.data
-@pytest.mark.parametrize("format", ["gkf", "dynaml"])
+@pytest.mark.parametrize("format", ["gkf", "dynaml", "jsonl"])
 @pytest.mark.parametrize("sample", SAMPLES)
 def test_dynadjust_samples_come_back(
     shared_data: Path, tmp_path: Path, sample: str, format: str
@@ -335,8 +335,9 @@ def test_a_plane_with_names_and_curvature_comes_back_from_star_net(tmp_path: Pat
         assert_same(one, other)
 
 
-def test_all_kinds_of_the_ellipsoid_come_back(tmp_path: Path) -> None:
-    one, other = again(on_ellipsoid(), "dynaml", tmp_path)
+@pytest.mark.parametrize("format", ["dynaml", "jsonl"])
+def test_all_kinds_of_the_ellipsoid_come_back(tmp_path: Path, format: str) -> None:
+    one, other = again(on_ellipsoid(), format, tmp_path)
     # geocentric coordinates have a rounding of 1e-9 m
     assert largest_difference(one, other) < 3e-9
     assert (other.dof, other.n_observations) == (one.dof, one.n_observations)

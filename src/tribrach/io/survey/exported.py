@@ -35,6 +35,7 @@ Place = tuple[int, int, int]
 WRITERS = {
     "gkf": "gama.writer",
     "dynaml": "dynadjust.writer",
+    "jsonl": "dynadjust.jsonl",
     "starnet": "starnet.writer",
 }
 

@@ -41,6 +41,7 @@ SUFFIXES = {
     ".stn": "dna",
     ".msr": "dna",
     ".geo": "dna",
+    ".jsonl": "dynaml",
     ".csv": "csv",
     ".xlsx": "csv",
     ".cor": "comp3d",

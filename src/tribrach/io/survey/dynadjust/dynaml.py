@@ -27,25 +27,32 @@ from tribrach.io.xml_file import line_of, load
 
 #: elements of a variance and of a covariance block
 _VARIANCE = ("SigmaXX", "SigmaXY", "SigmaXZ", "SigmaYY", "SigmaYZ", "SigmaZZ")
+#: frame and epoch of files that name none, as the schema has them
+DEFAULT = "GDA2020", "01.01.2020"
 _BLOCK = [[f"m{i}{j}" for j in (1, 2, 3)] for i in (1, 2, 3)]
 
 
 def parse(path: Path, refused: RefusalCollector) -> Records:
     """Records of one DynaML file."""
     root = load(path, "DnaXmlFormat")
-    # the schema gives these defaults
-    frame = root.get("referenceframe", "GDA2020")
-    records = Records(str(path), str(frame), str(root.get("epoch", "01.01.2020")))
+    frame, epoch = DEFAULT
+    frame = root.get("referenceframe", frame)
+    records = Records(str(path), str(frame), str(root.get("epoch", epoch)))
     for element in _children(root):
-        node = _Node(element, RecordPlace(records.file, line_of(element)))
         with refused.record():
-            if element.tag == "DnaStation":
-                records.stations.append(node.station())
-            elif element.tag == "DnaMeasurement":
-                _measurement(records, node)
-            else:
-                raise node.place.error(f"element <{element.tag}> is not of DynaML")
+            take(records, element)
     return records
+
+
+def take(records: Records, element: Any) -> None:
+    """Add a station or a measurement."""
+    node = _Node(element, RecordPlace(records.file, line_of(element)))
+    if element.tag == "DnaStation":
+        records.stations.append(node.station())
+    elif element.tag == "DnaMeasurement":
+        _measurement(records, node)
+    else:
+        raise node.place.error(f"element <{element.tag}> is not of DynaML")
 
 
 def _children(element: Any) -> Iterator[Any]:
@@ -132,11 +139,11 @@ def _measurement(records: Records, node: _Node) -> None:
 
 
 def _cluster(records: Records, node: _Node, kind: str) -> GnssCluster:
-    """A GNSS measurement; station names stand before the element they belong to."""
+    """A GNSS measurement; station names stand before the element they belong to, or in it."""
     tag, covariance = (
         ("Clusterpoint", "PointCovariance") if kind == "Y" else ("GPSBaseline", "GPSCovariance")
     )
-    first = second = ""
+    first, second = node.text("First", ""), node.text("Second", "")
     entries: list[Entry] = []
     for child in node.nodes():
         name = child.element.tag
@@ -145,7 +152,8 @@ def _cluster(records: Records, node: _Node, kind: str) -> GnssCluster:
         elif name == "Second":
             second = (child.element.text or "").strip()
         elif name == tag:
-            entries.append(child.entry(first, second, node.ignored, covariance))
+            ends = child.text("First", first), child.text("Second", second)
+            entries.append(child.entry(*ends, node.ignored, covariance))
     total = node.text("Total", "") if kind != "G" else "1"
     if not entries or (total and total != str(len(entries))):
         raise node.place.error(f"the measurement has {len(entries)} of {total or 'its'} <{tag}>")

@@ -1,4 +1,4 @@
-"""Networks of DynAdjust: DNA text or DynaML, stations and measurements, with or without a geoid.
+"""Networks of DynAdjust: DNA text, DynaML or JSON lines, with or without a geoid.
 
 Each file is known by what it holds, so that a geoid file (``.geo``) goes with either format and
 stations in one with measurements in the other.
@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from tribrach.errors import RefusalCollector
-from tribrach.io.survey.dynadjust import dna, dynaml
+from tribrach.io.survey.dynadjust import dna, dynaml, jsonl
 from tribrach.io.survey.dynadjust.assembly import assemble
 from tribrach.io.survey.dynadjust.records import Records
 from tribrach.io.xml_file import read_bytes
@@ -31,4 +31,6 @@ def _parse(path: Path, refused: RefusalCollector) -> Records:
     head = read_bytes(path).removeprefix(b"\xef\xbb\xbf").lstrip()
     if path.suffix.lower() == ".xml" or head.startswith(b"<"):
         return dynaml.parse(path, refused)
+    if path.suffix.lower() == ".jsonl" or head.startswith(b"{"):
+        return jsonl.parse(path, refused)
     return dna.parse(path, refused)

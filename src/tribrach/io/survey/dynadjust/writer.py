@@ -64,6 +64,13 @@ _VARIANCE = (("XX", 0, 0), ("XY", 0, 1), ("XZ", 0, 2), ("YY", 1, 1), ("YZ", 1, 2
 
 def write(network: Network) -> Exported:
     """The network as the text of a combined DynaML file."""
+    writer, root = document(network)
+    text = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
+    return writer.exported(text.decode("utf-8"))
+
+
+def document(network: Network) -> tuple[_Writer, etree._Element]:
+    """The network as the root of a combined DynaML file, and who wrote it."""
     writer = _Writer(network)
     root = etree.Element(
         "DnaXmlFormat",
@@ -78,9 +85,7 @@ def write(network: Network) -> Exported:
         )
     for element in (*stations, *measurements):
         root.append(element)
-    text = etree.tostring(root, pretty_print=True, xml_declaration=True, encoding="UTF-8")
-    sieve = writer.sieve
-    return Exported(text.decode("utf-8"), writer.written, sieve.sentences(), sieve.notes())
+    return writer, root
 
 
 class _Writer:
@@ -103,6 +108,10 @@ class _Writer:
         self.names = network.start.layout.names["point"]
         self.written = 0
         self.tied = False
+
+    def exported(self, text: str) -> Exported:
+        """A text of the network, with what it lacks."""
+        return Exported(text, self.written, self.sieve.sentences(), self.sieve.notes())
 
     def stations(self) -> Iterator[etree._Element]:
         """Every station with what of it is held."""
