@@ -194,7 +194,9 @@ def test_values_held_out_are_judged_by_student_a_posteriori() -> None:
 @pytest.mark.parametrize(("r", "found"), [(10, 0.74), (100, 0.22), (500, 0.08)])
 def test_the_global_test_fails_as_often_as_the_method_says(r: int, found: float) -> None:
     """Half of the significance by chance; and one error of the size of its bound."""
-    limit = GlobalTest.of(1.0, r, 0.05).upper
+    test = GlobalTest.of(1.0, r, 0.05)
+    limit = test.upper
+    assert test.level == pytest.approx(0.975)
     assert chi2.sf(limit, r) == pytest.approx(0.025)
     assert ncx2.sf(limit, r, 4.132**2) == pytest.approx(found, abs=0.006)
 
@@ -205,7 +207,8 @@ def test_the_confidence_is_that_of_the_global_test() -> None:
         test = assess(adjustment, confidence=confidence).global_test
         assert test.alpha == pytest.approx(1 - confidence)
         assert test.upper == pytest.approx(chi2.ppf((1 + confidence) / 2, adjustment.dof))
-        assert f"at {100 * confidence:g} %" in test.sentence()
+        assert test.level == pytest.approx((1 + confidence) / 2)
+        assert f"at {50 * (1 + confidence):g} %" in test.sentence()
 
 
 def test_residuals_that_are_rounding_leave_sigmas_a_priori() -> None:

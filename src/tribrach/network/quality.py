@@ -64,7 +64,7 @@ class GlobalTest:
 
     vtpv: float  #: ``v^T P v``
     dof: int  #: redundancy
-    alpha: float  #: significance
+    alpha: float  #: outside of both limits; right networks are rejected half as often
     #: two-sided limits of ``v^T P v``
     lower: float
     upper: float
@@ -82,12 +82,17 @@ class GlobalTest:
         """True if the test passes, None without redundancy."""
         return None if self.dof <= 0 else self.vtpv <= self.upper
 
+    @property
+    def level(self) -> float:
+        """Share of right networks that pass: only the upper limit rejects."""
+        return 1 - self.alpha / 2
+
     def sentence(self) -> str:
         """The verdict in words."""
         if self.dof <= 0:
             return "no redundancy: nothing is checked"
         limits = Sentence("{own.vtpv:2} against {own.lower:2} to {own.upper:2}", own=self)
-        level = Sentence("at {alpha:%g} with redundancy {own.dof}", alpha=1 - self.alpha, own=self)
+        level = Sentence("at {level:%g} with redundancy {own.dof}", level=self.level, own=self)
         if self.vtpv > self.upper:
             return Sentence(
                 "the global test fails ({limits} {level}): blunders, or sigmas too small",

@@ -58,7 +58,7 @@ class GlobalVerdict(Result, without=("sentence",)):
     statistic: float
     lower: Number
     upper: Number
-    alpha: float
+    alpha: float  #: outside of both limits; right networks are rejected half as often
     #: null where there is no redundancy
     accepted: bool | None
     sentence: str
