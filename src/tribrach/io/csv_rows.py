@@ -22,14 +22,13 @@ from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.decimals import Decimal, decimal_of
 from tribrach.io.opened_files import lines_of
 from tribrach.io.spreadsheet import is_spreadsheet, read_sheet
+from tribrach.io.text_form import MARKS, TextForm, mark_of
 from tribrach.io.xml_file import read_bytes
 
 #: what a spreadsheet takes for the beginning of a formula, white space before it left aside
 _FORMULA = re.compile(r"\s*[=+\-@]")
 #: a cell that was written by :func:`name_cell`
 _QUOTED = re.compile(r"^'(?=\s*[=+\-@])")
-#: what may stand between cells; blanks are tried last
-_MARKS = ";\t|,"
 #: separators by the words of a project
 SEPARATORS = {"tab": "\t", "blank": " ", "semicolon": ";", "comma": ",", "bar": "|"}
 #: bytes that no text of a list has: control characters but tab, line ends, form feed, SUB
@@ -44,8 +43,8 @@ _BY_MARK = (
     (b"\xfe\xff", "utf-16"),
     (b"\xef\xbb\xbf", "utf-8-sig"),
 )
-#: rows at the top that may be titles
-_TITLES = 20
+#: rows at the top that may be titles, and rows that tell how a list is written
+_TITLES, _LOOKED = 20, 200
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,10 @@ def read_rows(path: Path, form: ListForm = AS_FOUND) -> ListRows:
     if not numbered:
         raise InputError("the file is empty", file=path, cure="give a header and rows")
     lines, kept = [number for number, _ in numbered], [row for _, row in numbered]
-    separator = form.mark or _separator(kept)
+    # titles stand above the header
+    at = next((k for k, row in enumerate(kept[:_TITLES]) if max(map(row.count, MARKS)) > 1), 0)
+    at = 0 if any(mark in kept[0] for mark in MARKS) else at
+    separator = form.mark or mark_of(kept[at], kept[at + 1 : _LOOKED])
     rows = _split(path, kept, lines, separator)
     return _whole(ListRows(path, rows, lines, separator, form, tuple(said)))
 
@@ -169,46 +171,17 @@ def _western(path: Path, data: bytes) -> tuple[str, list[str]]:
         raise InputError(what, file=path, line=line, cure=cure) from error
 
 
-def _separator(kept: Sequence[str]) -> str:
-    """What stands between cells: the mark that makes rows of one length, else the one of most."""
-    head = kept[0]
-    if not any(mark in head for mark in _MARKS):
-        if len(head.split()) > 1 and len({len(row.split()) for row in kept}) == 1:
-            return " "
-        # titles stand above the header
-        head = next((row for row in kept[:_TITLES] if max(map(row.count, _MARKS)) > 1), head)
-    at = kept.index(head)
-    found = sorted((m for m in _MARKS if m in head), key=lambda m: -head.count(m))
-    for mark in found:
-        if _even(kept[at:], mark):
-            return mark
-    # a decimal comma in the first row parts nothing
-    if found and len(head.split()) > 2 and len({len(row.split()) for row in kept[at:]}) == 1:
-        return " "
-    if found:
-        return found[0]
-    return " " if len(head.split()) > 1 else ","
-
-
-def _even(kept: Sequence[str], mark: str) -> bool:
-    """True if a mark makes rows of one length."""
-    try:
-        return len({len(row) for row in csv.reader(kept, delimiter=mark)}) == 1
-    except csv.Error:
-        return False
-
-
 def _split(path: Path, kept: list[str], lines: list[int], separator: str) -> list[list[str]]:
     """Cells of lines."""
-    if separator == " ":
-        kept = [" ".join(row.split()) for row in kept]
-    try:
-        rows = list(csv.reader(kept, delimiter=separator))
-    except csv.Error as error:
-        raise InputError(f"this is no CSV file: {error}", file=path) from error
-    if len(rows) != len(kept):
-        raise InputError("a quoted cell goes over several lines", file=path, line=lines[0])
-    return rows
+    form = TextForm(separator)
+    if separator != " ":
+        try:
+            rows = list(csv.reader(kept, delimiter=separator, skipinitialspace=True))
+        except csv.Error as error:
+            raise InputError(f"this is no CSV file: {error}", file=path) from error
+        if len(rows) != len(kept):
+            raise InputError("a quoted cell goes over several lines", file=path, line=lines[0])
+    return [form.cells(row) for row in kept]
 
 
 def _whole(rows: ListRows) -> ListRows:

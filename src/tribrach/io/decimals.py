@@ -8,7 +8,7 @@ all numbers of a file together, never cell by cell.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Literal
 
@@ -37,6 +37,17 @@ class Exact(str):
     __slots__ = ()
 
 
+def lone_commas(cells: Iterable[str], separator: str) -> str | None:
+    """The first cell with a comma where each may stand before decimals or thousands, else None.
+
+    Between semicolons commas stand before decimals.
+    """
+    commas = [cell for cell in cells if "," in cell]
+    if separator == ";" or not all(map(_UNCLEAR.match, commas)):
+        return None
+    return next(iter(commas), None)
+
+
 def decimal_of(
     path: Path,
     columns: Sequence[Sequence[str]],
@@ -47,28 +58,20 @@ def decimal_of(
     """What stands before decimals, and a sentence if a comma was found to."""
     if stated is not None:
         return stated, ()
-    points = commas = 0
-    unclear = certain = False
-    first: tuple[str, int] | None = None
-    for cell, line in _marked(columns, lines):
-        if _COMMA.match(cell):
-            commas += 1
-            first = first or (cell, line)
-            certain = certain or not _UNCLEAR.match(cell)
-            unclear = True
-        elif _POINT.match(cell):
-            points += 1
-    if commas <= points or first is None:
+    marked = list(_marked(columns, lines))
+    commas = [(cell, line) for cell, line in marked if _COMMA.match(cell)]
+    points = sum(_POINT.match(cell) is not None for cell, _ in marked) if commas else 0
+    if len(commas) <= points:
         return ".", ()
-    if unclear and not certain and separator != ";":
-        cell, line = first
+    cell, line = commas[0]
+    if lone_commas((cell for cell, _ in commas), separator) is not None:
         raise InputError(
             f"{cell} may be a number with decimals or one in thousands",
             file=path,
             line=line,
             cure='add decimal = "," or decimal = "." to the entry of the file',
         )
-    return ",", (f"decimals are written with a comma, such as {first[0]} in line {first[1]}",)
+    return ",", (f"decimals are written with a comma, such as {cell} in line {line}",)
 
 
 def _marked(columns: Sequence[Sequence[str]], lines: Sequence[int]) -> Iterator[tuple[str, int]]:

@@ -18,8 +18,8 @@ from tribrach.io.poses.names import POSE_FILES
 from tribrach.io.scans.origin import seen_from_zero
 from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import Lines
-from tribrach.io.scans.text_form import heads, text_start
 from tribrach.io.scans.units import in_metres
+from tribrach.io.text_form import heads, text_start
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 

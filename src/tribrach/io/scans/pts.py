@@ -12,8 +12,8 @@ from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import Lines
-from tribrach.io.scans.text_form import blanks_of
 from tribrach.io.scans.text_scan import TextScan, off_by_one, refuse_many, rows
+from tribrach.io.text_form import blanks_of
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Scan
 

@@ -22,8 +22,8 @@ from tribrach.io.scans.columns import arranged
 from tribrach.io.scans.origin import scan_name
 from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import LineBlock, Lines
-from tribrach.io.scans.text_form import blanks_of
 from tribrach.io.scans.text_scan import TextScan, refuse_many, rows, short, table
+from tribrach.io.text_form import blanks_of
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.scan import Chunk, Field, Origin, Scan
 from tribrach.sentences import Sentence

@@ -175,17 +175,22 @@ def _normal(raw: bytes, blanks: bytes) -> bytes:
 
 @njit(cache=True, nogil=True)
 def _squeezed(raw, blanks, out):  # type: ignore[no-untyped-def]
-    """The number of bytes written to ``out``; carriage returns and quotation marks are left out."""
-    made, begun, gap = 0, False, False
+    """The number of bytes written to ``out``; carriage returns and quotation marks are left out.
+
+    What parts cells parts none in quotes, which begin with a cell.
+    """
+    made, begun, gap, quoted = 0, False, False, False
     for byte in raw:
         c = blanks[byte]
-        if c == 32:
-            gap = begun
+        if byte == 34:
+            quoted = not quoted and (gap or not begun)
+        elif c == 32:
+            gap = gap or (begun and not quoted)
         elif c == 10:
             if begun:
                 out[made] = 10
                 made += 1
-            begun = gap = False
+            begun = gap = quoted = False
         elif c != 13 and c != 34:
             if gap:
                 out[made] = 32

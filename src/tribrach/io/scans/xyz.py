@@ -2,7 +2,7 @@
 
 Columns are named by a first line of words, as a comment or not; otherwise their number tells. What
 stands between values and before decimals is told by many lines together
-(:mod:`tribrach.io.scans.text_form`). Columns of words are passed over. A count of the points may
+(:mod:`tribrach.io.text_form`). Columns of words are passed over. A count of the points may
 stand before them. The format has no place for a scanner.
 """
 
@@ -20,9 +20,9 @@ from tribrach.io.scans.columns import arranged, column_unit, known_name
 from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.reading import reading
 from tribrach.io.scans.text import LineBlock, Lines, Mark
-from tribrach.io.scans.text_form import COMMENTS, TextForm, agreement, form_of
 from tribrach.io.scans.text_scan import TextScan, is_number, malformed, off_by_one, rows, table
 from tribrach.io.scans.units import stated_unit
+from tribrach.io.text_form import COMMENTS, TextForm, agreement, form_of
 from tribrach.io.unpacking import unpacked
 from tribrach.scan.length_unit import METRES
 from tribrach.scan.scan import Scan

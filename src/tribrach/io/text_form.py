@@ -1,7 +1,7 @@
-"""How a text of points is written: what stands between values and before decimals.
+"""How a text of scans, lists or observations is written: what parts cells, what decimals.
 
-Told by many lines together: of all ways to read them, the one that makes rows of numbers of one
-length. What two ways read alike is not guessed but asked for.
+Told by many lines together: of all ways to read them, the one that makes rows of one length with
+most numbers. What two ways read alike is not guessed but asked for.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from tribrach.errors import InputError
+from tribrach.io.decimals import lone_commas
 from tribrach.io.opened_files import lines_of, text_of_bytes
-from tribrach.io.scans.text import BLANKS
 from tribrach.io.unpacking import unpacked
 
 #: what comments begin with
@@ -37,8 +37,10 @@ _PLAIN = {
 }
 #: exponents of Fortran
 _FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")
-#: a comma with three digits after it and at most three before it
-_THREE = re.compile(r"[-+]?[1-9]\d{0,2},\d{3}")
+#: what stands between the cells of lists; blanks are tried last
+MARKS = ";\t|,"
+#: a number in quotes with a comma in it
+_IN_QUOTES = re.compile(r'"[-+.\d]*\d,\d')
 _DROPPED = 34
 
 
@@ -92,8 +94,8 @@ class TextForm:
         if self.mark == "":
             return re.split(r"[\s,;]+", line.replace('"', "").strip())
         if self.mark == " ":
-            return [part.strip('"') for part in re.findall(r'"[^"]*"|[^\s"]+', line)]
-        return [one.strip().strip('"').strip() for one in _quoted(line, self.mark)]
+            return _quoted(" ".join(line.split()), " ")
+        return [one.strip() for one in _quoted(line, self.mark)]
 
     def number(self, cell: str) -> bool:
         """True if a cell is a number."""
@@ -104,6 +106,7 @@ class TextForm:
 _FORMS = (
     *(TextForm(mark, decimal) for mark in ";\t|" for decimal in ".,"),
     *(TextForm(mark) for mark in ", "),
+    TextForm(",", ","),
     TextForm(" ", ","),
     *(TextForm(mark, *pair) for mark in ";\t| " for pair in (".,", ",.", ".'", ",'")),
     TextForm(""),
@@ -162,6 +165,16 @@ def form_of(path: Path, decimal: str | None = None) -> tuple[TextForm, list[str]
     return form, before, lines
 
 
+def mark_of(head: str, lines: Sequence[str]) -> str:
+    """What stands between the cells of a list, of a head and lines: one of MARKS or a blank."""
+    forms = [f for f in _FORMS if f.mark and len(head.split(f.mark.strip(" ") or None)) > 1]
+    scores = [_agreement(form, [head, *lines], least=0, head=1) for form in forms]
+    if any(score > (0.0, 0.0) for score in scores):
+        return forms[scores.index(max(scores))].mark
+    found = max(MARKS, key=head.count)
+    return found if found in head else " " if head.split()[1:] else ","
+
+
 def _best(lines: Sequence[str], decimal: str | None) -> TextForm:
     """The form that makes rows of numbers of most lines."""
     best, form = (0.0, 0.0), TextForm("")
@@ -183,12 +196,12 @@ def blanks_of(path: Path, decimal: str | None = None, head: int = 0) -> bytes:
     """
     text = text_start(path)
     if not any(mark in text for mark in ",;|"):
-        return BLANKS
+        return TextForm().blanks
     _, lines = heads(text)
     form = _best(lines[head:_LINES], decimal)
     if decimal is None:
         _refuse_doubt(form, lines[head:_LINES], path)
-    table = bytearray(form.blanks if form.mark else BLANKS)
+    table = bytearray((form if form.mark else TextForm()).blanks)
     table[32] = table[9] = 32  # they part the numbers of headers
     return bytes(table)
 
@@ -198,24 +211,28 @@ def agreement(lines: Sequence[str]) -> float:
     return max((_agreement(form, lines)[0] for form in _FORMS), default=0.0)
 
 
-def _agreement(form: TextForm, lines: Sequence[str]) -> tuple[float, float]:
-    """Share of the lines with the usual number of cells, three at least, and share of numbers."""
+def _agreement(
+    form: TextForm, lines: Sequence[str], least: int = 3, head: int = 0
+) -> tuple[float, float]:
+    """Share of the lines with the usual number of cells, and share of numbers; 0 for too few.
+
+    ``least``: columns of numbers; ``head``: lines of words before them.
+    """
     rows = [form.cells(line) for line in lines]
     widths = [len(row) for row in rows]
     if not widths:
         return 0.0, 0.0
     usual = max(set(widths), key=widths.count)
     whole = [row for row in rows if len(row) == usual]
-    if usual < 3 or len(whole) < _WHOLE * len(rows):
+    if usual < max(least, 2) or len(whole) < _WHOLE * len(rows):
         return 0.0, 0.0
-    shares = [
-        sum(form.number(row[k]) for row in whole) / max(sum(bool(row[k]) for row in whole), 1)
-        for k in range(usual)
-    ]
+    columns = [[cell for cell in column if cell] for column in zip(*whole[head:], strict=True)]
+    # what is empty throughout is no column: lines that end with a mark
+    shares = [sum(map(form.number, column)) / len(column) for column in columns if column]
     numbers = [share for share in shares if share >= _NUMBERS]
-    if len(numbers) < 3:
+    if len(numbers) < least:
         return 0.0, 0.0
-    return round(len(whole) / len(rows), 2), len(numbers) / len(shares)
+    return round(len(whole) / len(rows), 2), len(numbers) / max(len(shares), 1)
 
 
 def _refuse_doubt(form: TextForm, lines: Sequence[str], path: Path) -> None:
@@ -223,26 +240,26 @@ def _refuse_doubt(form: TextForm, lines: Sequence[str], path: Path) -> None:
     cells = [cell for line in lines for cell in form.cells(line)]
     if form.mark == "," and "." not in "".join(lines):
         both = all(re.search(r",\S", line) and re.search(r",\s+\S", line) for line in lines)
-        pairs = [row for line in lines if len(row := form.cells(line)) % 2 == 0 and len(row) >= 6]
-        decimals = {len(cell) for row in pairs for cell in row[1::2]}
-        zeros = any(re.fullmatch(r"0\d+", cell) for row in pairs for cell in row[1::2])
-        if both or (zeros and len(decimals) == 1 and len(pairs) == len(lines)):
+        rows = [form.cells(line) for line in lines]
+        parts = [set(map(len, c)) for c in zip(*rows, strict=False) if all(map(str.isdigit, c))]
+        sizes = [size for part in parts if len(part) == 1 for size in part if size > 1]
+        zeros = any(re.fullmatch(r"0\d+", cell) for row in rows for cell in row)
+        if both or (zeros and max(map(sizes.count, sizes), default=0) >= 3):
             raise InputError(
                 "commas seem to stand both between the values and before decimals",
                 file=path,
                 cure="export the file with semicolons or blanks between the values",
             )
-    if form.decimal == "," and any('","' in line for line in lines):
+    if form.decimal == form.mark or (not form.mark and any(map(_IN_QUOTES.search, lines))):
         raise InputError(
             "quotes stand about decimals with a comma, and commas between them",
             file=path,
             cure="export the file with semicolons or blanks between the values",
         )
-    if form.decimal == "," and not form.thousands:
-        commas = [cell for cell in cells if "," in cell]
-        if commas and all(map(_THREE.fullmatch, commas)):
-            raise InputError(
-                f"the comma of {commas[0]!r} may stand before decimals or thousands",
-                file=path,
-                cure="say --decimal comma or --decimal point",
-            )
+    unclear = lone_commas(cells, form.mark) if form.decimal == "," and not form.thousands else None
+    if unclear is not None:
+        raise InputError(
+            f"the comma of {unclear!r} may stand before decimals or thousands",
+            file=path,
+            cure="say --decimal comma or --decimal point",
+        )
