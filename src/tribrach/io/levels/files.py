@@ -11,12 +11,13 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.instruments.precision import Precision
-from tribrach.io.levels import dini, gsi
+from tribrach.io.levels import dini, gsi, kolida
 from tribrach.io.levels.readings import LevelFile, LevelLine, LevelSetup, StaffReading
 from tribrach.io.totalstation.text import head
 from tribrach.network.facts import Fact, facts_of
@@ -27,6 +28,12 @@ from tribrach.network.survey import Survey
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.sentences import Sentence
 
+#: modules of the formats, by what they are called
+_FORMATS: dict[str, Any] = {
+    "Leica GSI of a level": gsi,
+    "DiNi of Trimble or Zeiss": dini,
+    "Kolida DL": kolida,
+}
 #: of a level that nobody has described, for a line of one kilometre [m]
 TYPICAL = 1e-3
 #: misclosures and double readings beyond this many sigmas are told
@@ -52,13 +59,18 @@ class Levelled(Fact):
 
 def recognised(path: Path) -> bool:
     """True if a file begins as one of a digital level."""
-    text = head(path, 20_000)
-    return dini.sniff(text) or gsi.sniff(text)
+    return _format_of(path) is not None
 
 
 def format_name(path: Path) -> str:
     """The format of such a file in words."""
-    return "Leica GSI of a level" if gsi.sniff(head(path, 20_000)) else "DiNi of Trimble or Zeiss"
+    return _format_of(path) or ""
+
+
+def _format_of(path: Path) -> str | None:
+    """The format that the beginning of a file shows."""
+    text = head(path, 20_000)
+    return next((name for name, format in _FORMATS.items() if format.sniff(text)), None)
 
 
 def read(
@@ -76,14 +88,14 @@ def read(
     with RefusalCollector() as refused:
         for path in paths:
             with refused.record():
-                text = head(path, 20_000)
-                if not dini.sniff(text) and not gsi.sniff(text):
+                name = _format_of(path)
+                if name is None:
                     raise InputError(
                         "this is no file of a known digital level",
                         file=path,
                         cure="export it as GSI or M5, or give height differences as CSV",
                     )
-                files.append((gsi if gsi.sniff(text) else dini).read(path))
+                files.append(_FORMATS[name].read(path))
     survey = Survey()
     sigma = None if precision is None else precision.levelling
     if sigma is None:
