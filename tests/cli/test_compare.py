@@ -9,7 +9,7 @@ import pytest
 from lxml import html as parser
 
 from tests.cli.test_scans_cli import fails, works
-from tribrach.comparison.sampling_floor import lattice_floor
+from tests.comparison.clouds import lattice_floor
 from tribrach.io.clouds.formats import create
 from tribrach.io.clouds.header import CloudHeader
 

@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from tribrach.comparison.c2c import C2C, Sample, Tally, cloud_to_cloud, plane_distances
+from tests.comparison.clouds import cloud_to_cloud, in_memory, lattice_floor, random_floor
+from tribrach.comparison.c2c import C2C, Sample, Tally, plane_distances
 from tribrach.comparison.nearest import Neighbours
-from tribrach.comparison.sampling_floor import lattice_floor, random_floor
-from tribrach.comparison.streams import in_memory
 
 UTM = np.array([505_123.4, 2_331_456.7, 20.0])
 ACROSS, UP = 0.020, 0.025

@@ -7,13 +7,12 @@ import pytest
 from scipy.integrate import dblquad
 from scipy.spatial import cKDTree
 
+from tests.comparison.clouds import lattice_floor, random_floor
 from tribrach.comparison.nearest import Neighbours
 from tribrach.comparison.sampling_floor import (
-    lattice_floor,
     lattice_mean,
     lattice_square,
     pattern,
-    random_floor,
 )
 from tribrach.io.number_table import read_numbers
 from tribrach.units import UNITS

@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.comparison.clouds import in_memory
 from tribrach.comparison.sites import ComparisonSite, Geometry, cut, seen_from
-from tribrach.comparison.streams import in_memory
 from tribrach.errors import InputError
 from tribrach.io.site_table import read_sites
 

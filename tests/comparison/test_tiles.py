@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.comparison.clouds import in_memory
 from tribrach.cloud.placement import Placement
 from tribrach.comparison.by_tiles import tile_m3c2, tile_m3c2_ep, tile_normals
 from tribrach.comparison.cloud_parts import CloudChunk, plain, whole
@@ -20,7 +21,6 @@ from tribrach.comparison.nearest import Neighbours, nearest
 from tribrach.comparison.predicted import with_random
 from tribrach.comparison.sites import ComparisonSite
 from tribrach.comparison.station_pair import StationPair
-from tribrach.comparison.streams import in_memory
 from tribrach.comparison.tiles import tiles
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose

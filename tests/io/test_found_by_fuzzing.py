@@ -15,7 +15,7 @@ import pytest
 from tribrach.cloud.shared_part import checked_covariance
 from tribrach.errors import InputError, Refusals
 from tribrach.instruments.reduction import axis_errors
-from tribrach.io.arrays import named_bytes, read_joint_covariance, read_named
+from tribrach.io.arrays import read_joint_covariance, read_named
 from tribrach.io.calibration_file import read_calibration
 from tribrach.io.comparison_table import read_comparison
 from tribrach.io.lever_arm_file import read_lever_arm
@@ -159,8 +159,8 @@ def test_sets_of_arrays(tmp_path: Path) -> None:
         "names": np.array(["A", "B"]),
         "none": np.zeros(0),
     }
-    whole = named_bytes(arrays)
-    path.write_bytes(whole)
+    np.savez_compressed(path, allow_pickle=False, **arrays)
+    whole = path.read_bytes()
     found = read_named(path, "xyz")
     assert all(np.array_equal(found[name], values) for name, values in arrays.items())
     found["xyz"][0] = 7.0  # as those of numpy, they can be written to

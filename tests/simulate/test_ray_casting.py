@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.simulate.surfaces import distance_to_surface
 from tribrach.errors import InputError
 from tribrach.simulate import scene as sc
 from tribrach.simulate.ray_casting import SceneView
@@ -102,7 +103,7 @@ def check_convex(primitive, origin, ray):
         return
     assert number == 0
     hit = (origin + r * d)[None]
-    assert sc.distance_to_surface(scene, np.zeros(1, dtype=int), hit)[0] < 1e-9
+    assert distance_to_surface(scene, np.zeros(1, dtype=int), hit)[0] < 1e-9
     assert inside.all() or not inside.any()
     assert 0 <= cosine <= 1 + 1e-12
 

@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize_scalar
 from scipy.stats import binom, chi2, norm
 
+from tests.simulate.surfaces import distance_to_surface
 from tribrach.errors import InputError
 from tribrach.geometry.polar import polar_from_xyz, xyz_from_polar
 from tribrach.geometry.pose import Pose
@@ -58,7 +59,7 @@ def test_without_errors_points_lie_on_the_primitives():
     assert len(world) > 35_000
     assert not out["mixed"].any()
     assert np.abs(world - out["truth"]).max() < 1e-9
-    assert sc.distance_to_surface(room(), out["primitive"], world).max() < 1e-9
+    assert distance_to_surface(room(), out["primitive"], world).max() < 1e-9
     angles = GRID.angles(out["row"].astype(int), out["column"].astype(int))
     h, v = polar_from_xyz(out["xyz"])[:, 1:].T
     assert np.abs(np.exp(1j * h) - np.exp(1j * angles[:, 0])).max() < 1e-12

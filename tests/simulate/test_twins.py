@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from tests.simulate.surfaces import distance_to_surface
 from tribrach.cloud.covariance import covariances
 from tribrach.cloud.placement import Placement
 from tribrach.errors import InputError
@@ -18,7 +19,6 @@ from tribrach.io.twins import write_twin
 from tribrach.job.opened import open_job
 from tribrach.project import Project
 from tribrach.simulate.scanner import Scanner
-from tribrach.simulate.scene import distance_to_surface
 from tribrach.simulate.twins import TWINS, build, campus, newcastle_lab
 
 POINTS = 20_000

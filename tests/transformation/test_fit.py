@@ -11,7 +11,7 @@ from tribrach.geometry import euler, rotation
 from tribrach.network.adjustment import adjust
 from tribrach.network.survey import Survey
 from tribrach.observations.scanner import TargetCentres
-from tribrach.transformation.fit import fit_transformation, rotation_angles
+from tribrach.transformation.fit import fit_transformation
 from tribrach.transformation.models import MODELS, Transformation, find_model
 
 #: Ghilani, Adjustment Computations, chapter 18: measured [m] with sigmas [mm], control [m] and [cm]
@@ -97,7 +97,7 @@ def test_two_dimensional_conformal_example() -> None:
     assert m[1, 0] == pytest.approx(-0.25371, abs=1e-5)
     assert fit.transformation.factors[0] == pytest.approx(4.51962, abs=1e-5)
     assert fit.transformation.at_origin == pytest.approx((1050003.715, 50542.131), abs=2e-3)
-    angle = np.degrees(rotation_angles(fit)[0][0]) % 360
+    angle = np.degrees(fit.transformation.values[2]) % 360
     assert angle == pytest.approx(183 + 13 / 60 + 5.0 / 3600, abs=0.1 / 3600)
 
 

@@ -25,8 +25,7 @@ from tribrach._types import Array, Progress
 from tribrach.answers import Result
 from tribrach.comparison.nearest import Neighbours
 from tribrach.comparison.sampling_floor import Floor, SamplingPattern, pattern
-from tribrach.comparison.streams import Stream
-from tribrach.comparison.tiles import Tile, Tiles, tiles
+from tribrach.comparison.tiles import Tile, Tiles
 from tribrach.kernels import in_threads, njit
 from tribrach.sentences import Sentence
 from tribrach.tasks.engine import HERE, Call, Engine
@@ -135,23 +134,6 @@ class C2C(
         return None if self.floor is None else self.floor.rms
 
 
-def cloud_to_cloud(
-    compared: Stream,
-    reference: Stream,
-    limit: float,
-    *,
-    viewpoint: Array | None = None,
-    size: int | None = None,
-) -> C2C:
-    """Compare every point of a cloud with the nearest of a reference within a limit.
-
-    Distances from local planes are positive towards the viewpoint; ``size`` points of either cloud
-    are in memory at a time.
-    """
-    with tiles(compared, reference, limit, size=size) as cut:
-        return tile_distances(cut, limit, viewpoint=viewpoint)
-
-
 def tile_distances(
     cut: Tiles,
     limit: float,
@@ -161,7 +143,10 @@ def tile_distances(
     engine: Engine = HERE,
     progress: Progress = lambda what, done, total: None,
 ) -> C2C:
-    """Compare two clouds that are cut into tiles; see :func:`cloud_to_cloud`."""
+    """Compare every point of a cloud with the nearest of a reference, tile by tile.
+
+    Distances from local planes are positive towards the viewpoint.
+    """
     calls = [Call(what, (tile, limit, viewpoint, what), cost=tile.asked) for tile in cut]
     found = dict(engine.completed(_look_at, calls, progress))
     looked = [found[number] for number in sorted(found)]

@@ -70,17 +70,6 @@ def lattice_square(pitch_x: Array, pitch_y: Array) -> Array:
     return square
 
 
-def lattice_floor(pitch_x: float, pitch_y: float, incidence: float = 0.0) -> Floor:
-    """Floor of one lattice; the first pitch is stretched by an incidence angle [rad] across it."""
-    x, y = np.array([pitch_x / np.cos(incidence)]), np.array([pitch_y])
-    return Floor.from_moments(float(lattice_mean(x, y)[0]), float(lattice_square(x, y)[0]))
-
-
-def random_floor(spacing: float) -> Floor:
-    """Floor of points at random, one on ``spacing^2``: mean ``s / 2``, RMS ``s / sqrt(pi)``."""
-    return Floor.from_moments(spacing / 2, spacing**2 / np.pi)
-
-
 @dataclass(frozen=True)
 class SamplingPattern:
     """How the points of a cloud lie around n places.

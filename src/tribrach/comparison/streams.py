@@ -60,11 +60,6 @@ class Spool:
         self.counts[number] = 0
 
 
-def in_memory(points: Array) -> Stream:
-    """Points (n, 3) as a stream."""
-    return lambda: iter([points[k : k + _CHUNK] for k in range(0, len(points), _CHUNK)])
-
-
 def joined(chunks: Iterator[Array]) -> Array:
     """All chunks as one array (n, 3)."""
     return np.concatenate([np.empty((0, 3)), *chunks])

@@ -16,23 +16,6 @@ from tribrach._types import Array
 GIMBAL_LOCK = 1e-8
 
 
-def scanner_from_world_from_opk(opk: Array) -> Array:
-    """``M`` (..., 3, 3), world to scanner, of omega, phi, kappa (..., 3)."""
-    sw, sp, sk = np.moveaxis(np.sin(opk), -1, 0)
-    cw, cp, ck = np.moveaxis(np.cos(opk), -1, 0)
-    rows = [
-        [cp * ck, cw * sk + sw * sp * ck, sw * sk - cw * sp * ck],
-        [-cp * sk, cw * ck - sw * sp * sk, sw * ck + cw * sp * sk],
-        [sp, -sw * cp, cw * cp],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def world_from_scanner_from_opk(opk: Array) -> Array:
-    """``M^T`` (..., 3, 3), scanner to world, of omega, phi, kappa (..., 3)."""
-    return np.swapaxes(scanner_from_world_from_opk(opk), -1, -2)
-
-
 def opk_from_world_from_scanner(world_from_scanner: Array) -> Array:
     """Omega, phi, kappa (..., 3) [rad] of rotations (..., 3, 3) scanner to world.
 

@@ -12,7 +12,6 @@ import tokenize
 import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping
 from pathlib import Path
 from typing import IO, Any
 
@@ -30,13 +29,6 @@ _DAMAGE = (
     ValueError, KeyError, EOFError, NotImplementedError, RuntimeError, SyntaxError, MemoryError,
     struct.error, TypeError, tokenize.TokenError, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
-
-
-def named_bytes(arrays: Mapping[str, NDArray[Any]]) -> bytes:
-    """Content of an ``.npz`` file with these arrays, compressed."""
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **dict(arrays))
-    return buffer.getvalue()
 
 
 def read_named(path: Path, *needed: str) -> dict[str, NDArray[Any]]:

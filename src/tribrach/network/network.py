@@ -235,11 +235,6 @@ class Network:
         return self._all_ids[: len(self.observations)]
 
     @cached_property
-    def constraint_ids(self) -> tuple[NDArray[np.object_], ...]:
-        """Id of every hard constraint; an array (n,) for each of ``constraints``."""
-        return self._all_ids[len(self.observations) :]
-
-    @cached_property
     def _all_ids(self) -> tuple[NDArray[np.object_], ...]:
         hard = tuple(constraint.observations for constraint in self.constraints)
         return observation_ids((*self.observations, *hard), self.start.layout)

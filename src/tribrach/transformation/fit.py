@@ -16,7 +16,6 @@ import numpy as np
 
 from tribrach._types import Array, Mask
 from tribrach.errors import InputError, NotConverged, RankDefect
-from tribrach.geometry import rotation as turns
 from tribrach.transformation.models import Model, Transformation, find_model, start
 from tribrach.transformation.weights import Metric, Spread, given_spread
 
@@ -276,12 +275,3 @@ def _finished(
         weight=metric.inverse_blocks(),
         solved=solved,
     )
-
-
-def rotation_angles(fit: TransformationFit) -> tuple[Array, Array]:
-    """Rotation vector (3,) or angle (1,) [rad] and its standard deviations."""
-    t = fit.transformation
-    d = t.model.dimension
-    k = 3 if t.model.turn == "free" else 1
-    angles = turns.log(t.rotation) if k == 3 else t.values[d : d + 1]
-    return angles, np.sqrt(np.diag(fit.covariance)[d : d + k])

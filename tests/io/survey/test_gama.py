@@ -47,7 +47,7 @@ def test_axes_and_angles(tmp_path, axes, hand):
         enu = adjustment.state.points[i]
         np.testing.assert_allclose(enu, TRUTH[name], atol=1e-7)
         xyz = file_coordinates(axes)[name]
-        np.testing.assert_allclose(file_axes.file_from_world(enu), xyz, atol=1e-7)
+        np.testing.assert_allclose(enu @ file_axes.matrix(), xyz, atol=1e-7)
         np.testing.assert_allclose(file_axes.world_from_file(xyz), TRUTH[name], atol=1e-12)
 
 
@@ -56,18 +56,18 @@ def test_covariances_turn_with_the_axes(tmp_path, axes):
     """Sigmas belong to x, y, z whichever of E, N, U those are."""
     network = read(tmp_path, full_network(axes, "left-handed")).network()
     observed = {o.kind: (t, o) for t, o in enumerate(network.observations)}
-    file_axes = facts_of(network.facts, GamaFacts)[0].axes
+    turn = facts_of(network.facts, GamaFacts)[0].axes.matrix()
     table, vectors = observed["gnss_baseline"]
     expected = np.array([[4, 1, 2], [1, 9, 3], [2, 3, 16]]) * 1e-6
-    np.testing.assert_allclose(file_axes.file_covariance(vectors.covariance[0]), expected)
+    np.testing.assert_allclose(turn.T @ vectors.covariance[0] @ turn, expected)
     joint = next(j for j in network.joint if j.table[0] == table)
-    np.testing.assert_allclose(file_axes.file_covariance(joint.covariance), expected)
+    np.testing.assert_allclose(turn.T @ joint.covariance @ turn, expected)
     table, coordinates = observed["coordinate"]
     joint = next(j for j in network.joint if j.table[0] == table)
     turned = np.zeros((3, 3))
     turned[np.ix_(coordinates.axis[joint.item], coordinates.axis[joint.item])] = joint.covariance
     expected = np.array([[9, 2, 0], [2, 4, 0], [0, 0, 0]]) * 1e-6
-    np.testing.assert_allclose(file_axes.file_covariance(turned), expected)
+    np.testing.assert_allclose(turn.T @ turned @ turn, expected)
 
 
 def test_default_standard_deviations(tmp_path):

@@ -51,13 +51,3 @@ class Axes:
         source, sign = _order(self.letters)
         world: NDArray[np.float64] = np.asarray(xyz, dtype=float)[..., source] * sign
         return world
-
-    def file_from_world(self, enu: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The file's x, y, z (..., 3) of E, N, U (..., 3)."""
-        back: NDArray[np.float64] = np.asarray(enu, dtype=float) @ self.matrix()
-        return back
-
-    def file_covariance(self, covariance: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Covariances (..., 3, 3) of x, y, z from those of E, N, U."""
-        turned: NDArray[np.float64] = self.matrix().T @ covariance @ self.matrix()
-        return turned
