@@ -157,6 +157,22 @@ def test_other_comments_state_none(comment: str) -> None:
     assert named_unit("m2") is None
 
 
+@pytest.mark.parametrize(
+    ("name", "head"),
+    [
+        ("a.pcd", "# .PCD v0.7\n# unit: inch\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n"
+         "COUNT 1 1 1\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n"),
+        ("a.txt", '"X, in"\t"Y, in"\t"Z, in"\n'),
+        ("a.csv", "X[in] Y[in] Z[in]\n"),
+    ],
+)  # fmt: skip
+def test_headers_that_state_inches(tmp_path: Path, name: str, head: str) -> None:
+    mark = "\t" if "\t" in head else " "
+    rows = "\n".join(mark.join(str(v) for v in row) for row in XYZ - XYZ[0])
+    (scan,) = read_scans(written(tmp_path, name, head + rows + "\n"))
+    assert whole(scan).xyz == pytest.approx((XYZ - XYZ[0]) * 0.0254)
+
+
 def test_a_ply_in_millimetres(tmp_path: Path) -> None:
     head = "ply\nformat ascii 1.0\ncomment units: mm\nelement vertex 2\n"
     head += "".join(f"property double {c}\n" for c in "xyz") + "end_header\n"

@@ -44,7 +44,7 @@ _AXES = {"easting": "x", "x": "x", "northing": "y", "y": "y", "height": "z"}
 #: what begins like this is an angle
 _ANGLES = ("lon", "lng", "lat")
 #: a name with its unit in brackets or behind an underscore
-_UNIT = re.compile(r"(?P<name>.+?)(?:\s*[\[(](?P<a>[^\])]+)[\])]|_(?P<b>[A-Za-z]+))")
+_UNIT = re.compile(r"(?P<name>.+?)(?:\s*[\[(](?P<a>[^\])]+)[\])]|(?:_|, ?)(?P<b>[A-Za-z]+))")
 #: types of our own fields; all others keep those of the file
 _TYPES = {
     "intensity": "float32",

@@ -28,8 +28,10 @@ from tribrach.io.scans.origin import assumed_origin, bounds_of, scan_name
 from tribrach.io.scans.records import RecordScan, native, sampled
 from tribrach.io.scans.text import LineBlock, Lines, Mark
 from tribrach.io.scans.text_scan import TextScan, rows, short, table
+from tribrach.io.scans.units import stated_unit
 from tribrach.io.unpacking import unpacked
 from tribrach.kernels import njit
+from tribrach.scan.length_unit import METRES
 from tribrach.scan.scan import CHUNK, Chunk, Field, Scan
 
 #: longest header [bytes]; longest match of the compression for each 3 bytes of it
@@ -44,7 +46,7 @@ _CURE = "export the file again"
 class _Header:
     """The header of a file."""
 
-    words: dict[str, list[str]]  #: words after each keyword
+    words: dict[str, list[str]]  #: words after each keyword, and lines of comments
     #: bytes and lines of the header
     size: int
     lines: int
@@ -110,6 +112,7 @@ def read(path: Path) -> tuple[Scan, ...]:
         "path": path,
         "records": header.points,
         "pose": header.pose,
+        "unit": stated_unit(header.words.get("#", [])) or METRES,
         "grid": (header.height, header.width) if header.height > 1 else None,
     }
     if encoding == "ascii":
@@ -167,7 +170,9 @@ def _header(path: Path) -> _Header:
             raise InputError("the header has no end or is none", file=path, cure=_CURE)
         line = raw[at:end].decode("utf-8", errors="replace").split()
         at, number = end + 1, number + 1
-        if line and not line[0].startswith("#"):
+        if line and line[0].startswith("#"):
+            words.setdefault("#", []).append(" ".join(line).lstrip("# "))
+        elif line:
             words[line[0].upper()] = line[1:]
     header = _Header(words, at, number)
     try:
