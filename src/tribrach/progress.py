@@ -99,7 +99,7 @@ class _Stages:
         self._done = 0
 
     def ended(self, what: str | None, done: int) -> str:
-        """What to say of a stage that is over because another begins; "" of one that goes on."""
+        """Message for a stage that ended because another began; "" while it goes on."""
         if what == self._what and what is not None:
             self._done = max(self._done, done)
             return ""

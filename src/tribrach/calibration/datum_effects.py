@@ -36,7 +36,7 @@ class DatumSigmas(Result):
 
     @property
     def of_points(self) -> Array:
-        """Those of the points (P, 3)."""
+        """Sigmas of the points (P, 3)."""
         return np.array(list(self.points.values())).reshape(-1, 3)
 
 

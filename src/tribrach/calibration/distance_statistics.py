@@ -167,7 +167,7 @@ def _rate(measured: MeasuredDistances, limit: float, beyond: int) -> float:
 def _departures(
     readings: ScannerReadings, measured: MeasuredDistances, scans: tuple[int, int]
 ) -> tuple[str, ...]:
-    """What the numbers differ in from those of the standard, in words."""
+    """Departures from the numbers of the standard, in words."""
     out = []
     if measured.in_common != TARGETS:
         out.append(f"which has four targets; here there are {measured.in_common}")

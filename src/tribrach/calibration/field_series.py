@@ -220,7 +220,7 @@ def _adjusted(readings: ScannerReadings, *, weighted: bool) -> Adjustment:
 
 
 def _between(readings: ScannerReadings, alpha: float) -> FTest | None:
-    """What stations differ by against the scatter of their own series, by the stated weights.
+    """Differences of stations against the scatter of their own series, by the stated weights.
 
     The sum of squares of all less those of each station by itself is what the stations differ by.
     """

@@ -210,7 +210,7 @@ def without_blunders(
 def _without_gross(
     readings: ScannerReadings, known: KnownLengths
 ) -> tuple[KnownLengths, tuple[str, ...]]:
-    """Without lengths that differ by more than any range can, from all stations that saw them."""
+    """The lengths without those that differ, from all stations, by more than any range can."""
     joined = _joined(readings, known)
     if joined is None:
         return known, ()

@@ -35,7 +35,7 @@ _STEEP, _STEEP_RANGE = np.radians([20.0, 40.0, 130.0]), 3.0
 
 @dataclass(frozen=True)
 class Remedy(Result, without=("proposal",), also=("estimable", "well_separated", "sigma")):
-    """What an addition to the network would make estimable."""
+    """Parameters that an addition to the network would make estimable."""
 
     what: str  #: the addition in words
     proposal: EstimableSet  #: parameters that could be estimated with it
@@ -47,7 +47,7 @@ class Remedy(Result, without=("proposal",), also=("estimable", "well_separated",
 
     @property
     def well_separated(self) -> tuple[str, ...]:
-        """Those of them that are not hardly separated from others."""
+        """The parameters that are well separated from others."""
         return self.proposal.recommended
 
     @property

@@ -43,7 +43,7 @@ class ComparedUnknown:
 
 @dataclass(frozen=True)
 class Compared:
-    """What two runs have in common and where they differ."""
+    """Common and different parts of two runs."""
 
     lines: tuple[ComparedUnknown, ...]  #: parameters and components of the poses
     distances: Array  #: (m,), ratios of the sigmas of distances between points, second over first
@@ -57,7 +57,7 @@ class Compared:
         return same and self.redundancy[0] == self.redundancy[1]
 
     def sentences(self) -> list[str]:
-        """What changed, in words."""
+        """The changes in words."""
         low, high = self.distances.min(initial=1.0), self.distances.max(initial=1.0)
         worse = [line for line in self.lines if line.ratio > _NOTICED]
         better = [line for line in self.lines if line.ratio < 1 / _NOTICED]

@@ -52,7 +52,7 @@ from tribrach.statistics import f
 
 @dataclass(frozen=True)
 class CalibrationOptions:
-    """How a calibration is done."""
+    """Options of a calibration."""
 
     near: float = 0.95  #: correlation above which two parameters are hardly separated
     limit_t: float = 3.29  #: smallest t of a significant parameter

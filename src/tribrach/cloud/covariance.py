@@ -50,7 +50,7 @@ def place_with_sigmas(
 
 
 def _divisors(noise: ScanNoise, cosine: Array | None) -> Array:
-    """What the noise of ranges of points (n,) is divided by, empty if by nothing."""
+    """Divisors of the range noise of points (n,); empty without any."""
     if cosine is None:
         return np.empty(0)
     return np.ascontiguousarray(np.asarray(cosine, dtype=np.float64) ** noise.incidence)

@@ -15,7 +15,7 @@ from tribrach.instruments.scan_noise import ScanNoise
 
 @dataclass(frozen=True, eq=False)
 class CalibrationShare:
-    """What uncertain calibration and other effects of a scanner add to its points."""
+    """Contribution of uncertain calibration and other scanner effects to points."""
 
     #: model, parameters and faces; effects that nothing was corrected by have the value zero
     correction: Correction

@@ -347,7 +347,7 @@ class CloudPoints:
 
     @property
     def placement(self) -> Placement:
-        """Where their scan stands."""
+        """Placement of their scan."""
         return self.shared.scans[self.scan]
 
     def own(self, part: slice = slice(None)) -> Array:

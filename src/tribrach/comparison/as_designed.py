@@ -337,7 +337,7 @@ class DesignPlaces:
     shared: Array
 
     def of(self, element: int) -> DesignPlaces:
-        """Those of an element."""
+        """The places of an element."""
         mine = self.design.element_of(self.keys) == element
         return DesignPlaces(
             self.design, self.keys[mine], self.count[mine], self.left_out[mine],

@@ -313,7 +313,7 @@ def _debiased(rms: float | None, floor: Floor | None) -> float | None:
 def _sentences(
     tally: Tally, floor: Floor | None, pitch: Pitch | None, debiased: float | None, limit: float
 ) -> list[str]:
-    """What to know before these figures are used."""
+    """Remarks to read before these figures are used."""
     if tally.count == 0:
         return ["no point of the compared cloud has a neighbour within the limit"]
     notes = []

@@ -124,7 +124,7 @@ class M3C2:
 
     @property
     def warnings(self) -> list[str]:
-        """What a reader has to know, one sentence each."""
+        """Warnings for the reader, one sentence each."""
         out = []
         without = int((~np.isfinite(self.normals.vectors[:, 0])).sum())
         bare = int((~self.usable).sum()) - without

@@ -50,7 +50,7 @@ class Cylinders:
         return self.core.min(axis=0) - reach, self.core.max(axis=0) + reach
 
     def some(self, chosen: Index) -> Cylinders:
-        """Those of some core points."""
+        """The cylinders of some core points."""
         return Cylinders(
             self.origin, self.core[chosen], self.normal[chosen], self.radius, self.depth
         )

@@ -160,7 +160,7 @@ class CauseCorrelation(Result, also=("inflation",)):
 
     @property
     def inflation(self) -> Number:
-        """Of variances if both are fitted together, ``1 / (1 - r^2)``."""
+        """Inflation of variances if both are fitted together, ``1 / (1 - r^2)``."""
         return float(1 / max(1 - self.value**2, 1e-12))
 
 

@@ -56,7 +56,7 @@ class M3C2Figures(Result):
 
 @dataclass(frozen=True)
 class Views(Result):
-    """How both scanners saw a site."""
+    """Range and incidence of both scanners at a site."""
 
     a: Geometry | None
     b: Geometry | None
@@ -92,7 +92,7 @@ class SiteResult(
 
     @property
     def predicted_sigma(self) -> float | None:
-        """Of the distance between single points along the normal [m], None if not predicted."""
+        """Sigma of the distance between single points along the normal [m], None if unknown."""
         return None if self.prediction is None else self.prediction.sigma
 
     @property

@@ -63,7 +63,7 @@ class PlaceDistances:
         return len(self.values)
 
     def some(self, rows: Index | Mask) -> PlaceDistances:
-        """Those of some rows or flags."""
+        """The distances of some rows or flags."""
         return PlaceDistances(
             self.core[rows],
             self.normals[rows],
@@ -75,14 +75,14 @@ class PlaceDistances:
 
     @cached_property
     def by_stations(self) -> Array:
-        """What the unknowns of both stations do (m, 12 + k) to the distances."""
+        """Derivatives (m, 12 + k) of the distances by the unknowns of both stations."""
         moved = self.pair.displacements(self.core)
         out: Array = np.einsum("mi,mij->mj", self.normals, moved)
         return out
 
     @cached_property
     def by_angles(self) -> Array:
-        """What systematic angles of both do (m, 2 for each side) to the distances, at one sigma."""
+        """Effect (m, 2 for each side) of one sigma of systematic angles on the distances."""
         sides = [angle_slopes(self.core, side.placement) for side in self.pair.sides or ()]
         if not sides:
             return np.zeros((len(self), 0))
@@ -177,13 +177,13 @@ class PartMotion(
         return [name for name, seen in zip(COMPONENTS, self.seen, strict=True) if not seen]
 
     def columns(self, part: PlaceDistances) -> Array:
-        """What the scaled components do (m, 6) to distances."""
+        """Derivatives (m, 6) of distances by the scaled components."""
         rows = components(part.core, part.normals, self.middle, face_axes(self.normal))
         out: Array = rows * _scale(self.lever)
         return out
 
     def moves(self, part: PlaceDistances) -> Array:
-        """What the motions that are seen do (m, r) to distances."""
+        """Derivatives (m, r) of distances by the motions that are seen."""
         out: Array = self.columns(part) @ self.basis
         return out
 
@@ -195,7 +195,7 @@ class PartMotion(
         return values, np.where(np.outer(self.seen, self.seen), whole, np.nan)
 
     def limit(self, alpha: float) -> float:
-        """Of the statistic."""
+        """Limit of the statistic."""
         return float(chi2.ppf(1 - alpha, self.dof))
 
     def detectable(self, alpha: float, power: float) -> float:
@@ -222,7 +222,7 @@ def face_axes(normal: Array) -> Array:
 
 
 def components(core: Array, normals: Array, middle: Array, axes: Array) -> Array:
-    """What the :data:`COMPONENTS` of a part do (m, 6) to distances along normals.
+    """Derivatives (m, 6) of distances along normals by the :data:`COMPONENTS` of a part.
 
     The tilt carries a place a metre further up outwards by a metre per metre, the turn one a metre
     further to the right.

@@ -139,7 +139,7 @@ class StationPair:
         return 0.5 * (covariance + covariance.T)
 
     def displacements(self, points: Array) -> Array:
-        """What the unknowns of the pair displace the second cloud by (m, 3, 12 + k) at points."""
+        """Derivatives (m, 3, 12 + k) of points of the second cloud by the unknowns of the pair."""
         out = np.zeros((len(points), 3, len(self.covariance)))
         if self.sides is None:
             for half, place, sign in ((0, self.first, -1.0), (6, self.second, 1.0)):

@@ -37,7 +37,7 @@ _SCALE = 1e-3
 
 @dataclass(frozen=True)
 class Settings:
-    """How epochs are compared."""
+    """Settings of a comparison of epochs."""
 
     #: names of the points that are taken as stable until a test says otherwise; all if empty
     references: tuple[str, ...] = ()
@@ -76,7 +76,7 @@ class Displacement(
         "easiest": "detectable_easiest",
     },
 ):
-    """What became of a point, in the datum of the stable points."""
+    """Displacement of a point in the datum of the stable points, with its test."""
 
     reference: bool  #: was it taken as stable?
     xyz: Vector  #: E, N, U at the first epoch [m]

@@ -32,7 +32,7 @@ LIKELIHOOD = 20.0
 
 @dataclass(frozen=True)
 class Limits:
-    """How statistics are tested: a priori by chi-square, or with an estimated variance by F."""
+    """Limits of statistics: a priori by chi-square, or with an estimated variance by F."""
 
     alpha: float = 0.05  #: probability of a false alarm of one test
     factor: float = 1.0  #: what statistics are divided by; 1 a priori
@@ -130,7 +130,7 @@ class Congruence:
         return float(self.values @ self.pull)
 
     def decrease(self, groups: Index) -> Array:
-        """How much the form falls (g,) if the points (g, k) of each group may have moved freely.
+        """Decrease (g,) of the form if the points (g, k) of each group may have moved freely.
 
         NaN where what is left cannot tell their displacement from a motion of the whole.
         """

@@ -66,7 +66,7 @@ class Epoch:
 
 @dataclass(frozen=True, eq=False)
 class Difference:
-    """What changed between two epochs: second minus first."""
+    """Changes between two epochs: second minus first."""
 
     labels: tuple[str, str]  #: of both epochs
     names: tuple[str, ...]  #: of the n points that both have

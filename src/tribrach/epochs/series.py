@@ -162,7 +162,7 @@ class SeriesFit(Result, without=("fitted", "likely")):
 
     @property
     def month(self) -> float:
-        """What the trend makes in 30 days [m]."""
+        """Trend over 30 days [m]."""
         return 30 * self.rate
 
     @property
@@ -172,7 +172,7 @@ class SeriesFit(Result, without=("fitted", "likely")):
 
     @property
     def month_detectable(self) -> float:
-        """What a trend makes in 30 days that is found with 80 % [m]."""
+        """Trend over 30 days that is found with 80 % [m]."""
         return 30 * self.detectable
 
 
@@ -304,7 +304,7 @@ def _solve(
 
 
 def _correlation(white: Array) -> float:
-    """Of neighbouring residuals, between 0 and 0.95."""
+    """Correlation of neighbouring residuals, between 0 and 0.95."""
     total = float(white @ white)
     if total <= 0 or len(white) < 3:
         return 0.0

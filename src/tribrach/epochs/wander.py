@@ -35,7 +35,7 @@ _MOST_SAID = 6.0
 
 
 def shared_factor(differences: Sequence[Difference]) -> float:
-    """By how much the variances of all sights are larger than stated; below 1 if smaller.
+    """Factor of the variances of all sights over the stated ones; below 1 if smaller.
 
     Each point is tested against the others in every difference of two cycles. The median over the
     cycles says what a point does, the median over the points what most of them share: that is in

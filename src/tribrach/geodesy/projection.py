@@ -155,7 +155,7 @@ def grid_scale(crs: str, xyz: Array) -> float:
 
 @dataclass(frozen=True)
 class FlatEffect:
-    """What a site that is taken as flat neglects."""
+    """Effects that a flat site neglects."""
 
     sentence: str  #: in words, with what takes it into account
     size: float  #: over the extent of the site [m]

@@ -203,7 +203,7 @@ def doubts_of_length(name: str, length: float, *, precise: bool, satellites: boo
 
 @dataclass(frozen=True)
 class Processing:
-    """How baselines are computed."""
+    """Settings of the processing of baselines."""
 
     mask: float = 15.0  #: elevation mask [deg]
     frequencies: int = 2  #: 1, 2 or 3
@@ -224,7 +224,7 @@ class Processing:
     session: tuple[float, float] | None = None
 
     def part(self, length: float) -> SessionPart | None:
-        """What stays alike within a session for a length [m]; None without air, or by a factor."""
+        """Errors common to a session for a length [m]; None without air or with a factor."""
         if self.session is not None:
             return SessionPart(*self.session, "given")
         if self.factor is not None or not self.atmosphere:
@@ -313,7 +313,7 @@ class Baseline(
 
     @property
     def sigma(self) -> float:
-        """Of the whole vector: root of the sum of the three variances [m]."""
+        """Sigma of the whole vector: root of the sum of the three variances [m]."""
         return float(np.sqrt(np.trace(self.covariance)))
 
     @property

@@ -56,7 +56,7 @@ def delay_differences(phases: PhaseResiduals, base: Array, rover: Array) -> Arra
 
 
 def displacement(phases: PhaseResiduals, delay: Array, rover: Array) -> Array:
-    """What delays (n,) [m] did to a rover (3,) with fixed ambiguities (3,) [m]; add it."""
+    """Shift (3,) [m] that corrects a rover with fixed ambiguities for the delays (n,) [m]."""
     group = signal_groups(phases)
     weight = 1 / phase_variance(phases.elevation)
     table = np.column_stack([-sight_lines(phases, rover), delay])

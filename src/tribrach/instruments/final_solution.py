@@ -30,7 +30,7 @@ FEWEST_CHECKED = 3
 
 @dataclass(frozen=True)
 class FinalSolution:
-    """What a static solution has come to at its end."""
+    """End of a static solution."""
 
     fixed: bool  #: ambiguities are integers at the end, and stay the same ones
     epoch: int  #: number of the epoch that is taken

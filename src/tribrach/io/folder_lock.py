@@ -89,7 +89,7 @@ class FolderLock:
 
 
 def _holder(file: Path) -> str:
-    """Who holds a lock, as its file says."""
+    """Holder of a lock, as its file names it."""
     try:
         with file.open("rb") as opened:
             note = json.loads(opened.read(_LARGEST))

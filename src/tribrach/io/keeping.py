@@ -60,7 +60,7 @@ _PATIENCE = 5.0
 
 
 class _Stamp(NamedTuple):
-    """What tells whether a file is still the one that was read."""
+    """Identity of a file: size, date and number."""
 
     number: tuple[int, int]  #: device and number of the file, the same for all hard links
     size: int

@@ -105,7 +105,7 @@ def destination(path: Path) -> Path:
 
 
 def reason(error: OSError) -> str:
-    """Why a file cannot be written, in words."""
+    """Reason why a file cannot be written, in words."""
     if isinstance(error, FileExistsError | NotADirectoryError):
         return "its folder is a file"
     return str(error.strerror or error)

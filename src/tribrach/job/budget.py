@@ -64,7 +64,7 @@ class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "sh
 
     @property
     def neighbours(self) -> float | None:
-        """What neighbouring points have in common, and points far apart have not [m^2].
+        """Variance common to neighbouring points but not to points far apart [m^2].
 
         None where nothing is known of it: no share of the ranges, no systematic part of angles.
         """
@@ -75,7 +75,7 @@ class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "sh
 
     @property
     def shared(self) -> float:
-        """What all points of the station have in common [m^2], the mean over those of the class.
+        """Variance common to all points of the station [m^2], a mean over the class.
 
         Points side by side have no less in any mean of them; the mean of points far apart may, as
         what turns the station moves them in different directions.
@@ -84,7 +84,7 @@ class BudgetRow(Result, without=("range_share",), also=("own", "neighbours", "sh
 
     @property
     def _range(self) -> float:
-        """Of ranges, incidence included [m^2]."""
+        """Variance of ranges, incidence included [m^2]."""
         return _sum(self.parts, ("range", "incidence"))
 
     @property

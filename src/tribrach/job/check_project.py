@@ -287,7 +287,7 @@ def _check_frame(job: Job, survey: Survey, refused: RefusalCollector) -> None:
 
 
 def _contents(project: Project, survey: Survey, stations: Sequence[str]) -> str:
-    """What a project holds."""
+    """Contents of a project."""
     parts = []
     if project.scans:
         alone = {s for s in stations if " " not in s}

@@ -269,7 +269,7 @@ def _plans(clouds: StationSurfels, state: Remembered, progress: Progress) -> _Pl
 
 @dataclass(frozen=True, eq=False)
 class _Tried:
-    """What became of a pair.
+    """Result of trying a pair.
 
     edge : its relative pose, None if none was taken; rank : directions that it holds; agree : share
     of the surface that bears it out.

@@ -20,7 +20,7 @@ def place_rigidly(survey: Survey, adjustment: Adjustment) -> RigidModel:
 
 
 def adjusted_place(adjustment: Adjustment, place: OuterPlace) -> Array:
-    """Where a place is after the adjustment of everything (3,)."""
+    """Place after the adjustment of everything (3,)."""
     state, layout = adjustment.state, adjustment.layout
     if not place.station:
         point: Array = state.points[layout.index("point", place.name)]

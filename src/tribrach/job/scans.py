@@ -40,7 +40,7 @@ _STEPS = (1.0, 1.0)
 
 @dataclass(frozen=True)
 class RangeAir:
-    """What the air does to the ranges of a scan."""
+    """Correction of the ranges of a scan for the air."""
 
     #: ranges become ``1 + scale`` times as long, and the sigma of that
     scale: float = 0.0

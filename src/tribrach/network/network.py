@@ -62,7 +62,7 @@ PointRole = Literal["control", "check", "free"]
 
 @dataclass(frozen=True)
 class Datum:
-    """What fixes the frame.
+    """Datum: control, inner constraints or fixed points.
 
     Attributes
     ----------
@@ -146,7 +146,7 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Edit(Result):
-    """What somebody changed by hand in a network that was read."""
+    """A change made by hand in a network that was read."""
 
     id: str  #: of the observation; the name of a point; scan and place of a target
     #: ``off``, ``check`` or ``active``; ``sigma`` with the new values [m, rad]; ``role`` of a

@@ -211,7 +211,7 @@ class Quality:
 
     @property
     def test(self) -> Array:
-        """What single values (n,) are judged by: tau a posteriori, w a priori."""
+        """Test statistic of single values (n,): tau a posteriori, w a priori."""
         return self.tau if self.posterior else self.w
 
     @property

@@ -20,7 +20,7 @@ from tribrach.observations.base import Use
 
 @dataclass(frozen=True)
 class Removal:
-    """What becomes of a network without an observation, or with one more."""
+    """A network without an observation, or with one more."""
 
     takes_part: bool  #: true if the observation takes part now and is taken out
     #: weighted sum of squares and redundancy after that

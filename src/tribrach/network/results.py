@@ -236,7 +236,7 @@ class Results:
 
     @cached_property
     def datum(self) -> str:
-        """What fixes the frame, in a sentence."""
+        """The datum in a sentence."""
         return datum_sentence(self.adjustment)
 
     @cached_property

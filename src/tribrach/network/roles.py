@@ -159,7 +159,7 @@ def datum_names(adjustment: SolvedSystem) -> tuple[str, ...]:
 
 
 def datum_sentence(adjustment: SolvedSystem) -> str:
-    """What fixes the frame, in a sentence."""
+    """The datum in a sentence."""
     if adjustment.defect:
         names = datum_names(adjustment)
         who = _listed(names) if names else f"all {_positions(adjustment)}"

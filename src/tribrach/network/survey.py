@@ -84,7 +84,7 @@ class ObservationTable:
         return out.keys()
 
     def active(self) -> ObservationTable:
-        """Without check values and what is switched off."""
+        """The rows without check values and rows switched off."""
         use = self.columns.get("use")
         if use is None:
             return self
@@ -1063,7 +1063,7 @@ def _given(table: ObservationTable) -> bool:
 
 
 def _points(survey: Survey) -> Survey:
-    """Without points that have nothing but given coordinates."""
+    """The survey without points that have only given coordinates."""
     observed: set[str] = set()
     for number, table in enumerate(survey.tables()):
         # coordinates that share a covariance with others stay together
@@ -1108,7 +1108,7 @@ def _unobserved(names: list[str]) -> str:
 
 
 def _axes(survey: Survey) -> Survey:
-    """Without the plan or the heights of all points if the whole survey knows nothing of them."""
+    """The survey without plan, or without heights, if nothing in it depends on them."""
     tables = survey.tables()
     telling = [t for t in tables if not _given(t)] or tables
     used = axes_in_use([t.kind.observed_axes(t.columns) for t in telling], survey.site)

@@ -59,7 +59,7 @@ class VarianceComponents:
     converged: bool  #: false if the components still changed
 
     def sentences(self) -> list[str]:
-        """What a reader must know: sigmas kept, limits reached, no convergence."""
+        """Sentences on sigmas kept, limits reached and lack of convergence."""
         out = [f"variance component of {c.group}: {c.note}" for c in self.components if c.note]
         if not self.converged:
             out.append(f"the variance components did not settle in {self.iterations} iterations")
@@ -165,7 +165,7 @@ def _iterate(
 
 @dataclass(frozen=True)
 class _Shares:
-    """Of each group (g,): values, redundancy, weighted sum of squares."""
+    """Values, redundancy and weighted sum of squares of each group (g,)."""
 
     count: Array
     redundancy: Array

@@ -239,7 +239,7 @@ class Directions(Sights):
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
-        """Of a reading, and of centring by the length of the sight."""
+        """Sigma of a reading, and of centring by the length of the sight."""
         return precision.of_directions(line.sight, line.repetitions, line.ends)
 
     @classmethod
@@ -319,7 +319,7 @@ class Angles(Sights):
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
-        """Of two directions, without centring."""
+        """Sigma of two directions, without centring."""
         return precision.of_angles(line.repetitions)
 
 
@@ -464,7 +464,7 @@ class ZenithAngles(Sights):
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
-        """Of a reading, and of heights by the length of the sight."""
+        """Sigma of a reading, and of heights by the length of the sight."""
         return precision.of_zeniths(line.sight, line.repetitions, line.ends)
 
     @classmethod
@@ -508,7 +508,7 @@ class _Lengths(Sights):
 
     @classmethod
     def instrument_sigma(cls, precision: Precision, line: SightLine) -> Array | None:
-        """Of the distance and of centring."""
+        """Sigma of the distance and of centring."""
         return precision.of_distances(line.value, line.repetitions, line.ends)
 
 

@@ -104,7 +104,7 @@ def needed_sets(
     steps: list[tuple[str, float]] = []
     trial = _ByUpdate if criterion.kind in ("sigma", "correlation") else _ByPrediction
     design = trial(adjustment, criterion, readers)
-    # gains hardly ever grow as sets come, so that old ones are bounds of those that are not known
+    # a gain hardly ever grows with further sets: an old gain is an upper bound of the new one
     gains = dict.fromkeys(sets, np.inf)
     while sign * value > sign * required:
         best = _best_station(design, sets, gains, sign * value, sign, most)

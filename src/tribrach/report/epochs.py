@@ -186,7 +186,7 @@ class OwnTest(Result):
 
 @dataclass(frozen=True)
 class EpochComparison(Result):
-    """Two epochs compared, as it is written."""
+    """Comparison of two epochs, as it is written."""
 
     first: str
     second: str

@@ -63,7 +63,7 @@ class DeliveredPosition:
 
 @dataclass(frozen=True)
 class DeliveredMove:
-    """What became of a point between two epochs."""
+    """Displacement of a point between two epochs."""
 
     name: str
     #: (3,), at the first epoch, and the displacement [m]

@@ -199,7 +199,7 @@ class _Drawing:
 
     @property
     def _move_factor(self) -> float:
-        """What displacements are enlarged by."""
+        """Factor by which displacements are enlarged."""
         sizes = [float(np.hypot(*m.vector[:2])) for m in self._moved()]
         return _enlargement(sizes, 2e3 * _SEEN * self.millimetre)
 

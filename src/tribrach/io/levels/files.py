@@ -247,7 +247,7 @@ class _Writer:
         )
 
     def _sigma(self, length: float) -> float:
-        """Of one height difference along a set-up [m]."""
+        """Sigma of one height difference along a set-up [m]."""
         if not np.isfinite(length):
             self.unknown += 1
             length = _USUAL

@@ -156,7 +156,7 @@ class DescribedField(Result):
 
 @dataclass(frozen=True)
 class DescribedUnit(Result):
-    """What the coordinates of a file are counted in; everything here is metres but degrees."""
+    """Unit of the coordinates of a file; all lengths here are metres."""
 
     names: tuple[str, ...]  #: of x, y and z
     metres: tuple[Number, ...] | None  #: in one unit of x, y and z; null if x and y are degrees
@@ -217,7 +217,7 @@ class Description(
 
     @property
     def unit(self) -> DescribedUnit:
-        """What the coordinates of the file are counted in."""
+        """Unit of the coordinates of the file."""
         unit = self.scan.unit
         metres = None if self.angles else tuple(unit.factors or ())
         return DescribedUnit(tuple(unit.names), metres, unit.source)

@@ -14,7 +14,7 @@ from tribrach.scan.length_unit import LengthUnit
 
 @dataclass(frozen=True)
 class ScanReading:
-    """How files of scans are to be read."""
+    """Settings for reading files of scans."""
 
     unit: LengthUnit | None = None  #: what coordinates are counted in
     #: names of the columns of text, ``-`` for one that is left out
@@ -27,7 +27,7 @@ _TOLD: ContextVar[ScanReading] = ContextVar("how scans are read", default=_NOTHI
 
 
 def reading() -> ScanReading:
-    """What holds now."""
+    """The settings that hold now."""
     return _TOLD.get()
 
 

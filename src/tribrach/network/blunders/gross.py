@@ -186,7 +186,7 @@ def _is_reading(o: Observations) -> bool:
 def _recounted(
     o: Observations, value: float, computed: float, sigma: float
 ) -> tuple[str, float] | None:
-    """How a wrong angle [rad] agrees with the computed one, and what it then is."""
+    """Slip that explains the misfit of a value, and the value without it; None without one."""
     if isinstance(o, HeightDifferences):
         clear = abs(value) > _CLEAR * sigma and abs(value + computed) <= _AGREES * sigma
         return ("fit with their ends exchanged", -value) if clear else None

@@ -256,7 +256,7 @@ class DiscFit:
 
     @property
     def retro(self) -> bool:
-        """True if the print is retroreflecting, so that the distance is that of the ground."""
+        """True if the print is retroreflecting: its distance is taken from the ground around."""
         return abs(self.split) > GATES.retro_m
 
 

@@ -821,7 +821,7 @@ class DataReader:
         )
 
     def _close(self) -> None:
-        """What a file leaves open."""
+        """Finish a file: report what it leaves open."""
         if self._set is not None:
             line, self._set = self._set.line, None
             raise line.error("the set of directions does not end", "end it with DE")

@@ -116,12 +116,12 @@ class InlineOptions:
 
     @property
     def length_unit(self) -> float:
-        """Of lengths as written [m]."""
+        """Unit of lengths as written [m]."""
         return self.unit * self.multiplier
 
     @property
     def errors(self) -> StandardErrors:
-        """Of the instrument that measures."""
+        """Standard errors of the instrument that measures."""
         return self.library.get(self.instrument, self.settings.default)
 
     def take(self, line: DataLine) -> None:
