@@ -321,8 +321,8 @@ def _front(found: Series) -> FrontPage:
     sentence = f"Cycles from {found.cycles[0].when} to {found.cycles[-1].when} UTC."
     if alarms and not often:
         sentence += (
-            f" The reference points fail their test in {counted(len(alarms), 'cycle')}, which "
-            "is no more than chance makes in so many."
+            f" The reference points fail their test in {counted(len(alarms), 'cycle')}, no "
+            "more often than expected by chance."
         )
     good = not parts and found.solved and len(found.solved) == len(found.cycles)
     return FrontPage(

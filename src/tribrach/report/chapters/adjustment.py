@@ -326,8 +326,8 @@ def _disagreement(seen: _Seen, head: Head) -> list[_Disagreement]:
     out = []
     alpha = head.settings.alpha
     for use, noun, cure in (
-        ("check", "check point", "compare their coordinates with where they come from"),
-        ("weighted", "control point", "compare their coordinates with where they come from"),
+        ("check", "check point", "check their coordinates against the original source"),
+        ("weighted", "control point", "check their coordinates against the original source"),
     ):
         judged = [c for c in seen.control if c.use == use and c.verdict is not None]
         verdicts = {c.name: c.verdict for c in judged if c.verdict and not c.verdict.agrees}
@@ -344,7 +344,7 @@ def _disagreement(seen: _Seen, head: Head) -> list[_Disagreement]:
         )
         least = min(v.significance for v in verdicts.values())
         act = least < sidak(alpha, len(judged))
-        tail = cure if act else "no more than chance makes in so many tests, nothing is to be done"
+        tail = cure if act else "no more than expected by chance, nothing to be done"
         out.append(
             _Disagreement(
                 Sentence(

@@ -332,7 +332,7 @@ class CoordinateReader(_Placed):
                 raise self.table.error(
                     names.index(name),
                     f"the covariances leave a coordinate of {name} out",
-                    "give them for east, north and height: a grid is turned into space",
+                    "give them for east, north and height: conversion from the grid needs all",
                 )
             there = given[names.index(name)]
             ahead, behind = (self.to_work(there + sign * np.eye(3))[0] for sign in (1, -1))
