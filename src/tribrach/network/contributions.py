@@ -13,17 +13,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from tribrach._types import Array, Index
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.network import JointCovariance, Network
+from tribrach.network.reliability import solutions_affordable
 from tribrach.observations.base import Observations
 from tribrach.observations.declaration import Category, End
 
 #: what surveyors call the groups, in the order of a budget; every kind says which is its own
 CATEGORIES: tuple[str, ...] = tuple(Category)
+#: share of the largest below which a principal part of a common error is rounding
+_NOTHING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,45 @@ def contributions(adjustment: Adjustment, station: str) -> list[Contribution]:
                 part = influence[rows]
                 category = _category(members, is_own)
                 out.append(Contribution(*label, is_own, category, part.T @ part))
+    return out
+
+
+def assumed_variances(adjustment: Adjustment) -> Array | None:
+    """Part (P + S, 3) [m^2] of the variances of positions that stands on assumptions.
+
+    Centring and refraction of a set-up, tilt, and common errors of observations. None where there
+    are none, or too many to follow. Clouds keep their floors, and single sights their centring,
+    which are not apart.
+    """
+    network, rows = adjustment.network, adjustment.rows
+    assumed = [
+        t
+        for t, o in enumerate(network.observations)
+        if o.facts.nuisance or Category.LEVELLING in (o.facts.category, o.facts.own_category)
+    ]
+    design = sp.csr_array(adjustment.design)
+    rights = [design[np.isin(rows.table, assumed)]]
+    for joint, place in zip(network.joint, adjustment.assembly.joint_places, strict=True):
+        active = np.flatnonzero(place >= 0)
+        if joint.common is None or not len(active):
+            continue
+        common = joint.part(active).common
+        assert common is not None
+        values, axes = np.linalg.eigh(common)
+        kept = values > _NOTHING * values.max(initial=0.0)
+        shift = np.zeros((adjustment.n_observations, int(kept.sum())))
+        shift[place[active]] = axes[:, kept] * np.sqrt(values[kept])
+        rights.append(sp.csr_array((design.T @ (adjustment.whitener @ shift)).T))
+    right = sp.csr_array(sp.vstack(rights))
+    if not 0 < right.shape[0] <= solutions_affordable(adjustment):
+        return None
+    count = len(adjustment.state.positions)
+    place = adjustment.reduced[adjustment.layout.position_columns(np.arange(count))]
+    out = np.zeros((count, 3))
+    for part in np.array_split(np.arange(right.shape[0]), max(1, right.shape[0] // 500)):
+        moved = adjustment.cofactor.solve(right[part].toarray().T)
+        # a last row of zeros stands for the components that are fixed
+        out += np.square(np.vstack([moved, np.zeros((1, len(part)))])[place]).sum(axis=2)
     return out
 
 

@@ -193,6 +193,9 @@ class Quality:
     external_position: Index  #: (n,), index of that position
     #: (n,), false where only the observation's own ends were looked at (large networks)
     external_exact: NDArray[np.bool_]
+    #: (P + S,), the largest of them at each position [m]; infinite where a value that nothing
+    #: controls moves it, NaN in networks too large to follow every error
+    external_worst: Array
     blocks: BlockTests  #: tests of whole observations with several values
     sessions: BlockTests  #: tests of the values that share a joint covariance
     checks: BlockTests  #: tests of observations held out
@@ -301,6 +304,7 @@ def assess(
         external=external.displacement,
         external_position=external.position,
         external_exact=external.exact,
+        external_worst=external.worst,
         blocks=blocks,
         sessions=sessions,
         checks=checks,

@@ -25,6 +25,8 @@ from tribrach.statistics import largest_first
 UNCONTROLLED = 1e-8
 #: unknowns times right-hand sides that a report may cost, a few seconds
 BUDGET = 4_000_000
+#: smaller effects are rounding [m]
+MICROMETRE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,9 @@ class External:
     position: Index  #: (n,), index of the position that moves most
     #: (n,), false where only the positions that the value itself touches were looked at
     exact: NDArray[np.bool_]
+    #: (P + S,), largest displacement of each position by such an error [m]; infinite where a value
+    #: that nothing controls moves it, NaN where not every error was followed
+    worst: Array
 
 
 def solutions_affordable(adjustment: SolvedSystem) -> int:
@@ -124,33 +129,43 @@ def external_reliability(system: WeightedResiduals, error: Array) -> External:
     most = solutions_affordable(system.adjustment)
     if n <= most:
         everything = np.arange(n)
-        displacement, position = _everywhere(system, error, everything)
+        displacement, position, worst = _everywhere(system, error, everything)
         exact = np.ones(n, dtype=bool)
     else:
         displacement, position = _at_ends(system, error)
-        worst = largest_first(np.nan_to_num(displacement))[: most // 4]
-        displacement[worst], position[worst] = _everywhere(system, error, worst)
+        largest = largest_first(np.nan_to_num(displacement))[: most // 4]
+        displacement[largest], position[largest], _ = _everywhere(system, error, largest)
         exact = np.zeros(n, dtype=bool)
-        exact[worst] = True
+        exact[largest] = True
+        worst = np.full(len(system.adjustment.state.positions), np.nan)
     displacement[~system.controlled] = np.nan
-    return External(displacement, position, exact)
+    return External(displacement, position, exact, worst)
 
 
-def _everywhere(system: WeightedResiduals, error: Array, chosen: Index) -> tuple[Array, Index]:
-    """Largest displacement of any position for chosen rows."""
+def _everywhere(
+    system: WeightedResiduals, error: Array, chosen: Index
+) -> tuple[Array, Index, Array]:
+    """Largest displacement of any position for chosen rows; of each position by any of them."""
     adjustment = system.adjustment
     count = len(adjustment.state.positions)
     place = adjustment.reduced[adjustment.layout.position_columns(np.arange(count))]
     largest, where = np.zeros(len(chosen)), np.zeros(len(chosen), dtype=np.int64)
+    worst = np.zeros(count)
     for part in np.array_split(np.arange(len(chosen)), max(1, len(chosen) // 500)):
         rows = chosen[part]
         shift = adjustment.cofactor.solve(system.rows[rows].toarray().T)
         # a last row of zeros stands for the components that are fixed
-        shift = np.vstack([shift * np.nan_to_num(error[rows]), np.zeros((1, len(part)))])[place]
-        length = np.sqrt((shift**2).sum(axis=1))
+        each = np.vstack([shift, np.zeros((1, len(part)))])[place]
+        length = np.sqrt((each**2).sum(axis=1))
+        loose = ~(system.controlled[rows] & np.isfinite(error[rows]))
+        # what nothing controls moves a position that follows its sigma
+        follows = length[:, loose] / np.sqrt(system.weight[rows[loose]]) > MICROMETRE
+        worst[follows.any(axis=1)] = np.inf
+        length *= np.nan_to_num(error[rows])
         if count:
             where[part], largest[part] = length.argmax(axis=0), length.max(axis=0)
-    return largest, where
+            worst = np.maximum(worst, length.max(axis=1))
+    return largest, where, worst
 
 
 def _at_ends(system: WeightedResiduals, error: Array) -> tuple[Array, Index]:

@@ -69,7 +69,7 @@ def build(
         ),
         summary=summary(adjustment, quality, posterior),
         control=control(adjustment, settings),
-        points=points(adjustment, settings, covariances, uncertainty),
+        points=points(adjustment, quality, settings, covariances, uncertainty),
         stations=stations(adjustment, settings, uncertainty),
         unknowns=other_unknowns(adjustment, settings),
         observations=rows,

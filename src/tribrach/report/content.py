@@ -133,7 +133,16 @@ class Ellipsoid:
 class Point(
     Result,
     without=("name", "sigma", "ellipse", "height_interval", "ellipsoid"),
-    maybe=("code", "dof", "geodetic", "ecef", "ecef_covariance", "projected"),
+    maybe=(
+        "code",
+        "dof",
+        "doubled",
+        "protection",
+        "geodetic",
+        "ecef",
+        "ecef_covariance",
+        "projected",
+    ),
 ):
     """A point of the network."""
 
@@ -150,6 +159,13 @@ class Point(
     #: degrees of freedom of the variances along E, N, U, null where they are known; left out where
     #: no sigma comes from residuals
     dof: Triple | None = None
+    #: sigmas along E, N, U [m] if what observations share (centring and refraction of a set-up,
+    #: tilt, common errors of targets) were twice as large; left out where they share nothing
+    doubled: Triple | None = None
+    #: longest semi-axis [m] of the ellipsoid at the significance of blunder tests, and the largest
+    #: effect of an error of the size of its minimal detectable bias; left out where an error of a
+    #: value that nothing controls would move the point, or where not every error was followed
+    protection: Number = None
     #: latitude, longitude [rad] and ellipsoidal height [m]
     geodetic: tuple[float, float, float] | None = None
     ecef: tuple[float, float, float] | None = None

@@ -10,8 +10,10 @@ import numpy as np
 from tribrach._types import Array
 from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.contributions import assumed_variances
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
 from tribrach.network.facts import codes_of
+from tribrach.network.quality import Quality
 from tribrach.network.roles import point_roles, used_axes
 from tribrach.report.chapter import Chapter
 from tribrach.report.columns import AXES, ColumnSet, component
@@ -63,6 +65,7 @@ class Uncertainty:
         ]
         self._free = np.einsum("nii->ni", covariances) > 0
         self._plan = plan_ellipses(covariances, self._factor[1])
+        self._longest = principal_axes(covariances)[0][:, 0]
         self._axes, self._directions = principal_axes(covariances, self._factor[2])
         self._sigma_u = np.sqrt(np.maximum(covariances[:, 2, 2], 0.0))
         upward = self._directions[:, 0] * np.where(self._directions[:, 0, 2:] < 0, -1.0, 1.0)
@@ -88,6 +91,16 @@ class Uncertainty:
         found = self.freedom[i]
         return None if np.isinf(found).all() else triple(np.where(np.isinf(found), np.nan, found))
 
+    def protection(self, quality: Quality) -> list[float | None]:
+        """Longest semi-axis at the significance of single tests, and worst undetected effect."""
+        dimension, lowest = self._free.sum(axis=1), self.freedom.min(axis=1)
+        size = np.full(len(dimension), np.nan)
+        for k in (1, 2, 3):
+            of = dimension == k
+            size[of] = confidence_factor(k, 1 - quality.alpha0, lowest[of])
+        size = size * self._longest + quality.external_worst
+        return [float(x) if np.isfinite(x) else None for x in size]
+
     def ellipsoid(self, i: int) -> Ellipsoid | None:
         """Ellipsoid; None if a coordinate is held."""
         if not self._free[i].all():
@@ -112,7 +125,11 @@ def position_uncertainty(
 
 
 def points(
-    adjustment: Adjustment, settings: ReportSettings, covariances: Array, uncertainty: Uncertainty
+    adjustment: Adjustment,
+    quality: Quality,
+    settings: ReportSettings,
+    covariances: Array,
+    uncertainty: Uncertainty,
 ) -> tuple[Point, ...]:
     """All points; coordinates that the network does not have are None."""
     names = adjustment.layout.names["point"]
@@ -122,6 +139,10 @@ def points(
     roles = point_roles(adjustment)
     places = places_of(adjustment, adjustment.state.points, covariances)
     codes = codes_of(adjustment.network.facts)
+    doubled, protection = (
+        _doubled(adjustment, settings, covariances),
+        uncertainty.protection(quality),
+    )
     return tuple(
         Point(
             name=name,
@@ -134,10 +155,24 @@ def points(
             ellipsoid=uncertainty.ellipsoid(i),
             code=codes.get(name, ""),
             dof=uncertainty.dof(i),
+            doubled=None if doubled is None else doubled[i],
+            protection=protection[i],
             **{key: coordinates[i] for key, coordinates in places.items()},
         )
         for i, name in enumerate(names)
     )
+
+
+def _doubled(
+    adjustment: Adjustment, settings: ReportSettings, covariances: Array
+) -> list[Triple] | None:
+    """Sigmas of positions if what is assumed were twice as large; weights stay as they are."""
+    assumed = assumed_variances(adjustment)
+    if assumed is None:
+        return None
+    factor = adjustment.variance_factor(posterior=settings.posterior)
+    variance = np.einsum("nii->ni", covariances) + 3 * factor * assumed
+    return triples(np.sqrt(np.where(variance > 0, variance, np.nan)))
 
 
 def places_of(adjustment: Adjustment, x: Array, covariances: Array) -> dict[str, list[Any]]:
@@ -205,7 +240,12 @@ def _ellipsoid_table(head: Head) -> ReportTable:
     """Covariance matrices of the points and their ellipsoids."""
     note = (
         f"Covariances are {head.origin}. The ellipsoid holds with {head.percent}; azimuth "
-        "and elevation are those of its longest axis."
+        "and elevation are those of its longest axis. Shared doubled is the 3D σ if what "
+        "observations share (centring and refraction of a set-up, tilt, common errors of "
+        "targets) were twice as large as assumed; clouds keep their floors. Protected is what an "
+        "error stays below: the longest semi-axis at the significance of blunder tests, and the "
+        "worst effect of an error that they just find; empty where an error of a value that "
+        "nothing controls moves the point."
     )
     pairs = [(i, j) for i in range(3) for j in range(i, 3)]
     columns: list[Spec] = [
@@ -214,11 +254,19 @@ def _ellipsoid_table(head: Head) -> ReportTable:
         *(head.columns.mm(f"axis {k + 1}", _semi_axis(k)) for k in range(3)),
         head.columns.bearing("azimuth", _azimuth),
         head.columns.bearing("elevation", lambda p: p.ellipsoid and p.ellipsoid.elevation),
+        head.columns.mm("shared doubled", _doubled_space),
+        head.columns.mm("protected", lambda p: p.protection),
     ]
     rows = [p for p in head.points if any(p.sigma)]
     return build_table(
         "ellipsoids", "Covariances and ellipsoids", note, rows, columns, worst=_WORST
     )
+
+
+def _doubled_space(point: Point) -> float | None:
+    """Sigma in space with doubled assumptions."""
+    found = point.doubled
+    return None if found is None else float(np.sqrt(sum((s or 0.0) ** 2 for s in found)))
 
 
 def _square(columns: ColumnSet, i: int, j: int) -> Spec:
