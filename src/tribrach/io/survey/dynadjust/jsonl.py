@@ -96,7 +96,8 @@ def _text(tag: str, value: Any) -> str:
 def write(network: Network) -> Exported:
     """The network as the text of a file with stations and measurements."""
     writing, root = writer.document(network)
-    lines = [{"DnaXmlFormat": dict(root.attrib)}, *({one.tag: _object(one)} for one in root)]
+    head = {"DnaXmlFormat": {str(key): value for key, value in root.attrib.items()}}
+    lines = [head, *({str(one.tag): _object(one)} for one in root)]
     return writing.exported("".join(f"{json_text(line)}\n" for line in lines))
 
 
@@ -106,7 +107,7 @@ def _object(element: etree._Element) -> dict[str, Any]:
     ends: dict[str, Any] = {}
     kind = element.findtext("Type")
     for child in element:
-        value = _object(child) if len(child) else _value(child)
+        value: Any = _object(child) if len(child) else _value(child)
         if child.tag in ("First", "Second"):
             ends[child.tag] = value
         if child.tag in _LISTS:
