@@ -64,7 +64,9 @@ def test_the_wander_comes_back() -> None:
     assert set(wander) == set(SWAY)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(
+    "seed", [0, 1, *(pytest.param(k, marks=pytest.mark.slow) for k in (2, 3, 4))]
+)
 def test_noise_of_sights_is_no_wander(seed: int) -> None:
     """Pillars that stand still: nothing is learned, and the tests have their degrees of freedom."""
     rng, network = np.random.default_rng(40 + seed), Network.measured()

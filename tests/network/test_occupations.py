@@ -92,7 +92,7 @@ def errors(tmp_path, site, precision, runs=RUNS, seed=3):
     return np.array(off), adjustment.covariance_columns(columns, columns), np.mean(square)
 
 
-@pytest.mark.parametrize("count", [4, 8, 16])
+@pytest.mark.parametrize("count", [4, pytest.param(8, marks=pytest.mark.slow), 16])
 def test_a_mark_is_never_better_than_its_centring(tmp_path, count):
     off, covariance, square = errors(tmp_path, around(count), FINE)
     stated = np.sqrt(np.diag(covariance))

@@ -144,9 +144,10 @@ def test_two_backsights_and_targets_in_one_network(tmp_path: Path) -> None:
         assert better.covariance("S1")[5, 5] < 0.8 * one.covariance("S1")[5, 5]
 
 
-def test_monte_carlo_of_the_set_up(tmp_path: Path) -> None:
+@pytest.mark.parametrize("trials", [60, pytest.param(150, marks=pytest.mark.slow)])
+def test_monte_carlo_of_the_set_up(tmp_path: Path, trials: int) -> None:
     """Errors drawn where they arise: the pose scatters as its covariance says."""
-    rng, trials = np.random.default_rng(3), 150
+    rng = np.random.default_rng(3)
     project = written(tmp_path, sight("B", B))
     network = open_job(project).network()
     state = adjust(network).state
