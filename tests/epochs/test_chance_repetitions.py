@@ -54,9 +54,15 @@ def pair(folder: Path, seed: int) -> Comparison:
     shift = 1e3 * (epochs[1] - epochs[0])
     # independent: every difference has twice the variance, and the test is that of all of them
     assert found.held == ()
-    assert found.whole.statistic == pytest.approx((shift**2).sum() / 2, rel=1e-6, abs=1e-9)
-    assert found.whole.dof == shift.size
+    if not scaled(found):
+        assert found.whole.statistic == pytest.approx((shift**2).sum() / 2, rel=1e-6, abs=1e-9)
+        assert found.whole.dof == shift.size
     return found
+
+
+def scaled(found: Comparison) -> bool:
+    """Was a scale between the epochs taken for what differs?"""
+    return any(motion.name == "scale" for motion in found.common)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -66,8 +72,10 @@ def test_what_repeats_by_chance_is_not_shared(tmp_path: Path, seed: int) -> None
 
 @pytest.mark.slow
 def test_500_pairs_with_chance_repetitions(tmp_path: Path) -> None:
-    moved = sum(bool(pair(tmp_path, seed).moved) for seed in range(500))
-    assert moved <= 40
+    found = [pair(tmp_path, seed) for seed in range(500)]
+    assert sum(bool(one.moved) for one in found) <= 40
+    # a scale is taken by chance in one of a thousand: more than four of these happen in 0.02 %
+    assert sum(map(scaled, found)) <= 4
 
 
 def test_a_verdict_agrees_with_the_limit_beside_it() -> None:
