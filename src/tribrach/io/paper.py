@@ -145,7 +145,7 @@ class _Writer:
     drawings: Iterator[str]
 
     def blocks(self, element: HtmlElement) -> Iterator[str]:
-        """Markup of the contents of an element."""
+        """The contents of an element as HTML."""
         loose = [_quoted(element.text)] if (element.text or "").strip() else []
         for child in element:
             if not isinstance(child.tag, str):
