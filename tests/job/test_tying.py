@@ -96,9 +96,11 @@ def test_a_pair_of_clouds_at_another_place_is_left_out():
     across = Pose(true.rotation, true.translation + np.array([6.0, 0.6, 0]))
     turned = Pose(true.rotation @ np.diag([-1.0, -1.0, 1.0]), true.translation)
     edges = [CloudEdge("S1", "S2", pose, loose) for pose in (true, along, across, turned)]
-    wrong = [edge for edge, _ in contradicted(edges, poses)]
+    wrong = [edge for edge, _ in contradicted(edges, poses, {})]
     assert [any(e is w for w in wrong) for e in edges] == [False, False, True, True]
-    assert contradicted(edges, {"S1": POSES["S1"]}) == []
+    assert contradicted(edges, {"S1": POSES["S1"]}, {}) == []
+    # a reference may lie elsewhere by what all of it is wrong by
+    assert contradicted(edges[2:3], poses, {"S1": 1.0}) == []
 
 
 def test_a_joint_that_targets_contradict_needs_a_loop():
