@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.geometry.test_euler import scanner_from_world_from_opk
 from tests.instruments.ray_tracer import trace
 from tribrach.errors import InputError
-from tribrach.geometry.euler import scanner_from_world_from_opk
 from tribrach.geometry.polar import polar_from_xyz
 from tribrach.instruments.calibration import (
     NIST,
