@@ -76,7 +76,7 @@ class DifferenceGates:
 
 GATES = DifferenceGates()
 #: a turn with a larger sigma is held by nothing: a covariance is that of small angles [rad]
-HELD_TURN = 0.2
+HELD_TURN = 0.05
 
 
 @dataclass(frozen=True)
