@@ -110,7 +110,8 @@ def read_references(
             )
         progress(f"reference {name}", len(used), len(files))
         reference, about = _read(file, name, _Around(places, reach))
-        if about.crs:
+        # in a project each is in the grid of the site
+        if about.crs and file.crs is None:
             systems[about.crs] = file.path
         ready.append(reference)
         used.append(about)
@@ -255,8 +256,8 @@ def placed_on_references(
     maker = placed_on_references
     poses = [{n: pose.matrix for n, pose in some.items()} for some in (known.poses, together)]
     paths = [file.path for file in files]
-    site = job.project.site
-    key = state.key(maker, stations.sources, paths, sections, site, poses, known.sigma, floor)
+    frame = job.frame, job.files.realisation
+    key = state.key(maker, stations.sources, paths, sections, frame, poses, known.sigma, floor)
 
     def made() -> OnReferences:
         scans = [stations[name] for name in stations.stations]
