@@ -247,6 +247,13 @@ BUILDERS: dict[str, Build] = {
         "eta_error": mixed(g, 18),
         "site": s,
     },
+    "heading": lambda k, g, s: {
+        **common(k, g),
+        "station": g.integers(0, 3, N),
+        "direction": g.uniform(-3, 3, N),
+        "offset": mixed(g, 18),
+        "site": s,
+    },
     "plane": lambda k, g, s: {
         **common(k, g),
         "station": g.integers(0, 3, N),

@@ -225,6 +225,8 @@ def test_start_ties_are_what_the_kind_says(kind: type[Observations]) -> None:
     filled |= {ScannerShots} if ties.in_frames else set()
     levelled = bool(np.isfinite(ties.levelling).any())
     assert levelled == (kind.facts.start is StartTie.LEVELLING)
+    headed = bool(np.isfinite(ties.heading).any())
+    assert headed == (kind.facts.start is StartTie.HEADING)
     if kind.facts.start in TIE_TABLES:
         # three points at least make a plane
         assert TIE_TABLES[kind.facts.start] in filled or kind.kind == "point_on_plane"

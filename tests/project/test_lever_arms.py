@@ -157,7 +157,7 @@ def test_incomplete_sections_are_refused(
 def test_a_mounted_point_without_a_lever_arm_is_refused(tmp_path: Path) -> None:
     path = write(tmp_path, "x_m=0\ny_m=0\nz_m=0\nsigma_mm=1", station='mounted_point = "AN"')
     path.write_text(path.read_text().replace('lever_arm = "antenna"', ""))
-    with pytest.raises(InputError, match="no lever arm says where"):
+    with pytest.raises(InputError, match="no lever arm says where each"):
         adjusted(path)
 
 

@@ -49,6 +49,8 @@ class Precision:
     scan_angle_systematic: float = 0.0
     target: float = 0.0  #: floor of a target's centre in each coordinate [m]
     tilt: float | None = None  #: of the tilt of a levelled scanner [rad]
+    compass: float | None = None  #: of a heading [rad]
+    compass_common: float = 0.0  #: of what all headings of one compass share [rad]
     #: of GNSS coordinates in plan and height [m]
     gnss_plan: float | None = None
     gnss_up: float | None = None

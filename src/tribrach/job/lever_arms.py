@@ -27,26 +27,17 @@ class KnownLeverArm:
     source: str  #: where it comes from
 
 
-def lever_arms_of(project: Project) -> dict[str, str]:
-    """Find which lever arm each station carries."""
-    out = {}
+def lever_arms_of(project: Project) -> dict[str, tuple[str, ...]]:
+    """Find which lever arms each station carries."""
     for name, station in project.stations.items():
-        if station.lever_arm is None and station.mounted_point is not None:
-            raise project.error(
-                ("stations", name, "mounted_point"),
-                f"{station.mounted_point} is mounted on {name} and no lever arm says where",
-                "add lever_arm to the station",
-            )
-        if station.lever_arm is None:
-            continue
-        if station.lever_arm not in project.lever_arms:
-            raise project.error(
-                ("stations", name, "lever_arm"),
-                f"lever arm {station.lever_arm} is not defined",
-                f"add a section [lever_arms.{station.lever_arm}]",
-            )
-        out[name] = station.lever_arm
-    return out
+        for arm in station.lever_arm:
+            if arm not in project.lever_arms:
+                raise project.error(
+                    ("stations", name, "lever_arm"),
+                    f"lever arm {arm} is not defined",
+                    f"add a section [lever_arms.{arm}]",
+                )
+    return {name: station.lever_arm for name, station in project.stations.items()}
 
 
 def add_lever_arms(survey: Survey, arms: Mapping[str, KnownLeverArm]) -> None:
@@ -91,19 +82,27 @@ def known_lever_arm(name: str, arm: LeverArm, folder: Path) -> KnownLeverArm:
     return KnownLeverArm(vector, np.diag(sigma**2), f"lever arm {name}")
 
 
+def add_antenna_stations(survey: Survey, stations: Mapping[str, StationSection]) -> None:
+    """Add the stations that antennas and compasses place without any scan."""
+    for name, station in stations.items():
+        arms = len(station.lever_arm)
+        turned = arms > 1 or (arms and station.heading_deg is not None)
+        if name not in survey.stations and (arms > 2 or (station.levelled and turned)):
+            survey.station(name, source=f"station {name}")
+
+
 def add_mounted_points(
     survey: Survey, stations: Mapping[str, StationSection], arms: Mapping[str, LeverArm]
 ) -> None:
     """Tie points on scanners to their stations by lever arms."""
     for name, station in stations.items():
-        if station.mounted_point is None or station.lever_arm is None:
-            continue
-        survey.add(
-            MountedPoints,
-            values=np.zeros((1, 3)),
-            sigma=max(arms[station.lever_arm].mounting_mm, 0.01) * MM,
-            station=[name],
-            point=[station.mounted_point],
-            lever_arm=[station.lever_arm],
-            source=[f"station {name}"],
-        )
+        for point, arm in zip(station.mounted_point, station.lever_arm, strict=False):
+            survey.add(
+                MountedPoints,
+                values=np.zeros((1, 3)),
+                sigma=max(arms[arm].mounting_mm, 0.01) * MM,
+                station=[name],
+                point=[point],
+                lever_arm=[arm],
+                source=[f"station {name}"],
+            )

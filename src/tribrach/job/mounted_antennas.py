@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,26 +37,27 @@ def mounted_antennas(
     positions = _positions(survey)
     out: dict[str, tuple[Mounted, ...]] = {}
     for name, station in job.project.stations.items():
-        if station.lever_arm is None:
-            continue
-        arm = job.lever_arms[station.lever_arm]
-        place = positions.get(name)
-        if station.mounted_point is not None and station.mounted_point in points:
-            place = points[station.mounted_point]
-        sigma = _one_sigma(arm.covariance)
-        if place is not None and sigma < _VAGUE:
-            out[name] = (Mounted(arm.vector, place[0], sigma, place[1]),)
+        known = []
+        for arm_name, point in zip_longest(station.lever_arm, station.mounted_point):
+            arm = job.lever_arms[arm_name]
+            place = points.get(point, positions.get((name, arm_name)))
+            sigma = _one_sigma(arm.covariance)
+            if place is not None and sigma < _VAGUE:
+                known.append(Mounted(arm.vector, place[0], sigma, place[1]))
+        if known:
+            out[name] = tuple(known)
     return out
 
 
-def _positions(survey: Survey) -> dict[str, tuple[Array, float]]:
-    """GNSS positions of antennas that take part, by station: coordinates and one sigma [m]."""
-    out: dict[str, tuple[Array, float]] = {}
+def _positions(survey: Survey) -> dict[tuple[str, str], tuple[Array, float]]:
+    """GNSS positions of antennas, by station and lever arm: coordinates and one sigma [m]."""
+    out: dict[tuple[str, str], tuple[Array, float]] = {}
     for table in survey.tables():
         if table.kind is Antennas:
             part = table.active().columns
-            rows = zip(part["station"], part["values"], part["covariance"], strict=True)
-            out |= {str(name): (xyz, _one_sigma(c)) for name, xyz, c in rows}
+            ends = zip(part["station"], part["lever_arm"], strict=True)
+            rows = zip(ends, part["values"], part["covariance"], strict=True)
+            out |= {(str(a), str(b)): (xyz, _one_sigma(c)) for (a, b), xyz, c in rows}
     return out
 
 

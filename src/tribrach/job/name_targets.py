@@ -79,7 +79,7 @@ def name_targets(
     surveyed, stations = job.survey, job.project.stations
     points = known_points(surveyed, job.edits)
     mounted = mounted_antennas(job, surveyed, points)
-    on_scanners = {section.mounted_point for section in stations.values()}
+    on_scanners = {name for section in stations.values() for name in section.mounted_point}
     points = {name: known for name, known in points.items() if name not in on_scanners}
     first = {scan.station: scan for scan in reversed(scans)}
     by_hand = names_by_hand(job.edits, targets, scans)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from itertools import chain
 from pathlib import Path, PurePath
 from typing import Any, Literal
 
@@ -29,9 +30,11 @@ from tribrach.io.opened_files import opened_once
 from tribrach.io.survey.csv.turning import telescope_unknowns
 from tribrach.job.calibrations import Calibrations
 from tribrach.job.edits import obeyed
+from tribrach.job.headings import add_headings
 from tribrach.job.known_setups import add_known_setups
 from tribrach.job.lever_arms import (
     KnownLeverArm,
+    add_antenna_stations,
     add_lever_arms,
     add_mounted_points,
     known_lever_arm,
@@ -281,7 +284,7 @@ def _opened(
         files = read_survey_files(instruments, calibrations, sessions, progress)
         lever_arms = {
             name: known_lever_arm(name, project.lever_arms[name], project.folder)
-            for name in dict.fromkeys(files.context.lever_arms.values())
+            for name in dict.fromkeys(chain.from_iterable(files.context.lever_arms.values()))
         }
     return Job(project, instruments, calibrations, files, lever_arms, edits, contents)
 
@@ -363,7 +366,10 @@ class Job:
         add_shared_heights(project, survey, whole=whole)
         add_telescopes(project, survey, whole=whole)
         self.calibrations.finish(survey, whole=whole)
+        if whole:
+            add_antenna_stations(survey, project.stations)
         self._add_levelling(survey, whole=whole)
+        add_headings(project, self.instruments, survey)
         apply_plumb_line(survey, self.plumb)
         add_lever_arms(survey, self.lever_arms)
         add_mounted_points(survey, project.stations, project.lever_arms)

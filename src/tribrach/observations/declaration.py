@@ -83,6 +83,7 @@ class StartTie(Enum):
     FACE = "face"
     FIX = "fix"
     LEVELLING = "levelling"
+    HEADING = "heading"
     VALUE = "value"  #: the start value of an unknown itself
     NONE = "none"
 

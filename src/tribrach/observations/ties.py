@@ -146,7 +146,8 @@ class TieCollector:
     ``start``: given values of the unknowns, NaN where they are not known; ``vectors`` (V, 3): lever
     arms and other vectors [m]; ``n_points``, ``n_poses``, ``n_nodes``, ``n_scalars``, ``n_sets``:
     how many there are so far; whoever needs a node or a set of readings takes the next number;
-    ``levelling`` (S, 3, 3): turns scanner frames upright, NaN where a scanner is not levelled.
+    ``levelling`` (S, 3, 3): turns scanner frames upright, NaN where a scanner is not levelled;
+    ``heading`` (S,): azimuths of their second axes [rad], NaN where no compass tells.
     """
 
     def __init__(self, start: State, site: Site, vectors: Array) -> None:
@@ -161,6 +162,7 @@ class TieCollector:
         self.n_scalars = layout.count("scalar")
         self.n_sets = self.n_scalars + self.n_poses
         self.levelling = np.full((self.n_poses, 3, 3), np.nan)
+        self.heading = np.full(self.n_poses, np.nan)
         self.north: list[tuple[Index, Index, Array]] = []
         self.in_frames: list[tuple[Index, Index, Index, Array, Array]] = []
         index, number, triple = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 3))

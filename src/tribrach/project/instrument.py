@@ -117,6 +117,9 @@ class Instrument(Section):
     target_floor_mm: NonNegativeFloat = 0.0  #: Added to target centres.
     levelling_arcsec: PositiveFloat | None = None  #: Of the compensator.
     magnification: PositiveFloat | None = None  #: Of the telescope.
+    compass_deg: PositiveFloat | None = None  #: Of a heading of the compass.
+    #: Of what all its headings share: declination and mounting, one unknown of the compass.
+    compass_common_deg: NonNegativeFloat = 0.0
     #: Of GNSS positions.
     gnss_plan_mm: PositiveFloat | None = None
     gnss_up_mm: PositiveFloat | None = None
@@ -272,6 +275,8 @@ class Instrument(Section):
             scan_angle_systematic=self._systematic_angle(),
             target=self.target_floor_mm * MM,
             tilt=scaled(self.levelling_arcsec, SEC),
+            compass=scaled(self.compass_deg, np.pi / 180),
+            compass_common=float(np.radians(self.compass_common_deg)),
             gnss_plan=scaled(self.gnss_plan_mm, MM),
             gnss_up=scaled(self.gnss_up_mm, MM),
             gnss_common=self.gnss_common_share,

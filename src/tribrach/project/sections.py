@@ -275,11 +275,30 @@ class StationSection(Section):
     #: Standard deviation of the compensator, the instrument's if not given.
     levelling_arcsec: PositiveFloat | None = None
     instrument: str | None = None  #: Name of the instrument.
-    lever_arm: str | None = None  #: Name of the lever arm of the antenna or prism on the scanner.
-    mounted_point: str | None = None  #: Name of the antenna or prism in observations to it.
+    #: Names of the lever arms of the antennas or prisms on the scanner.
+    lever_arm: tuple[str, ...] = ()
+    #: Names of these in observations to them, in the same order.
+    mounted_point: tuple[str, ...] = ()
+    #: Azimuth of an axis of the scanner as its compass shows it, clockwise from north.
+    heading_deg: float | None = Field(default=None, ge=-360, le=360)
+    heading_axis: Literal["x", "y"] = "x"  #: The axis.
+    #: Its standard deviation, ``compass_deg`` of the instrument if not given.
+    sigma_heading_deg: PositiveFloat | None = None
     occupies: str | None = None  #: The mark that the scanner stands over.
     height_m: float = 0.0  #: Height of its centre over this mark.
     backsights: tuple[Backsight, ...] = ()  #: Sights of its telescope.
+
+    @model_validator(mode="after")
+    def _each_with_its_arm(self) -> Self:
+        """Every mounted point has a lever arm; a sigma of a heading has a heading."""
+        if len(self.mounted_point) not in (0, len(self.lever_arm)):
+            raise ValueError(
+                "no lever arm says where each of mounted_point is: give lever_arm as many names, "
+                "in the same order"
+            )
+        if self.sigma_heading_deg is not None and self.heading_deg is None:
+            raise ValueError("sigma_heading_deg is given without heading_deg")
+        return self
 
 
 class ScaleBar(Section):

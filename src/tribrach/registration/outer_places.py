@@ -18,9 +18,6 @@ from tribrach.observations.base import Use
 from tribrach.observations.control import Coordinates
 from tribrach.observations.gnss import Antennas, GnssPositions, MountedPoints
 
-#: name of an antenna's point in the network of what is measured without scans
-_ANTENNA = "antenna on {}"
-
 
 @dataclass(frozen=True, eq=False)
 class OuterPlace:
@@ -63,7 +60,7 @@ def _outer(survey: Survey) -> tuple[Survey, dict[str, tuple[str, str]]]:
         if part.kind is MountedPoints:
             names = _words(part, "point")
         else:
-            names = [_ANTENNA.format(station) for station in stations]
+            names = [f"{arm} on {station}" for station, arm in zip(stations, arms, strict=True)]
             columns = {k: v for k, v in part.columns.items() if k not in ("station", "lever_arm")}
             outer.add(GnssPositions, group=part.group, position=names, **columns)
             shifts = part.names("vector") - set(arms)
@@ -110,7 +107,7 @@ def _held_out(table: ObservationTable) -> Iterator[OuterPlace]:
     if table.kind is Antennas:
         both = zip(_words(table, "station"), _words(table, "lever_arm"), strict=True)
         for (station, arm), xyz, own in zip(both, values, covariance, strict=True):
-            yield OuterPlace(_ANTENNA.format(station), xyz, own, station, arm)
+            yield OuterPlace(f"{arm} on {station}", xyz, own, station, arm)
     elif table.kind is Coordinates:
         for name, xyz, own in zip(_words(table, "position"), values, covariance, strict=True):
             yield OuterPlace(name, xyz, own)

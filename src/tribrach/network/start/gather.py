@@ -89,6 +89,7 @@ def _ties(c: TieCollector) -> Ties:
         faces=c.table(Faces),
         fixes=c.table(Fixes),
         levelling=c.levelling,
+        heading=c.heading,
         set_node=_set_nodes(rays, c.n_sets),
     )
 

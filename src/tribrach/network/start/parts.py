@@ -132,10 +132,12 @@ def _blank(world: Frame, kind: Kind, scaled: bool = True) -> Frame:
     open_set = np.isnan(world.orientation)
     open_set[ties.north] = True
     placed = np.isfinite(world.turn[:, 0, 0]) & world.known[ties.n_points : ties.n_positions]
-    open_set[ties.pose_set(np.flatnonzero(placed))] = False
+    poses = ties.pose_set(np.arange(len(placed)))
+    open_set[poses] = ~placed & (open_set[poses] | np.isfinite(ties.heading))
     orientation = np.full_like(world.orientation, np.nan)
     if kind == "oriented":
         orientation[ties.north] = 0.0
+        orientation[poses] = ties.heading
     return replace(
         world,
         kind=kind,

@@ -200,6 +200,7 @@ def _world(network: Network, start: State, ties: Ties) -> Frame:
     xyz = np.concatenate([start.positions, np.full((extra, 3), np.nan)])
     orientation = np.full(ties.n_sets, np.nan)
     orientation[: ties.n_scalars] = start.scalars
+    orientation[ties.pose_set(np.arange(len(ties.heading)))] = ties.heading
     orientation[ties.north] = 0.0
     frame = Frame(
         kind="world",

@@ -28,7 +28,8 @@ class Ties:
     n_nodes = positions + antennas; n_positions; n_points; n_sets: scalars, then one per pose,
     then sets of angles, last the set of azimuths (``north``). ``set_node`` (n_sets,) is the node
     a set is measured from, -1 where there is none or more than one. ``levelling`` (S, 3, 3)
-    turns scanner frames upright, NaN where the scanner is not levelled.
+    turns scanner frames upright, NaN where the scanner is not levelled; ``heading`` (S,) are
+    azimuths of their second axes [rad], NaN where no compass tells.
     """
 
     n_points: int
@@ -46,6 +47,7 @@ class Ties:
     faces: Faces
     fixes: Fixes
     levelling: Array
+    heading: Array
     set_node: Index
 
     @property

@@ -67,7 +67,7 @@ class PlannedLeverArm:
                 f"lever arm {self.name} is not defined",
                 f"add a section [lever_arms.{self.name}]",
             )
-        self.stations = tuple(n for n, s in project.stations.items() if s.lever_arm == self.name)
+        self.stations = tuple(n for n, s in project.stations.items() if self.name in s.lever_arm)
         if not self.stations:
             raise project.error(
                 ("plan", "lever_arm", "name"),

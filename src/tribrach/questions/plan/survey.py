@@ -236,7 +236,7 @@ class PlanSurvey:
         if self.arm is None:
             return self.job
         stations = {
-            name: s.model_copy(update={"mounted_point": None}) if name in self.planned else s
+            name: s.model_copy(update={"mounted_point": ()}) if name in self.planned else s
             for name, s in self.project.stations.items()
         }
         return self.job.changed(stations=stations)

@@ -35,6 +35,7 @@ _UNITS = {
     "_mrad": "mrad",
     "_ppm": "ppm",
     "_mm": "mm",
+    "_deg": "°",
 }
 _WORDS = {
     "direction": "direction, one face",
@@ -51,6 +52,8 @@ _WORDS = {
     "beam_exit": "diameter of the beam at its exit",
     "beam_divergence": "full divergence of the beam",
     "levelling": "levelling",
+    "compass": "heading of the compass",
+    "compass_common": "what headings of the compass share",
     "refraction": "coefficient of refraction",
     "refraction_sigma": "sigma of the coefficient of refraction",
     "target_floor": "added to centres of targets",

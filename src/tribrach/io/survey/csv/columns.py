@@ -18,6 +18,7 @@ from tribrach.observations.base import Observations
 from tribrach.observations.control import Coordinates, Offsets
 from tribrach.observations.declaration import CsvColumns, Planned
 from tribrach.observations.gnss import GnssBaselines, GnssPositions
+from tribrach.observations.headings import Headings
 from tribrach.observations.instrument_frames import AxisRadii
 from tribrach.observations.registry import kinds
 from tribrach.observations.scanner import Inclinations, ScannerPolar, TargetCentres
@@ -60,7 +61,7 @@ LOCAL = ("cee", "cen", "ceu", "cnn", "cnu", "cuu")
 _USUAL = {
     "horizontal": "deg", "elevation": "deg", "latitude": "deg", "longitude": "deg",
     "tilt_x": "arcsec", "tilt_y": "arcsec", "tilt": "arcsec", "bubble": "arcmin",
-    "eccentricity": "mm",
+    "eccentricity": "mm", "heading": "deg",
 }  # fmt: skip
 
 
@@ -103,7 +104,7 @@ NUMBERS = (
 WORDS = (
     "from", "to", "at", "point", "gnss", "station", "scan", "target", "mark", "set", "use",
     "reason", "group", "role", "comment", "setup", "code", "kind", "height_instrument_of",
-    "height_target_of", "telescope", "axis", "foot", "along",
+    "height_target_of", "telescope", "axis", "foot", "along", "lever_arm",
 )  # fmt: skip
 
 
@@ -225,10 +226,18 @@ INCLINATIONS = TableLayout(
 )
 
 
+HEADINGS = TableLayout(
+    "headings",
+    _needs(Headings),
+    ("station", "axis"),
+    _with_sigma(*Headings.facts.csv[0].values),
+)
+
+
 POSITIONS = TableLayout(
     "GNSS positions",
     GnssPositions.facts.csv[0].keys,
-    ("gnss", "set"),
+    ("gnss", "set", "lever_arm"),
     (*_with_sigma(*GnssPositions.facts.csv[0].values), *LOCAL, *_GEODETIC, "antenna_height"),
     _PLACES,
 )
@@ -318,6 +327,7 @@ LAYOUTS: tuple[TableLayout, ...] = (
     READINGS,
     RODS,
     INCLINATIONS,
+    HEADINGS,
     POSITIONS,
     COORDINATES,
     ANGLES,

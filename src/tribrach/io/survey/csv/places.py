@@ -164,7 +164,7 @@ class PositionReader(_Placed):
         values, turned = self.to_work(self.complete(self.given()), covariance)
         own, common = self._common(covariance if turned is None else turned)
         names = np.array(self.table.names("gnss", self.all), dtype=object)
-        on_scanner = np.array([name in self.lever_arms for name in names], dtype=bool)
+        on_scanner = np.array([bool(self.lever_arms.get(name)) for name in names], dtype=bool)
         marks, scanners = np.flatnonzero(~on_scanner), np.flatnonzero(on_scanner)
         height = np.nan_to_num(self.table.number("antenna_height"))
         if len(marks):
@@ -178,7 +178,6 @@ class PositionReader(_Placed):
                 antenna_height=height[marks],
             )
         if len(scanners):
-            arms = np.array([self.lever_arms[name] for name in names[scanners]], dtype=object)
             self.add(
                 Antennas,
                 scanners,
@@ -186,8 +185,27 @@ class PositionReader(_Placed):
                 covariance=own[scanners],
                 common=common[scanners],
                 station=names[scanners],
-                lever_arm=arms,
+                lever_arm=self._arms(names, scanners),
             )
+
+    def _arms(self, names: NDArray[Any], rows: Index) -> NDArray[Any]:
+        """Lever arm of each of the rows: what the column says, or the only one of the station."""
+        words = self.table.words.get("lever_arm", [""] * len(names))
+        given = [self.lever_arms[names[k]] for k in rows]
+        arms = [words[k] or one[0] for k, one in zip(rows, given, strict=True)]
+        open_ = [not words[k] and len(one) > 1 for k, one in zip(rows, given, strict=True)]
+        self.table.refuse(
+            rows[np.array(open_, dtype=bool)],
+            "the station carries several antennas and the row does not say which",
+            "give the column lever_arm",
+        )
+        wrong = [arm not in one for arm, one in zip(arms, given, strict=True)]
+        self.table.refuse(
+            rows[np.array(wrong, dtype=bool)],
+            "the station carries no such lever arm",
+            "name one of lever_arm in [stations.NAME]",
+        )
+        return np.array(arms, dtype=object)
 
     def _common(self, covariance: Array) -> tuple[Array, NDArray[Any]]:
         """Own covariances (n, 3, 3), and the name of each row's common shift, "" for none."""

@@ -33,8 +33,8 @@ class Context:
     precision: Precision = field(default_factory=Precision)  #: of the instrument
     frame: WorkFrame = field(default_factory=WorkFrame)  #: the work frame
     role: str | None = None  #: of points without a role of their own
-    #: name of the antenna's lever arm by scanner station
-    lever_arms: Mapping[str, str] = field(default_factory=dict)
+    #: names of the lever arms of antennas by scanner station
+    lever_arms: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     #: the way of the file's coordinates to the frame and epoch of the job
     carry: Passage | None = None
     #: the same for geocentric and geographic coordinates of files that name no frame

@@ -1,4 +1,4 @@
-"""Scanner observations from a CSV file: target centres, polar observations, inclinations."""
+"""Scanner observations from a CSV file: targets, polar observations, inclinations, headings."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from tribrach.calibration.calibrated import polar_of_centres
 from tribrach.instruments.precision import beam_covariance
 from tribrach.io.survey.csv.columns import COVARIANCE
 from tribrach.io.survey.csv.reader import Reader, located
+from tribrach.observations.headings import Headings
 from tribrach.observations.scanner import NEAREST, POLE, Inclinations, ScannerPolar, TargetCentres
 
 #: between a station and a series in the name of a set-up
@@ -120,4 +121,23 @@ class InclinationReader(_Scanned):
             values=self.table.columns("tilt_x", "tilt_y"),
             sigma=np.stack([sigma, sigma], axis=1),
             station=self.stations(),
+        )
+
+
+class HeadingReader(_Scanned):
+    """Headings of the x axis of scanners, or of the one that the column axis names."""
+
+    def read(self) -> None:
+        """All headings."""
+        axis = np.array(self.table.words.get("axis", [""] * len(self.all)), dtype=object)
+        self.refuse(~np.isin(axis, ("", "x", "y")), "axis is neither x nor y")
+        compass = self.precision.compass
+        default = None if compass is None else np.full(len(self.all), compass)
+        self.add(
+            Headings,
+            self.all,
+            values=self.table.columns("heading"),
+            sigma=self.sigma(("sigma_heading",), self.all, lambda: default)[:, None],
+            station=self.stations(),
+            direction=np.where(axis == "y", np.pi / 2, 0.0),
         )

@@ -3,10 +3,11 @@
 What a file holds follows from its columns (:mod:`~tribrach.io.survey.csv.columns`): sights and
 levelling (``from,to``), angles (``at,from,to``), GNSS vectors (``from,to,de_m,dn_m,du_m``), scanner
 targets and polar observations (``station,target``), readings of a total station
-(``station,target,direction_gon``), inclinations (``station,tilt_x_arcsec``), GNSS
-positions (``gnss,e_m,n_m,u_m``), targets on rods (``mark,target,rod_m``), targets on a body that
-turns about one axis (``axis,target,point``) or two (``telescope,target,point,azimuth_deg,
-elevation_deg``) and given coordinates (``point,e_m,n_m,u_m``). Standard deviations stand in
+(``station,target,direction_gon``), inclinations (``station,tilt_x_arcsec``), headings
+(``station,heading_deg``), GNSS positions (``gnss,e_m,n_m,u_m``), targets on rods
+(``mark,target,rod_m``), targets on a body that turns about one axis (``axis,target,point``) or two
+(``telescope,target,point,azimuth_deg,elevation_deg``) and given coordinates
+(``point,e_m,n_m,u_m``). Standard deviations stand in
 ``sigma_`` columns or come from the instrument of the project.
 """
 
@@ -24,7 +25,12 @@ from tribrach.io.survey.csv.file import CsvTable, read_table
 from tribrach.io.survey.csv.places import CoordinateReader, PositionReader, RodReader, VectorReader
 from tribrach.io.survey.csv.reader import Context, Reader
 from tribrach.io.survey.csv.readings import ReadingsReader
-from tribrach.io.survey.csv.scans import InclinationReader, PolarReader, TargetReader
+from tribrach.io.survey.csv.scans import (
+    HeadingReader,
+    InclinationReader,
+    PolarReader,
+    TargetReader,
+)
 from tribrach.io.survey.csv.sights import AngleReader, SightReader
 from tribrach.io.survey.csv.turning import CircleReader, TelescopeReader
 from tribrach.network.facts import ListReading
@@ -39,6 +45,7 @@ _READERS: dict[TableLayout, Callable[[CsvTable, Context], Reader]] = {
     columns.READINGS: ReadingsReader,
     columns.RODS: RodReader,
     columns.INCLINATIONS: InclinationReader,
+    columns.HEADINGS: HeadingReader,
     columns.POSITIONS: PositionReader,
     columns.COORDINATES: CoordinateReader,
     columns.ANGLES: AngleReader,
