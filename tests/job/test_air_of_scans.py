@@ -104,6 +104,29 @@ def test_the_header_of_a_scan_says_its_air(tmp_path: Path) -> None:
     np.testing.assert_allclose(length, np.linalg.norm(TRUE, axis=1), rtol=1e-7)
 
 
+WEATHER = (
+    "time;temperature_c;pressure_hpa\n2026-03-01T10:00Z;22,0;983\n2026-03-01T11:00Z;42,0;923\n"
+)
+
+
+def test_a_table_says_the_air_by_time(tmp_path: Path) -> None:
+    (tmp_path / "weather.csv").write_text(WEATHER)
+    xyz = read_in(32.0, 953.0)
+    scan = opened(tmp_path, xyz, 'air = "weather.csv"\ntime = 2026-03-01T11:30:00+01:00')
+    length = np.linalg.norm(points_of(scan), axis=1) / np.linalg.norm(TRUE, axis=1)
+    assert np.abs(length - 1).max() < 1e-7
+    with pytest.raises(InputError, match=r"10:00 to 2026-03-01 11:00"):
+        opened(tmp_path, xyz, 'air = "weather.csv"\ntime = 2026-03-01T12:30:00')
+    with pytest.raises(InputError, match="nothing says when S1 began"):
+        opened(tmp_path, xyz, 'air = "weather.csv"')
+    # the header of an E57 counts seconds of GPS
+    project = Project.load(tmp_path / "job.toml")
+    (told,) = read_scans(tmp_path / "S1.xyz")
+    told = replace(told, facts={"start [GPS s]": "1456396200"})
+    found = air_of(project, 0, project.scans[0], told, "scanner")
+    assert found.scale == pytest.approx(scan.air, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("air", "what"),
     [
@@ -111,7 +134,8 @@ def test_the_header_of_a_scan_says_its_air(tmp_path: Path) -> None:
         ("pressure_hpa = 960", "together"),
         ("temperature_c = 293\npressure_hpa = 960", "temperature_c"),
         ("temperature_c = 20\npressure_hpa = 96000", "pressure_hpa"),
-        ('air = "weather"', "air"),
+        ('air = "weather"', "nothing says when"),
+        ('air = "weather"\ntime = 2026-03-01T10:00:00', "weather"),
         ("temperature_c = 20\npressure_hpa = 960\nsigma_temperature_c = -1", "sigma_temperature"),
     ],
 )

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -38,12 +39,21 @@ class NumberTable:
         return len(next(iter(self.values.values())))
 
 
-def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
-    """Named columns of a CSV file, every cell a finite number."""
+def read_numbers(
+    path: Path, names: Sequence[str], *, optional: Sequence[str] = (), timed: bool = False
+) -> NumberTable:
+    """Named columns of a CSV file, every cell a finite number.
+
+    optional : columns that may be missing; timed : a column ``time`` is read too, in seconds since
+    1970, UTC.
+    """
     table = read_rows(path)
     rows, lines = table.cells, table.lines
     titles = [" ".join(title.split()) for title in rows[0]]
-    places = {name: _place(path, lines[0], titles, name) for name in dict.fromkeys(names)}
+    there = [name for name in optional if _has(titles, name)]
+    places = {
+        name: _place(path, lines[0], titles, name) for name in dict.fromkeys((*names, *there))
+    }
     decimal, said = table.decimal([column for column, _ in places.values()])
     values = {
         name: np.array(
@@ -54,13 +64,43 @@ def read_numbers(path: Path, names: Sequence[str]) -> NumberTable:
         )
         for name, (column, _) in places.items()
     }
+    if timed:
+        column, _ = _place(path, lines[0], titles, "time")
+        times = [
+            time_of(path, line, row[column]) for row, line in zip(rows[1:], lines[1:], strict=True)
+        ]
+        values["time"] = np.array(times)
     units = {name: unit for name, (_, unit) in places.items()}
     return NumberTable(path, values, units, (*table.remarks, *said))
 
 
+def time_of(path: Path, line: int, cell: str) -> float:
+    """Seconds since 1970 of an ISO 8601 time in a cell, UTC where it has no offset."""
+    try:
+        when = datetime.fromisoformat(cell.strip().replace("Z", "+00:00"))
+        return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
+        raise InputError(
+            f"time is {cell.strip()!r}, which is none",
+            file=path,
+            line=line,
+            cure="write it as 2025-03-01T00:02:58Z",
+        ) from None
+
+
+def _whole(name: str) -> re.Pattern[str]:
+    """The titles that a column of a name may have."""
+    return re.compile(re.escape(name) + f"(?:{_UNIT})?$", re.IGNORECASE)
+
+
+def _has(titles: list[str], name: str) -> bool:
+    """True if there is a column of a name."""
+    return any(map(_whole(name).match, titles))
+
+
 def _place(path: Path, line: int, titles: list[str], name: str) -> tuple[int, str]:
     """Number and unit of the column with a name."""
-    whole = re.compile(re.escape(name) + f"(?:{_UNIT})?$", re.IGNORECASE)
+    whole = _whole(name)
     hits = [(k, m.group(1) or "") for k, t in enumerate(titles) if (m := whole.match(t))]
     if len(hits) == 1:
         return hits[0]

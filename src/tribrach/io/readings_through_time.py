@@ -18,6 +18,7 @@ import numpy as np
 from tribrach._types import Array, Index
 from tribrach.errors import InputError, RefusalCollector
 from tribrach.io.csv_rows import read_rows
+from tribrach.io.number_table import time_of
 from tribrach.units import GON, LARGEST, MM
 
 #: of one sight: seconds, both ends, numbers and line
@@ -178,14 +179,7 @@ def _row(
             raise InputError(f"{name} is beyond any measurement", file=path, line=line)
         return found * places[name][1]
 
-    try:
-        when = datetime.fromisoformat(text("time").replace("Z", "+00:00"))
-        seconds = (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
-    except (ValueError, OverflowError):
-        raise InputError(
-            f"time is {text('time')!r}, which is none", file=path, line=line,
-            cure="write it as 2025-03-01T00:02:58Z",
-        ) from None  # fmt: skip
+    seconds = time_of(path, line, text("time"))
     distance = value("slope_distance") + value("prism_constant")
     if not distance > 0:
         raise InputError("the slope distance is not positive", file=path, line=line)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,8 @@ from tribrach.instruments.common_errors import COMMON, CommonErrors
 from tribrach.instruments.correction import Correction, Faces
 from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
+from tribrach.io.number_table import read_numbers
+from tribrach.io.scans.facts import START
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.reading import as_told
 from tribrach.job.state import Remembered
@@ -34,6 +37,9 @@ _HEADER = {
     "pressure_hpa": ("atmospheric pressure [Pa]", 0.01),
     "humidity_percent": ("relative humidity [%]", 1.0),
 }
+_HUMID = "humidity_percent"
+#: beginning of the time of GPS [s since 1970]; a reading holds so long beyond the table [s]
+_GPS_ZERO, _HOLDS = 315964800.0, 1800.0
 #: steps over which the scale is differentiated [K, hPa]
 _STEPS = (1.0, 1.0)
 
@@ -69,6 +75,9 @@ def air_of(
                 f"the header of {scan.name} has no temperature and pressure",
                 "give temperature_c and pressure_hpa",
             )
+    elif entry.air is not None:
+        read = _read_through_time(project, k, entry.air, _began(project, k, entry, scan))
+        given |= {name: value for name, value in read.items() if given[name] is None}
     temperature, pressure = given["temperature_c"], given["pressure_hpa"]
     if temperature is None or pressure is None:
         return RangeAir()
@@ -94,6 +103,44 @@ def air_of(
         (ppm(higher=_STEPS[1]) - ppm()) * entry.sigma_pressure_hpa / _STEPS[1],
     )
     return RangeAir(1e-6 * ppm(), 1e-6 * float(sigma))
+
+
+def _began(project: Project, k: int, entry: ScanFile, scan: Scan) -> float:
+    """When a scan began [s since 1970]: the project says so, or the header."""
+    if entry.time is not None:
+        when = entry.time
+        return (when if when.tzinfo else when.replace(tzinfo=UTC)).timestamp()
+    if START not in scan.facts:
+        raise project.error(
+            ("scans", k, "air"),
+            f"nothing says when {scan.name} began, so that {entry.air} says nothing of its air",
+            "add time, such as time = 2025-03-01T00:02:58Z",
+        )
+    # leap seconds make no weather
+    return _GPS_ZERO + float(scan.facts[START])
+
+
+def _read_through_time(project: Project, k: int, name: str, when: float) -> dict[str, float]:
+    """The air at a time, between the readings of a table."""
+    path = project.folder / name
+    table = read_numbers(path, ("temperature_c", "pressure_hpa"), optional=(_HUMID,), timed=True)
+    order = np.argsort(table.values["time"], kind="stable")
+    times = table.values["time"][order]
+    if not times[0] - _HOLDS <= when <= times[-1] + _HOLDS:
+        shown = [
+            f"{datetime.fromtimestamp(t, UTC):%Y-%m-%d %H:%M}" for t in (when, *times[[0, -1]])
+        ]
+        raise project.error(
+            ("scans", k, "air"),
+            f"the scan began at {shown[0]} UTC, and the readings of {name} are from {shown[1]} to "
+            f"{shown[2]}",
+            "correct time, or the times of the table",
+        )
+    return {
+        key: float(np.interp(when, times, values[order]))
+        for key, values in table.values.items()
+        if key != "time"
+    }
 
 
 if TYPE_CHECKING:

@@ -6,6 +6,7 @@ Sections with a subject of their own have a file each beside this one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from datetime import datetime
 from functools import cache
 from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
@@ -529,8 +530,11 @@ class ScanFile(Section):
     temperature_c: float | None = Field(default=None, ge=-60, le=80)
     pressure_hpa: float | None = Field(default=None, ge=300, le=1200)
     humidity_percent: float | None = Field(default=None, ge=0, le=100)
-    #: ``header`` takes what is not given of it from the header of the file (E57).
-    air: Literal["header"] | None = None
+    #: What is not given of it comes from the ``header`` of the file (E57), or from a table of
+    #: ``time``, ``temperature_c``, ``pressure_hpa`` and perhaps ``humidity_percent``.
+    air: str | None = None
+    #: When the scan began, for this table, if its header does not say so; UTC without an offset.
+    time: datetime | None = None
     #: Standard deviations of the air along the beams, a scale that all points share.
     sigma_temperature_c: NonNegativeFloat = 1.0
     sigma_pressure_hpa: NonNegativeFloat = 1.0

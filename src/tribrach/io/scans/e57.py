@@ -39,7 +39,7 @@ from tribrach.io.e57_pages import (
     verify_section,
 )
 from tribrach.io.libe57 import libe57
-from tribrach.io.scans.facts import told_facts
+from tribrach.io.scans.facts import START, told_facts
 from tribrach.kernels import njit
 from tribrach.scan.scan import CHUNK, Chunk, Field, Lattice, Origin, Scan
 from tribrach.sentences import Sentence
@@ -417,7 +417,7 @@ def _facts(scan: etree._Element) -> dict[str, str]:
             facts[title] = Sentence("{value:g}", value=value)
     start = number(child(scan, "acquisitionStart", "dateTimeValue"))
     if start:
-        facts["start [GPS s]"] = Sentence("{start:3}", start=start)
+        facts[START] = Sentence("{start:3}", start=start)
     return facts
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 
+#: title of the time at which a scan began, as E57 counts it
+START = "start [GPS s]"
 #: facts that are kept, and characters of each
 _MOST, _LENGTH = 50, 20_000
 
