@@ -31,11 +31,21 @@ class StationModel:
     #: ``panoramic`` or ``hybrid``; a hybrid scanner has no back face
     architecture: Architecture = "panoramic"
     face: float = 1.0  #: face of target centres that do not say it, +1 or -1
+    station: str = ""  #: the station, where some of the parameters are its own
+    own: tuple[str, ...] = ()  #: these parameters
 
     @property
     def unknowns(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of the model."""
-        return tuple(unknown_name(p, self.owner) for p in self.model.parameters)
+        return tuple(
+            unknown_name(p, self.station if p in self.own else self.owner)
+            for p in self.model.parameters
+        )
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Alike for stations with the same unknowns."""
+        return self.owner, self.station
 
 
 def unknown_name(parameter: str, owner: str) -> str:
@@ -106,14 +116,12 @@ def add_priors(
 def _split(table: ObservationTable, models: Mapping[str, StationModel]) -> list[ObservationTable]:
     """The table in parts of one model each; what has no model stays as it is."""
     stations = as_column(table.columns["station"], table.n).astype(str)
-    whose = np.array([models[s].owner if s in models else "" for s in stations])
+    keys = [models[s].key if s in models else None for s in stations]
     out = []
-    for owner in dict.fromkeys(whose):
-        part = table.part(whose == owner)
-        if not owner:
-            out.append(part)
-            continue
-        out.append(_with_model(part, models[str(stations[whose == owner][0])]))
+    for key in dict.fromkeys(keys):
+        rows = np.array([one == key for one in keys])
+        part = table.part(rows)
+        out.append(part if key is None else _with_model(part, models[str(stations[rows][0])]))
     return out
 
 

@@ -120,6 +120,8 @@ class CalibrationModel:
     key: str = ""  #: what :func:`find_model` knows it by, empty if it does not
     #: of the modulation of the range [m], where the model has them
     unit_lengths: tuple[float, ...] = ()
+    #: start and turn of the head [rad], where a tilt drifts with it
+    sweep: tuple[float, ...] = ()
 
     def select(self, parameters: Sequence[str]) -> CalibrationModel:
         """The model with some of its parameters only, in the given order."""
@@ -139,6 +141,7 @@ class CalibrationModel:
             self,
             parameters=(*self.parameters, *(other.parameters[k] for k in new)),
             functions=(*self.functions, *(other.functions[k] for k in new)),
+            sweep=self.sweep or other.sweep,
         )
 
     def columns(self, r: Any, h: Any, v: Any, face: Any) -> NDArray[Any]:
@@ -326,7 +329,7 @@ def unit_of(parameter: str) -> Unit:
 
 def meaning_of(parameter: str) -> str:
     """A parameter in words of makers, such as ``collimation axis error`` (method section 4.1)."""
-    return _MEANINGS[parameter]
+    return _MEANINGS.get(parameter, "drift of the tilt during a scan")
 
 
 def find_model(

@@ -14,7 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tribrach.errors import InputError
 from tribrach.instruments.calibration import MODELS, CalibrationModel, find_model
+from tribrach.instruments.tilt_drift import Sweep, drift_model, is_drift
 
 #: names of the effects
 RANGE_SCALE, REFRACTION, RANGE_ZERO = "range scale", "refraction", "range zero"
@@ -55,15 +57,24 @@ class CommonErrors:
 
 
 def effects_model(
-    name: str | None, effects: Sequence[str], unit_lengths: Sequence[float] = ()
+    name: str | None,
+    effects: Sequence[str],
+    unit_lengths: Sequence[float] = (),
+    sweep: Sequence[float] = (),
 ) -> CalibrationModel:
-    """The model of a calibration and of common errors together.
+    """The model of a calibration, of tilts that drift, and of common errors together.
 
     ``name``: of the calibration model, one of :data:`~tribrach.instruments.calibration.MODELS`;
-    None without a calibration; ``unit_lengths``: of the modulation of the range [m].
+    None without a calibration; ``unit_lengths``: of the modulation of the range [m]; ``sweep``:
+    start and turn of the head [rad].
     """
-    own = [effect for effect in effects if effect not in COMMON.parameters]
+    drift = tuple(effect for effect in effects if is_drift(effect))
+    own = [effect for effect in effects if effect not in (*COMMON.parameters, *drift)]
     common = COMMON.select([effect for effect in effects if effect in COMMON.parameters])
+    if drift:
+        if len(sweep) != 2 or not sweep[1]:
+            raise InputError("a tilt drifts and nothing says how the head turned")
+        common = drift_model(Sweep(*sweep), drift).joined(common)
     if not own:
         return common
     return find_model(name or MODELS[0], own, unit_lengths).joined(common)

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from tribrach.calibration.calibrated import StationModel, add_priors, calibrate_survey, unknown_name
+from tribrach.instruments.calibration import CalibrationModel
+from tribrach.instruments.tilt_drift import Sweep, drift_model, drift_names
 from tribrach.io.calibration_file import Calibration, read_calibration
+from tribrach.job.scans import scans_of_entry
 from tribrach.job.whose_instrument import Instruments
 from tribrach.network.survey import Survey
 from tribrach.observations.control import DirectedComponents
 from tribrach.observations.poses import RelativeRotations, RelativeTranslations, RotationComponents
 from tribrach.project.calibration import COMPONENTS, Hold
+from tribrach.scan.prepared import sweep_of
 from tribrach.units import SEC
 
 
@@ -29,6 +34,7 @@ class Calibrations:
             if instrument.calibration is not None
         }
         self.sought = self._sought()
+        self._sweeps: dict[str, Sweep] = {}
 
     def _sought(self) -> tuple[str, ...]:
         """Names of the instruments whose parameters are unknowns."""
@@ -55,6 +61,52 @@ class Calibrations:
         return tuple(dict.fromkeys(section.instrument))
 
     def model_of(self, instrument: str | None, station: str) -> StationModel | None:
+        """Model of a station; None if its instrument has none and its tilt does not drift."""
+        drift, model = self._drift(station), self._of_instrument(instrument, station)
+        if drift is None:
+            return model
+        if instrument in self.sought:
+            raise self.project.error(
+                ("stations", station, "tilt_drift_arcsec"),
+                f"the tilt of {station} drifts and {instrument} is calibrated",
+                "leave out one of them: take the calibration from its file",
+            )
+        model = model or StationModel(drift, station)
+        return replace(
+            model, model=model.model.joined(drift), station=station, own=drift.parameters
+        )
+
+    def _drift(self, station: str) -> CalibrationModel | None:
+        """Model of a tilt that drifts during the scan of a station."""
+        section = self.project.stations.get(station)
+        if section is None or section.tilt_drift_arcsec is None:
+            return None
+        if station not in self._sweeps:
+            if section.sweep_start_deg is not None and section.sweep_deg is not None:
+                given = np.radians([section.sweep_start_deg, section.sweep_deg]).tolist()
+                self._sweeps[station] = Sweep(*given)
+            else:
+                self._sweeps[station] = self._sweep(station)
+        return drift_model(self._sweeps[station], drift_names(section.tilt_drift_pieces))
+
+    def _sweep(self, station: str) -> Sweep:
+        """How the head turned in the only scan of a station."""
+        scans = [
+            scan
+            for k, entry in enumerate(self.project.scans)
+            if entry.station in (None, station)
+            for scan in scans_of_entry(self.project, k, entry)
+            if (entry.station or scan.name) == station
+        ]
+        if len(scans) != 1:
+            raise self.project.error(
+                ("stations", station, "tilt_drift_arcsec"),
+                f"{station} has {len(scans)} scans, so that the time of a target is not known",
+                "give sweep_start_deg and sweep_deg, or each scan a station of its own",
+            )
+        return sweep_of(scans[0])
+
+    def _of_instrument(self, instrument: str | None, station: str) -> StationModel | None:
         """Model of a station; None if its instrument has none."""
         known = None if instrument is None else self.known.get(instrument)
         section = self.project.calibration if instrument in self.sought else None
@@ -109,6 +161,15 @@ class Calibrations:
             if names[0] in survey.scalars:
                 source = f"calibration file of {name}"
                 add_priors(survey, names, known.values, known.covariance, source)
+        for station, given in self.project.stations.items():
+            model = self._drift(station) if station in survey.stations else None
+            if model is None or unknown_name(model.parameters[0], station) not in survey.scalars:
+                continue
+            sigma, count = float(given.tilt_drift_arcsec or 0) * SEC, len(model.parameters)
+            # what the pieces add is the drift of the whole scan
+            each = np.eye(count) * sigma**2 * 2 / count
+            names = [unknown_name(p, station) for p in model.parameters]
+            add_priors(survey, names, np.zeros(count), each, f"station {station}")
         section = self.project.calibration
         for k, hold in enumerate(() if section is None else section.hold):
             missing = [s for s in self._stations(hold) if s not in survey.stations]

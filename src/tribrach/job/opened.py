@@ -475,10 +475,12 @@ class Job:
             )
 
     def refuse_unstated(self) -> None:
-        """Refuse levelled stations of no stated compensator, before anything long begins."""
+        """Refuse compensators without a sigma and drifts without a time, before anything long."""
         for name, station in self.project.stations.items():
             if station.levelled:
                 self._compensator(name)
+            if station.tilt_drift_arcsec is not None:
+                self.calibrations.has(name)
 
     def _compensator(self, name: str) -> float:
         """Sigma of the compensator of a levelled station [rad]."""

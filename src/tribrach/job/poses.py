@@ -163,6 +163,7 @@ def _effects(shared: SharedPart, name: str) -> dict[str, Any] | None:
     return {
         "model": model.key or None,
         "unit_lengths": list(model.unit_lengths),
+        **({"sweep": list(model.sweep)} if model.sweep else {}),
         "faces": share.correction.faces,
         "parameters": list(model.parameters),
         "rows": shared.columns[name][6:].tolist(),
@@ -333,9 +334,11 @@ def _model(path: Path, row: Mapping[str, Any]) -> tuple[Correction, Index] | Non
     faces = given["faces"]
     if faces not in ("front", "back", "dome") or len(names) > _MOST_EFFECTS:
         raise ValueError("faces")
-    units = [float(unit) for unit in given.get("unit_lengths") or ()]
+    units, sweep = (
+        [float(value) for value in given.get(key) or ()] for key in ("unit_lengths", "sweep")
+    )
     try:
-        model = effects_model(given["model"], names, units)
+        model = effects_model(given["model"], names, units, sweep)
     except InputError as error:
         raise InputError(error.what, file=path, cure=_CURE) from error
     return Correction(model, np.zeros(len(names)), faces), rows.astype(np.int64)

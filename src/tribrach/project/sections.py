@@ -280,6 +280,13 @@ class StationSection(Section):
     lever_arm: tuple[str, ...] = ()
     #: Names of these in observations to them, in the same order.
     mounted_point: tuple[str, ...] = ()
+    #: How far its tilt may drift from the beginning to the end of a scan, a standard deviation:
+    #: unknowns about both axes, from targets.
+    tilt_drift_arcsec: PositiveFloat | None = None
+    tilt_drift_pieces: int = Field(default=1, ge=1, le=9)  #: Straight pieces of time that it has.
+    #: Where the scan began and how far the head turned counter-clockwise, if no points say it.
+    sweep_start_deg: float | None = Field(default=None, ge=-360, le=360)
+    sweep_deg: float | None = Field(default=None, ge=-400, le=400)
     #: Azimuth of an axis of the scanner as its compass shows it, clockwise from north.
     heading_deg: float | None = Field(default=None, ge=-360, le=360)
     heading_axis: Literal["x", "y"] = "x"  #: The axis.
@@ -297,6 +304,8 @@ class StationSection(Section):
                 "no lever arm says where each of mounted_point is: give lever_arm as many names, "
                 "in the same order"
             )
+        if (self.sweep_start_deg is None) != (self.sweep_deg is None) or self.sweep_deg == 0:
+            raise ValueError("give sweep_start_deg and a sweep_deg that is not zero together")
         if self.sigma_heading_deg is not None and self.heading_deg is None:
             raise ValueError("sigma_heading_deg is given without heading_deg")
         return self

@@ -18,7 +18,9 @@ Each function returns the scan with one of these noted in its fields; ``Scan.chu
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,7 @@ from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.correction import Correction
+from tribrach.instruments.tilt_drift import Sweep
 from tribrach.scan.face import HeadTurn, ScanFace
 from tribrach.scan.scan import Scan
 
@@ -51,6 +54,9 @@ _POLE = 0.1
 
 #: points that are looked at
 _SAMPLE = 2_000_000
+
+#: parts of a scan whose mean directions tell how its head turned
+_PARTS = 360
 
 #: share of the rarer side from which on a scan has two faces
 _TWO_FACES = 0.02
@@ -141,21 +147,9 @@ def head_turn(scan: Scan) -> HeadTurn:
     if "column" not in scan.names or "row" not in scan.names:
         raise refused("the file has no rows and columns of the scanner's grid")
     xyz, column = _sample(scan)
-    if len(xyz) < 100:
-        raise refused("it has too few points")
     h = np.arctan2(xyz[:, 1], xyz[:, 0])
     used, at = np.unique(column, return_inverse=True)
-    if len(used) < 4:
-        raise refused("its grid has fewer than four columns")
-    # twice the angle is the same ahead and behind
-    double = np.bincount(at, np.cos(2 * h)) + 1j * np.bincount(at, np.sin(2 * h))
-    weight = np.bincount(at)
-    if np.median(np.abs(double) / weight) < 0.99:
-        raise refused("the points of a column do not lie in one plane through the standing axis")
-    axis = np.unwrap(np.angle(double)) / 2
-    step, first = np.polyfit(used, axis, 1, w=np.sqrt(weight))
-    if np.median(np.abs(axis - first - step * used)) > _STRAIGHT:
-        raise refused("the columns do not turn evenly")
+    first, step = _even_turn(h, used, at, refused)
     turn = abs(step) * (used[-1] - used[0] + 1)
     if not _LEAST_TURN < turn < _MOST_TURN:
         raise refused(f"the columns turn by {np.degrees(turn):.0f} degrees")
@@ -170,6 +164,56 @@ def head_turn(scan: Scan) -> HeadTurn:
     return head
 
 
+def sweep_of(scan: Scan) -> Sweep:
+    """Tell how the head turned through a scan, from columns, times or the order of its points."""
+
+    def refused(why: str) -> InputError:
+        return InputError(
+            f"when the points of the scan were measured cannot be told: {why}",
+            file=scan.path,
+            record=scan.name,
+            cure="give sweep_start_deg and sweep_deg of the station",
+        )
+
+    if scan.origin == "unknown":
+        raise refused("where the scanner stood among the points is unknown")
+    order = next((name for name in ("column", "time") if name in scan.names), None)
+    xyz, when = _sample(scan, order)
+    if order != "column" and len(when):
+        through = (when - when.min()) / max(float(np.ptp(when)), 1e-9)
+        when = np.minimum(through * _PARTS, _PARTS - 1).astype(np.int64)
+    h = np.arctan2(xyz[:, 1], xyz[:, 0])
+    used, at = np.unique(when, return_inverse=True)
+    first, step = _even_turn(h, used, at, refused)
+    sweep = Sweep(first + step * (used[0] - 0.5), step * (used[-1] - used[0] + 1))
+    if sweep.period > 4 and np.cos(h - first - step * used[at]).mean() < 0:
+        sweep = Sweep(sweep.start + np.pi, sweep.turn)
+    return sweep
+
+
+def _even_turn(
+    h: Array, used: Integers, at: Integers, refused: Callable[[str], InputError]
+) -> tuple[float, float]:
+    """Direction [rad] at column zero and turn from one column to the next, ahead or behind.
+
+    h (n,) : directions [rad]; used : the columns; at (n,) : which of them a point is of.
+    """
+    if len(h) < 100:
+        raise refused("it has too few points")
+    if len(used) < 4:
+        raise refused("its grid has fewer than four columns")
+    # twice the angle is the same ahead and behind
+    double = np.bincount(at, np.cos(2 * h)) + 1j * np.bincount(at, np.sin(2 * h))
+    weight = np.bincount(at)
+    if np.median(np.abs(double) / weight) < 0.99:
+        raise refused("the points of a column do not lie in one plane through the standing axis")
+    axis = np.unwrap(np.angle(double)) / 2
+    step, first = np.polyfit(used, axis, 1, w=np.sqrt(weight))
+    if np.median(np.abs(axis - first - step * used)) > _STRAIGHT:
+        raise refused("the columns do not turn evenly")
+    return float(first), float(step)
+
+
 def _ahead(first: float, step: float, used: Integers, h: Array, at: Integers) -> float:
     """The direction, not its opposite, that is below 180 degrees in the middle of half a turn.
 
@@ -181,17 +225,19 @@ def _ahead(first: float, step: float, used: Integers, h: Array, at: Integers) ->
     return first if middle < np.pi else first + np.pi
 
 
-def _sample(scan: Scan) -> tuple[Array, Integers]:
-    """Points off the poles and their columns."""
+def _sample(scan: Scan, order: str | None = "column") -> tuple[Array, NDArray[Any]]:
+    """Points off the poles and their columns, or another field; None : their numbers."""
     total = max(scan.records or 0, 1)
     every = max(1, total // _SAMPLE)
-    places, columns = [], []
+    places, columns, read = [], [], 0
     for chunk in scan.chunks():
         flat = np.hypot(chunk.xyz[:, 0], chunk.xyz[:, 1])
         steep = np.arctan2(flat, np.abs(chunk.xyz[:, 2]))
         keep = np.flatnonzero(np.isfinite(steep) & (steep > _POLE))[::every]
         places.append(chunk.xyz[keep])
-        columns.append(np.asarray(chunk.values["column"])[keep].astype(np.int64))
+        given = read + np.arange(len(chunk)) if order is None else np.asarray(chunk.values[order])
+        columns.append(given[keep].astype(np.int64 if order == "column" else float))
+        read += len(chunk)
     if not places:
         return np.empty((0, 3)), np.empty(0, dtype=np.int64)
     return np.concatenate(places), np.concatenate(columns)
