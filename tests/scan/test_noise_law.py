@@ -10,6 +10,7 @@ from tribrach.errors import InputError
 from tribrach.geometry.pose import Pose
 from tribrach.instruments.range_law import RangeLaw
 from tribrach.instruments.scan_noise import ScanNoise
+from tribrach.scan import noise_law
 from tribrach.scan.noise_law import fit_noise, held_noise, noise_classes
 from tribrach.scan.observed_noise import ObservedNoise, joined
 from tribrach.simulate.instruments import PHASE, PULSED
@@ -252,6 +253,21 @@ def test_a_footprint_of_the_sheet_is_no_noise_of_angles():
     assert noise.horizontal == pytest.approx(8 * SEC, abs=5 * SEC)
     light = np.geomspace(0.01, 0.5, 5)
     assert noise.law.sigma(light) == pytest.approx(found.law.sigma(light), rel=0.02)
+
+
+@pytest.mark.parametrize("start", [(0.5, -0.4, 0.3), (0.0, -0.5, 0.9), (0.0, -2.5, 1.2)])
+def test_the_search_leaves_a_law_without_intensity(start):
+    # a step may end where the factor is zero and its exponent tells nothing
+    _, law = lawful("pulsed")
+    patches = noise_law._Patches.of(made(4, 600, law))
+    model = noise_law._of_intensity(patches.scale, 1.0, -0.4)
+    all_of_them = np.ones(600, dtype=bool)
+    best = noise_law._solve(patches, model, all_of_them, patches.scale)
+    other = noise_law._solve(
+        patches, replace(model, start=np.array(start)), all_of_them, patches.scale
+    )
+    assert best.parameters[0] > 0
+    assert other.cost == pytest.approx(best.cost, abs=1e-3)
 
 
 def test_too_few_patches_tell_nothing():

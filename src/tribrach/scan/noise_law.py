@@ -780,6 +780,8 @@ def _solve(
     for _ in range(_STEPS):
         downhill = relative @ (weight * (seen / whole - 1))
         free = ((x > low) | (downhill > 0)) & ((x < high) | (downhill < 0))
+        # an exponent tells nothing while its factor is zero
+        free &= relative.any(axis=1)
         step = np.zeros(len(x))
         step[free] = _inverse(relative[free], weight) @ downhill[free]
         before = value
@@ -795,7 +797,7 @@ def _solve(
             break
     off = max(len(whole) - len(x), 1)
     spread = max(1.0, float(weight @ (seen / whole - 1) ** 2) / off)
-    inside = (x > low) & (x < high)
+    inside = (x > low) & (x < high) & relative.any(axis=1)
     covariance = np.full((len(x), len(x)), np.nan)
     covariance[np.ix_(inside, inside)] = spread * _inverse(relative[inside], weight)
     back = np.append(np.ones(u), unit)
