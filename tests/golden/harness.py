@@ -4,8 +4,9 @@ A case has a text (exit status, standard output and error, text files, pages as 
 table cells) and one JSON file for each that the command wrote. Texts are compared as they are, but
 for the sign of zero. Numbers of JSON files are written to 12 significant digits; they may differ by
 1e-9 of themselves or of the largest number of their list, and by 1e-12 (1e-15 in lists, which have
-covariances), unless a case says otherwise. Of clouds in LAS the range and mean of each dimension
-are kept. Today's date, the version, folders, durations and digests are words of their own.
+covariances; 1e-9 in residuals over sigmas), unless a case says otherwise. Of clouds in LAS the
+range and mean of each dimension are kept. Today's date, the version, folders, durations and digests
+are words of their own.
 """
 
 from __future__ import annotations
@@ -324,7 +325,7 @@ def _unlike(
         inside = max((abs(x) for x in _numbers(old)), default=None) if size is None else size
         for k, (one, other) in enumerate(zip(old, new, strict=False)):
             yield from _unlike(one, other, share, f"{key}[{k}]", inside)
-    elif not _same(old, new, share, size):
+    elif not _same(old, new, share, size, _rounding(key)):
         yield f"{key} was {_short(old)} and is {_short(new)}"
 
 
@@ -337,15 +338,21 @@ def _numbers(data: Any) -> Iterator[float]:
             yield value
 
 
-def _same(old: Any, new: Any, share: float, size: float | None) -> bool:
+def _rounding(key: str) -> float:
+    """What numbers may be off by for rounding: lengths and angles 1e-12, over their sigmas more."""
+    if key.endswith((".w", ".tau")):
+        return 1e-9
+    return 1e-15 if key.endswith("]") and ".xyz[" not in key else 1e-12
+
+
+def _same(old: Any, new: Any, share: float, size: float | None, rounding: float) -> bool:
     if isinstance(old, bool) or isinstance(new, bool) or old is None or new is None:
         return old is new
     if isinstance(old, int | float) and isinstance(new, int | float):
         if isinstance(old, int) and isinstance(new, int):
             return old == new
-        if size is not None:
-            return math.isclose(old, new, rel_tol=share, abs_tol=share * size + 1e-15)
-        return math.isclose(old, new, rel_tol=share, abs_tol=1e-12)
+        floor = rounding + share * (size or 0.0)
+        return math.isclose(old, new, rel_tol=share, abs_tol=floor)
     return bool(old == new)
 
 

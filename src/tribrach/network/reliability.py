@@ -163,7 +163,9 @@ def _everywhere(
         worst[follows.any(axis=1)] = np.inf
         length *= np.nan_to_num(error[rows])
         if count:
-            where[part], largest[part] = length.argmax(axis=0), length.max(axis=0)
+            # of positions that move alike, the first: the last digits are those of a machine
+            where[part] = length.astype(np.float32).argmax(axis=0)
+            largest[part] = length.max(axis=0)
             worst = np.maximum(worst, length.max(axis=1))
     return largest, where, worst
 
@@ -189,7 +191,7 @@ def _at_ends(system: WeightedResiduals, error: Array) -> tuple[Array, Index]:
             owners = owner[columns]
             same = (owners[:, :, None] == owners[:, None, :]) & (owners >= 0)[:, :, None]
             length = np.sqrt(np.einsum("nij,nj->ni", same, shift**2))
-            best, line = length.argmax(axis=1), np.arange(len(rows))
+            best, line = length.astype(np.float32).argmax(axis=1), np.arange(len(rows))
             where[rows] = np.maximum(owners[line, best], 0)
             largest[rows] = length[line, best] * np.nan_to_num(error[rows])
     return largest, where

@@ -100,20 +100,16 @@ class Style:
         return 1e3 if unit == "m" else 1e6
 
     def small(self, value: float | None, unit: str, digits: int = 2) -> str:
-        """A residual, sigma or bias in :meth:`small_unit`; more digits where all would be zero."""
+        """A residual, sigma or bias in :meth:`small_unit`; a digit more where it tells more."""
         if value is None or math.isnan(value):
             return ""
         scaled = value * self.scale(unit)
-        if scaled and abs(scaled) < 0.5 * 10.0 ** (1 - digits):
-            digits = digits + 1
-        return _fixed(scaled, digits) if abs(scaled) < 1e7 else f"{scaled:.3g}"
+        return _fixed(scaled, _digits(scaled, digits)) if abs(scaled) < 1e7 else f"{scaled:.3g}"
 
     def said(self, value: float, unit: str, digits: int = 2) -> Sentence:
         """A quantity as :meth:`small` has it, in a sentence."""
         size = abs(value * self.scale(unit))
-        if size and size < 0.5 * 10.0 ** (1 - digits):
-            digits = digits + 1
-        form = f"{digits}" if size < 1e7 else "g3"
+        form = f"{_digits(size, digits)}" if size < 1e7 else "g3"
         return Sentence(f"{{value:{self.small_unit(unit)}{form}}}", value=value + 0.0)
 
     def small_unit(self, unit: str) -> str:
@@ -124,6 +120,11 @@ class Style:
     def plain(value: float | None, digits: int = 2) -> str:
         """A number without a unit."""
         return "" if value is None or math.isnan(value) else _fixed(value, digits)
+
+
+def _digits(value: float, digits: int) -> int:
+    """One digit more for what is small, and none for what is zero but for rounding."""
+    return digits + (0.05 <= abs(value) * 10.0**digits < 5.0)
 
 
 def _fixed(value: float, digits: int) -> str:

@@ -37,6 +37,7 @@ from tribrach.report.tables import (
 )
 from tribrach.report.warnings import ReportWarning, Severity, warned
 from tribrach.sentences import Sentence
+from tribrach.statistics import largest_first
 
 if TYPE_CHECKING:
     from tribrach.job.results import JobResults
@@ -370,7 +371,7 @@ def _uncontrolled(head: Head) -> list[str]:
     without = np.isnan(active.column("w"))
     none, tested = active.chosen(without), active.chosen(~without)
     redundancy = np.nan_to_num(tested.column("redundancy"))
-    poor = tested.chosen(np.argsort(redundancy, kind="stable")[: int((redundancy < POOR).sum())])
+    poor = tested.chosen(largest_first(-redundancy)[: int((redundancy < POOR).sum())])
     out = []
     total = len(active)
     kinds = none.column("kind").tolist()
