@@ -32,9 +32,13 @@ _PLAIN = {
     (",", ""): re.compile(rf"(?i)[-+]?(?:\d+(?:,\d+)?|,\d+){_EXPONENT}{_ODD}"),
     (".", ","): re.compile(r"[-+]?\d{1,3}(?:,\d{3})*(?:\.\d*)?"),
     (",", "."): re.compile(r"[-+]?\d{1,3}(?:\.\d{3})*(?:,\d+)?"),
-    (".", "'"): re.compile(r"[-+]?\d{1,3}(?:'\d{3})*(?:\.\d*)?"),
-    (",", "'"): re.compile(r"[-+]?\d{1,3}(?:'\d{3})*(?:,\d+)?"),
+    (".", "'"): re.compile(r"[-+]?\d{1,3}(?:['\u2019]\d{3})*(?:\.\d*)?"),
+    (",", "'"): re.compile(r"[-+]?\d{1,3}(?:['\u2019]\d{3})*(?:,\d+)?"),
+    (".", " "): re.compile(r"[-+]?\d{1,3}(?:[ \xa0\u202f\u2009]\d{3})*(?:\.\d*)?"),
+    (",", " "): re.compile(r"[-+]?\d{1,3}(?:[ \xa0\u202f\u2009]\d{3})*(?:,\d+)?"),
 }
+#: bytes of those apostrophes and blanks in UTF-8 and Windows-1252
+_APART = b"'\xe2\x80\x99\x92\xc2\xa0\xaf\x89"
 #: exponents of Fortran
 _FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[-+]?\d)")
 #: what stands between the cells of lists; blanks are tried last
@@ -59,7 +63,10 @@ class TextForm:
 
     @property
     def blanks(self) -> bytes:
-        """Translation of bytes that makes a space of the mark and a point of a decimal comma."""
+        """Translation of bytes that makes a space of the mark and a point of a decimal comma.
+
+        256 bytes for what stands outside of quotes, and as many for what stands in them.
+        """
         table = bytearray(range(256))
         for white in b"\v\f":
             table[white] = 32
@@ -67,17 +74,19 @@ class TextForm:
             table[9] = 32
         else:
             table[32] = table[9] = _DROPPED
-        if self.mark == "":
-            table[ord(",")] = table[ord(";")] = 32
-        else:
-            table[ord(self.mark)] = 32
+        if self.thousands in ("'", " "):
+            for byte in _APART:
+                table[byte] = _DROPPED
+        elif self.thousands:
+            table[ord(self.thousands)] = _DROPPED
         if self.decimal == ",":
             table[ord(",")] = ord(".")
-        if self.thousands:
-            table[ord(self.thousands)] = _DROPPED
         if self.fortran:
             table[ord("D")] = table[ord("d")] = ord("E")
-        return bytes(table)
+        quoted = bytes(table)
+        for mark in self.mark or ",;":
+            table[ord(mark)] = 32
+        return bytes(table) + quoted
 
     @property
     def fill(self) -> bytes:
@@ -92,9 +101,9 @@ class TextForm:
     def cells(self, line: str) -> list[str]:
         """The cells of a line, without blanks and quotes about them; names may hold blanks."""
         if self.mark == "":
-            return re.split(r"[\s,;]+", line.replace('"', "").strip())
-        if self.mark == " ":
-            return _quoted(" ".join(line.split()), " ")
+            return re.split(r"(?a)[\s,;]+", line.replace('"', "").strip())
+        if self.mark == " ":  # but not those between thousands
+            return _quoted(re.sub(r"(?a)\s+", " ", line), " ")
         return [one.strip() for one in _quoted(line, self.mark)]
 
     def number(self, cell: str) -> bool:
@@ -108,7 +117,8 @@ _FORMS = (
     *(TextForm(mark) for mark in ", "),
     TextForm(",", ","),
     TextForm(" ", ","),
-    *(TextForm(mark, *pair) for mark in ";\t| " for pair in (".,", ",.", ".'", ",'")),
+    *(TextForm(mark, *pair) for mark in ";\t| ," for pair in (".,", ",.", ".'", ",'")),
+    *(TextForm(mark, *pair) for mark in ";\t| ," for pair in (". ", ", ")),
     TextForm(""),
 )
 
@@ -116,7 +126,14 @@ _FORMS = (
 def _quoted(line: str, mark: str) -> list[str]:
     """Cells between marks; what stands in quotes is one cell."""
     try:
-        return next(csv.reader([line.strip(" \r\n")], delimiter=mark, skipinitialspace=True), [])
+        return next(
+            csv.reader(
+                [line.strip(" \t\r\n" if mark == " " else " \r\n")],
+                delimiter=mark,
+                skipinitialspace=True,
+            ),
+            [],
+        )
     except csv.Error:
         return line.split(mark)
 
@@ -202,7 +219,7 @@ def blanks_of(path: Path, decimal: str | None = None, head: int = 0) -> bytes:
     if decimal is None:
         _refuse_doubt(form, lines[head:_LINES], path)
     table = bytearray((form if form.mark else TextForm()).blanks)
-    table[32] = table[9] = 32  # they part the numbers of headers
+    table[32] = table[9] = table[288] = table[265] = 32  # they part the numbers of headers
     return bytes(table)
 
 
@@ -235,22 +252,30 @@ def _agreement(
     return round(len(whole) / len(rows), 2), len(numbers) / max(len(shares), 1)
 
 
+def refuse_two_commas(rows: Sequence[Sequence[str]], path: Path, both: bool = False) -> None:
+    """Refuse rows of cells between commas where as many digits follow as commas before decimals.
+
+    ``both``: commas are known to stand between values and before decimals.
+    """
+    columns = zip(*rows, strict=False)
+    parts = [set(map(len, column)) for column in columns if all(map(str.isdigit, column))]
+    sizes = [size for part in parts if len(part) == 1 for size in part if size > 1]
+    zeros = any(re.fullmatch(r"0\d+", cell) for row in rows for cell in row)
+    if both or (zeros and max(map(sizes.count, sizes), default=0) >= 3):
+        raise InputError(
+            "commas seem to stand both between the values and before decimals",
+            file=path,
+            cure="export the file with semicolons or blanks between the values",
+        )
+
+
 def _refuse_doubt(form: TextForm, lines: Sequence[str], path: Path) -> None:
     """Ask where commas may mean two things."""
     cells = [cell for line in lines for cell in form.cells(line)]
-    if form.mark == "," and "." not in "".join(lines):
+    if form.mark == "," != form.decimal and "." not in "".join(lines):
         both = all(re.search(r",\S", line) and re.search(r",\s+\S", line) for line in lines)
-        rows = [form.cells(line) for line in lines]
-        parts = [set(map(len, c)) for c in zip(*rows, strict=False) if all(map(str.isdigit, c))]
-        sizes = [size for part in parts if len(part) == 1 for size in part if size > 1]
-        zeros = any(re.fullmatch(r"0\d+", cell) for row in rows for cell in row)
-        if both or (zeros and max(map(sizes.count, sizes), default=0) >= 3):
-            raise InputError(
-                "commas seem to stand both between the values and before decimals",
-                file=path,
-                cure="export the file with semicolons or blanks between the values",
-            )
-    if form.decimal == form.mark or (not form.mark and any(map(_IN_QUOTES.search, lines))):
+        refuse_two_commas([form.cells(line) for line in lines], path, both)
+    if not form.mark and any(map(_IN_QUOTES.search, lines)):
         raise InputError(
             "quotes stand about decimals with a comma, and commas between them",
             file=path,

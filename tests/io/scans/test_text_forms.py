@@ -8,9 +8,12 @@ import pytest
 
 from tests.io.scans.scan_files import whole, written
 from tribrach.errors import InputError
+from tribrach.io.csv_rows import ListForm
+from tribrach.io.point_list import read_point_list
 from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.info import describe
 from tribrach.io.scans.reading import as_told
+from tribrach.io.survey.csv.file import read_table
 from tribrach.scan.scan import Scan
 
 XYZ = np.round(
@@ -206,10 +209,44 @@ def test_formats_of_blanks_take_other_marks(tmp_path: Path, mark: str, decimal: 
     assert np.array_equal(whole(scan).xyz, near)
 
 
-def test_decimal_commas_in_quotes_are_asked_for(tmp_path: Path) -> None:
-    rows = [",".join(f'"{v:.2f}"'.replace(".", ",") for v in row) for row in XYZ]
-    with pytest.raises(InputError, match="quotes"):
-        scan_of(tmp_path, "\n".join(['"x","y","z"', *rows]))
+@pytest.mark.parametrize(
+    ("mark", "decimal", "thousands", "quote"),
+    [
+        *((",", d, t, '"') for d, t in (",.", ".,", ", ", (",", ""))),
+        *((";", d, t, "") for d, t in (",.", ".,", ". ", ".\u2019", ",\xa0")),
+        *(("\t", d, t, "") for d, t in (".\xa0", ",\u202f", ",'")),
+        (",", ".", "\u2019", ""), (" ", ".", "\xa0", ""),
+    ],
+)  # fmt: skip
+def test_thousands_and_quotes(
+    tmp_path: Path, mark: str, decimal: str, thousands: str, quote: str
+) -> None:
+    """Scans and lists take numbers as spreadsheets of many countries write them."""
+    signs = str.maketrans({",": thousands, ".": decimal})
+    rows = [[f"{quote}{f'{v:,.3f}'.translate(signs)}{quote}" for v in row] for row in XYZ]
+    lines = [mark.join([f"P{k}", *row, f"{quote}wall{quote}"]) for k, row in enumerate(rows)]
+    content = "\n".join([mark.join(["point", "e", "n", "h", "code"]), *lines, ""])
+    assert np.array_equal(whole(scan_of(tmp_path, content)).xyz, XYZ)
+    assert np.array_equal(read_point_list(tmp_path / "a.txt").xyz, XYZ)
+
+
+def test_numbers_of_points_are_no_eastings(tmp_path: Path) -> None:
+    near = np.round(XYZ % 50, 3)
+    lines = text(near, " ").splitlines()
+    by_fives = "\n".join(f"{5 * k} {line}" for k, line in enumerate(lines))
+    assert np.array_equal(whole(scan_of(tmp_path, by_fives)).xyz, near)
+    order = np.random.default_rng(1).permutation(len(lines))
+    with pytest.raises(InputError, match="numbers of points"):
+        scan_of(tmp_path, "\n".join(f"{k} {line}" for k, line in zip(order, lines, strict=True)))
+
+
+def test_lists_without_heads_have_no_two_commas(tmp_path: Path) -> None:
+    form = ListForm(columns={"point": 1, "easting": 2, "northing": 3, "height": 4})
+    lines = [f"P{k},{line}" for k, line in enumerate(text(XYZ, ",").splitlines())]
+    table = read_table(written(tmp_path, "a.csv", "\n".join(lines)), form)
+    assert np.array_equal(table.columns("e", "n", "u"), XYZ)
+    with pytest.raises(InputError, match="commas"):
+        read_table(written(tmp_path, "a.csv", "\n".join(lines).replace(".", ",")), form)
 
 
 def test_y_before_x_is_doubted(tmp_path: Path) -> None:

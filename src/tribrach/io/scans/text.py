@@ -24,7 +24,7 @@ BLOCK = 1 << 23
 #: of so many lines so many are looked at beforehand
 _STRIDE, _SAMPLE = 1 << 16, 256
 #: translation of tabs into spaces
-BLANKS = bytes.maketrans(b"\t\v\f", b"   ")
+BLANKS = 2 * bytes.maketrans(b"\t\v\f", b"   ")
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,8 @@ class LineBlock:
 class Lines:
     """The lines of an opened file that are not blank, in order.
 
-    ``blanks``: translation table that makes spaces of the delimiters; ``fill``: regular expression
+    ``blanks``: translation table that makes spaces of the delimiters, and behind it one for what
+    stands in quotes; ``fill``: regular expression
     of cells with nothing in them, which become NaN; none if empty.
     """
 
@@ -181,7 +182,7 @@ def _squeezed(raw, blanks, out):  # type: ignore[no-untyped-def]
     """
     made, begun, gap, quoted = 0, False, False, False
     for byte in raw:
-        c = blanks[byte]
+        c = blanks[byte + 256] if quoted else blanks[byte]
         if byte == 34:
             quoted = not quoted and (gap or not begun)
         elif c == 32:

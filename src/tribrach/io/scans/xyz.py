@@ -222,6 +222,13 @@ def _names(
     first = _running(numbers)
     found = (["number"] if first else []) + _guessed(numbers[:, first:], len(kept) - first)
     listed = first > 0 or len(kept) < width
+    if not first and _numbered(numbers):
+        raise InputError(
+            "the columns have no names, and the first holds whole numbers, each but once, as "
+            "numbers of points do",
+            file=path,
+            cure=_NAMED,
+        )
     _refuse_doubtful(path, numbers[:, first : first + 3], listed)
     out = [""] * width
     for k, name in zip(kept, found, strict=True):
@@ -240,9 +247,20 @@ def _running(numbers: Array) -> int:
     first = numbers[:, 0]
     whole = bool((first % 1 == 0).all() and (first >= 0).all())
     steps = np.diff(first)
-    counts = whole and bool((steps >= 1).all() and (steps == 1).mean() > 0.5)
+    # those that count by fives or tens are told by the decimals of what follows
+    step = 1.0 if (numbers[:, 1:4] % 1 == 0).all(axis=0).any() else max(float(np.median(steps)), 1)
+    counts = whole and bool((steps >= 1).all() and (steps == step).mean() > 0.5)
     # a line of a raster steps as well, and its other coordinate stays
     return int(counts and np.ptp(numbers[:, 1]) > 0 and np.ptp(numbers[:, 2]) > 0)
+
+
+def _numbered(numbers: Array) -> bool:
+    """True if the first of four columns or more may number the points in any order."""
+    if numbers.shape[1] < 4 or len(numbers) < 20:
+        return False
+    first = numbers[:, 0]
+    whole = bool((first % 1 == 0).all()) and len(np.unique(first)) == len(first)
+    return whole and not (numbers[:, 1:4] % 1 == 0).all(axis=0).any()
 
 
 def _refuse_doubtful(path: Path, xyz: Array, listed: bool) -> None:

@@ -36,6 +36,7 @@ from tribrach.io.survey.csv.headings import (
     refuse_headless,
 )
 from tribrach.io.survey.csv.observation_heads import observation_heads
+from tribrach.io.text_form import refuse_two_commas
 from tribrach.units import LARGEST, UNITS, parse_angle
 
 #: a number with its unit in the cell
@@ -151,6 +152,8 @@ def _headed(rows: ListRows) -> tuple[ListRows, list[str]]:
     path, columns = rows.path, rows.form.columns
     titles = [" ".join(name.split()) for name in rows.cells[0]]
     headless = looks_headless(titles)
+    if headless and rows.separator == "," and not any("." in c for row in rows.cells for c in row):
+        refuse_two_commas(rows.cells, path)
     if headless and not columns:
         refuse_headless(path, rows.lines[0], titles)
     if headless:
