@@ -184,3 +184,17 @@ def test_progress_and_ctrl_c(tmp_path: Path) -> None:
 def test_no_scans_make_no_files(tmp_path: Path) -> None:
     assert converted([], tmp_path / "a.laz") == []
     assert not list(tmp_path.iterdir())
+
+
+# the cubes of COPC are 6 m high, which 32 bits do not divide into steps of 1e-9
+@pytest.mark.parametrize(("suffix", "step"), [(".laz", 1e-9), (".e57", 1e-9), (".copc.laz", 1e-8)])
+def test_degrees_without_a_reference_system_keep_their_digits(
+    tmp_path: Path, suffix: str, step: float
+) -> None:
+    near, middle = np.random.default_rng(1).uniform(-1, 1, (200, 3)), np.array([11.5, 48.1, 520.0])
+    near *= [4e-5, 3e-5, 3.0]
+    scan = Given("d", tmp_path / "d.ply", records=200, points=Chunk(near + middle, {}))
+    convert_scans([scan], tmp_path / f"d{suffix}", placed=False, step=None, progress=quiet)
+    (back,) = read_scans(tmp_path / f"d{suffix}")
+    off = np.abs(np.sort(whole(back).xyz, axis=0) - np.sort(scan.points.xyz, axis=0))
+    assert (off.max(axis=0) <= [0.51 * step, 0.51 * step, 6e-5]).all()

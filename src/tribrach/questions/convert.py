@@ -21,6 +21,7 @@ from tribrach.io.scans.formats import read_scans
 from tribrach.io.scans.units import as_filed, unit_of_crs
 from tribrach.report.answer import Answer
 from tribrach.scan.scan import Field, Lattice, Scan
+from tribrach.scan.unit_doubt import slender
 from tribrach.sentences import Sentence, joined
 from tribrach.shell.command import WRITTEN, command
 
@@ -141,7 +142,7 @@ def _convert(
     pose = scan.pose if placed and not keeps_pose and scan.pose is not None else Pose.identity()
     moved = pose.translation.any() or not np.array_equal(pose.rotation, np.eye(3))
     seen = _seen(scan, pose, whole=path.suffix.lower() != ".ply")
-    stored, cost = _steps(scan, seen, step, moved=bool(moved))
+    stored, cost = _steps(scan, seen, step, moved=bool(moved), alike=_is_copc(path))
     header = CloudHeader(
         name=scan.name,
         fields=seen.fields,
@@ -266,10 +267,16 @@ def _digits(values: Array, least: int | None) -> int | None:
     return None
 
 
-def _steps(scan: Scan, seen: _Seen, step: float | None, *, moved: bool) -> tuple[Lattice, str]:
-    """The lattice that coordinates are written on, and what it costs in words."""
+def _steps(
+    scan: Scan, seen: _Seen, step: float | None, *, moved: bool, alike: bool
+) -> tuple[Lattice, str]:
+    """The lattice that coordinates are written on, and what it costs in words.
+
+    ``alike``: along all axes, as cells that are cubes take it.
+    """
     bounds = np.zeros((2, 3)) if seen.bounds is None else seen.bounds
-    angles = scan.unit.names[0] == "degree"
+    # degrees that no reference system tells are kept as such
+    angles = scan.unit.names[0] == "degree" or slender(np.ptp(bounds, axis=0))
     filed = scan.unit.by_crs and scan.crs == scan.unit.crs
     metres = np.ones(3)
     if angles:
@@ -277,22 +284,26 @@ def _steps(scan: Scan, seen: _Seen, step: float | None, *, moved: bool) -> tuple
     elif filed and (of_crs := unit_of_crs(scan.crs or "")) is not None and of_crs.factors:
         metres = np.array(of_crs.factors)
     own = None if moved else scan.lattice
+    if own is not None and alike:
+        own = replace(own, steps=(float(np.min(own.steps)),) * 3)
     if step is None and own is not None and _reaches(own, bounds):
         return own, ""
     decimal = [None if d is None or moved else 10.0**-d for d in seen.digits]
     exact = np.array([np.nan if d is None else d for d in decimal]) if own is None else own.steps
     if step is None:
         usual = _round_down(np.minimum(_FINEST, np.ptp(bounds * metres, axis=0).max() / _MANY))
-        wanted = np.fmin(np.asarray(exact, dtype=float), usual / metres)
-        wanted = np.where(np.isfinite(exact), wanted, _round_down(usual / metres))
+        wanted = np.fmin(np.asarray(exact, dtype=float), _round_down(usual / metres))
     else:
         wanted = _round_down(np.full(3, step) / metres) if angles or filed else np.full(3, step)
+    if alike:
+        wanted = np.full(3, wanted.min())
     middle = bounds.mean(axis=0)
     offsets = np.round(middle, 0 if angles else -1) if own is None else np.array(own.offsets)
     if not _reaches(_lattice(wanted, offsets), bounds):
         offsets = np.round(middle, 0 if angles else -1)
     while not _reaches(_lattice(wanted, offsets), bounds) and step is None:
-        wanted = wanted * np.where(_too_far(wanted, offsets, bounds), 10.0, 1.0)
+        beyond = _too_far(wanted, offsets, bounds)
+        wanted = wanted * np.where(beyond | (alike & beyond.any()), 10.0, 1.0)
     # rounding to a lattice that holds the digits of the source costs nothing
     fraction = np.asarray(exact, dtype=float) / wanted
     shifted = np.zeros(3) if own is None else (np.array(own.offsets) - offsets) / wanted

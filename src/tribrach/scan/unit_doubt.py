@@ -37,12 +37,12 @@ def unit_doubt(scan: Scan, xyz: Array) -> UnitDoubt | None:
     # coordinates that nothing can be computed with raise no doubt
     with np.errstate(over="ignore", invalid="ignore"):
         extent = np.ptp(xyz, axis=0)
-        across, plan, rise = (float(e) for e in (extent.max(), extent[:2].max(), extent[2]))
+        across, plan, rise = float(extent.max()), float(extent[:2].max()), float(extent[2])
         if across > _WIDEST:
             return UnitDoubt("wide", across)
         if unit.metric and 0 < across < _NARROWEST:
             return UnitDoubt("narrow", across)
-        if unit.metric and 0 < plan < min(_PLAN, rise / _SLENDER):
+        if unit.metric and slender(extent):
             return UnitDoubt("slender", plan)
         if scan.origin != "unknown":
             rays = xyz - np.array(scan.scanner)
@@ -63,6 +63,12 @@ def unit_doubt(scan: Scan, xyz: Array) -> UnitDoubt | None:
         if unit.metric and (step := coordinate_step(xyz, _COARSE)) >= _COARSE:
             return UnitDoubt("coarse", step)
     return None
+
+
+def slender(extent: Array) -> bool:
+    """True if a box (3,) is so narrow in plan for its height that x and y may be degrees."""
+    plan, rise = float(extent[:2].max()), float(extent[2])
+    return 0 < plan < min(_PLAN, rise / _SLENDER)
 
 
 def doubt_at_first(scan: Scan) -> UnitDoubt | None:
