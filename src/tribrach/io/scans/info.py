@@ -323,7 +323,7 @@ class Description(
             out.append(f"The coordinates are in coarse steps: {', '.join(steps)}.")
         elif self.coarse is not None and self.coarse < 1.0:
             out.append(f"All coordinates are multiples of {1e3 * self.coarse:g} mm.")
-        elif figures.single and resolution >= _RESOLUTION:
+        elif self.coarse is None and figures.single and resolution >= _RESOLUTION:
             out.append(
                 f"The coordinates are numbers of 32 bits: at {far:.0f} m they resolve "
                 f"{1e3 * resolution:.2g} mm."
