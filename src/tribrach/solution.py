@@ -150,7 +150,7 @@ class Solving:
     def undecided(self) -> list[str]:
         """Groups of observations of which snooping could not tell the wrong one."""
         log = self.cleaned[1]
-        return [] if log is None else log.undecided()
+        return [] if log is None or self.mistakes.explained else log.undecided()
 
     @property
     def accused_of_group(self) -> bool:
@@ -250,7 +250,9 @@ DIAGNOSES = (
     Diagnosis(
         "confusable",
         Severity.WEAK,
-        lambda s: [] if s.undecided else confusable(s.apart, s.quality_apart)[:10],
+        lambda s: (
+            [] if s.undecided or s.mistakes.explained else confusable(s.apart, s.quality_apart)[:10]
+        ),
     ),
     Diagnosis("placement", Severity.NOTE, lambda s: placement_sentences(s.adjustment)),
     Diagnosis("misread_check", Severity.INPUT, lambda s: misread_checks(s.apart)),

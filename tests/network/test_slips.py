@@ -199,12 +199,45 @@ def some_heights_of_nothing(rng: np.random.Generator) -> tuple[Network, str, set
             values[:2, 2] = 0.0
             o = replace(o, values=values)
         changed.append(o)
-    return replace(clean, observations=tuple(changed)), "placeholder_heights", set()
+    return replace(clean, observations=tuple(changed)), "equal_heights", set()
+
+
+def two_levelled_heights_of_nothing(rng: np.random.Generator) -> tuple[Network, str, set[int]]:
+    """The height zero at two of four benchmarks of a levelling network."""
+    heights = dict(zip("ABCDEFGH", rng.uniform(100, 400, 8), strict=True))
+    survey = Survey(datum=Datum("control"))
+    for name, u in heights.items():
+        held = name in "ABCD"
+        place = (0, 0, (0.0 if name in "AB" else u) if held else np.nan)
+        survey.point(name, place, free=(False, False, not held), role="control" if held else "free")
+    ends = [(a, b) for a in heights for b in heights if a < b and rng.uniform() < 0.7]
+    rise = [heights[b] - heights[a] + rng.normal(0, 0.002) for a, b in ends]
+    start, end = ([pair[k] for pair in ends] for k in (0, 1))
+    survey.add(HeightDifferences, values=rise, sigma=0.002, start=start, end=end)
+    return survey.network(), "equal_heights", set()
+
+
+def set_up_turned_midway(rng: np.random.Generator) -> tuple[Network, str, set[int]]:
+    """The instrument is turned after two of four or more directions of a set-up."""
+    clean = plan(rng, directions=True)
+    o = next(o for o in clean.observations if isinstance(o, Directions))
+    items = np.flatnonzero(o.start == int(rng.choice(o.start)))
+    half = rng.permutation(items)[: len(items) // 2]
+    angle = rng.uniform(0.05, 3.0) * rng.choice([-1, 1])
+
+    def edit(o: Observations) -> np.ndarray:
+        new = o.values.copy()
+        new[half] = (new[half] + angle) % (2 * np.pi)
+        return new
+
+    # which of the two halves is turned cannot be told
+    return edited(clean, Directions, edit), "turned", set(items.tolist())
 
 
 SLIPS = (
     ends_exchanged, all_the_other_way, one_station_the_other_way, set_up_elsewhere,
-    heights_of_nothing, some_heights_of_nothing,
+    heights_of_nothing, some_heights_of_nothing, two_levelled_heights_of_nothing,
+    set_up_turned_midway,
 )  # fmt: skip
 Make = Callable[[np.random.Generator], tuple[Network, str, set[int]]]
 

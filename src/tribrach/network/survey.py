@@ -947,7 +947,13 @@ class Survey:
             Nothing observed, or a name refers to an unknown of another family.
         """
         if not self._tables:
-            raise InputError("there are no observations", cure="give a file with observations")
+            left_out = "; ".join(text.removesuffix(".") for text in self.warnings)
+            raise InputError(
+                f"no observations take part: {left_out}"
+                if left_out
+                else "there are no observations",
+                cure=None if left_out else "give a file with observations",
+            )
         layout = layout_of(self._given(), self._tables)
         tables, plumb = self._tables, self._plumb_lines(layout)
         soft = [t for t in tables if not t.hard]
@@ -1186,6 +1192,8 @@ def _placed_part(survey: Survey) -> Survey:
             if not left_out or 2 * len(kept) <= len(everywhere):
                 raise
             part = _without(part, left_out)
+            if all(map(_given, part.tables())):
+                raise
             network = part.network()
         else:
             break

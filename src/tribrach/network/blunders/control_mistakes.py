@@ -68,6 +68,8 @@ _TRIED = 3
 _SCALED = 3
 #: times that it is looked again without the worst reading; once in networks with more unknowns
 _ROUNDS, _LARGE = 4, 5000
+#: share of sigma0 that a coordinate found beside wrong readings may leave
+_HELPS = 0.9
 
 
 @dataclass(frozen=True)
@@ -360,6 +362,9 @@ def wrong_coordinate(adjustment: Adjustment) -> WrongCoordinate | None:
     try:
         after = adjust(restart(released(adjustment.network, found.coordinates), adjustment))
     except TribrachError:
+        return None
+    # what leaves the misfit of the whole network as it is has not shown to be wrong
+    if not after.sigma0_posterior < _HELPS * adjustment.sigma0_posterior:
         return None
     return replace(found, before=adjustment, after=after)
 

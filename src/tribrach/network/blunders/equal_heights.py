@@ -1,7 +1,8 @@
 """Given heights that are all one and the same number, as where none was keyed in.
 
-Three or more points whose given heights are all alike are no coincidence in a network that does
-not fit: the heights stand for none. It is said only if the network fits without them.
+Three or more points whose given heights are all alike, or two of the height zero, are no
+coincidence in a network that does not fit: the heights stand for none. It is said only if the
+network fits without them.
 """
 
 from __future__ import annotations
@@ -36,13 +37,13 @@ def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip |
     """
     observed = _observed_upward(network)
     heights = {n: h for n, h in _given_heights(network).items() if n in observed}
-    if len(heights) < _LEAST:
-        return None
-    values = np.array(list(heights.values()))
-    value = float(np.median(values))
-    alike = [name for name, height in heights.items() if abs(height - value) < _SAME]
+    value = float(np.median(list(heights.values()))) if heights else 0.0
+    alike = _alike(heights, value)
     if len(alike) < _LEAST or len(alike) < len(heights) - 1:
-        return None
+        # zero is what is written where nothing is known, beside heights that are known as well
+        value, alike = 0.0, _alike(heights, 0.0)
+        if not 1 < len(alike) < len(heights):
+            return None
     # one of them stays, so that the heights have a datum, unless another given height is there; it
     # has to be one that the rest hangs on
     after = None
@@ -58,8 +59,9 @@ def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip |
     )
     return Slip(
         Sentence(
-            "the given heights of {listed} are all {value:3} m, which stands for none",
+            "the given heights of {listed} are {all} {value:3} m, which stands for none",
             listed=listed,
+            all="both" if len(alike) == 2 else "all",
             value=value,
         ),
         "without them",
@@ -68,6 +70,11 @@ def equal_heights(network: Network, before: float, search: SlipSearch) -> Slip |
         "leave the heights out that are not known, or adjust the plan alone",
         "equal_heights",
     )
+
+
+def _alike(heights: dict[str, float], value: float) -> list[str]:
+    """Names of the points that have a height."""
+    return [name for name, height in heights.items() if abs(height - value) < _SAME]
 
 
 def _heights_of(o: Observations) -> tuple[Index, Index, int] | None:

@@ -128,7 +128,7 @@ def _of_cleared(network: Network, clear: Cleared, before: float, search: SlipSea
     return (
         _circle(network, clear, before, search)
         or _exchange(network, _pointed_at(network, clear), before, search, clear)
-        or setup_of(network, clear, before)
+        or setup_of(network, clear, before, search)
     )
 
 

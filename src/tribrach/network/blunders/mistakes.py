@@ -38,6 +38,8 @@ class Mistakes:
     sentences: tuple[str, ...]
     #: what many set-ups or targets have a little of, which is no mistake of one
     notes: tuple[str, ...]
+    #: True if the network fits without them: what else looks wrong is their doing
+    explained: bool = False
 
 
 def mistakes(adjustment: Adjustment) -> Mistakes:
@@ -48,9 +50,9 @@ def mistakes(adjustment: Adjustment) -> Mistakes:
     if found.named:
         freedom = sum(len(cause.size) for cause in found.named)
         if fits(found.named[-1].rest, adjustment.dof - freedom):
-            return Mistakes(said, notes)
+            return Mistakes(said, notes, True)
     search = SlipSearch()
     slip = explain(adjustment.network, adjustment, search)
     if slip is not None:
-        return Mistakes((slip.sentence(),), notes)
+        return Mistakes((slip.sentence(),), notes, True)
     return Mistakes((*said, *search.sentences()), notes)

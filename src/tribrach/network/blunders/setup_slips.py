@@ -20,9 +20,12 @@ from tribrach.network.blunders.robust import with_sigmas
 from tribrach.network.blunders.slip_search import Slip, SlipSearch, explains
 from tribrach.network.blunders.suspects import Key
 from tribrach.network.network import Network, is_given
+from tribrach.network.quality import check_covariances
 from tribrach.network.reliability import redundancy_numbers, weigh
-from tribrach.observations.base import Observations, Use
-from tribrach.observations.declaration import End
+from tribrach.network.start.placeholders import listed
+from tribrach.observations.base import Observations, Use, wrap
+from tribrach.observations.declaration import End, StartTie
+from tribrach.sentences import Sentence
 
 #: set-ups that are tried
 _MOST = 30
@@ -34,9 +37,13 @@ _LOOSE = 1e6
 _FAR_LESS = 1e-3
 #: sights that make a set-up
 _SIGHTS = 3
-#: sights of it that are taken out alone, the most suspicious first, and how much worse than without
+#: sigmas within which sights are turned by the same angle, and how rarely chance may make them so
+_AGREES, _BY_CHANCE = 4.0, 0.01
+#: sights of it that are taken out, the most suspicious first, and how much worse than without
 #: the set-up the network may then fit for the sight to be as likely
 _ALONE, _ALIKE = 12, 4.0
+#: sights that are taken out together
+_FEW = 2
 
 
 @dataclass(frozen=True)
@@ -81,48 +88,146 @@ def wrong_setup(
     elif after > _FAR_LESS * min(before, second[0]):
         # sigmas that are too small everywhere hide nothing where all others are far worse
         return None
-    if _one_sight(network, adjustment, tried.keys, after, search):
-        return None
-    return _slip(network, position, tried.keys, before, after)
+    return _setup_or_few(network, adjustment, position, tried.keys, before, after, search)
 
 
-def _one_sight(
+def _setup_or_few(
+    network: Network,
+    adjustment: Adjustment | None,
+    position: int,
+    keys: frozenset[Key],
+    before: float,
+    after: float,
+    search: SlipSearch,
+) -> Slip | None:
+    """A set-up as a slip, unless a few of its sights explain as much: what those have in common."""
+    few = _few_sights(network, adjustment, keys, after, search)
+    if few is not None:
+        return _turned(network, position, few, before, search)
+    return _slip(network, position, keys, before, after)
+
+
+def _few_sights(
     network: Network,
     adjustment: Adjustment | None,
     keys: frozenset[Key],
     after: float,
     search: SlipSearch,
-) -> bool:
-    """True if the network fits without one sight of a set-up as it does without all of them."""
+) -> Cleared | None:
+    """A network without at most half of the sights of a set-up, if it fits as without them all."""
     size: dict[Key, float] = {}
     if adjustment is not None:
         rows, w = adjustment.rows, np.nan_to_num(np.abs(weigh(adjustment).w))
         size = {(int(t), int(i)): x for t, i, x in zip(rows.table, rows.item, w, strict=True)}
-    for table, item in sorted(keys, key=lambda key: (-size.get(key, 0.0), key))[:_ALONE]:
-        factors = [np.ones(o.values.shape) for o in network.observations]
-        factors[table][item] = _LOOSE
-        try:
-            trial = search.run(with_sigmas(network, factors))
-        except TribrachError:
-            continue
-        left = trial.dof - network.observations[table].rows
-        if left > 0 and trial.vtpv / left < _ALIKE * max(after, 1.0):
-            return True
-    return False
+    order = sorted(keys, key=lambda key: (-size.get(key, 0.0), key))[:_ALONE]
+    out: frozenset[Key] = frozenset()
+    for _ in range(min(_FEW, len(keys) // 2)):
+        tried: list[tuple[float, Cleared]] = []
+        for key in order:
+            if key in out:
+                continue
+            factors = [np.ones(o.values.shape) for o in network.observations]
+            for table, item in out | {key}:
+                factors[table][item] = _LOOSE
+            try:
+                trial = search.run(with_sigmas(network, factors))
+            except TribrachError:
+                continue
+            left = trial.dof - sum(network.observations[t].rows for t, _ in out | {key})
+            if left > 0:
+                cleared = Cleared(trial, out | {key}, trial.vtpv, left)
+                tried.append((trial.vtpv / left, cleared))
+        if not tried:
+            return None
+        least, cleared = min(tried, key=lambda one: one[0])
+        if least < _ALIKE * max(after, 1.0):
+            return cleared
+        out = cleared.wild
+    return None
 
 
-def setup_of(network: Network, clear: Cleared, before: float) -> Slip | None:
-    """The set-up that most of the sights without which a network fits belong to, if one does.
+def setup_of(network: Network, clear: Cleared, before: float, search: SlipSearch) -> Slip | None:
+    """The set-up that the sights without which a network fits belong to, if one does.
 
     ``network``: it does not fit; ``clear``: the network with the sights loosened that do not fit;
     ``before``: its variance factor, infinite if it could not be adjusted.
     """
-    if not clear.fits or len(clear.wild) < _SIGHTS:
+    if not clear.fits:
         return None
     for position, keys in _setups(network).items():
-        if clear.wild <= keys and 2 * len(clear.wild) >= len(keys):
-            return _slip(network, position, keys, before, clear.vtpv / clear.dof)
+        if not clear.wild <= keys:
+            continue
+        if slip := _turned(network, position, clear, before, search):
+            return slip
+        if len(clear.wild) >= _SIGHTS and 2 * len(clear.wild) > len(keys):
+            after = clear.vtpv / clear.dof
+            return _setup_or_few(network, clear.adjustment, position, keys, before, after, search)
     return None
+
+
+def _turned(
+    network: Network, position: int, clear: Cleared, before: float, search: SlipSearch
+) -> Slip | None:
+    """Sights of a set-up that are all turned by one angle, against its others or as a whole."""
+    tables = {t for t, _ in clear.wild}
+    if len(clear.wild) < 2 or len(tables) != 1:
+        return None
+    table = tables.pop()
+    o, items = network.observations[table], np.array(sorted(i for _, i in clear.wild))
+    if o.rows != 1 or o.facts.start is not StartTie.RAY:
+        return None
+    off = wrap(o.values[items, 0] - o.predict(clear.adjustment.state)[items, 0])
+    sigma = np.sqrt(check_covariances(clear.adjustment, o, items)[:, 0, 0])
+    best = int(np.argmin(sigma))
+    angle, spread = float(off[best]), _AGREES * np.hypot(sigma, sigma[best])
+    if (np.abs(wrap(off - angle)) > spread).any():
+        return None
+    # errors of that size would rarely be so alike by chance
+    if not (spread.max() / abs(angle)) ** (len(items) - 1) < _BY_CHANCE:
+        return None
+    values = o.values.copy()
+    values[items, 0] = (values[items, 0] - angle) % (2 * np.pi)
+    observations = list(network.observations)
+    observations[table] = replace(o, values=values)
+    turned = replace(network, observations=tuple(observations))
+    after = search.explained(turned.with_start(clear.adjustment.state), before)
+    if after is None:
+        return None
+    layout = network.start.layout
+    name = layout.position_name(position)
+    same = (o.use == Use.ACTIVE) & (next(_ends(o, layout.count("point"))) == position)
+    if hasattr(o, "orientation"):
+        same &= np.isin(o.orientation, o.orientation[items])
+    same[items] = False
+    names = [str(name) for name in o.end_names(layout)[-1]]
+    title, part = f"{o.facts.title}s", bool(same.any())
+    these, others = (
+        listed(tuple(names[k] for k in which)) for which in (items, np.flatnonzero(same))
+    )
+    words = (
+        "the {title} at {name} to {these} and those to {others} are turned against each other by "
+        if part
+        else "all {title} at {name} ({these}) are turned by "
+    )
+    return Slip(
+        Sentence(
+            words + "{angle:gon4} ± {sigma:gon4}",
+            title=title,
+            name=name,
+            these=these,
+            others=others,
+            angle=abs(angle),
+            sigma=float(sigma[best]),
+        ),
+        "turned back",
+        before,
+        after,
+        f"the instrument at {name} was turned between them: make a set of each"
+        if part
+        else f"look at what the circle at {name} was set by",
+        "turned",
+        clear.wild | {(table, int(item)) for item in np.flatnonzero(same)},
+    )
 
 
 def _slip(

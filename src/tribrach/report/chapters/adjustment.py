@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tribrach.network.adjustment import Adjustment
+from tribrach.network.blunders.gross import explain
 from tribrach.network.blunders.rivals import rivals_of
 from tribrach.network.blunders.snooping import CONTROL_GROUPS
 from tribrach.network.blunders.suspects import find_suspects
@@ -248,7 +249,9 @@ _SNOOP = ", or let snooping decide (--snoop, or snoop = true in the project)"
 
 
 def _decidable(adjustment: Adjustment) -> bool:
-    """True if nothing else explains as much as the worst observation does."""
+    """True if nothing else explains as much as the worst observation does, and no slip does."""
+    if explain(adjustment.network, adjustment) is not None:
+        return False
     suspects = find_suspects(weigh(adjustment))
     tables = adjustment.network.observations
     worst = next((s for s in suspects if tables[s.key[0]].group not in CONTROL_GROUPS), None)

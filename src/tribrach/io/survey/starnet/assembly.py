@@ -284,6 +284,11 @@ class _Builder:
         if self.records.levels and self.records.kind != "2D":
             with self.refused.record():
                 self._add_levels(self.records.levels)
+        elif n := len(self.records.levels):
+            self.survey.warnings.append(
+                f"the job is in plan (.2D): {n} levelling line{'s take' if n > 1 else ' takes'} "
+                "no part"
+            )
         if self.records.vectors:
             with self.refused.record():
                 self._add_vectors(self.records.vectors)
