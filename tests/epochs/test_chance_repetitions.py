@@ -134,3 +134,26 @@ def test_a_row_below_its_limit(shared_data: Path) -> None:
     found = compared([there / "e0.gkf", there / "e1.gkf"])
     assert found.moved == ()
     assert all(d.statistic <= d.limit for d in found.displacements)
+
+
+@pytest.mark.parametrize("matrix", [False, True])
+def test_lists_of_heights_alone(tmp_path: Path, matrix: bool) -> None:
+    """A benchmark that sank by 6 mm, in lists of nothing but heights with a sigma of 1 mm."""
+    epochs = []
+    for k, heights in enumerate(([10.0, 11.0, 12.0, 13.0], [10.0, 11.001, 11.994, 13.0])):
+        rows = zip("ABCD", heights, strict=True)
+        table = tmp_path / f"h{k}.csv"
+        sigma = "" if matrix else ",1"
+        head = "point,height_m" + ("" if matrix else ",sigma_u_mm")
+        table.write_text("\n".join([head, *(f"{n},{h:.4f}{sigma}" for n, h in rows), ""]))
+        epochs.append([table])
+        if matrix:
+            cells = [[f"{1e-6 * (a == b):g}" for a in "ABCD"] for b in "ABCD"]
+            head = "covariance_m2," + ",".join(f"{n}_u" for n in "ABCD")
+            rows_of = [",".join([f"{n}_u", *row]) for n, row in zip("ABCD", cells, strict=True)]
+            (tmp_path / f"m{k}.csv").write_text("\n".join([head, *rows_of, ""]))
+            epochs[-1].append(tmp_path / f"m{k}.csv")
+    (found,) = compare_epoch_files(epochs, EpochSettings())
+    moved = [d for d in found.comparison.displacements if d.answer == "moved"]
+    assert [d.name for d in moved] == ["C"]
+    assert moved[0].statistic == pytest.approx(18.0, abs=0.01)

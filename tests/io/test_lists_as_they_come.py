@@ -287,3 +287,11 @@ def test_letters_of_dos_break_no_lines(tmp_path: Path) -> None:
     survey = read(written(tmp_path, data.encode("latin-1"), "a.dat"))
     (distances,) = survey.network().observations
     assert [*distances.source] == ["a.dat:5", "a.dat:6"]
+
+
+def test_roles_in_other_languages(tmp_path: Path) -> None:
+    """A role is never left out: it says what is held."""
+    rows = "Punkt;Rechtswert;Hochwert;Rolle\nA;1,000;2,000;fest\nB;3,000;4,000;\n"
+    points = read([written(tmp_path, rows)]).points
+    assert [points[n].free.any() for n in "AB"] == [True, True]
+    assert [points[n].free[:2].any() for n in "AB"] == [False, True]

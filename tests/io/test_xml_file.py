@@ -26,6 +26,11 @@ def test_lines_are_known(load):
     assert xml_file.line_of(root[0]) == 4
 
 
+def test_blank_lines_before_the_declaration_keep_the_numbers_of_lines(load):
+    root = load(b"\n \n<?xml version='1.0'?>\n<a>\n<b/></a>")
+    assert xml_file.line_of(root[0]) == 5
+
+
 WIDE = '<?xml version="1.0" encoding="UTF-16"?><!DOCTYPE a [<!ENTITY l "l">]><a/>'
 BAD = {
     "entities": b'<!DOCTYPE a [\n<!ENTITY lol "lol">\n]>\n<a>&lol;</a>',

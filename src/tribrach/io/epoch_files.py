@@ -32,6 +32,8 @@ from tribrach.units import too_large
 
 #: coordinates of an epoch; their covariance has 200 MB
 _MOST = 5000
+#: heads of tables of coordinates
+_COORDINATES = {"e_m", "x_m", "u_m", "height_m", "easting_m", "ecef_x_m"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,14 +250,14 @@ def _of_tables(files: Sequence[Path]) -> StoredEpoch | None:
         return None
     head = contents(tables[0], 4000).decode("utf-8", "replace").splitlines()[:1]
     columns = {cell.strip().lower() for cell in (head[0] if head else "").split(",")}
-    if not columns & {"e_m", "x_m", "u_m", "easting_m", "ecef_x_m"} or "from" in columns:
+    if not columns & _COORDINATES or "from" in columns:
         return None  # a table of observations
-    points = read_point_list(tables[0])
+    points = read_point_list(tables[0], heights=True)
     n = len(points.names)
     if 3 * n > _MOST:
         raise InputError(f"{n} points are too many", file=tables[0], cure="leave some out")
     xyz = np.full((n, 3), np.nan)
-    xyz[:, : points.dimension] = points.xyz
+    xyz[:, points.axes] = points.xyz
     ecef = points.titles[0].startswith("ecef")
     sentences: tuple[str, ...] = ()
     if matrices:
@@ -268,10 +270,9 @@ def _of_tables(files: Sequence[Path]) -> StoredEpoch | None:
             f"{tables[0].name}+matrix.csv",
         )
     else:
-        covariance = np.zeros((n, 3, n, 3))
-        k, d = np.arange(n), points.dimension
-        covariance[k, :d, k, :d] = points.covariance
-        covariance = covariance.reshape(3 * n, 3 * n)
+        covariance = np.zeros((3 * n, 3 * n))
+        place = 3 * np.arange(n)[:, None] + np.array(points.axes)
+        covariance[place[:, :, None], place[:, None, :]] = points.covariance
         sentences = (
             f"{tables[0].name} has no covariances between points: they are taken as uncorrelated, "
             "which those of a network are not",
@@ -296,7 +297,7 @@ def _of_matrix(points: PointList, given: CoordinateCovariance) -> Array:
     missing = [
         name
         for name, k in place.items()
-        if any(3 * k + axis not in covered for axis in range(points.dimension))
+        if any(3 * k + axis not in covered for axis in points.axes)
     ]
     if missing:
         raise InputError(

@@ -30,7 +30,7 @@ class PointList:
 
     path: Path  #: of the file
     names: tuple[str, ...]  #: of the n points
-    xyz: Array  #: (n, d), coordinates [m], d is 3 or 2
+    xyz: Array  #: (n, d), coordinates [m], d is 3 or 2, or 1 for heights alone
     covariance: Array | None  #: (n, d, d), of the coordinates [m^2]
     use: tuple[str, ...]  #: ``on``, ``check`` or ``off`` for each
     reasons: tuple[str, ...]  #: why points are off, "" for the others
@@ -38,12 +38,17 @@ class PointList:
 
     @property
     def dimension(self) -> int:
-        """3 with heights, 2 without."""
+        """3 with heights, 2 without, 1 for heights alone."""
         return int(self.xyz.shape[1])
 
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Axes of the coordinates: E, N and U are 0, 1 and 2."""
+        return (2,) if self.dimension == 1 else tuple(range(self.dimension))
 
-def read_point_list(path: Path) -> PointList:
-    """Read the points of a CSV file."""
+
+def read_point_list(path: Path, *, heights: bool = False) -> PointList:
+    """Read the points of a CSV file; with ``heights`` the file may have nothing else."""
     table = read_table(path)
     if table.layout is not COORDINATES:
         raise table.error(None, f"this is a table of {table.layout.name}", "give point,x_m,y_m,z_m")
@@ -53,6 +58,8 @@ def read_point_list(path: Path) -> PointList:
         )
     whole = tuple(f"ecef_{a}" for a in "xyz") if table.has("ecef_x") else ("e", "n", "u")
     columns = whole if table.has(whole[2]) else whole[:2]
+    if heights and table.has("u") and not table.has("e") and not table.has("n"):
+        columns = ("u",)
     names = table.names("point", range(len(table)))
     seen: dict[str, int] = {}
     for row, name in enumerate(names):
@@ -69,7 +76,7 @@ def read_point_list(path: Path) -> PointList:
         path,
         tuple(names),
         xyz,
-        _covariance(table, len(columns)),
+        _covariance(table, "enu" if len(columns) == 3 else "en" if len(columns) == 2 else "u"),
         use,
         reasons,
         tuple(table.titles[c].rpartition("_")[0] for c in columns),
@@ -96,15 +103,15 @@ def _uses(table: CsvTable) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return use, reasons
 
 
-def _covariance(table: CsvTable, d: int) -> Array | None:
+def _covariance(table: CsvTable, axes: str) -> Array | None:
     """Covariances (n, d, d) [m^2] from columns of covariances or of sigmas; None without."""
-    pairs = [f"c{pair}" for pair in _PAIRS if d == 3 or "u" not in pair]
-    axes = ("e", "n", "u")[:d]
+    d = len(axes)
+    pairs = [f"c{pair}" for pair in _PAIRS if set(pair) <= set(axes)]
     if any(table.has(pair) for pair in pairs):
         flat = table.columns(*pairs)
         out = np.zeros((len(table), d, d))
         for k, pair in enumerate(pairs):
-            i, j = ("enu".index(letter) for letter in pair[1:])
+            i, j = (axes.index(letter) for letter in pair[1:])
             out[:, i, j] = out[:, j, i] = flat[:, k]
         smallest = np.linalg.eigvalsh(out)[:, 0]
         bad = np.flatnonzero(smallest < -1e-9 * np.abs(out).max(axis=(1, 2)))

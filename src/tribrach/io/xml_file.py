@@ -50,6 +50,11 @@ def load(path: Path, root: str, *others: str) -> etree._Element:
     if re.search(rb"<!ENTITY", data):
         line = data[: data.index(b"<!ENTITY")].count(b"\n") + 1
         raise _entities(path, line)
+    rest = data.lstrip()
+    if rest.startswith(b"<?xml") and b"?>" in rest:
+        # blank lines before the declaration go behind it, which keeps the numbers of lines
+        declaration, _, body = rest.partition(b"?>")
+        data = declaration + b"?>" + data[: len(data) - len(rest)] + body
     parser = etree.XMLParser(
         resolve_entities=False,
         no_network=True,

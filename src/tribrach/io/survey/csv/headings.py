@@ -33,6 +33,7 @@ _WORDS: dict[str, str] = {
     "zcoordinate ellipsoidalheight ellh orthometricheight hellips hortho",
     "x": "x xcoord xcoordinate xkoordinate coordx",
     "y": "y ycoord ycoordinate ykoordinate coordy",
+    "role": "role rolle rol ruolo papel",
     "comment": "code comment remark remarks description desc feature bemerkung kommentar note "
     "notes beschreibung art",
 }

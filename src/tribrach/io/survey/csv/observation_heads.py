@@ -36,7 +36,7 @@ _WORDS: dict[str, str] = {
     "vrchol wierzcholek",
     "station": "station stationname stn stnname setup setuppoint "
     "standpunkt instrumentenstandpunkt estacion stazione "
-    "estacao standplaats stanovisko stanowisko occupiedpoint",
+    "estacao standplaats stanovisko stanowisko occupiedpoint occupied occupy occ",
     "set": "set setid setno satz satznummer serie series round rounds",
     "height_difference": "heightdifference heightdiff elevationdifference elevationdiff elevdiff "
     "deltah deltaheight deltaelevation dh dheight rise hohenunterschied hoehenunterschied "
@@ -46,7 +46,7 @@ _WORDS: dict[str, str] = {
     "length": "length linelength sectionlength lange laenge streckenlange streckenlaenge weglange "
     "linienlange nivellementlange longueur longitud lunghezza comprimento lengte delka dlugosc "
     "dlugoscodcinka delkaoddilu",
-    "direction": "direction horizontaldirection hz hzdirection richtung horizontalrichtung "
+    "direction": "direction horizontaldirection ha hz hzdirection richtung horizontalrichtung "
     "hzrichtung direccion direccionhorizontal direzione direcao directionhorizontale richting "
     "smer vodorovnysmer osnova kierunek",
     "angle": "angle horizontalangle horangle hzangle winkel horizontalwinkel brechungswinkel "

@@ -16,6 +16,7 @@ from tribrach._types import Array, Index
 from tribrach.errors import InputError
 from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.io.survey.csv.columns import COVARIANCE, LOCAL
+from tribrach.io.survey.csv.headings import letters
 from tribrach.io.survey.csv.matrix import CoordinateCovariance
 from tribrach.io.survey.csv.reader import Reader, located
 from tribrach.network.facts import AssumedSigmas, FrameChange, OverGeoid, PointCodes, StartOnly
@@ -27,6 +28,11 @@ from tribrach.observations.control import (
     VectorPriors,
 )
 from tribrach.observations.gnss import Antennas, GnssBaselines, GnssPositions
+
+#: words of other languages and programs for the role ``fixed``
+_HELD = {
+    letters(word) for word in ("fix", "held", "known", "fest", "fixe", "fijo", "fisso", "vast")
+}
 
 
 def rod_covariance(rod: Array, sigma: Array, bubble: Array, eccentricity: Array) -> Array:
@@ -386,6 +392,7 @@ class CoordinateReader(_Placed):
         default = np.where(weighted, "control", "approximate")
         default = default if self.role is None else np.full(len(self.all), self.role)
         typed = self.table.words.get("role", [""] * len(self.all))
+        typed = ["fixed" if letters(word) in _HELD else word for word in typed]
         bad = np.flatnonzero([word not in ("", *ROLES) for word in typed])
         self.table.refuse(bad, lambda row: f"role is {typed[row]!r}", f"use {', '.join(ROLES)}")
         return np.where(np.array(typed) == "", default, typed)
