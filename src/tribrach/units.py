@@ -47,6 +47,16 @@ UNITS: dict[str, float] = {
     "mm2": 1e-6,
 }
 
+#: metres in other units that lengths come in, in words
+OTHER_LENGTHS = {
+    "millimetres": 1e-3,
+    "centimetres": 1e-2,
+    "kilometres": 1e3,
+    "feet": 0.3048,
+    "yards": 0.9144,
+    "inches": 0.0254,
+}
+
 #: the circle [rad], with room for rounding
 _CIRCLE = 2 * math.pi * (1 + 1e-9)
 

@@ -108,6 +108,23 @@ def test_distances_in_feet(factor: float) -> None:
     assert ("times 0.3048" if factor < 1 else "all 8 points") in sentence
 
 
+def test_distances_in_millimetres() -> None:
+    found = edited(network(), "slope_distance", list(range(24)), lambda v: v * 1000)
+    sentence = said(found)
+    assert "millimetres" in sentence
+    assert float(sentence.split("sigma0 ")[-1].split(";")[0]) < 1.3
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("inches", 0.0254), ("yards", 0.9144)])
+def test_coordinates_in_other_units(unit: str, metres: float) -> None:
+    found = network()
+    control = found.observations[table(found, "coordinates")]
+    control.values[:] /= metres
+    sentence = said(found)
+    assert "all 8 points" in sentence
+    assert f"fit as {unit}" in sentence
+
+
 def test_names_exchanged_at_a_set_up() -> None:
     found = network()
     for o in found.observations:

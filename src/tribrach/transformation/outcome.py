@@ -27,13 +27,13 @@ from tribrach.transformation.testing import (
     point_tests,
     snoop_points,
 )
+from tribrach.units import OTHER_LENGTHS
 
 #: so many times better must another order of the axes fit before it is named
 _RATIO = 5.0
 #: share of the points that may be switched off
 _MOST = 1 / 3
-#: units that a system may be in [m], points that tell it, and how near the scale must be
-_UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "kilometres": 1e3, "feet": 0.3048}
+#: points that tell the unit of a system, and how near the scale must be
 _FEW, _NEAR = 3, 0.005
 #: points flatter than this share of their extent fit their mirror image as well
 _FLAT = 1e-3
@@ -161,7 +161,7 @@ def unit_sentences(a: Array, b: Array) -> list[str]:
         return []
     ratio = other[seen] / own[seen]
     middle = float(np.median(ratio))
-    for unit, size in _UNITS.items():
+    for unit, size in OTHER_LENGTHS.items():
         for name, factor in (("A", size), ("B", 1 / size)):
             if abs(middle / factor - 1) < _NEAR:
                 return [

@@ -23,11 +23,10 @@ from tribrach.network.network import Datum, Network, is_given
 from tribrach.observations.base import Use
 from tribrach.observations.declaration import End
 from tribrach.observations.unknowns import State
+from tribrach.units import OTHER_LENGTHS
 
 #: the kind of these slips
 GIVEN_LIST = "given_list"
-#: units that coordinates may be in [m], other than metres
-_UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "kilometres": 1e3, "feet": 0.3048}
 #: points of a list from which on it is looked at
 _LEAST = 3
 #: share of the misfit as given that may be left in another form; forms this much alike are equal
@@ -194,7 +193,7 @@ def _in_words(network: Network, given: _Given, part: Mask, form: _Form) -> str:
 
 def _forms() -> Iterator[_Form]:
     """Units of all coordinates, of the plan and of the heights; orders and signs of axes."""
-    for unit, size in _UNITS.items():
+    for unit, size in OTHER_LENGTHS.items():
         for words, axes in (
             (f"they fit as {unit}", (1, 1, 1)),
             (f"their eastings and northings fit as {unit}", (1, 1, 0)),

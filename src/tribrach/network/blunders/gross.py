@@ -47,6 +47,7 @@ from tribrach.observations.declaration import End, StartTie
 from tribrach.observations.levelling import HeightDifferences
 from tribrach.observations.unknowns import State
 from tribrach.sentences import Sentence
+from tribrach.units import MM
 
 #: pairs of names that are tried where nothing points at one
 _MOST_PAIRS = 60
@@ -95,8 +96,12 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
         return found
     search.go_on()
     if found := given_lists(network, before, search):
-        other = _feet(network, before, search)
-        return found if other is None else replace(found, words=f"{found.words}, or {other.words}")
+        other = _length_unit(network, before, search)
+        if other is None or found.after < LEFT * other.after:
+            return found
+        if other.after < LEFT * found.after:
+            return other
+        return replace(found, words=f"{found.words}, or {other.words}")
     search.go_on()
     if found := given_places(network, before, search, single=adjustment is None):
         return found
@@ -105,7 +110,7 @@ def _explained(network: Network, adjustment: Adjustment | None, search: SlipSear
     fitting = clear is not None and clear.fits
     if clear is not None and (found := _of_cleared(network, clear, before, search)):
         return found
-    if found := _feet(network, before, search):
+    if found := _length_unit(network, before, search):
         return found
     if adjustment is not None:
         clear = from_adjusted(network, adjustment, search.run)
@@ -230,12 +235,13 @@ def _plural(title: str) -> str:
     return f"{title} angles" if title in ("zenith", "vertical") else f"{title}s"
 
 
-def _feet(network: Network, before: float, search: SlipSearch) -> Slip | None:
+def _length_unit(network: Network, before: float, search: SlipSearch) -> Slip | None:
     """All distances in another unit of length than the coordinates."""
     lengths = [o.facts.start is StartTie.LENGTH for o in network.observations]
     if not any(lengths):
         return None
     for factor, words in (
+        (MM, "the distances are in millimetres, or all else is in kilometres"),
         (_FOOT, "the distances are in feet and were taken for metres"),
         (
             1 / _FOOT,
