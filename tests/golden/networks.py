@@ -312,7 +312,7 @@ COMMANDS = (
     *("init", "check-project", "run", "demo", "adjust", "export", "plan", "baseline", "transform"),
     *("transform fit", "transform apply", "epochs", "series", "diff", "view", "workbench"),
     *("targets", "register", "info", "convert", "calibrate", "check", "noise", "compare"),
-    *("regress", "complete", "simulate", "doctor", "leave-out", "pdf", "seal", "verify"),
+    *("regress", "complete", "simulate", "doctor", "leave-out", "pdf", "seal", "verify", "pick"),
 )
 HELP = (
     Case("tribrach", "--help"),

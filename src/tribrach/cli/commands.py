@@ -62,6 +62,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "questions.targets.command",
         "Find spheres, checkerboards and discs in whole scans; centres in their coordinates.",
     ),
+    "pick": (
+        "questions.pick",
+        "Pick a natural point of a scan: corner, edge, disc, hole, axis or place, with covariance.",
+    ),
     "register": (
         "questions.register.command",
         "Register scans by their clouds; no targets, planes or approximate poses are needed.",
@@ -155,7 +159,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
         "baseline",
     ),
     "Results in a browser": ("view", "workbench"),
-    "Scans": ("info", "targets", "register", "convert"),
+    "Scans": ("info", "targets", "pick", "register", "convert"),
     "Instruments": ("calibrate", "check", "noise"),
     "Clouds compared": ("compare", "regress", "complete"),
 }

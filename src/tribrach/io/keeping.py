@@ -265,6 +265,18 @@ def refuse_changes() -> None:
                 )
 
 
+@contextmanager
+def rewriting(path: Path) -> Iterator[None]:
+    """Take a file out of those that are read, to write it anew: decisions with one more."""
+    stamp, resolved = _stamp(path), path.resolve()
+    for scope in _SCOPES:
+        scope.stamps.pop(resolved, None)
+        if stamp is not None:
+            scope.numbers.discard(stamp.number)
+    with keeping(overwrite=True):
+        yield
+
+
 def is_read(path: Path) -> bool:
     """Is this one of the files that the work going on reads, under whatever name?"""
     return any(scope.reads(path) for scope in _SCOPES)

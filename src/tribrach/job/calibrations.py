@@ -12,7 +12,7 @@ from tribrach.calibration.calibrated import StationModel, add_priors, calibrate_
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.instruments.tilt_drift import Sweep, drift_model, drift_names
 from tribrach.io.calibration_file import Calibration, read_calibration
-from tribrach.job.scans import scans_of_entry
+from tribrach.job.scan_entries import scans_of_entry
 from tribrach.job.whose_instrument import Instruments
 from tribrach.network.survey import Survey
 from tribrach.observations.control import DirectedComponents

@@ -23,7 +23,7 @@ from tribrach.errors import (
 )
 from tribrach.job.opened import Job, open_job
 from tribrach.job.plausibility import doubts, observed_points
-from tribrach.job.scans import scans_of_entry
+from tribrach.job.scan_entries import scans_of_entry
 from tribrach.job.survey_files import readable_survey
 from tribrach.job.whose_instrument import Instruments
 from tribrach.network.facts import AssumedSigmas, ListReading, facts_of

@@ -40,6 +40,14 @@ def found_again(findings: Sequence[Findings], edits: Edits) -> list[Findings]:
                 Sentence("rejected by hand: {target.reason}", target=target),
             )
             out[k] = _without(out[k], found, bad)
+    for number, pick in enumerate(edits.pick):
+        if pick.scan not in places:
+            error = UnknownName("scan", pick.scan, places)
+            raise edits.error("pick", number, error.what, error.cure)
+        for bad in findings[places[pick.scan]].rejected:
+            if bad.kind == pick.kind and np.array_equal(bad.center, pick.place):
+                cure = "pick it anew: another place, radius_m or kind"
+                raise edits.error("pick", number, f"{pick.name} in {pick.scan}: {bad.reason}", cure)
     return out
 
 
@@ -113,6 +121,28 @@ def names_by_hand(
                 "give each its own",
             )
         own[int(np.argmin(gaps))] = target.name
+    for number, pick in enumerate(edits.pick):
+        station = station_of[pick.scan]
+        own = out.setdefault(station, {})
+        if pick.name in own.values() or is_tie_point(pick.name):
+            raise edits.error(
+                "pick", number, f"{station} has another {pick.name}", "give it a name of its own"
+            )
+        # a pick is nowhere but in its own radius
+        near = {
+            k: float(np.linalg.norm(d.center - pick.place))
+            for k, d in enumerate(targets[station])
+            if d.kind == pick.kind and d.scan == pick.scan and k not in own
+        }
+        best = min(near, key=near.__getitem__, default=None)
+        if best is None or near[best] > pick.radius_m:
+            raise edits.error(
+                "pick",
+                number,
+                f"a target of {station} that was found lies where {pick.name} was picked",
+                "name that target, or take the pick out",
+            )
+        own[best] = pick.name
     return out
 
 

@@ -6,7 +6,7 @@ from tribrach.errors import InputError, UnknownName
 from tribrach.network.network import Edit, Network
 from tribrach.network.survey import Survey
 from tribrach.observations.base import Use
-from tribrach.project.edits import Edits, TargetEdit
+from tribrach.project.edits import Edits, PickEdit, TargetEdit
 from tribrach.sentences import Sentence, joined
 
 
@@ -14,6 +14,7 @@ def obeyed(network: Network, edits: Edits, *, whole: bool = True) -> Network:
     """Give observations the uses and points the roles that were decided by hand."""
     if whole:
         network = network.noting(_told(target) for target in edits.target)
+        network = network.noting(_picked(pick) for pick in edits.pick)
     for number, role in enumerate(edits.role):
         try:
             network = network.with_role(
@@ -48,6 +49,14 @@ def decided_marks(survey: Survey, edits: Edits) -> Survey:
     if not (edits.edit or edits.role) or not every.tables():
         return survey.of_marks()
     return every.used_as_in(obeyed(every.network(), edits, whole=False)).of_marks()
+
+
+def _picked(pick: PickEdit) -> Edit:
+    """A pick among the decisions of the network."""
+    place = joined(", ", (Sentence("{x:3}", x=x) for x in pick.place))
+    what = Sentence("{pick.scan}: {pick.kind} at {place}", pick=pick, place=place)
+    action = f"{pick.use} as {pick.name}"
+    return Edit(what, action, pick.reason, pick.by, pick.when)
 
 
 def _told(target: TargetEdit) -> Edit:

@@ -17,6 +17,7 @@ from tribrach.job.panorama import Panorama, close_up, panorama
 from tribrach.job.scans import MeasuredScan, StationScan
 from tribrach.job.state import Remembered
 from tribrach.job.visits import Wish
+from tribrach.project.edits import Edits
 from tribrach.project.sections import TargetSection
 from tribrach.scan.loading import Loaded, laid_out
 from tribrach.scan.no_return import screened
@@ -24,6 +25,7 @@ from tribrach.scan.range_image import RangeImage
 from tribrach.targets.checkerboards.search import find_checkerboards
 from tribrach.targets.detection import Detection, Rejected, with_floor
 from tribrach.targets.discs.search import find_discs
+from tribrach.targets.picks import NaturalPoint, find_pick
 from tribrach.targets.sampling import Sampling
 from tribrach.targets.spheres.cloud_search import find_spheres_in_cloud
 from tribrach.targets.spheres.grid_search import find_spheres
@@ -31,6 +33,8 @@ from tribrach.units import MM
 
 #: two detections of a station this near to each other are one target, however small it is [m]
 _SAME = 0.02
+#: decisions that nobody made
+NOTHING = Edits()
 #: rejected candidates of a scan that are shown
 _SHOWN = 50
 
@@ -67,28 +71,39 @@ class Findings:
 
 
 def extract(
-    scans: Sequence[StationScan], wanted: TargetSection, state: Remembered, progress: Progress
+    scans: Sequence[StationScan],
+    wanted: TargetSection,
+    state: Remembered,
+    progress: Progress,
+    edits: Edits = NOTHING,
 ) -> list[Findings]:
-    """Targets of every scan; those of unchanged scans come from the last run."""
-    items = [target_wish(scan, wanted).item for scan in scans]
+    """Targets and picks of every scan; those of unchanged scans come from the last run."""
+    items = [target_wish(scan, wanted, edits).item for scan in scans]
     return each(_found, items, state=state, progress=progress)
 
 
-def target_wish(scan: StationScan, wanted: TargetSection) -> Wish:
-    """The targets of a scan as a product."""
+def target_wish(scan: StationScan, wanted: TargetSection, edits: Edits = NOTHING) -> Wish:
+    """The targets and picks of a scan as a product."""
+    picks = tuple(pick.pick for pick in edits.pick if pick.scan == scan.name)
     item = Item(
         f"targets-{scan.name}",
         f"targets of {scan.name}",
-        (scan.measured, wanted),
+        (scan.measured, wanted, picks) if picks else (scan.measured, wanted),
         scan.scan.path,
         scan.scan.records or 0,
     )
     return Wish(_found, item)
 
 
-def _found(scan: MeasuredScan, wanted: TargetSection, *, progress: Progress) -> Findings:
+def _found(
+    scan: MeasuredScan,
+    wanted: TargetSection,
+    picks: tuple[NaturalPoint, ...] = (),
+    *,
+    progress: Progress,
+) -> Findings:
     """Findings in a scan, without progress messages."""
-    return find_targets(scan, wanted)
+    return find_targets(scan, wanted, picks)
 
 
 def found_alone(
@@ -99,8 +114,10 @@ def found_alone(
     return seen, find_targets(seen, wanted)
 
 
-def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
-    """Load a scan and look for every kind of target that is wanted, and possible.
+def find_targets(
+    scan: MeasuredScan, wanted: TargetSection, picks: Sequence[NaturalPoint] = ()
+) -> Findings:
+    """Load a scan and look for every kind of target that is wanted, and possible; fit its picks.
 
     Prints are measured along lines of sight: without the place of the scanner only spheres can be
     found.
@@ -109,7 +126,7 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
     cloud, image = laid_out(scan.scan)
     noise, floor = scan.fit_sigmas, wanted.print_floor_mm * MM
     stated = (wanted.floor_mm or 0.0) * MM
-    results = []
+    results: list[tuple[Sequence[Detection], Sequence[Rejected]]] = []
     if wanted.sphere_radius_m and not scan.origin_known:
         good, bad = find_spheres_in_cloud(cloud.xyz, wanted.sphere_radius_m, scan=scan.name)
         raised = [replace(d, covariance=with_floor(d.covariance, stated)) for d in good]
@@ -137,6 +154,10 @@ def find_targets(scan: MeasuredScan, wanted: TargetSection) -> Findings:
             results.append(find_checkerboards(*seen, wanted.checkerboard_side_m, **own))
         if wanted.disc_radius_m:
             results.append(find_discs(*seen, wanted.disc_radius_m, **more))
+    shared = None if scan.noise is None else scan.noise.estimated_shared
+    for pick in picks:
+        one = find_pick(cloud.xyz, pick, shared=shared, floor=stated, scan=scan.name)
+        results.append(([one], []) if isinstance(one, Detection) else ([], [one]))
     detections = tuple(d for good, _ in results for d in good)
     rejected = tuple(r for _, bad in results for r in bad)
     view = panorama(image, cloud.intensity, detections)

@@ -16,7 +16,7 @@ from tribrach.instruments.precision import covariance_of_readings
 from tribrach.job.board_orientation import BoardSighting, correlate_boards
 from tribrach.job.decided_targets import names_by_hand, with_names
 from tribrach.job.edits import decided_marks
-from tribrach.job.find_targets import Findings, merged
+from tribrach.job.find_targets import NOTHING, Findings, merged
 from tribrach.job.mounted_antennas import mounted_antennas
 from tribrach.job.plausibility import after_doubts
 from tribrach.job.polar_targets import Sighted, observe_readings
@@ -24,6 +24,7 @@ from tribrach.job.scans import StationScan
 from tribrach.network.adjustment import Adjustment, adjust
 from tribrach.network.blunders.gross import explain
 from tribrach.network.survey import Survey
+from tribrach.observations.base import Use
 from tribrach.observations.control import Offsets
 from tribrach.observations.scanner import ScannerPolar, TargetCentres
 from tribrach.project.edits import Edits
@@ -45,8 +46,6 @@ class NamingGates:
 
 
 GATES = NamingGates()
-#: nothing was decided by hand
-NOTHING = Edits()
 
 
 @dataclass(frozen=True)
@@ -116,6 +115,7 @@ def name_targets(
         else:
             sighted = _observe(survey, station, names, targets[station], scans)
         if sighted:
+            _hold_out(survey, job.edits, sighted)
             boards += _boards(survey, sighted, identification.poses[station])
     correlate_boards(survey, boards, job.project.targets.orientation_mm * MM)
     return Named(targets, identification, survey)
@@ -166,6 +166,14 @@ def _observe(
         source=[f"{d.scan}: {d.kind}" for _, d in named],
     )
     return named
+
+
+def _hold_out(survey: Survey, edits: Edits, sighted: Sighted) -> None:
+    """Compare what was picked as check only, in the last table of a survey."""
+    checks = {(pick.scan, pick.name) for pick in edits.pick if pick.use == "check"}
+    use = [Use.CHECK if (d.scan, name) in checks else Use.ACTIVE for name, d in sighted]
+    if Use.CHECK in use:
+        survey.tables()[-1].columns["use"] = np.array(use)
 
 
 def _boards(survey: Survey, sighted: Sighted, pose: Pose) -> list[BoardSighting]:

@@ -265,8 +265,9 @@ def open_job(
     if not isinstance(project, Project):
         project = Project.load(project)
     edits = project.read_edits()
-    if edits.target and not project.scans:
-        raise edits.error("target", 0, "the project has no scans", "take the entry out")
+    for table in ("target", "pick"):
+        if getattr(edits, table) and not project.scans:
+            raise edits.error(table, 0, "the project has no scans", "take the entry out")
     return _opened(Instruments(project.with_instrument_files()), edits, {}, None, progress)
 
 

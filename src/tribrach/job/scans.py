@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from tribrach.errors import InputError, among
+from tribrach.errors import InputError
 from tribrach.instruments.atmosphere import Air, first_velocity_ppm
 from tribrach.instruments.calibration import CalibrationModel
 from tribrach.instruments.common_errors import COMMON, CommonErrors
@@ -20,8 +20,7 @@ from tribrach.instruments.scan_noise import ScanNoise
 from tribrach.io.calibration_file import Calibration
 from tribrach.io.number_table import read_numbers
 from tribrach.io.scans.facts import START
-from tribrach.io.scans.formats import read_scans
-from tribrach.io.scans.reading import as_told
+from tribrach.job.scan_entries import scans_of_entry
 from tribrach.job.state import Remembered
 from tribrach.observations.scanner import ScannerPolar
 from tribrach.project import Project
@@ -319,28 +318,6 @@ def _open(job: Job, k: int, entry: ScanFile, state: Remembered) -> list[StationS
             member = _at_station(job, k, entry, part, station, face)
             members.append(replace(member, unscreened=unscreened))
     return members
-
-
-def scans_of_entry(project: Project, k: int, entry: ScanFile) -> tuple[Scan, ...]:
-    """The scans that an entry of a project means, by the headers of its file."""
-    with as_told(entry.unit, entry.columns, entry.decimal):
-        scans = read_scans(project.folder / entry.file)
-    if entry.scan is not None:
-        chosen = [scan for scan in scans if scan.name == entry.scan]
-        if not chosen:
-            raise project.error(
-                ("scans", k, "scan"),
-                f"{entry.file} has no scan {entry.scan}",
-                among(entry.scan, [scan.name for scan in scans], "its scans are"),
-            )
-        scans = tuple(chosen)
-    if entry.station is not None and len(scans) > 1:
-        raise project.error(
-            ("scans", k, "station"),
-            f"{entry.file} has {len(scans)} scans and one station is given",
-            "give one entry with scan and station for each, or leave station out",
-        )
-    return scans
 
 
 def _screened(scan: Scan, state: Remembered) -> Scan:

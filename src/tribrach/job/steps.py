@@ -44,6 +44,7 @@ from tribrach.job.truth import TruthRow, against_truth, read_truth
 from tribrach.job.visits import Wish, Wishes, visit
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.survey import Survey
+from tribrach.project.edits import Edits
 from tribrach.project.sections import CloudSection, TargetSection
 from tribrach.tasks.engine import HERE, Engine
 from tribrach.units import MM
@@ -174,12 +175,12 @@ def find(
     given = _given_besides(job, scans)
     if writes and project.cloud.write:
         _refuse_clouds(scans, project.cloud, folder)
-    scans = visit(scans, _wanted(project), _besides, state=state, progress=progress)
+    scans = visit(scans, _wanted(project, job.edits), _besides, state=state, progress=progress)
     members = {scan.name: scan for scan in scans}
     requests = [request.of(members) for request in requests]
     findings: Sequence[Findings] = ()
-    if project.targets.wanted:
-        findings = extract(scans, project.targets, state, progress)
+    if project.targets.wanted or job.edits.pick:
+        findings = extract(scans, project.targets, state, progress, job.edits)
     return FoundInScans(scans, findings, project.targets, state, given, requests)
 
 
@@ -197,13 +198,14 @@ def _refuse_clouds(scans: Sequence[StationScan], section: CloudSection, folder: 
         refuse_loss(folder / "clouds" / group.file)
 
 
-def _wanted(project: Project) -> Wishes:
+def _wanted(project: Project, edits: Edits) -> Wishes:
     """What the scans of a project are read for."""
+    marked = project.targets.wanted or edits.pick
     settings = project.registration
     area, floor = settings.plane_area_m2, settings.plane_floor_mm * MM
 
     def wanted(scan: StationScan) -> list[Wish]:
-        wishes = [target_wish(scan, project.targets)] if project.targets.wanted else []
+        wishes = [target_wish(scan, project.targets, edits)] if marked else []
         if "planes" in settings.by and scan.origin_known:
             wishes.append(plane_wish(scan, area, floor))
         return wishes

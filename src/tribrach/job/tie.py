@@ -214,7 +214,7 @@ def register(
     """Names, approximate poses and observations of all stations; known as :func:`known_poses`."""
     project = job.project
     by = project.registration.by
-    with_targets = "targets" in by and project.targets.wanted
+    with_targets = bool(("targets" in by and project.targets.wanted) or job.edits.pick)
     if by == ("targets",) and not project.reference:
         named = name_targets(job, scans, findings) if with_targets else None
         return Registered(None if named is None else named.survey, named)

@@ -2,7 +2,7 @@
 
 ``[[edit]]`` switches an observation off, makes it a check, or takes it back; ``[[role]]`` says what
 the given coordinates of a point are for; ``[[target]]`` names a target that was found in a scan, or
-rejects it. Each says why.
+rejects it; ``[[pick]]`` uses a natural point of a scan. Each says why.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from tribrach.io.toml_model import quoted, with_comments
 from tribrach.network.network import PointRole
 from tribrach.project import toml_file
 from tribrach.project.sections import Section
+from tribrach.targets.picks import NaturalPoint, PickKind
 
 #: the largest file of this kind [bytes]
 _LARGEST = 20_000_000
@@ -81,6 +82,24 @@ class TargetEdit(_Decision):
         return self
 
 
+class PickEdit(_Decision):
+    """A natural point of a scan that is used like a target."""
+
+    scan: str = Field(min_length=1)  #: Name of the scan.
+    place: tuple[float, float, float]  #: Where it was picked, x, y, z in the scanner frame [m].
+    #: What it is: ``corner`` of three faces, ``edge`` of two, ``disc``, ``hole``, ``axis`` of a
+    #: cylinder, or a ``place``.
+    kind: PickKind
+    name: str = Field(min_length=1)  #: Its name; the same from another station ties both.
+    radius_m: float = Field(default=0.3, gt=0, le=20)  #: Points as near as this to the place count.
+    use: Literal["active", "check"] = "active"  #: ``check`` to compare it only.
+
+    @property
+    def pick(self) -> NaturalPoint:
+        """The same for the fit."""
+        return NaturalPoint(self.kind, self.place, self.radius_m)
+
+
 class Edits(Section):
     """Decisions by hand in a project, each with its reason."""
 
@@ -88,6 +107,7 @@ class Edits(Section):
     edit: tuple[ObservationEdit, ...] = ()
     role: tuple[RoleEdit, ...] = ()
     target: tuple[TargetEdit, ...] = ()
+    pick: tuple[PickEdit, ...] = ()
     _file: Path | None = PrivateAttr(default=None)
     _text: str = PrivateAttr(default="")
 
@@ -102,7 +122,7 @@ class Edits(Section):
         return self._text
 
     def __len__(self) -> int:
-        return len(self.edit) + len(self.role) + len(self.target)
+        return len(self.edit) + len(self.role) + len(self.target) + len(self.pick)
 
     def error(self, table: str, number: int, what: str, cure: str | None = None) -> InputError:
         """Make an error about an entry, counted from 0."""
@@ -117,6 +137,7 @@ class Edits(Section):
             ("edit", [edit.observation for edit in self.edit]),
             ("role", [role.point for role in self.role]),
             ("target", [f"{t.scan} at {t.center}" for t in self.target]),
+            ("pick", [f"{p.name} in {p.scan}" for p in self.pick]),
         ):
             seen: dict[str, int] = {}
             for number, key in enumerate(keys):
@@ -147,7 +168,7 @@ def edits_text(edits: Edits, old: str = "") -> str:
     head = "# Decisions by hand; run and adjust obey them.\n"
     tables = [
         "\n".join([f"[[{table}]]", *_lines(entry), ""])
-        for table in ("edit", "role", "target")
+        for table in ("edit", "role", "target", "pick")
         for entry in getattr(edits, table)
     ]
     return with_comments(head, tables, old)
@@ -164,6 +185,8 @@ def _lines(entry: _Decision) -> Iterator[str]:
             yield f"{name} = {'true' if value else 'false'}"
         elif isinstance(value, str):
             yield f"{name} = {quoted(value)}"
+        elif isinstance(value, float):
+            yield f"{name} = {value!r}"
         elif isinstance(value, datetime.date):
             yield f"{name} = {value.isoformat()}"
         else:

@@ -12,7 +12,7 @@ from tribrach._types import Array
 from tribrach.answers import Matrix, Number, Result, Vector
 
 #: what a target can be
-Kind = Literal["sphere", "checkerboard", "disc", "plane"]
+Kind = Literal["sphere", "checkerboard", "disc", "plane", "corner", "edge", "hole", "axis", "place"]
 
 
 @dataclass(frozen=True, eq=False)
