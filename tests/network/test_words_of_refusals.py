@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,12 @@ from tribrach.network.network import Datum
 from tribrach.network.survey import Survey, observed_part
 from tribrach.observations.base import Use
 from tribrach.observations.levelling import HeightDifferences
-from tribrach.observations.sights import Directions, SlopeDistances, ZenithAngles
+from tribrach.observations.sights import (
+    Directions,
+    HorizontalDistances,
+    SlopeDistances,
+    ZenithAngles,
+)
 
 
 def refusal(survey: Survey) -> Sequence[str]:
@@ -142,12 +148,69 @@ def test_any_refusal_lists_what_is_off() -> None:
     assert any("take no part: prism tilted" in sentence for sentence in caught.value.sentences)
 
 
-@pytest.mark.parametrize("name", ["syn3.gkf", "syn4.gkf", "syn4u.gkf"])
-def test_a_hinge_in_plan_names_points_that_would_start_it(shared_data: Path, name: str) -> None:
-    said = " ".join(refusal(fault(shared_data, "05-plan-hinge-three-points", name)))
+def test_a_hinge_without_redundancy_names_points_that_would_start_it(shared_data: Path) -> None:
+    """Two places of the hinge fit alike, and nothing tells which."""
+    said = " ".join(refusal(fault(shared_data, "05-plan-hinge-three-points", "syn3.gkf")))
     assert "common points" not in said
     assert "rough coordinate" in said
     assert " R" in said.partition("first of")[2]
+
+
+def test_a_hinge_with_redundancy_is_found_by_trial(shared_data: Path) -> None:
+    survey = fault(shared_data, "05-plan-hinge-three-points", "syn4u.gkf")
+    adjustment = adjust(observed_part(survey).network())
+    place = adjustment.state.points[adjustment.layout.index("point", "R"), :2]
+    np.testing.assert_allclose(place, (70.0, 170.0), atol=0.01)
+    assert adjustment.dof == 1
+    assert any("found by trial" in text for text in adjustment.warnings)
+
+
+def hinged(seed: int, angles: str) -> tuple[Survey, dict[str, np.ndarray]]:
+    """A traverse A-P-Q-R-S-B with directions at some of its points, and one more distance."""
+    rng = np.random.default_rng(seed)
+    survey, chain = Survey(), "APQRSB"
+    place = {n: np.array([60.0 * k, 0.0]) + rng.uniform(-25, 25, 2) for k, n in enumerate(chain)}
+    for name, (e, n) in place.items():
+        held = name in "AB"
+        xyz = (e, n, 0.0) if held else (np.nan, np.nan, 0.0)
+        survey.point(name, xyz, free=(not held, not held, False), role="fixed" if held else "free")
+    legs = [*pairwise(chain), ("P", "S"), ("A", "R")]
+    start, end = ([leg[k] for leg in legs] for k in (0, 1))
+    far = [np.linalg.norm(place[a] - place[b]) + rng.normal(0, 0.002) for a, b in legs]
+    survey.add(HorizontalDistances, values=far, sigma=0.002, start=start, end=end)
+    sights = [(n, chain[chain.index(n) + k]) for n in angles for k in (-1, 1)]
+    azimuths = [np.arctan2(*(place[b] - place[a])) + rng.normal(0, 2e-5) for a, b in sights]
+    survey.add(Directions, values=np.array(azimuths) % (2 * np.pi), sigma=2e-5,
+               orientation=[a for a, _ in sights], start=[a for a, _ in sights],
+               end=[b for _, b in sights])  # fmt: skip
+    return survey, place
+
+
+def test_a_start_by_trial_is_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tribrach.network.start.trials._THROWS", 8)
+    survey, place = hinged(0, "PS")
+    adjustment = adjust(survey.network())
+    for name in "PQRS":
+        found = adjustment.state.points[adjustment.layout.index("point", name), :2]
+        assert np.abs(found - place[name]).max() < 0.05
+
+
+def test_what_is_open_everywhere_is_not_said_to_need_a_start() -> None:
+    """Three set-ups that see each other and one known point each: a turn and a scale are open."""
+    rng = np.random.default_rng(7)
+    survey = Survey()
+    place = {n: rng.uniform(-200, 200, 2) for n in "ABCSTUVW"}
+    for name, (e, n) in place.items():
+        held = name in "ABC"
+        xyz = (e, n, 0.0) if held else (np.nan, np.nan, 0.0)
+        survey.point(name, xyz, free=(not held, not held, False), role="fixed" if held else "free")
+    sights = [(a, b) for a, k in zip("STU", "ABC", strict=True) for b in f"{k}STUVW" if a != b]
+    azimuths = [np.arctan2(*(place[b] - place[a])) % (2 * np.pi) for a, b in sights]
+    survey.add(Directions, values=azimuths, sigma=2e-5, orientation=[a for a, _ in sights],
+               start=[a for a, _ in sights], end=[b for _, b in sights])  # fmt: skip
+    said = " ".join(refusal(survey))
+    assert "open wherever they lie" in said
+    assert "rough coordinate" not in said
 
 
 def resected(seed: int) -> Survey:

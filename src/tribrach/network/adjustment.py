@@ -43,6 +43,7 @@ from tribrach.network.solved import SolvedSystem
 from tribrach.network.start.missing import left_out
 from tribrach.network.start.placeholders import misplaced, without_dummies, without_placeholders
 from tribrach.network.start.start_values import find_start
+from tribrach.network.start.trials import tried_starts
 from tribrach.observations.unknowns import State
 
 if TYPE_CHECKING:
@@ -242,6 +243,11 @@ def adjust(network: Network, *, options: Options | None = None) -> Adjustment:
     try:
         try:
             found = solve(network)
+        except NoStartValues as error:
+            thrown = tried_starts(network, error.unplaced, solve)
+            if thrown is None:
+                raise
+            found = solve(thrown)
         except NotConverged:
             better = without_placeholders(network, solve)
             if better is None:

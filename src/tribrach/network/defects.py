@@ -12,6 +12,7 @@ to the points is recognised as a similarity motion where it is one.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -146,7 +147,7 @@ def check_rank(
     """
     vectors, values = _spectrum(design, constraints, motions)
     zero = values <= RANK_TOLERANCE
-    if zero.any() and not motions.shape[1] and _closed_elsewhere(assembly, state):
+    if zero.any() and not motions.shape[1] and closed_elsewhere(assembly, state):
         moved = np.linalg.norm(vectors[:, zero], axis=1) * column_length(design)
         moved[assembly.free_columns >= 3 * assembly.layout.count("point")] = 0.0
         where = assembly.layout.describe(int(assembly.free_columns[int(np.argmax(moved))]))[1]
@@ -171,15 +172,16 @@ def check_rank(
     )
 
 
-def _closed_elsewhere(assembly: Assembly, state: State) -> bool:
+def closed_elsewhere(assembly: Assembly, state: State) -> bool:
     """True if a network has full rank at generic places of its unknown points."""
     free = assembly.free_columns
     points = free < 3 * assembly.layout.count("point")
     if not points.any():
         return False
-    given = np.flatnonzero(~np.isin(np.arange(3 * assembly.layout.count("point")), free))
+    given = ~np.isin(np.arange(state.points.size), free).reshape(-1, 3)
+    held = np.flatnonzero((given & np.isfinite(state.points))[:, :2].any(axis=1))
     coordinates = np.nan_to_num(state.points)
-    held = np.unique(given // 3)
+    state = replace(state, points=coordinates)
     around = coordinates[held] if len(held) > 1 else coordinates
     # medians: a point that started far away must not say how large the network is
     centre = np.median(around, axis=0)

@@ -1177,7 +1177,7 @@ def _placed_part(survey: Survey) -> Survey:
     """The survey without points that cannot be placed, and without what was observed of them.
 
     GNU Gama and Comp3D compute a network without the points that have no approximate
-    coordinates. Their files are read so; all others end with the ties that are missing.
+    coordinates. Their files are read so, if most points stay.
     """
     if not survey.leaves_out_unplaced:
         return survey
@@ -1190,10 +1190,10 @@ def _placed_part(survey: Survey) -> Survey:
             left_out = {name for family, name in error.unplaced if family == "point"}
             kept = {*network.start.layout.names["point"]} - left_out
             if not left_out or 2 * len(kept) <= len(everywhere):
-                raise
+                return survey
             part = _without(part, left_out)
             if all(map(_given, part.tables())):
-                raise
+                return survey
             network = part.network()
         else:
             break

@@ -13,6 +13,8 @@ from scipy.sparse.csgraph import connected_components
 from tribrach._types import Index
 from tribrach.errors import InputError
 from tribrach.geometry.alignment import kabsch
+from tribrach.network.assembly import Assembly
+from tribrach.network.defects import closed_elsewhere
 from tribrach.network.network import Network
 from tribrach.network.start.frame import Frame
 from tribrach.network.start.space import placed_poses
@@ -23,6 +25,8 @@ from tribrach.sentences import Sentence
 
 #: sentences at most
 _MOST_SENTENCES = 12
+#: places of a network whose rank is asked for
+_MODERATE = 100
 #: what would place a point in plan, and in height
 _CURES = {
     "plan": "a distance and a direction from a known station, a second direction from another "
@@ -204,11 +208,25 @@ def _part(
         for node in members.tolist()
         if node < len(known) and _touches(tables, node, shared)
     ]
+    first = " or ".join(near[:3])
+    if _open(network, f):
+        return (
+            f"{shown} are connected and share {len(shared)} places ({ties}) with the rest, but "
+            "their observations leave them open wherever they lie: observe more between them, or "
+            f"give coordinates, first of {first}"
+        )
     return (
         f"{shown} are connected and share {len(shared)} places ({ties}) with the rest, but no "
         "figure of theirs can be put together from nothing: give a rough coordinate of one of "
-        f"them, first of {' or '.join(near[:3])}"
+        f"them, first of {first}"
     )
+
+
+def _open(network: Network, f: Frame) -> bool:
+    """True if a network of moderate size that hangs on control has a rank defect everywhere."""
+    if network.datum.kind != "control" or f.ties.n_positions > _MODERATE:
+        return False
+    return not closed_elsewhere(Assembly(network), network.start)
 
 
 def _touches(tables: Sequence[tuple[str, Index, Index]], node: int, places: set[int]) -> bool:
@@ -243,7 +261,7 @@ def _place(
     what = "the height of " + noun if plan else noun
     cure = _CURES["height" if plan else "plan"]
     if off := _off(network, node):
-        cure = f"{off} of it are there and take no part: see why below"
+        cure = f"unused, see why below: {off}"
     if not phrases:
         return f"{noun} is observed by nothing{_of_no_use(network, f, node)}; {cure}"
     return f"{what} is observed only by {' and '.join(phrases)}; {cure}"
