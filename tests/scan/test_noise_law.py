@@ -317,6 +317,16 @@ def test_a_law_of_any_form_is_right_in_every_class_or_refused(name):
         assert (found.law is not None and bool(found.law.knots)) == (name in ("hump", "bright"))
 
 
+def test_patches_are_not_called_rough_where_no_intensity_tells():
+    """A law of the intensity without intensities: most patches have more than the smoothest."""
+    observed, _ = formed("power", 34)
+    assert fit_noise(observed).noisier == 0
+    blind = replace(observed, intensity=np.full(len(observed), np.nan))
+    assert fit_noise(blind).noisier > 1.2
+    plain = made(35, 2000)
+    assert fit_noise(replace(plain, intensity=np.full(len(plain), np.nan))).noisier == 0
+
+
 def test_laws_that_hold_are_not_contradicted():
     """Twenty draws of three forms, a fifth of the patches rough: all limits hold at 95 %."""
     for name in ("power", "none"):

@@ -49,6 +49,8 @@ _GLANCE = 1500
 _PATTERN = 3.0
 #: the intensity matters where a law of it is better at this level
 _MATTERS = 1e-3
+#: share of the patches that edges and rough surfaces are in a scan at most
+_MANY = 0.2
 #: fewer patches do not tell how much they scatter
 _FEW_PATCHES = 10
 #: steepest law that is looked for
@@ -203,6 +205,20 @@ class FittedNoise:
     def points(self) -> int:
         """Points on patches kept."""
         return int(self.kept[self.observed.patch].sum())
+
+    @property
+    def noisier(self) -> float:
+        """Median sigma of the patches left out over that of the law, where many are left out.
+
+        Without intensities nothing tells rough surfaces from noise that depends on the intensity.
+        0 with intensities, or where few are left out.
+        """
+        observed = self.observed
+        if not _lit(observed)[1] or self.kept.mean() > 1 - _MANY:
+            return 0.0
+        square = observed.residual**2 / observed.stated(self.noise())
+        ratio = np.bincount(observed.patch, square) / observed.redundancies
+        return float(np.sqrt(np.median(ratio[~self.kept])))
 
     @property
     def smooth(self) -> ObservedNoise:

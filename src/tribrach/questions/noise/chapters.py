@@ -326,14 +326,16 @@ def _lasting(key: str, effect: LastingEffect, law: str, cause: str, where: str) 
 def _rests(estimate: NoiseEstimate) -> Iterator[Finding]:
     """What these figures rest on, and what they are not."""
     fitted, step = estimate.fitted, estimate.step
-    yield Finding.of(
-        "patches",
-        "{by.patches} of {by.observed.patches} planar patches are smooth and of one material, "
-        "{aside} were set aside as rough, bent or patterned. Roughness that the smooth ones have "
-        "is in the figures: planes do not tell it from noise.",
-        by=fitted,
-        aside=fitted.observed.patches - fitted.patches,
-    )
+    said = "{by.patches} of {by.observed.patches} planar patches are smooth and of one material, "
+    if noisier := fitted.noisier:
+        said += "{aside} have more noise, half of them more than {noisier:1} times the sigma of "
+        said += "this law: they are rough, bent or patterned, or noise depends on the intensity, "
+        said += "which these scans do not tell. The law is that of the smoothest surfaces."
+    else:
+        said += "{aside} were set aside as rough, bent or patterned. Roughness that the smooth "
+        said += "ones have is in the figures: planes do not tell it from noise."
+    aside = fitted.observed.patches - fitted.patches
+    yield Finding.of("patches", said, noisier > 0, by=fitted, aside=aside, noisier=noisier)
     if step:
         least = fitted.range if fitted.law is None else fitted.law.limits[0]
         unseen = least < _UNSEEN * step
@@ -357,6 +359,9 @@ def _front(estimate: NoiseEstimate) -> FrontPage:
         return FrontPage("none", "An upper bound", said, signed=_SIGNED)
     for one in _contradicted(estimate):
         return FrontPage("bad", "No law of the noise", one.words, signed=_SIGNED)
+    if estimate.fitted.noisier:
+        said = "Many surfaces have more noise than this law says, see below."
+        return FrontPage("none", "Noise of the smoothest surfaces", said, signed=_SIGNED)
     if estimate.stated is None:
         patches = counted(estimate.patches, "smooth planar patch", "smooth planar patches")
         said = Sentence(
