@@ -5,7 +5,7 @@ import pytest
 
 from tribrach.errors import InputError
 from tribrach.geometry import rotation
-from tribrach.geometry.alignment import group_rigid, kabsch, planar, umeyama
+from tribrach.geometry.alignment import group_rigid, kabsch, planar, umeyama, upright_rms
 
 
 def cloud(rng: np.random.Generator, n: int = 8) -> np.ndarray:
@@ -20,7 +20,7 @@ def test_kabsch_returns_the_motion(rng: np.random.Generator) -> None:
     assert fit.rms < 1e-12
     assert fit.scale == 1.0
     assert np.allclose(fit(local), local @ turn.T + shift)
-    assert fit.hint == ""
+    assert fit.hint(upright_rms(local, fit(local))) == ""
 
 
 def test_umeyama_returns_the_scale(rng: np.random.Generator) -> None:
@@ -63,9 +63,12 @@ def test_planar_in_the_plane(rng: np.random.Generator) -> None:
 
 def test_mirrored_triangle_keeps_a_proper_rotation() -> None:
     triangle = np.array([[0.0, 0, 0], [10, 0, 0], [0, 5, 1]])
-    fit = kabsch(triangle, triangle[:, [1, 0, 2]])
+    other = triangle[:, [1, 0, 2]]
+    fit = kabsch(triangle, other)
     assert np.linalg.det(fit.rotation) == pytest.approx(1.0)
-    assert "columns look swapped (N/E)" in fit.hint
+    assert "columns look swapped (N/E)" in fit.hint(upright_rms(triangle, other))
+    # what fits in no way is not called upside down
+    assert fit.hint(4 * fit.rms) == ""
 
 
 def test_swapped_columns_are_named(rng: np.random.Generator) -> None:
@@ -73,14 +76,15 @@ def test_swapped_columns_are_named(rng: np.random.Generator) -> None:
     fit = kabsch(local, local[:, [1, 0, 2]])
     assert fit.mirrored
     assert np.linalg.det(fit.rotation) == pytest.approx(1.0)
-    assert "columns look swapped (N/E)" in fit.hint
+    assert "columns look swapped (N/E)" in fit.hint(0.0)
     assert planar(local[:, :2], local[:, [1, 0]]).mirrored
 
 
 def test_flat_noisy_figures_are_not_called_mirrored(rng: np.random.Generator) -> None:
     for _ in range(50):
         local = cloud(rng) * [1, 1, 0]
-        assert kabsch(local, local + rng.normal(0, 0.01, local.shape)).hint == ""
+        other = local + rng.normal(0, 0.01, local.shape)
+        assert kabsch(local, other).hint(upright_rms(local, other)) == ""
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 6])

@@ -70,6 +70,15 @@ def test_flat_noisy_points_are_left_alone() -> None:
         assert axis_sentences(a, b, find_model(7, 3), TITLES) == []
 
 
+def test_what_fits_in_no_way_is_not_upside_down() -> None:
+    """Two names exchanged turn the best fit over, and leave as much as one that stands upright."""
+    a = np.random.default_rng(4).uniform(-100, 100, (8, 3)) * [1, 1, 0.1]
+    for i, j in ((2, 5), (0, 1), (3, 7), (1, 6)):
+        b = a.copy()
+        b[[i, j]] = b[[j, i]]
+        assert axis_sentences(a, b, find_model(6, 3), TITLES) == []
+
+
 def test_one_large_blunder_is_no_exchange() -> None:
     a, b = pair()
     b[2] += [30.0, -20.0, 5.0]

@@ -43,11 +43,12 @@ class Alignment:
         """True if the mirror image fits much better than the proper rotation."""
         return self.rms > _MIRROR_RATIO * self.mirror_rms + 1e-9
 
-    @property
-    def hint(self) -> str:
+    def hint(self, upright: float) -> str:
         """What looks wrong with the input, one sentence; empty if nothing does.
 
         Points in one plane fit as well from below: then only the standing axis tells.
+
+        ``upright``: RMS of the residuals of a fit that stands upright [m].
         """
         if self.mirrored:
             return Sentence(
@@ -55,7 +56,8 @@ class Alignment:
                 "{own.rms:mg3}): your columns look swapped (N/E)",
                 own=self,
             )
-        if len(self.rotation) == 3 and self.rotation[2, 2] < -0.5:
+        turned = len(self.rotation) == 3 and self.rotation[2, 2] < -0.5
+        if turned and upright > _MIRROR_RATIO * self.rms + 1e-9:
             return (
                 "the points fit only upside down: if the instrument stood upright, "
                 "your columns look swapped (N/E)"
@@ -176,6 +178,12 @@ def kabsch(local: Array, world: Array, weights: Array | None = None) -> Alignmen
 def umeyama(local: Array, world: Array, weights: Array | None = None) -> Alignment:
     """Similarity of points (n, d); Umeyama, IEEE PAMI 13 (1991) 376, eqs 40 to 42."""
     return _single(*_checked(local, world), weights, True)
+
+
+def upright_rms(local: Array, world: Array) -> float:
+    """RMS [m] of points (n, 3) that a similarity turns about the vertical alone."""
+    plan = umeyama(local[:, :2], world[:, :2])
+    return float(np.hypot(plan.rms, np.std(world[:, 2] - plan.scale * local[:, 2])))
 
 
 def planar(local: Array, world: Array) -> Alignment:

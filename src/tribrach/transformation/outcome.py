@@ -14,6 +14,7 @@ import numpy as np
 
 from tribrach._types import Array
 from tribrach.errors import AdjustmentError, InputError
+from tribrach.geometry.alignment import upright_rms
 from tribrach.geometry.axis_orders import AxisOrder, axis_orders
 from tribrach.sentences import Sentence
 from tribrach.transformation.fit import CommonPoints, TransformationFit, fit_points
@@ -144,7 +145,8 @@ def axis_sentences(a: Array, b: Array, model: Model, titles: tuple[str, ...]) ->
             )
         ]
     up = plain.transformation.rotation[-1, -1]
-    if d == 3 and model.turn == "free" and up < -0.5:
+    turned = d == 3 and model.turn == "free" and up < -0.5
+    if turned and upright_rms(a, b) > _RATIO * plain.rms + 1e-6:
         return [
             "the points fit only upside down: if heights go up in both systems, two columns "
             f"({titles[0]} and {titles[1]}) look exchanged in one of them"

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from tribrach._types import Index
 from tribrach.errors import InputError
-from tribrach.geometry.alignment import kabsch
+from tribrach.geometry.alignment import kabsch, upright_rms
 from tribrach.network.assembly import Assembly
 from tribrach.network.defects import closed_elsewhere
 from tribrach.network.network import Network
@@ -334,10 +334,11 @@ def _misfit(f: Frame, pose: int, targets: Index) -> str:
     shots = f.ties.shots
     rows = (shots.pose == pose) & np.isin(shots.target, targets)
     try:
-        fit = kabsch(shots.u[rows], f.space(shots.target[rows]))
+        local, world = shots.u[rows], f.space(shots.target[rows])
+        fit, upright = kabsch(local, world), upright_rms(local, world)
     except InputError:
         return ""
-    return fit.hint or (
+    return fit.hint(upright) or (
         Sentence(
             "residuals of {fit.rms:mg3} (root mean square of all, none left out by a "
             "limit) remain; check the names of its targets",
