@@ -47,6 +47,8 @@ _FOOT = 0.3048
 _METRIC = (StartTie.LENGTH, StartTie.VECTOR, StartTie.SHOT, StartTie.FIX, StartTie.LINK)
 #: pairs of points by which the two figures are laid onto each other, at most
 _PAIRS = 400
+#: points among which exchanged names are looked for
+_EXCHANGED = 12
 
 
 def dummy_places(network: Network, places: Mapping[str, Array]) -> list[tuple[str, ...]]:
@@ -202,6 +204,8 @@ def contradiction(
         if other[0].sum() > good.sum():
             (good, turn, shift), figure = other, mirrored
             turn = turn * (-1, 1)
+    if not (good.all() or rough) and (swapped := _exchanged(given, figure, limits, scaled)):
+        good, turn, shift = swapped
     if not good.any() and (
         _as_a_whole(given, figure, scaled) or _in_another_unit(given, figure, limits)
     ):
@@ -362,6 +366,22 @@ def _agreeing(
     turn = np.array([[f.real, -f.imag], [f.imag, f.real]])
     good = inside[k]
     return good, turn, b[good].mean(axis=0) - a[good].mean(axis=0) @ turn.T
+
+
+def _exchanged(
+    given: Array, figure: Array, limits: Array, scaled: bool
+) -> tuple[Mask, Array, Array] | None:
+    """As :func:`_agreeing`, without the only two points that, exchanged, let all agree."""
+    found = []
+    if 2 < len(given) <= _EXCHANGED:
+        for i, j in combinations(range(len(given)), 2):
+            other = given.copy()
+            other[[i, j]] = other[[j, i]]
+            good, turn, shift = _agreeing(other, figure, limits, scaled)
+            if good.all():
+                good[[i, j]] = False
+                found.append((good, turn, shift))
+    return found[0] if len(found) == 1 else None
 
 
 def _as_a_whole(given: Array, figure: Array, scaled: bool) -> bool:
