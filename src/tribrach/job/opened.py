@@ -41,7 +41,7 @@ from tribrach.job.lever_arms import (
 )
 from tribrach.job.survey_files import ReadFiles, read_survey_files
 from tribrach.job.whose_instrument import Instruments, Keys
-from tribrach.network.facts import Reference
+from tribrach.network.facts import HeightKind, Reference
 from tribrach.network.height_recipe import height_recipe
 from tribrach.network.identity import file_and_line
 from tribrach.network.network import Datum, Network
@@ -431,7 +431,11 @@ class Job:
         name, epoch = site.frame, site.epoch
         if self.files.realisation is not None:
             name, epoch = self.files.realisation.frame, self.files.realisation.epoch
-        return Reference(crs, name, epoch, grid)
+        heights: HeightKind | None = site.heights
+        if heights is None and site.kind != "flat":
+            over = site.geoid_grid is not None or site.geoid_height_m
+            heights = "geoid" if over else "ellipsoidal"
+        return Reference(crs, name, epoch, heights, grid)
 
     def _site_warnings(self) -> list[str]:
         """What a projected site lacks: grids, and a datum that PROJ knows."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 import numpy as np
 
@@ -114,14 +114,28 @@ class AssumedSigmas(Fact):
         )
 
 
+#: what heights can be counted from
+HeightKind = Literal["ellipsoidal", "orthometric", "normal", "geoid"]
+#: the same in words
+HEIGHTS: dict[HeightKind, str] = {
+    "ellipsoidal": "ellipsoidal height",
+    "orthometric": "orthometric height",
+    "normal": "normal height",
+    "geoid": "height over the geoid",
+}
+
+
 @dataclass(frozen=True)
-class Reference(Result, without=("grid",)):
+class Reference(Result, without=("grid",), maybe=("heights",)):
     """The reference system of the coordinates, as far as a file or project names it."""
 
     #: name or code of the coordinate reference system, such as ``EPSG:5897``
     crs: str | None = None
     frame: str | None = None  #: reference frame of geocentric coordinates, such as ``ITRF2014``
     epoch: float | None = None  #: decimal year that coordinates in a dynamic frame hold for
+    #: what heights are: ``ellipsoidal``, ``orthometric``, ``normal``, or over the ``geoid`` of a
+    #: file that does not say which
+    heights: HeightKind | None = None
     #: converts work coordinates to easting, northing and height of a projected site
     grid: OutputFrame | None = None
 
@@ -133,6 +147,7 @@ class Reference(Result, without=("grid",)):
             crs=self.crs if self.crs is not None else other.crs,
             frame=own.frame,
             epoch=own.epoch,
+            heights=self.heights or other.heights,
             grid=self.grid if self.grid is not None else other.grid,
         )
 

@@ -61,6 +61,8 @@ class SiteSection(Section):
     #: Make given heights ellipsoidal, by one number or point by point.
     geoid_height_m: float = 0.0
     geoid_grid: str | None = None
+    #: What given heights are called: with a geoid orthometric or normal, without one ellipsoidal.
+    heights: Literal["ellipsoidal", "orthometric", "normal"] | None = None
     #: Standard deviation of the geoid, a number or a grid; it joins the covariance of control
     #: heights.
     geoid_sigma_mm: NonNegativeFloat = 0.0
@@ -102,6 +104,11 @@ class SiteSection(Section):
             raise ValueError("give either geoid_grid or geoid_height_m")
         if self.geoid_sigma_grid is not None and self.geoid_sigma_mm:
             raise ValueError("give either geoid_sigma_mm or geoid_sigma_grid")
+        over = self.geoid_grid is not None or self.geoid_height_m
+        if self.heights == "ellipsoidal" and (over or self.kind == "flat"):
+            raise ValueError("ellipsoidal heights have no geoid, and a site on the ellipsoid")
+        if self.heights in ("orthometric", "normal") and self.kind != "flat" and not over:
+            raise ValueError(f"{self.heights} heights need geoid_grid or geoid_height_m")
         uncertain = self.geoid_sigma_grid is not None or self.geoid_sigma_mm > 0
         if uncertain and self.geoid_grid is None and not self.geoid_height_m:
             raise ValueError("a sigma of the geoid needs geoid_grid or geoid_height_m")

@@ -12,7 +12,7 @@ from tribrach.geodesy.site import EllipsoidSite, FlatSite
 from tribrach.job.results import JobResults
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.blunders.snooping import SnoopingLog
-from tribrach.network.facts import AssumedSigmas, ListReading, Reference, facts_of
+from tribrach.network.facts import HEIGHTS, AssumedSigmas, ListReading, Reference, facts_of
 from tribrach.network.observation_rows import observation_rows
 from tribrach.network.quality import Quality
 from tribrach.network.variance_components import VarianceComponents
@@ -128,7 +128,9 @@ def _reference(adjustment: Adjustment) -> str:
             place += Sentence(
                 ", Earth radius {site.curvature_radius:km1} for zenith angles", site=site
             )
-    return joined("; ", (text for text in (reference.crs, _epoch(reference), place) if text))
+    heights = "" if reference.heights is None else f"{HEIGHTS[reference.heights]}s"
+    known = reference.crs, heights, _epoch(reference), place
+    return joined("; ", (text for text in known if text))
 
 
 def _epoch(reference: Reference) -> str:

@@ -150,6 +150,108 @@ def test_landxml_has_points_and_reduced_observations(folder: Path, result: dict[
     assert float(seen.get("azimuth")) == pytest.approx(azimuth)
 
 
+#: elements that we write with the children in order and the attributes that version 1.2 of the
+#: schema has for them, and the values that its lists allow; the schema itself may not be copied
+_POINT = (
+    "name desc code state pntRef featureRef pointGeometry DTMAttribute timeStamp role "
+    "determinedTimeStamp ellipsoidHeight latitude longitude zone northingStdError eastingStdError "
+    "elevationStdError oID surveyOrder pntSurv"
+)
+SCHEMA: dict[str, tuple[str, str]] = {
+    "LandXML": ("Units CoordinateSystem Project Application CgPoints Survey",
+                "date time version language readOnly schemaLocation"),
+    "Units": ("Metric", ""),
+    "Metric": ("", "areaUnit linearUnit volumeUnit temperatureUnit pressureUnit angularUnit "
+                   "directionUnit"),
+    "CoordinateSystem": ("", "desc name epsgCode ogcWktCode horizontalDatum verticalDatum"),
+    "Project": ("", "name desc state"),
+    "Application": ("", "name desc manufacturer version"),
+    "CgPoints": ("CgPoint", "desc name state code"),
+    "CgPoint": ("", _POINT),
+    "Survey": ("SurveyHeader InstrumentSetup ObservationGroup", "desc date state"),
+    "SurveyHeader": ("", "name desc purpose startTime endTime surveyor type"),
+    "InstrumentSetup": ("InstrumentPoint", "id instrumentDetailsID stationName instrumentHeight "
+                                           "orientationAzimuth circleAzimuth status"),
+    "InstrumentPoint": ("", _POINT),
+    "ObservationGroup": ("ReducedObservation", "id purpose setupID targetSetupID setID"),
+    "ReducedObservation": ("", "desc purpose setupID targetSetupID azimuth horizDistance "
+                               "vertDistance"),
+}  # fmt: skip
+LISTS = {
+    "role": {"measured", "to stake out", "staked out", "calculated", "assistance point",
+             "user entered point", "control point"},
+    "state": {"abandoned", "destroyed", "existing", "proposed"},
+    "purpose": {"normal", "check", "backsight", "foresight", "traverse", "sideshot"},
+    "type": {"compiled", "computed", "surveyed"},
+    "linearUnit": {"millimeter", "centimeter", "meter", "kilometer"},
+    "angularUnit": {"radians", "grads", "decimal degrees", "decimal dd.mm.ss"},
+    "pressureUnit": {"HPA", "milliBars", "mmHG", "millimeterHG"},
+}  # fmt: skip
+
+
+def test_landxml_is_built_as_its_schema_says(folder: Path, result: dict[str, Any]) -> None:
+    root = etree.parse(folder / "out" / "result.xml").getroot()
+    for element in root.iter(etree.Element):
+        name = etree.QName(element).localname
+        children, attributes = (words.split() for words in SCHEMA[name])
+        own = [children.index(etree.QName(child).localname) for child in element]
+        assert own == sorted(own), name
+        given = {etree.QName(key).localname: value for key, value in element.attrib.items()}
+        assert given.keys() <= set(attributes), name
+        for key in given.keys() & LISTS.keys():
+            assert given[key] in LISTS[key]
+    space = {"x": root.nsmap[None]}
+    (point,) = root.xpath("//x:CgPoint[@name='P']", namespaces=space)
+    said = delivered_network(result).by_name["P"]
+    stated = [float(point.get(f"{a}StdError")) for a in ("easting", "northing", "elevation")]
+    np.testing.assert_allclose(stated, said.sigma, atol=5e-7)
+    assert said.geodetic is not None
+    place = [float(point.get(a)) for a in ("longitude", "latitude", "ellipsoidHeight")]
+    assert place == pytest.approx(said.geodetic)
+    # without a geoid the heights of the grid are those over the ellipsoid
+    assert root.xpath("//@verticalDatum") == ["ellipsoidal height"]
+    assert place[2] == pytest.approx(said.xyz[2], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "named", "heights"),
+    [
+        ("geoid_height_m = 40.0", "geoid", "height over the geoid"),
+        ('geoid_height_m = 40.0\nheights = "normal"', "normal", "normal height"),
+        ('geoid_height_m = 40.0\nheights = "orthometric"', "orthometric", "orthometric height"),
+    ],
+)
+def test_heights_have_a_name(
+    keys: str, named: str, heights: str, folder: Path, tmp_path: Path
+) -> None:
+    for name in ("points.csv", "sights.csv"):
+        (tmp_path / name).write_text((folder / name).read_text())
+    text = PROJECT.replace('crs = "EPSG:25832"', f'crs = "EPSG:25832"\n{keys}')
+    # what fits needs no search for blunders
+    for figure in ("arcsec = 3", "arcsec = 20", "mm = 2"):
+        text = text.replace(f"{figure}\n", f"{figure}0000\n")
+    (tmp_path / "job.toml").write_text(text)
+    data = result_of(adjust_job(open_job(Project.load(tmp_path / "job.toml"))))
+    assert data["reference"]["heights"] == named
+    made = delivered_network(data)
+    assert made.heights == heights
+    root = etree.fromstring(delivered(made, "landxml"))
+    assert root.xpath("//@verticalDatum") == [heights]
+    over = float(root.xpath("//*[@name='P']/@ellipsoidHeight")[0])
+    assert over - made.by_name["P"].xyz[2] == pytest.approx(40.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "what"),
+    [('heights = "normal"', "need geoid"), ('heights = "ellipsoidal"\ngeoid_height_m = 4', "no")],
+)
+def test_heights_that_contradict_the_site_are_refused(keys: str, what: str, tmp_path: Path) -> None:
+    text = PROJECT.replace('crs = "EPSG:25832"', f'crs = "EPSG:25832"\n{keys}')
+    (tmp_path / "job.toml").write_text(text)
+    with pytest.raises(InputError, match=what):
+        Project.load(tmp_path / "job.toml")
+
+
 def test_a_geopackage_opens_with_system_units_and_style(
     folder: Path, result: dict[str, Any]
 ) -> None:

@@ -1,10 +1,14 @@
 """Codes and descriptions of points on their way from raw files to results and other programs."""
 
+import io
 from pathlib import Path
 
+import openpyxl
 import pytest
 from lxml import etree
 
+from tribrach.io.delivery.content import delivered_network
+from tribrach.io.delivery.formats import delivered
 from tribrach.io.survey.exported import export
 from tribrach.io.survey.formats import read_files
 from tribrach.network.facts import PointCodes, codes_of
@@ -76,6 +80,18 @@ def test_codes_of_carlson_and_of_tables_reach_starnet_and_gama(tmp_path: Path) -
     assert said == ["BM 7", "IRON PIN", "TREE #4", "EDGE  LEFT"]
     (tmp_path / "points.csv").write_text(CSV)
     assert codes_of(read_files([tmp_path / "points.csv"]).facts) == {"1": "BM"}
+
+
+def test_codes_of_raw_files_reach_every_format(tmp_path: Path) -> None:
+    (tmp_path / "a.rw5").write_text(RW5)
+    network = observed_part(read_files([tmp_path / "a.rw5"])).network()
+    made = delivered_network(result_of(adjust_network(network, AdjustmentSettings())))
+    for format in ("dxf", "landxml", "gpkg", "csv", "list"):
+        data = delivered(made, format)
+        for code in ("BM 7", "IRON PIN", "TREE #4", "EDGE--LEFT"):
+            assert code.encode() in data, (format, code)
+    book = openpyxl.load_workbook(io.BytesIO(delivered(made, "xlsx")))["points"]
+    assert {"BM 7", "IRON PIN", "TREE #4"} <= {cell.value for cell in book["C"]}
 
 
 @pytest.mark.parametrize(

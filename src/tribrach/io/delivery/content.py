@@ -19,6 +19,7 @@ from pyproj import CRS, Transformer
 from tribrach._types import Array
 from tribrach.errors import InputError
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses
+from tribrach.network.facts import HEIGHTS
 
 PositionRole = Literal["control", "check", "free", "station", "moved", "stable", "undecided"]
 #: roles by the verdict of a comparison
@@ -85,6 +86,7 @@ class Delivery:
     moves: tuple[DeliveredMove, ...] = ()
     crs: str = ""  #: reference system of the coordinates, "" for a local frame
     epoch: float | None = None  #: decimal year of a dynamic frame
+    heights: str = ""  #: what heights are, such as ``normal height``, "" if nothing says it
     scale: str = "prior"  #: whether sigmas are scaled a priori or a posteriori
     datum: str = ""  #: what fixes the frame
     program: str = field(default="tribrach", compare=False)  #: the program and its version
@@ -173,6 +175,7 @@ def delivered_network(result: Mapping[str, Any]) -> Delivery:
         tuple(_sights(result["observations"], {p.name for p in positions})),
         crs=crs,
         epoch=reference.get("epoch"),
+        heights=HEIGHTS[kind] if (kind := reference.get("heights")) in HEIGHTS else "",
         scale=result["sigma0"]["covariances"],
         datum=result["datum"]["statement"],
         program=f"tribrach {result['tribrach']}",

@@ -236,7 +236,7 @@ class _Drawing:
     def _legend(self, corner: Array, said: Sequence[str]) -> None:
         """Title, scale, reference system and what is enlarged, below the points."""
         delivery, layer = self.delivery, self._layer("LEGEND", 7)
-        system = delivery.crs or "local frame"
+        system = ", ".join(filter(None, (delivery.crs or "local frame", delivery.heights)))
         at = f", epoch {delivery.epoch:g}" if delivery.epoch is not None else ""
         lines = [
             delivery.title,

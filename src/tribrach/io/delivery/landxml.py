@@ -57,6 +57,8 @@ def write(delivery: Delivery) -> bytes:
     )
     if delivery.crs:
         system = {"name": delivery.crs}
+        if delivery.heights:
+            system["verticalDatum"] = delivery.heights
         authority, _, code = delivery.crs.partition(":")
         if authority.upper() == "EPSG" and code.isdecimal():
             system["epsgCode"] = code
@@ -70,22 +72,22 @@ def write(delivery: Delivery) -> bytes:
 
 
 def _points(root: etree._Element, delivery: Delivery) -> None:
-    """Coordinates with codes; their sigmas are features of the point's group."""
+    """Coordinates with codes, sigmas, and where the ellipsoid has them."""
     points = etree.SubElement(root, "CgPoints", {"name": "Adjusted"})
     for p in delivery.plan:
         given = {"name": p.name, "role": _ROLES.get(p.role, "calculated")}
         if p.code:
             given |= {"code": p.code, "desc": p.code}
         given |= {"state": "existing"}
+        if p.geodetic is not None:
+            longitude, latitude, height = p.geodetic
+            given |= {"ellipsoidHeight": repr(height)}
+            given |= {"latitude": repr(latitude), "longitude": repr(longitude)}
+        sigmas = zip(("easting", "northing", "elevation"), p.sigma.tolist(), strict=True)
+        given |= {f"{axis}StdError": f"{v:.6f}" for axis, v in sigmas if math.isfinite(v)}
         element = etree.SubElement(points, "CgPoint", given)
         e, n, h = p.xyz.tolist()
         element.text = " ".join(repr(v) for v in (n, e, h) if math.isfinite(v))
-    for p in delivery.plan:
-        feature = etree.SubElement(points, "Feature", {"code": "sigma", "name": p.name})
-        for label, value in zip(("sigmaE", "sigmaN", "sigmaH"), p.sigma.tolist(), strict=True):
-            if math.isfinite(value):
-                given = {"label": f"{label}_m", "value": f"{value:.6f}"}
-                etree.SubElement(feature, "Property", given)
 
 
 def _survey(root: etree._Element, delivery: Delivery) -> None:

@@ -40,6 +40,7 @@ def write(delivery: Delivery) -> bytes:
     for name, value in (
         ("title", delivery.title),
         ("reference system", delivery.crs or "local frame"),
+        ("heights", delivery.heights),
         ("epoch", delivery.epoch),
         ("datum", delivery.datum),
         ("sigmas", "a posteriori" if delivery.scale == "posterior" else "a priori"),

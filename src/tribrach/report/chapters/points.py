@@ -12,7 +12,7 @@ from tribrach.geodesy.site import EllipsoidSite
 from tribrach.network.adjustment import Adjustment
 from tribrach.network.contributions import assumed_variances
 from tribrach.network.ellipsoids import confidence_factor, plan_ellipses, principal_axes
-from tribrach.network.facts import codes_of
+from tribrach.network.facts import HEIGHTS, codes_of
 from tribrach.network.quality import Quality
 from tribrach.network.roles import point_roles, used_axes
 from tribrach.report.chapter import Chapter
@@ -288,6 +288,8 @@ def _semi_axis(k: int) -> Callable[[Point], float | None]:
 
 def _geodetic_table(head: Head) -> ReportTable:
     """Latitude, longitude and height, geocentric and projected coordinates of known sites."""
+    kind = head.adjustment.network.reference.heights
+    height = "height" if kind is None else HEIGHTS[kind]
     columns: list[Spec] = [
         head.columns.word("Point", "name"),
         (ColumnHead("latitude", "° ′ ″"), lambda p: _dms(p.geodetic[0])),
@@ -296,7 +298,7 @@ def _geodetic_table(head: Head) -> ReportTable:
         *(head.columns.metres(name, component("ecef", k)) for k, name in enumerate("XYZ")),
         *(
             head.columns.metres(name, component("projected", k))
-            for k, name in enumerate(("easting", "northing", "height"))
+            for k, name in enumerate(("easting", "northing", height))
         ),
     ]
     note = (
